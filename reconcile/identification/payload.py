@@ -26,23 +26,20 @@ def payload(
     nominal = baseline_parameters(axis)
     mass, nominal_kg = values["mass_kg"], nominal["mass_kg"]
     excess = mass.value / nominal_kg - 1.0
-    if gain < LEAST_GAIN or excess < LEAST_EXCESS or mass.low < nominal_kg * (1.0 + 0.5 * LEAST_EXCESS):
+    least_kg = nominal_kg * (1.0 + 0.5 * LEAST_EXCESS)
+    if gain < LEAST_GAIN or excess < LEAST_EXCESS or mass.low < least_kg:
         return None
     for key in ("viscous_n_s_m", "coulomb_n"):
-        nominal_value = nominal[key]
-        within = values[key].low <= nominal_value <= values[key].high
-        if not within and abs(values[key].value - nominal_value) > FRICTION_CHANGE_RATIO * excess * max(
-            nominal_value, 1e-9
-        ):
+        friction, fitted = nominal[key], values[key]
+        allowed = FRICTION_CHANGE_RATIO * excess * max(friction, 1e-9)
+        if not fitted.low <= friction <= fitted.high and abs(fitted.value - friction) > allowed:
             return None
     added = Estimate(mass.value - nominal_kg, mass.low - nominal_kg, mass.high - nominal_kg, "kg")
     spread_kg = max((mass.high - mass.low) / 3.92, 1e-9)
     return IdentifiedEffect(
         effect="payload_mass",
         channel="force",
-        confidence=confidence(
-            float(ndtr((nominal_kg * (1.0 + 0.5 * LEAST_EXCESS) - mass.value) / spread_kg)), heldout_gain
-        ),
+        confidence=confidence(float(ndtr((least_kg - mass.value) / spread_kg)), heldout_gain),
         equivalent=[],
         rivals=[],
         candidates=[],

@@ -57,17 +57,12 @@ def _refine_shapes(
     scanned_problem: RegressionProblem, chosen: list[CandidateTerm], train: Index
 ) -> tuple[RegressionProblem, list[CandidateTerm]]:
     """Search the scan's grid again, because the force and the other terms changed; then finer grids."""
-    problem, best = _best_shapes(
-        scanned_problem, scanned_problem.datasets, [(c, [c.shape_parameters]) for c in chosen], train
-    )
+    alone = [(c, [c.shape_parameters]) for c in chosen]
+    problem, best = _best_shapes(scanned_problem, scanned_problem.datasets, alone, train)
     for step in (0.0, *GRID_RATIOS):
         datasets = _with_model_force(problem, best, train)
-        problem, best = _best_shapes(
-            scanned_problem,
-            datasets,
-            [(c, _shape_options(datasets, scanned_problem.channel, c, step)) for c in best],
-            train,
-        )
+        options = [(c, _shape_options(datasets, scanned_problem.channel, c, step)) for c in best]
+        problem, best = _best_shapes(scanned_problem, datasets, options, train)
     return problem, best
 
 

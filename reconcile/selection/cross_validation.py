@@ -129,13 +129,14 @@ class CrossValidation:
 
     def given(self, chosen: Sequence[CandidateTerm], theta: Array) -> Array:
         """Sum of squared residuals of each short block with normalised coefficients `theta`."""
-        weights = np.broadcast_to(
-            np.concatenate(([1.0], -theta)), (len(self._training_totals), len(theta) + 1)
-        )
-        return self._squares(self.equations.slots(chosen), weights, first=0)
+        return self._squares(self.equations.slots(chosen), np.concatenate(([1.0], -theta)), first=0)
 
     def _squares(self, slots: list[tuple[int, int]], weights: Array, first: int) -> Array:
-        """Squares of the weighted columns from `first` on, by short block; column 0 is the target."""
+        """Squares of the weighted columns from `first` on, by short block; column 0 is the target.
+
+        `weights` (c + 1,) or by fold (folds, c + 1).
+        """
+        weights = np.broadcast_to(weights, (len(self._training_totals), weights.shape[-1]))
         column, active = self.equations.places(slots)
         places = np.concatenate(([0], column))[first:]
         found = []
@@ -155,11 +156,9 @@ class CrossValidation:
         """Normalised squares that a fit on all training blocks explains."""
         slots = self.equations.slots(chosen)
         theta = self.equations.solve(slots, self.whole)
-        places = np.array([slot[0] + 1 for slot in slots])
-        recording = np.array([slot[1] for slot in slots])
-        products = np.where(
-            recording < 0, self.whole.sum(axis=0)[places, 0], self.whole[recording, places, 0]
-        )
+        places, recording = np.array([(column + 1, own) for column, own in slots]).T
+        shared, own = self.whole.sum(axis=0)[places, 0], self.whole[recording, places, 0]
+        products = np.where(recording < 0, shared, own)
         return float(theta @ products)
 
     def score(self, chosen: Sequence[CandidateTerm], before: Array, candidate: CandidateTerm) -> Score:
@@ -183,23 +182,17 @@ class CrossValidation:
             after, before, where = np.where(among, after, 0.0), np.where(among, before, 0.0), where & among
         gain = 1.0 - float(after.sum()) / max(float(before.sum()), 1e-300)
         t, total = paired(after, before, where), summed(after, before, where)
-        return Score(
-            candidate=chosen[-1], gain=gain, t=t, summed=total, blocks=int(where.sum()), squares=after
-        )
+        return Score(chosen[-1], gain, t, total, int(where.sum()), after)
 
     def _informative(self, chosen: Sequence[CandidateTerm], terms: int) -> NDArray[np.bool_]:
         """Short blocks to which the last `terms` contribute, rightly or wrongly."""
         slots = self.equations.slots(chosen)
         first = len(self.equations.slots(chosen[:-terms]))
         theta = self.equations.solve(slots, self.whole)
-        weights = np.broadcast_to(
-            np.concatenate(([1.0], theta)), (len(self._training_totals), len(theta) + 1)
-        )
-        contribution = self._squares(slots, weights, first + 1)
+        contribution = self._squares(slots, np.concatenate(([1.0], theta)), first + 1)
         fewest = min(FEWEST_INFORMATIVE, len(contribution))
-        return contribution >= min(
-            INFORMATIVE_SHARE * float(contribution.mean()), float(np.sort(contribution)[-fewest])
-        )
+        least = INFORMATIVE_SHARE * float(contribution.mean())
+        return contribution >= min(least, float(np.sort(contribution)[-fewest]))
 
 
 def _block_starts(length: int, breaks: Index) -> Index:

@@ -24,9 +24,8 @@ TIED_GAIN_RATIO = 0.97
 def select(validation: CrossValidation, rules: SelectionRules) -> list[CandidateTerm]:
     """Select terms, in the order of their addition; timing first, because it is no physics."""
     context = _context(validation, rules, [])
-    timing = _select_forward(
-        context._replace(named_terms=[c for c in context.named_terms if c.effect in TIMING]), []
-    )
+    timing_terms = [c for c in context.named_terms if c.effect in TIMING]
+    timing = _select_forward(context._replace(named_terms=timing_terms), [])
     context = context._replace(initial=initial_squares(validation, timing))
     return _exchange_with_rivals(context, _select_forward(context, timing))
 
@@ -60,17 +59,11 @@ def initial_squares(validation: CrossValidation, chosen: Sequence[CandidateTerm]
 def _context(
     validation: CrossValidation, rules: SelectionRules, unnamed: Sequence[CandidateTerm]
 ) -> SelectionContext:
-    named_terms = [c for c in validation.equations.candidates if not c.effect.startswith(PREFIX)]
-    since_reversal_terms = [
-        c for c in validation.equations.candidates if c.effect == SINCE_REVERSAL and c not in unnamed
-    ]
-    return SelectionContext(
-        validation,
-        rules,
-        named_terms,
-        float(validation.cross_validated_squares([]).sum()),
-        since_reversal_terms,
-    )
+    candidates = validation.equations.candidates
+    named_terms = [c for c in candidates if not c.effect.startswith(PREFIX)]
+    since_reversal_terms = [c for c in candidates if c.effect == SINCE_REVERSAL and c not in unnamed]
+    initial = float(validation.cross_validated_squares([]).sum())
+    return SelectionContext(validation, rules, named_terms, initial, since_reversal_terms)
 
 
 def _select_forward(context: SelectionContext, chosen: list[CandidateTerm]) -> list[CandidateTerm]:
@@ -180,22 +173,13 @@ def _exchange_with_rivals(context: SelectionContext, chosen: list[CandidateTerm]
         before = validation.cross_validated_squares(others)
         own_score = validation.score(others, before, chosen[place])
         rivals = [c for c in _admissible(context.named_terms, others) if c.effect != chosen[place].effect]
-        scores = [
-            score
-            for score in _score_shortlist(validation, others, before, rivals)
-            if accepted(context, others, score, before)
-        ]
-        better = [
-            s
-            for s in scores
-            if paired(s.squares, own_score.squares) > CLEARLY_BETTER and s.gain > own_score.gain
-        ]
+        shortlist = _score_shortlist(validation, others, before, rivals)
+        scores = [score for score in shortlist if accepted(context, others, score, before)]
+        clearly = [s for s in scores if paired(s.squares, own_score.squares) > CLEARLY_BETTER]
+        better = [s for s in clearly if s.gain > own_score.gain]
         best = max(better, key=lambda score: score.gain, default=own_score)
-        chosen = [
-            *chosen[:place],
-            _simplest_of_ties(context, others, best, scores, before),
-            *chosen[place + 1 :],
-        ]
+        simplest = _simplest_of_ties(context, others, best, scores, before)
+        chosen = [*chosen[:place], simplest, *chosen[place + 1 :]]
     return chosen
 
 
