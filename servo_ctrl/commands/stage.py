@@ -57,7 +57,6 @@ def refused(reason: str) -> CommandResult:
     return CommandResult(Refusal.WRONG_STATE, reason)
 
 
-def refused_now(machine: Staged | None, wanted: str = "not ready") -> CommandResult:
-    """Refuse a command for the stage of the machine, None before it exists; `wanted` is the stage needed."""
-    stage = machine.stage if machine is not None else Stage.BOOTING
-    return refused(f"the machine is {stage.words}, {wanted}")
+def refused_now(machine: Staged, wanted: str = "not ready") -> CommandResult:
+    """Refuse a command for the stage of the machine; `wanted` is the stage needed."""
+    return refused(f"the machine is {machine.stage.words}, {wanted}")
