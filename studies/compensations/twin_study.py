@@ -42,10 +42,11 @@ from twin.plant_file import load_plant
 
 UM = 1e6
 AMPLITUDE_M, REVERSE_M_S2 = 0.01, (0.015, 0.07)
-"""Sines between the accelerations that are learned."""
+"""Of the sines; chosen: between the accelerations that are learned."""
 TARGETS_MM = tuple(range(-36, 37, 9)) + tuple(range(27, -37, -9))
-"""Approached from below, then from above; 9 mm are no whole turns of a screw."""
+"""Approached from below, then from above; chosen: 9 mm are no whole turns of a screw."""
 APPROACH_M_S, DWELL_S = 0.05, 1.5
+"""Feed to an end point, and rest before it is read; chosen."""
 
 
 class Combination(NamedTuple):

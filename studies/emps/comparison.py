@@ -17,11 +17,12 @@ from servo_ctrl.recording.reader import Recording
 RECORDS = {"train": "emps_train.npz", "pulses": "emps_test_pulses.npz"}
 PUBLISHED_FORCE_ERROR_PERCENT = {"train": 5.85, "pulses": 8.94}
 COLUMNS = ("t_s", "q_meas_m", "force_N", "pulse_V", "gtau_N_per_V")
-START_SAMPLES = 20  # excluded by the data's authors: the real axis was already in motion
+START_SAMPLES = 20
+"""Excluded by the data's authors: the real axis was already in motion."""
 
 
 class EmpsError(ServoCtrlError):
-    """The recordings are not where they were said to be, or are not what they should be."""
+    """A record is missing, or its file is not one of EMPS."""
 
 
 class EmpsResult(NamedTuple):

@@ -34,13 +34,21 @@ from twin.rollout import rollout
 MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
 AXIS = "x"
 SETTLE_CYCLES = 200
-LARGEST_WEIGHT = 0.15  # of the largest error beside the RMS: no single figure is given up
+"""SYNC periods at rest before the program; chosen."""
+LARGEST_WEIGHT = 0.15
+"""Of the largest error beside the RMS, so that no single figure is given up; chosen."""
 SMOOTH_SAMPLES = 21
-RIPPLE_LIMIT_M = 0.1e-6  # a loop on the verge of rattling must not make the figures
-LAG_LIMIT_M = 1.2e-6  # before a reversal: what no friction compensation could take away
-LATEST_PEAK = 0.7  # the window holds the peak of the error, not its rising edge alone
+"""Samples of the moving average that the ripple is measured against; chosen."""
+RIPPLE_LIMIT_M = 0.1e-6
+"""RMS ripple without a penalty: a loop on the verge of limit cycles must not make the figures; chosen."""
+LAG_LIMIT_M = 1.2e-6
+"""Error before a reversal without a penalty: no friction compensation could remove it; chosen."""
+LATEST_PEAK = 0.7
+"""Share of the window: it holds the peak of the error, not its rising edge alone; chosen."""
 PENALTY = 0.3
+"""Weight of each excess in the misfit; chosen."""
 ELEMENTS = 6
+"""Presliding elements that are used; chosen."""
 
 
 class Commands(NamedTuple):

@@ -25,13 +25,17 @@ UP, DOWN = 0, 1
 """Direction of the cycle at a reading: towards the last target, and back."""
 DIRECTION_NAMES = ("up", "down")
 READ_S = 1.0
+"""From the arrival of the command to the reading; chosen."""
 LONGEST_WAIT_S = 0.1
+"""Bounds the random rest after a reading; chosen."""
 STEP_MM = 5.0
-"""Distance of the targets."""
+"""Distance of the targets; chosen."""
 OVERRUN_MM = 2.5
-"""How far beyond the last target the axis turns."""
+"""How far beyond the last target the axis turns; chosen."""
 FEED_MM_MIN = 3000.0
+"""Chosen."""
 SEED = 2014
+"""Of the random rests and the uneven targets."""
 
 
 class Series(NamedTuple):
