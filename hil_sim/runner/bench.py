@@ -44,7 +44,7 @@ class Bench:
         self._substeps = 0
         self._wrong_sync = False
         self.devices: list[Drive | LinearScale] = []
-        targets = {}
+        self.fault_targets: dict[str, FaultTarget] = {}
         host = NodeHost(self.clock, send, state_directory)
         for index, (name, axis) in enumerate(config.axes.items()):
             with _eds_of(axis.drive.eds, f"axis.{name}.drive.eds"):
@@ -56,9 +56,11 @@ class Bench:
                     scale = LinearScale(axis, self.plant, index, host)
                 self.devices.append(scale)
             plant = self.plant
-            targets[name] = FaultTarget(name, drive, scale, plant.params[index], plant.state[index])
+            self.fault_targets[name] = FaultTarget(
+                name, drive, scale, plant.params[index], plant.state[index]
+            )
         self.devices.sort(key=lambda device: device.slave.node_id)
-        self._faults = Schedule(faults, targets)
+        self._faults = Schedule(faults, self.fault_targets)
         self.slaves: list[Slave] = [device.slave for device in self.devices]
         self._drives = [device for device in self.devices if isinstance(device, Drive)]
         self.on_sync: Callable[[list[Slave]], None] = lambda _slaves: None

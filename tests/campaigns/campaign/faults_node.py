@@ -32,12 +32,12 @@ def node_silent(context: FaultContext) -> None:
         return [] if can_id in its else [(can_id, data)]
 
     def deaf(can_id: int, data: bytes) -> None:
-        kept = slave.nmt.state, slave.sample, slave.activate, slave.heartbeats.on_heartbeat
-        slave.sample = slave.activate = _nothing
+        kept = slave.pdos.sample, slave.activate, slave.heartbeats.on_heartbeat
+        slave.pdos.sample = slave.activate = _nothing
         slave.heartbeats.on_heartbeat = _not_heard
         if can_id not in {SDO_TO + node, 0x200 + node}:
             handle(can_id, data)
-        _, slave.sample, slave.activate, slave.heartbeats.on_heartbeat = kept
+        slave.pdos.sample, slave.activate, slave.heartbeats.on_heartbeat = kept
 
     wire.inbound, wire.nodes = inbound, deaf
 

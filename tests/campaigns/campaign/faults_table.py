@@ -38,11 +38,11 @@ def befall(module: Any, draw: Callable[[FaultContext], Any] | None = None) -> Ca
 
     def inject(context: FaultContext) -> None:
         stand = context.stand
-        struck = stand.bench._fault_targets(stand.machine.plant)["xy"[context.axis]]
+        target = stand.bench.fault_targets["xy"[context.axis]]
         params = module.Params() if draw is None else draw(context)
-        context.wire.then(lambda: module.begin(struck, params))
+        context.wire.then(lambda: module.begin(target, params))
         if hasattr(module, "end"):
-            stand.loop.call_later(params.duration_s, lambda: module.end(struck, params))
+            stand.loop.call_later(params.duration_s, lambda: module.end(target, params))
 
     return inject
 
