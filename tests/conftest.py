@@ -33,34 +33,18 @@ waiting for the other.
 """
 
 
-SLOW = tuple(
-    f"tests/unit/{name}"
-    for name in (
-        *(
-            "command_lines/",
-            "reconcile/diagnosis/",
-            "reconcile/watch/",
-            "reconcile/replay/",
-            "reconcile/report/",
-        ),
-        *(
-            "reconcile/design/",
-            "reconcile/fleet/",
-            "reconcile/test_contact",
-            "reconcile/test_drift_of_friction",
-        ),
-        *("reconcile/selection/test_unnamed_selection", "studies/", "servo_report/"),
-        *("servo_cli/test_bad_input", "servo_cli/test_part_programs", "servo_cli/test_check_and_export"),
-        *("servo_config/test_gcode_text", "servo_config/test_part_program_blocks"),
-        *("servo_daemon/test_compensation", "servo_daemon/test_feed_hold", "servo_daemon/test_learning_job"),
-        *(
-            "servo_canopen/test_remote_controller",
-            "servo_hmi/test_diagnosis_whole",
-            "servo_learning/test_schedule",
-        ),
-        "hil_sim_runner/test_bench_against_any_frame",
-    )
-)
+SLOW_UNITS = """
+command_lines/ reconcile/design/ reconcile/diagnosis/ reconcile/examples/ reconcile/fleet/ reconcile/report/
+reconcile/replay/ reconcile/watch/ reconcile/identification/test_two_mass
+reconcile/identification/test_drift_of_friction reconcile/selection/test_unnamed_selection
+servo_canopen/test_remote_controller servo_cli/test_bad_input servo_cli/test_check_and_export
+servo_cli/test_part_programs servo_config/test_gcode_text servo_config/test_part_program_blocks
+servo_daemon/test_compensation servo_daemon/test_feed_hold servo_daemon/test_learning_job
+servo_daemon/test_screw_learning servo_hmi/test_diagnosis_whole servo_learning/test_fast
+servo_learning/test_schedule servo_report/ studies/ kernels/test_kernel_caches local_can/test_hub
+hil_sim_drive/test_state_machine hil_sim_runner/test_bench_against_any_frame
+"""
+SLOW = tuple(f"tests/unit/{beginning}" for beginning in SLOW_UNITS.split())
 """Unit tests of many seconds: whole diagnoses, whole commands, studies, long properties; marked `slow`."""
 
 

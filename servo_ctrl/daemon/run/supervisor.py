@@ -210,8 +210,10 @@ class _Supervisor:
 
     def _on_end(self, bus: _Bus) -> None:
         """Leave the nodes, as the cycle has stopped."""
-        leave_nodes(bus.network, self._plans, bus.node, self._machine.stage)
-        self._session.ended.set()
+        try:
+            leave_nodes(bus.network, self._plans, bus.node, self._machine.stage)
+        finally:
+            self._session.ended.set()
 
     def _report(self, cycle: Cycle) -> RunReport:
         machine, services = self._machine, self._services
