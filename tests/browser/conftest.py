@@ -8,13 +8,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 import pytest
 from browser_program import CHROMIUM
 from child_process import terminate
-from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, expect, sync_playwright
 
 ROOT = Path(__file__).parents[2]
 PICTURES = ROOT / "out" / "browser"
@@ -160,48 +160,78 @@ def serving(tmp_path: Path) -> Iterator[Callable[..., Server]]:
         yield start
 
 
+class Watched(NamedTuple):
+    """A browser of its own (Chromium's context), and what must not have happened in it."""
+
+    context: BrowserContext
+    problems: list[str]
+    """Errors of scripts, and requests that left the host."""
+
+
 @contextmanager
-def _visiting(
-    chromium: Browser, url: str, *, width: int = 1280, dark: bool = False, **options: Any
-) -> Iterator[BrowserContext]:
-    height = 860 if width > 700 else 780
-    context = chromium.new_context(viewport={"width": width, "height": height}, **options)
-    context.add_cookies([{"name": "bench_dark", "value": str(int(dark)), "url": url}])
-    foreign_requests: list[str] = []
-    failures: list[str] = []
+def _watched(chromium: Browser, url: str, **options: Any) -> Iterator[Watched]:
+    context = chromium.new_context(**options)
+    problems: list[str] = []
     home = urlsplit(url).netloc
 
     def check(request: Any) -> None:
         split = urlsplit(request.url)
         if split.scheme not in {"data", "blob"} and split.netloc != home:
-            foreign_requests.append(request.url)
+            problems.append(request.url)
 
     context.on("request", check)
-    context.on("weberror", lambda error: failures.append(str(error.error)))
-    yield context
+    context.on("weberror", lambda error: problems.append(str(error.error)))
+    yield Watched(context, problems)
     context.close()
-    assert not foreign_requests
-    assert not failures
+    assert not problems
+
+
+def _size(width: int) -> ViewportSize:
+    return {"width": width, "height": 860 if width > 700 else 780}
 
 
 @pytest.fixture
 def visiting(chromium: Browser) -> Iterator[Callable[..., BrowserContext]]:
     """Browsers of their own; at the end nothing has failed in them, and no request has left the host."""
     with ExitStack() as stack:
-        yield lambda url, **options: stack.enter_context(_visiting(chromium, url, **options))
+
+        def start(url: str, width: int = 1280, **options: Any) -> BrowserContext:
+            return stack.enter_context(_watched(chromium, url, viewport=_size(width), **options)).context
+
+        yield start
+
+
+@pytest.fixture(scope="module")
+def one_browser(chromium: Browser, stub_server: Server) -> Iterator[Watched]:
+    """A browser for many tests, one after the other: what it has loaded and compiled it keeps."""
+    with _watched(chromium, stub_server.url) as watched:
+        yield watched
 
 
 @pytest.fixture
-def visit(visiting: Callable[..., BrowserContext], stub_server: Server) -> Callable[..., Page]:
-    """Open pages on the stub: `visit("/motion", width=360, dark=True)`, each in a browser of its own."""
+def visit(
+    visiting: Callable[..., BrowserContext], one_browser: Watched, stub_server: Server
+) -> Iterator[Callable[..., Page]]:
+    """Open pages on the stub: `visit("/motion", width=360, dark=True)`, or with `another=True` elsewhere."""
+    context, problems = one_browser
+    url = stub_server.url
 
-    def open_page(path: str = "/", **options: Any) -> Page:
-        page = visiting(stub_server.url, **options).new_page()
-        page.goto(stub_server.url + path)
+    def open_page(path: str = "/", *, width: int = 1280, dark: bool = False, another: bool = False) -> Page:
+        browser = visiting(url) if another else context
+        browser.add_cookies([{"name": "bench_dark", "value": str(int(dark)), "url": url}])
+        page = browser.new_page()
+        page.set_viewport_size(_size(width))
+        page.goto(url + path)
         page.wait_for_function("window.did_handshake === true")
         return page
 
-    return open_page
+    yield open_page
+    for page in context.pages:
+        page.evaluate("localStorage.clear(); sessionStorage.clear()")
+        page.close()
+    context.clear_cookies()  # the next test is by somebody else
+    found, problems[:] = problems[:], []
+    assert not found
 
 
 @pytest.fixture

@@ -72,7 +72,7 @@ def test_a_banner_shows_when_the_page_is_disconnected(visit: Callable[..., Page]
 def test_taking_over_control_is_confirmed_and_the_other_browser_is_notified(
     visit: Callable[..., Page], stub: Stub
 ) -> None:
-    first, second = visit(), visit()
+    first, second = visit(), visit(another=True)
     first.get_by_test_id("take-control").click()
     expect(second.get_by_test_id("control-holder")).to_have_text("local (127.0.0.1) has control")
     second.get_by_test_id("take-control").click()

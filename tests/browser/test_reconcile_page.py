@@ -60,7 +60,7 @@ def begin(page: Page, *names: str) -> None:
 def test_a_diagnosis_outlives_its_browser_and_its_model_is_taken_into_use(
     visit: Callable[..., Page], files: Files, picture: Callable[[Page, str], None]
 ) -> None:
-    page = visit("/reconcile")
+    page = visit("/reconcile", another=True)
     expect(page.get_by_test_id("run-diagnosis")).to_be_disabled()
     begin(page, "monday", "tuesday")
     expect(page.get_by_test_id("job-state")).to_contain_text("running")
@@ -122,7 +122,7 @@ def test_only_the_files_of_a_diagnosis_can_be_downloaded(visit: Callable[..., Pa
 def test_only_one_diagnosis_runs_and_any_browser_can_cancel_it(
     visit: Callable[..., Page], files: Files
 ) -> None:
-    page, other = visit("/reconcile"), visit("/reconcile")
+    page, other = visit("/reconcile"), visit("/reconcile", another=True)
     begin(page, "monday")
     expect(other.get_by_test_id("job-state")).to_contain_text("running")
     begin(other, "tuesday")

@@ -227,5 +227,7 @@ def test_new_run_finds_drives_still_under_control(table: Table) -> None:
     """The controller was killed a moment ago: no drive has missed its heartbeat yet."""
     made = table(at_once=True)
     killed_run(made, signed_off=False)
-    assert made.stand.bench._drives[0].motion.enabled
+    motion = made.stand.bench._drives[0].motion
+    assert motion.powered
+    assert not motion.stopping
     fresh_run(made)

@@ -75,7 +75,7 @@ def drive_fault(table: ConsecutiveRuns) -> Script:
 
 
 def fault_target(table: ConsecutiveRuns) -> Any:
-    return table.stand.bench._fault_targets(table.stand.machine.plant)["x"]
+    return table.stand.bench.fault_targets["x"]
 
 
 def broken(table: ConsecutiveRuns, module: Any, section: str, *, then: int = 2) -> Script:
