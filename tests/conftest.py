@@ -42,7 +42,10 @@ servo_cli/test_part_programs servo_config/test_gcode_text servo_config/test_part
 servo_daemon/test_compensation servo_daemon/test_feed_hold servo_daemon/test_learning_job
 servo_daemon/test_screw_learning servo_hmi/test_diagnosis_whole servo_learning/test_fast
 servo_learning/test_schedule servo_report/ studies/ kernels/test_kernel_caches local_can/test_hub
-hil_sim_drive/test_state_machine hil_sim_runner/test_bench_against_any_frame
+hil_sim_drive/test_state_machine hil_sim_drive/test_polarity hil_sim_drive/test_homing_methods
+hil_sim_runner/test_bench_against_any_frame servo_telemetry/test_mqtt_broker_trouble
+servo_telemetry/test_mqtt_link servo_daemon/test_page_process eds/test_eds_against_profile_tables
+local_can/test_localcan_bus servo_canopen/test_sdo_server
 """
 SLOW = tuple(f"tests/unit/{beginning}" for beginning in SLOW_UNITS.split())
 """Unit tests of many seconds: whole diagnoses, whole commands, studies, long properties; marked `slow`."""
