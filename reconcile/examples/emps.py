@@ -16,7 +16,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.examples import pictures
-from reconcile.examples.emps_table import PUBLISHED_FORCE_ERRORS, closed_loop, found, held_out
+from reconcile.examples.emps_table import PUBLISHED_FORCE_ERRORS, closed_loop, held_out, identified_rows
 from reconcile.examples.example import ExampleResult, data_file, reports, write_figures
 from reconcile.examples.held_out_record import ONCE_A_TURN, Effect, TwoRecords
 from reconcile.formats.mapping import NO_MAPPING, parse_mapping
@@ -104,7 +104,7 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> ExampleRes
             pictures.emps(out / "emps.png", force.residuals[0], turns, replays, PUBLISHED_FORCE_ERRORS)
         )
     rows = [
-        *found(values, first.verdict["findings"]),
+        *identified_rows(values, first.verdict["findings"]),
         *held_out(stages, rejected_effect),
         *closed_loop(replays),
     ]

@@ -16,7 +16,7 @@ PROTOTYPE_RESIDUAL_N = 1.59
 """Force residual of an early prototype on the second record, to be matched."""
 
 
-def found(values: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> list[Row]:
+def identified_rows(values: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> list[Row]:
     """Return the rows of the initial model and of the identified effects."""
     nominal = values["nominal"]
     rows = [

@@ -4,13 +4,16 @@ import configparser
 from pathlib import Path
 from typing import NamedTuple
 
-import canopen
 import numpy as np
-from canopen.objectdictionary import ObjectDictionaryError, ODVariable
 from numpy.typing import NDArray
 
+from kernels.lean_import import as_if_absent
 from reconcile.errors import ReconcileError
 from servo_ctrl.errors import first_line
+
+with as_if_absent("asammdf"):  # canopen brings python-can, which loads it for MF4 logs, and pandas with it
+    import canopen
+    from canopen.objectdictionary import ObjectDictionaryError, ODVariable
 
 NUMPY_TYPES: dict[int, str] = {
     0x01: "?",

@@ -56,7 +56,7 @@ def print_learned(report: RunReport, *, resumable: bool) -> None:
                 f"axis {outcome.axis}: lost motion {learned.lost_motion_m * 1e6:.2f} um, "
                 f"{len(learned.points)} nodes, spread {learned.spread_m * 1e6:.3f} um from travel to travel"
             )
-    unfinished = report.learning.begun and report.learning.stage != "done"
+    unfinished = report.learning.planned and report.learning.stage != "done"
     if resumable and report.learning.state is LearningState.FAILED and unfinished:
         typer.echo(
             f"axis {report.learning.axis} is not learned; the strokes made so far are kept: "

@@ -79,7 +79,7 @@ class _ProgressLines:
 def _label(progress: RunProgress) -> str:
     """The step of the program; while an axis is learning, its stroke, the remaining time and the best J."""
     learning = progress.learning
-    if not learning.begun or learning.state not in ACTIVE:
+    if not learning.planned or learning.state not in ACTIVE:
         return progress.label
     at = f" at {learning.acceleration_m_s2 * 1e3:.3g} mm/s^2"
     text = (

@@ -45,7 +45,7 @@ def as_json(status: MachineStatus) -> str:
 def learning_line(learning: LearningStatus) -> str:
     """State and progress of a learning run, in one line."""
     state = learning.state.name.lower()
-    if not learning.begun or learning.state is LearningState.IDLE:
+    if not learning.planned or learning.state is LearningState.IDLE:
         return ": ".join(text for text in (state, learning.reason) if text)
     line = f"{state}, axis {learning.axis}, {learning.strokes_done} of {learning.strokes_total} strokes"
     if learning.state in ACTIVE:

@@ -45,7 +45,7 @@ class LearningStatus(NamedTuple):
     best_m: float = math.nan
 
     @property
-    def begun(self) -> bool:
+    def planned(self) -> bool:
         """Its strokes are known."""
         return bool(self.stage or self.strokes_total)
 
@@ -76,10 +76,10 @@ FIELDS_OF[LearningStatus] = {
         null=True,
     ),
     "reason": Field("Reason of the last end of learning", Entry(0x2112, 0, TEXT), "In words."),
-    "stage": Field("Learning stage", Entry(0x2111, 0, TEXT), "What the stroke is for.", part="begun"),
-    "strokes_done": Field("Strokes done", Entry(0x2110, 3, U16), part="begun"),
-    "strokes_total": Field("Strokes total", Entry(0x2110, 4, U16), "As expected now.", part="begun"),
-    "progress": Field(part="begun", digits=4),
+    "stage": Field("Learning stage", Entry(0x2111, 0, TEXT), "What the stroke is for.", part="planned"),
+    "strokes_done": Field("Strokes done", Entry(0x2110, 3, U16), part="planned"),
+    "strokes_total": Field("Strokes total", Entry(0x2110, 4, U16), "As expected now.", part="planned"),
+    "progress": Field(part="planned", digits=4),
     "progress_permille": Field(
         "Progress in per mille", Entry(0x2110, 7, U16, pdo=5), "1000 when done.", mqtt=None, local=False
     ),
@@ -87,18 +87,18 @@ FIELDS_OF[LearningStatus] = {
         "Remaining time in s",
         Entry(0x2110, 5, U32, 1.0, none=0),
         "Machine time, as expected now.",
-        part="begun",
+        part="planned",
     ),
     "acceleration_m_s2": Field(
         "Reverse acceleration in um per s2",
         Entry(0x2110, 8, U32, UM_S2),
         "Of the stroke that is being made.",
-        part="begun",
+        part="planned",
     ),
     "best_m": Field(
         "Best J in nm",
         Entry(0x2110, 6, U32, NM),
         "Least J so far at the acceleration of sub 8.",
-        part="begun",
+        part="planned",
     ),
 }

@@ -31,7 +31,7 @@ def resting() -> OffsetMotion:
 
 
 @kernel
-def begun(
+def rest_to_rest(
     from_m: float, to_m: float, smooth: bool, acceleration_m_s2: float, jerk_m_s3: float
 ) -> OffsetMotion:
     """The fastest motion from rest to rest within the acceleration and, when smooth, the jerk (both > 0)."""

@@ -91,7 +91,7 @@ def started(table: ConsecutiveRuns) -> Script:
     yield table.at(Stage.RUNNING)
 
 
-def whole_program(table: ConsecutiveRuns) -> Script:
+def run_program_to_its_end(table: ConsecutiveRuns) -> Script:
     yield from started(table)
     yield lambda: table.machine.stage is not Stage.RUNNING
     assert table.machine.stage is Stage.READY, table.machine.reason
@@ -115,7 +115,7 @@ def fresh_run(table: ConsecutiveRuns) -> None:
 
     def script() -> Script:
         yield from prepared(table)
-        yield from whole_program(table)
+        yield from run_program_to_its_end(table)
 
     report = table.run(script)
     assert report.completed
@@ -145,7 +145,7 @@ def test_machine_runs_again_as_documented(table: Table, row: RecoveryRow) -> Non
         if row.again == SWITCH_ON:
             yield from switched_on(made)
             yield from row.repaired(made)
-            yield from whole_program(made)
+            yield from run_program_to_its_end(made)
         elif row.refused:
             yield 20
             verdict = made.stand.handler.execute(CommandRequest(Command.ENABLE))
@@ -188,7 +188,7 @@ def test_program_that_is_refused_from_where_the_axes_are_is_followed_by_another_
         assert "position" in made.machine.reason
         yield from loaded(made)
         yield from switched_on(made)
-        yield from whole_program(made)
+        yield from run_program_to_its_end(made)
 
     (tmp_path / "far.toml").write_text(ROUND.replace("2.0", "5.0"), encoding="utf-8")
     made.run(aside)

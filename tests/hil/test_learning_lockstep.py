@@ -98,7 +98,7 @@ async def test_axis_learns_and_uses_what_it_has_learned(bench: Any, tmp_path: Pa
     assert not recording.columns["x.pulse_m_s"][at_interval].any()
     assert not recording.columns["y.pulse_m_s"][moving].any()
     # progress never goes back
-    shares = [progress.done for progress in seen if progress.learning.begun]
+    shares = [progress.done for progress in seen if progress.learning.planned]
     assert len(shares) > 3
     assert shares[-1] == 1.0
     stored = LearnedStore(machine_dir / "learned", load_machine(machine_dir)).active("x")

@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple
 
 from kernels.jit import kernel
 from kernels.quantities import Quantity
-from servo_ctrl.control.offset_motion import OffsetMotion, advanced, begun, over
+from servo_ctrl.control.offset_motion import OffsetMotion, advanced, over, rest_to_rest
 from servo_ctrl.control.section import AxisFacts, Key, LawSection
 from servo_ctrl.units import MM
 
@@ -63,5 +63,5 @@ def advance_take_up(p: Params, state: OffsetMotion, direction: float, period_s: 
     """The take-up one period later; `direction` of the last motion, +1 or -1, 0 before the first."""
     wanted_m = 0.5 * p.lost_motion_m * direction if p.enabled else 0.0
     if over(state) and wanted_m != state.to_m:
-        state = begun(state.to_m, wanted_m, True, p.acceleration_m_s2, p.jerk_m_s3)
+        state = rest_to_rest(state.to_m, wanted_m, True, p.acceleration_m_s2, p.jerk_m_s3)
     return advanced(state, period_s)

@@ -17,7 +17,7 @@ from kernels.jit import kernel
 from kernels.quantities import Quantity
 from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M
 from servo_ctrl.control.limits import clamp
-from servo_ctrl.control.offset_motion import OffsetMotion, advanced, begun, over, resting
+from servo_ctrl.control.offset_motion import OffsetMotion, advanced, over, rest_to_rest, resting
 from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
 from servo_ctrl.units import MM, UM
 
@@ -142,7 +142,7 @@ def advance_sampled(p: Params, state: State, deviation_m: float, moving: bool, p
     """
     motion = advanced(state.motion, period_s)
     if not p.enabled and over(motion) and motion.to_m != 0.0:
-        motion = begun(motion.to_m, 0.0, p.smooth, p.acceleration_m_s2, p.jerk_m_s3)
+        motion = rest_to_rest(motion.to_m, 0.0, p.smooth, p.acceleration_m_s2, p.jerk_m_s3)
     if not p.enabled or moving:
         return State(0.0, 0, motion)
     if not over(motion):
@@ -153,5 +153,5 @@ def advance_sampled(p: Params, state: State, deviation_m: float, moving: bool, p
     if abs(deviation_m) <= p.tolerance_m + REST_M:  # rounding must not look like a deviation
         return State(rest_s, p.corrections, motion)
     wanted_m = clamp(motion.to_m + deviation_m, p.limit_m)
-    motion = begun(motion.to_m, wanted_m, p.smooth, p.acceleration_m_s2, p.jerk_m_s3)
+    motion = rest_to_rest(motion.to_m, wanted_m, p.smooth, p.acceleration_m_s2, p.jerk_m_s3)
     return State(0.0, state.corrections + 1, motion)

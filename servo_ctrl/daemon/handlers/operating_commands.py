@@ -107,7 +107,7 @@ class OperatingCommands:
 
     def _disable(self) -> CommandResult:
         machine = self._machine
-        if machine.stage not in {Stage.STARTING, Stage.READY, Stage.RUNNING}:
+        if not machine.stage.under_way:
             return refused_now(machine, "and has no power that could be switched off")
         machine.event(Event.DISABLE, "switched off by the operator")
         return _ACCEPTED

@@ -118,7 +118,7 @@ class Session:
     def _report_progress(self, cycle: Cycle) -> None:
         machine, learning = self._machine, self._services.job.status()
         done = self._motion.progress
-        if learning.begun:
+        if learning.planned:
             done = learning.strokes_done / max(learning.strokes_total, 1)
         step, label = -1, ""
         if machine.stage is Stage.RUNNING and machine.program is not None and machine.program.spans:

@@ -115,7 +115,7 @@ def test_the_status_before_learning_is_read_unchanged(wire: Wire) -> None:
 def test_a_missing_best_value_is_nan(wire: Wire) -> None:
     wire.bench.handler.set_learning("x", LearningState.RUNNING, without_best())
     learning = wire.remote.learning()
-    assert learning.begun
+    assert learning.planned
     assert math.isnan(learning.best_m)
 
 

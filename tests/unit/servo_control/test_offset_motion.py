@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servo_ctrl.control.offset_motion import advanced, begun, offset_m, over, shifted
+from servo_ctrl.control.offset_motion import advanced, offset_m, over, rest_to_rest, shifted
 from servo_ctrl.motion import s_curve, trapezoidal
 
 T = 1e-3
@@ -17,7 +17,7 @@ JERKS = st.floats(0.1, 1e4)
 
 def places(from_m: float, to_m: float, smooth: bool, acceleration: float, jerk: float) -> np.ndarray:
     """Where it is at every tick, rest before and after included."""
-    motion, found = begun(from_m, to_m, smooth, acceleration, jerk), [from_m] * 3
+    motion, found = rest_to_rest(from_m, to_m, smooth, acceleration, jerk), [from_m] * 3
     for _ in range(100_000):
         found.append(offset_m(motion))
         if over(motion):
@@ -59,13 +59,13 @@ def test_offset_motion_arrives_exactly_without_overshoot_within_its_bounds(
 
 @pytest.mark.parametrize("smooth", [True, False])
 def test_zero_distance_is_no_motion(smooth: bool) -> None:
-    motion = begun(3e-6, 3e-6, smooth, 1.0, 1.0)
+    motion = rest_to_rest(3e-6, 3e-6, smooth, 1.0, 1.0)
     assert over(motion)
     assert offset_m(motion) == 3e-6
 
 
 def test_a_shifted_offset_motion_continues_with_the_shift() -> None:
-    motion = advanced(begun(0.0, 1e-5, True, 0.5, 50.0), 3.0 * T)
+    motion = advanced(rest_to_rest(0.0, 1e-5, True, 0.5, 50.0), 3.0 * T)
     beside = shifted(motion, 2e-6)
     for _ in range(50):
         assert offset_m(beside) == pytest.approx(offset_m(motion) + 2e-6, rel=1e-12)

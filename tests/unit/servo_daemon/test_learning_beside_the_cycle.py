@@ -93,7 +93,7 @@ async def test_new_start_right_after_an_abort_is_a_new_run(
         for number in range(len(STROKES)):
             await stand.services.worker.finish()
             learning = stand.status.learning
-            assert learning.begun
+            assert learning.planned
             assert learning.strokes_done == number
             stand.play()
         await stand.services.worker.finish()

@@ -26,7 +26,7 @@ def test_every_stroke_is_made_with_its_own_pulse_and_the_result_is_used_and_stor
     assert made.handler.execute(START_X).accepted
     for number, stroke in enumerate(STROKES):
         learning = made.status.learning
-        assert learning.begun
+        assert learning.planned
         assert (made.status.learning.state, learning.strokes_done) == (LearningState.RUNNING, number)
         pulse = made.pulse("x")
         assert pulse.enabled == (stroke.pulse != NO_PULSE)
@@ -104,7 +104,7 @@ def test_stroke_with_missing_samples_is_repeated_a_bounded_number_of_times(
     problem = "a position sample is missing in the stroke"
     assert made.machine.notes == [f"axis x: a stroke is made again: {problem}"]
     learning = made.status.learning
-    assert learning.begun
+    assert learning.planned
     assert (made.machine.stage, learning.strokes_done) == (Stage.RUNNING, 0)
     for _ in range(REPEATS):
         made.play(AT_AN_ERROR)

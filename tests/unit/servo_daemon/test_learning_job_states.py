@@ -58,7 +58,7 @@ def test_abort_ramps_down_and_forgets_the_strokes_but_keeps_the_functions_in_use
     assert made.status.axes[0].version == 1
     assert made.handler.execute(START_X).accepted
     learning = made.status.learning
-    assert learning.begun
+    assert learning.planned
     assert learning.strokes_done == 0
 
 
@@ -80,7 +80,7 @@ def test_fault_keeps_the_functions_in_use_and_the_strokes_for_the_next_run(
     following_run = stand()
     following_run.handler.execute(START_X)
     learning = following_run.status.learning
-    assert learning.begun
+    assert learning.planned
     assert learning.strokes_done == 2
     assert following_run.machine.notes == ["axis x: learning goes on after 2 strokes made before"]
 
@@ -108,7 +108,7 @@ def test_fresh_start_discards_the_journal(stand: Callable[..., LearningStand]) -
     made = stand(learn=LearningRequest(("x",), fresh=True))
     made.services.on_ready()
     learning = made.status.learning
-    assert learning.begun
+    assert learning.planned
     assert learning.strokes_done == 0
 
 
@@ -124,7 +124,7 @@ def test_journal_of_other_strokes_is_not_resumed(
     made.handler.execute(START_X)
     assert made.machine.notes[0].endswith("other strokes than would be made now; learning begins anew")
     learning = made.status.learning
-    assert learning.begun
+    assert learning.planned
     assert learning.strokes_done == 0
 
 

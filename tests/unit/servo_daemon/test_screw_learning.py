@@ -46,7 +46,7 @@ def test_travels_are_made_without_compensation_and_the_check_with_what_was_learn
     stages = []
     for number in range(TRAVELS):
         learning = made.status.learning
-        assert learning.begun
+        assert learning.planned
         assert (learning.strokes_done, learning.strokes_total) == (number, TRAVELS)
         stages.append((learning.stage, made.params.screw.enabled, made.params.sampled.enabled))
         made.play()

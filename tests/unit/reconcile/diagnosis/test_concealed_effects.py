@@ -82,7 +82,7 @@ def explained(diagnosis: Diagnosis, effect: str) -> Explanation:
     return next(e for e in diagnosis.explanations[AXIS] if e.channel is channel)
 
 
-def left_by(truth: NominalAxis, explanation: Explanation) -> Array:
+def residual_after(truth: NominalAxis, explanation: Explanation) -> Array:
     """What the plant's own file leaves of the recording, (n,)."""
     data, channel = explanation.residuals[0].data, explanation.channel
     model_terms = [one for one in terms_of_model(truth, [data]) if one.channel is channel]
@@ -143,7 +143,7 @@ def test_written_model_agrees_to_the_noise_floor(diagnosed: Callable[[str], Diag
     found = diagnosed(effect)
     second = explained(found.second, effect)
     [residual] = second.residuals
-    truth = rms(left_by(load_model(found.machine).axes[AXIS], second)[residual.used])
+    truth = rms(residual_after(load_model(found.machine).axes[AXIS], second)[residual.used])
     # less, as the channels' timing is in the one only
     assert rms(residual.before[residual.used]) < 1.05 * truth
     nominal = explained(found.first, effect).residuals[0].before

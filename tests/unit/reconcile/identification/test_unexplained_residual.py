@@ -12,7 +12,7 @@ from reconcile.identification.unexplained_residual import LEAST_SHARE, unexplain
 AMPLITUDE_N, SINE_HZ = 6.0, 5.0
 
 
-def left_by(amplitude_n: float, refitted_n: float | None = None, noise_n: float = 0.1) -> list:
+def residual_after(amplitude_n: float, refitted_n: float | None = None, noise_n: float = 0.1) -> list:
     """A recording of which a sine is left behind the filter; `refitted_n`: the sine before any effect."""
     clean = residual(noise=noise_n)
     sine = np.sin(2.0 * math.pi * SINE_HZ * np.arange(len(clean.after)) * T)
@@ -21,7 +21,7 @@ def left_by(amplitude_n: float, refitted_n: float | None = None, noise_n: float 
 
 
 def test_a_residual_sine_is_reported_with_amplitude_and_frequency() -> None:
-    found = unexplained_residual(left_by(AMPLITUDE_N), ResidualChannel.FORCE, MASS_KG, None)
+    found = unexplained_residual(residual_after(AMPLITUDE_N), ResidualChannel.FORCE, MASS_KG, None)
     assert found is not None
     assert (found.effect, found.channel) == ("unknown", "force")
     assert found.parameters["rms"].value == pytest.approx(AMPLITUDE_N / math.sqrt(2.0), rel=0.02)
@@ -35,12 +35,17 @@ def test_white_noise_is_no_unexplained_residual() -> None:
 
 def test_a_small_share_is_no_unexplained_residual() -> None:
     below, above = (AMPLITUDE_N / math.sqrt(LEAST_SHARE * factor) for factor in (0.9, 1.1))
-    assert unexplained_residual(left_by(AMPLITUDE_N, below), ResidualChannel.FORCE, MASS_KG, None) is None
-    assert unexplained_residual(left_by(AMPLITUDE_N, above), ResidualChannel.FORCE, MASS_KG, None) is not None
+    assert (
+        unexplained_residual(residual_after(AMPLITUDE_N, below), ResidualChannel.FORCE, MASS_KG, None) is None
+    )
+    assert (
+        unexplained_residual(residual_after(AMPLITUDE_N, above), ResidualChannel.FORCE, MASS_KG, None)
+        is not None
+    )
 
 
 def test_a_deviation_below_an_encoder_count_is_no_unexplained_residual() -> None:
-    left = left_by(AMPLITUDE_N * 1e-6, noise_n=1e-9)
+    left = residual_after(AMPLITUDE_N * 1e-6, noise_n=1e-9)
     rms_m = AMPLITUDE_N * 1e-6 / math.sqrt(2.0)
     assert unexplained_residual(left, ResidualChannel.POSITION_DEVIATION, MASS_KG, 1.1 * rms_m) is None
     assert unexplained_residual(left, ResidualChannel.POSITION_DEVIATION, MASS_KG, 0.9 * rms_m) is not None
