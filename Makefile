@@ -11,6 +11,7 @@ RUNS ?= 5000
 FRAMES ?= 1000000
 SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
 .PHONY: help setup demo test check check-fast tests tests-fast test-vcan vcan-fast system bench bench-reconcile bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit clean
 
@@ -45,8 +46,7 @@ system:  ## install the system packages that some tests need (as root, by apt)
 PYTEST := $(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder
 
 test: setup system  ## all checks and every test, on the embedded bus and on real SocketCAN
-	@$(MAKE) --no-print-directory --jobs 2 check tests
-	@$(MAKE) --no-print-directory test-vcan
+	@$(MAKE) --no-print-directory --jobs 3 check tests test-vcan
 
 check-fast: setup system  ## lint, types, quick tests, one run over the bus, one on vcan0: two minutes
 	@$(MAKE) --no-print-directory --jobs 3 check tests-fast vcan-fast

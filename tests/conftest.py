@@ -1,6 +1,7 @@
 """For every test: long files begin first, no task is left behind, no property fails for having taken long."""
 
 import asyncio
+import os
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -13,12 +14,12 @@ settings.load_profile("untimed")
 
 ROOT = Path(__file__).parents[1]
 LONGEST_FIRST = (
-    "tests/browser/test_table_pages.py",
-    "tests/browser/test_operator.py",
-    "tests/browser/",
-    "tests/hil/test_friction_experiments.py",
-    "tests/hil/test_learning_lockstep.py",
     "tests/hil/test_experiments.py",
+    "tests/hil/test_learning_lockstep.py",
+    "tests/hil/test_friction_experiments.py",
+    "tests/browser/test_operator.py",
+    "tests/browser/test_table_pages.py",
+    "tests/browser/",
     "tests/hil/test_serve_lockstep.py",
     "tests/unit/reconcile/diagnosis/",
     "tests/unit/reconcile/watch/",
@@ -49,6 +50,11 @@ local_can/test_localcan_bus servo_canopen/test_sdo_server
 """
 SLOW = tuple(f"tests/unit/{beginning}" for beginning in SLOW_UNITS.split())
 """Unit tests of many seconds: whole diagnoses, whole commands, studies, long properties; marked `slow`."""
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """One more than there are processors: the tests of a page or a broker wait for a fifth of their time."""
+    return 1 + len(os.sched_getaffinity(0))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

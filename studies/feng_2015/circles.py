@@ -25,11 +25,13 @@ def run_circles(machine: Path, out: Path, json_file: Path | None) -> None:
     window_s = run.machine.monitoring.window_s
     results = analyse_circles(run.recording, window_s)
     figures = summary(results)
+    errors = figures["published_x_relative_errors_percent"]
     console = Console()
     console.print(indicator_table(results, window_s, FENG_2015_X_UNCOMPENSATED, CAPTION))
-    console.print(error_table(figures["published_x_relative_errors_percent"]))
+    console.print(error_table(errors))
     console.print(
-        f"the sixteen relative errors of x: RMS {figures['relative_error_rms_percent']:.1f} %, "
+        f"the {sum(map(len, errors.values()))} relative errors of x: "
+        f"RMS {figures['relative_error_rms_percent']:.1f} %, "
         f"largest {figures['relative_error_largest_percent']:.1f} %",
         highlight=False,
     )

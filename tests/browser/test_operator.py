@@ -11,10 +11,10 @@ from simulated_table import opened, served_table, table_directory
 LIMIT_MS = 240_000
 SHORT = {
     "radius_mm = 50.0": "radius_mm = 2.0\ntrailing = false",
-    "accelerations_mm_s2 = [2.0, 8.0, 30.0, 120.0]": "accelerations_mm_s2 = [400.0, 500.0, 600.0, 700.0]",
+    "accelerations_mm_s2 = [2.0, 8.0, 30.0, 120.0]": "accelerations_mm_s2 = [140.0, 180.0, 220.0, 260.0]",
     "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 500000.0",
 }
-"""Strokes of half a second: not what anybody would learn with, but the same code."""
+"""Strokes of a second: not what anybody would learn with, but the same code."""
 CIRCLE = """
 [[step]]
 kind = "move"
@@ -26,8 +26,8 @@ feed_mm_min = 1000.0
 kind = "circle"
 label = "circle"
 radius_mm = 2.0
-feed_mm_min = 1900.0  # reverse acceleration 500 mm/s^2
-turns = 30.0
+feed_mm_min = 1200.0  # reverse acceleration 200 mm/s^2
+turns = 15.0
 ramp_s = 0.1
 
 [[step]]

@@ -12,8 +12,13 @@ from pathlib import Path
 
 import can
 import pytest
+from machine_files import XY_TABLE, text_of, write_controller, write_plant
 
+from servo_ctrl.config.load import load_machine
 from servo_ctrl.hil_rig.simulated_machine import SimulatorError, simulated_machine
+from servo_ctrl.metrology.circles import analyse_circles
+from servo_ctrl.recording.reader import load_recording
+from studies.feng_2015.circles import summary
 
 ROOT = Path(__file__).parents[2]
 EMPS_DATA = ROOT.parent / "shared" / "data" / "emps"
@@ -52,24 +57,52 @@ def test_the_simulated_emps_axis_comes_as_close_to_the_real_one_as_the_published
         assert (tmp_path / f"{record}.png").stat().st_size > 10_000
 
 
-def test_the_uncompensated_table_makes_the_published_errors(tmp_path: Path) -> None:
-    figures_file = tmp_path / "circles.json"
-    servo_ctrl("experiment", "circles", "--out", str(tmp_path), "--json", str(figures_file))
-    figures = json.loads(figures_file.read_text())
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """What the demo printed, and its folder."""
+    out = tmp_path_factory.mktemp("demo")
+    return servo_ctrl("demo", "--out", str(out)), out
+
+
+def test_the_demo_prints_the_indicators_and_writes_pictures_and_recording(demo: tuple[str, Path]) -> None:
+    printed, out = demo
+    for expected in ("500", "1000", "2000", "3000", "contour peak", "RMS e", "cycles/s"):
+        assert expected in printed
+    assert (out / "contour.png").stat().st_size > 10_000
+    assert (out / "reversals.png").stat().st_size > 10_000
+    (recording,) = (out / "recordings").iterdir()
+    assert list(recording.glob("part-*.parquet"))
+
+
+def test_the_uncompensated_table_makes_the_published_errors(demo: tuple[str, Path]) -> None:
+    (recording,) = (demo[1] / "recordings").iterdir()
+    figures = summary(analyse_circles(load_recording(recording), load_machine(XY_TABLE).monitoring.window_s))
     errors = figures["published_x_relative_errors_percent"]
     assert sum(len(row) for row in errors.values()) == 16
     assert figures["relative_error_rms_percent"] < 15.0
     assert abs(figures["relative_error_largest_percent"]) < 30.0
 
 
-def test_the_demo_prints_the_indicators_and_writes_pictures_and_recording(tmp_path: Path) -> None:
-    printed = servo_ctrl("demo", "--out", str(tmp_path))
-    for expected in ("500", "1000", "2000", "3000", "contour peak", "RMS e", "cycles/s"):
-        assert expected in printed
+def test_the_study_of_circles_compares_with_what_was_published(tmp_path: Path) -> None:
+    machine = tmp_path / "machine"
+    write_controller(machine, text_of(XY_TABLE / "controller.toml"))
+    write_plant(machine, text_of(XY_TABLE / "plant.toml"))
+    program = Path("programs", "circles.toml")
+    _, to_the_start, *steps = (XY_TABLE / program).read_text(encoding="utf-8").split("[[step]]")
+    (fastest,) = (step for step in steps if '"F 3000"' in step)
+    (machine / program).parent.mkdir()
+    (machine / program).write_text(f"[[step]]{to_the_start}[[step]]{fastest}", encoding="utf-8")
+    json_file = tmp_path / "circles.json"
+    printed = servo_ctrl(
+        *("experiment", "circles", "--machine", str(machine)),
+        *("--out", str(tmp_path), "--json", str(json_file)),
+    )
+    figures = json.loads(json_file.read_text())
+    (errors,) = figures["published_x_relative_errors_percent"].values()
+    assert all(abs(error) < 30.0 for error in errors.values())
+    assert "Feng et al. 2015" in printed
+    assert "the 4 relative errors of x" in printed
     assert (tmp_path / "contour.png").stat().st_size > 10_000
-    assert (tmp_path / "reversals.png").stat().st_size > 10_000
-    (recording,) = (tmp_path / "recordings").iterdir()
-    assert list(recording.glob("part-*.parquet"))
 
 
 def test_a_machine_without_a_plant_gives_one_clear_line() -> None:
@@ -84,6 +117,7 @@ def test_a_machine_without_a_plant_gives_one_clear_line() -> None:
 PARENT = """
 import asyncio, sys
 from pathlib import Path
+from servo_ctrl.config.load import load_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 
 async def hold():
