@@ -35,16 +35,6 @@ class PageOptions(NamedTuple):
 
 
 @contextlib.asynccontextmanager
-async def page_process(
-    socket: Path, arguments: tuple[str, ...], note: Callable[[str], None]
-) -> AsyncIterator[None]:
-    """Run the page while the block runs; `note` gets its last line when it ends by itself."""
-    page = [sys.executable, "-m", "servo_ctrl.hmi", "serve", "--socket", str(socket), *arguments]
-    async with kept(page, note):
-        yield
-
-
-@contextlib.asynccontextmanager
 async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator[None]:
     """Run a command, started again when it ends, until the block is left."""
     process = await asyncio.create_subprocess_exec(

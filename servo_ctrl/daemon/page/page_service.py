@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import logging
 import os
+import sys
 import tempfile
 from collections.abc import AsyncIterator, Generator, Sequence
 from pathlib import Path
@@ -23,7 +24,7 @@ from servo_ctrl.daemon.cycle.realtime import step_back
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.page.bus_watch import BusWatch
 from servo_ctrl.daemon.page.object_access import ObjectAccess
-from servo_ctrl.daemon.page.page_process import PageOptions, page_process
+from servo_ctrl.daemon.page.page_process import PageOptions, kept
 from servo_ctrl.daemon.page.row_tap import RowTap
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.io.can_port import CanPort
@@ -92,9 +93,9 @@ class PageService:
                 if self._options.on_socket is not None:
                     self._options.on_socket(socket)
                 if self._options.arguments is not None:
-                    await stack.enter_async_context(
-                        page_process(socket, self._options.arguments, self._machine.note)
-                    )
+                    page = (sys.executable, "-m", "servo_ctrl.hmi", "serve", "--socket", str(socket))
+                    command = [*page, *self._options.arguments]
+                    await stack.enter_async_context(kept(command, self._machine.note))
                 self._tap.on_due = lambda: loop.call_soon(self._step)
                 self._router.page = self._tap.take
                 self._publisher.on_change.append(self._server.changed)

@@ -8,7 +8,7 @@ from nicegui import run, ui
 from servo_ctrl.commands.local_messages import Hello, LocalAnswer
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
-from servo_ctrl.hmi.bus.object_tree import DictionaryObject, IndexRange, ObjectEntry, entries_of, load_tree
+from servo_ctrl.hmi.bus.object_tree import ObjectEntry, load_entries, tree_nodes
 from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, choice, confirmed, div, faint, note
@@ -71,16 +71,16 @@ class ObjectBrowser:
         with self._place:
             faint(f"Reading {Path(node.eds).name} {ELLIPSIS}")
         try:
-            tree = await run.io_bound(load_tree, Path(node.eds), node.node_id) or ()
+            entries = await run.io_bound(load_entries, Path(node.eds), node.node_id) or []
         except ServoCtrlError as error:
-            tree = ()
+            entries = []
             self._problem.set_text(str(error))
         if node.node_id != self._node.value:
             return  # another node was chosen meanwhile
-        self._entries = {entry.address: entry for entry in entries_of(tree)}
+        self._entries = {entry.address: entry for entry in entries}
         self._place.clear()
         with self._place:
-            self._tree = ui.tree(tree_nodes(tree), label_key="label", on_select=self._select)
+            self._tree = ui.tree(tree_nodes(entries), label_key="label", on_select=self._select)
             self._tree.mark("object-tree").props("dense").bind_filter_from(self._filter, "value")
             self._opened = set()
 
@@ -161,19 +161,3 @@ def _problem(what: str, answer: LocalAnswer | None) -> str:
     if answer is None or answer.accepted:
         return ""
     return f"{what}: {answer.reason or answer.refusal}"
-
-
-def tree_nodes(tree: tuple[IndexRange, ...]) -> list[dict[str, Any]]:
-    """The tree in the form of `ui.tree`."""
-    return [
-        {"id": part.name, "label": part.name, "children": [_object_node(item) for item in part.objects]}
-        for part in tree
-    ]
-
-
-def _object_node(item: DictionaryObject) -> dict[str, Any]:
-    """A branch; an object whose one entry is subindex 0 is a leaf itself."""
-    leaves = [{"id": entry.address, "label": f"{entry.address} {entry.name}"} for entry in item.entries]
-    if len(leaves) == 1 and item.entries[0].subindex == 0:
-        return leaves[0]
-    return {"id": f"{item.index:04X}", "label": f"{item.index:04X} {item.name}", "children": leaves}

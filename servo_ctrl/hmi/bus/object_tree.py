@@ -1,10 +1,10 @@
 """The object dictionary of a node as its EDS describes it: a tree to browse."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from servo_ctrl.canopen.errors import EdsError
 
@@ -64,6 +64,12 @@ class ObjectEntry:
     high: int | None = None
     default: str = ""
     """"" without one."""
+    object_name: str = ""
+
+    @property
+    def range_name(self) -> str:
+        """The name of the range of its index."""
+        return next(name for last, name in RANGES if self.index <= last)
 
     @property
     def address(self) -> str:
@@ -98,52 +104,35 @@ class ObjectEntry:
         return low, high
 
 
-@dataclass(frozen=True, slots=True)
-class DictionaryObject:
-    """An index with its entries."""
-
-    index: int
-    name: str
-    entries: tuple[ObjectEntry, ...]
-
-
-class IndexRange(NamedTuple):
-    """A range of indices with its objects."""
-
-    name: str
-    objects: tuple[DictionaryObject, ...]
-
-
-def load_tree(eds: Path, node_id: int) -> tuple[IndexRange, ...]:
-    """Read the objects of an EDS by ranges of the index. Raises EdsError naming the file."""
+def load_entries(eds: Path, node_id: int) -> list[ObjectEntry]:
+    """Read the entries of an EDS in the order of their addresses. Raises EdsError naming the file."""
     # the canopen library takes some 60 MB, and most processes never show a tree
     from servo_ctrl.canopen.stack import load_eds  # noqa: PLC0415
 
     _refuse_other_files(eds)
-    variables = [one for _, one in sorted(load_eds(eds, node_id).variables.items())]
-    objects = []
-    for (index, name), found in groupby(variables, key=lambda one: (one.index, one.object_label)):
-        entries = tuple(
-            ObjectEntry(
-                index, one.subindex, one.label, one.data_type, one.access, one.low, one.high, one.default_text
-            )
-            for one in found
-        )
-        objects.append(DictionaryObject(index, name, entries))
-    ranges, first = [], FIRST_OBJECT
-    for last, name in RANGES:
-        inside = tuple(item for item in objects if first <= item.index <= last)
-        if inside:
-            ranges.append(IndexRange(name, inside))
-        first = last + 1
-    return tuple(ranges)
+    return [
+        ObjectEntry(*address, v.label, v.data_type, v.access, v.low, v.high, v.default_text, v.object_label)
+        for address, v in sorted(load_eds(eds, node_id).variables.items())
+        if v.index >= FIRST_OBJECT
+    ]
 
 
-def entries_of(tree: tuple[IndexRange, ...]) -> Iterator[ObjectEntry]:
-    """All entries in the order of their addresses."""
-    for part in tree:
-        for item in part.objects:
-            yield from item.entries
+def tree_nodes(entries: Iterable[ObjectEntry]) -> list[dict[str, Any]]:
+    """The entries as branches of `ui.tree`: ranges of the index, and objects in them."""
+    nodes = []
+    for name, inside in groupby(entries, lambda entry: entry.range_name):
+        objects = [_object_node(list(found)) for _, found in groupby(inside, lambda entry: entry.index)]
+        nodes.append({"id": name, "label": name, "children": objects})
+    return nodes
+
+
+def _object_node(entries: Sequence[ObjectEntry]) -> dict[str, Any]:
+    """A branch; an object whose one entry is subindex 0 is a leaf itself."""
+    leaves = [{"id": entry.address, "label": f"{entry.address} {entry.name}"} for entry in entries]
+    first = entries[0]
+    if len(leaves) == 1 and first.subindex == 0:
+        return leaves[0]
+    return {"id": f"{first.index:04X}", "label": f"{first.index:04X} {first.object_name}", "children": leaves}
 
 
 def _refuse_other_files(eds: Path) -> None:

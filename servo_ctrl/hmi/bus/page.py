@@ -14,7 +14,7 @@ from servo_ctrl.hmi.bus.object_browser import ObjectBrowser
 from servo_ctrl.hmi.shell.live_content import Plot, TextTable, when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import CHECK, WARNING, Pill, button, card, div, faint
-from servo_ctrl.hmi.shell.plots import figure, plot_layout, theme_of
+from servo_ctrl.hmi.shell.plots import Theme, figure, plot_layout
 from servo_ctrl.hmi.shell.units import grouped
 
 TITLE = "Bus"
@@ -88,11 +88,11 @@ class TrafficCards:
                     self._pills[item.key] = Pill(item.key)
             text = f"{WARNING} {item.text}" if item.notable else item.text
             self._pills[item.key].show(text, "warn" if item.notable else "calm")
-        histogram, dark = status.bus.cycle_us, self._page.dark
+        histogram, theme = status.bus.cycle_us, self._page.look.theme
         self._summary.set_text(cycle_summary(histogram))
         self._plot.show(
-            (histogram, dark),
-            lambda: cycle_figure(histogram, self._hello.period_s, dark=dark),
+            (histogram, theme),
+            lambda: cycle_figure(histogram, self._hello.period_s, theme),
             at_most_every_s=1.0,
         )
 
@@ -118,17 +118,17 @@ def traffic_figures(bus: BusStatus) -> list[TrafficFigure]:
     ]
 
 
-def cycle_figure(histogram: CycleHistogram, period_s: float, *, dark: bool) -> dict[str, Any]:
+def cycle_figure(histogram: CycleHistogram, period_s: float, theme: Theme) -> dict[str, Any]:
     """The histogram of the cycle time with logarithmic counts: the rare cycles matter."""
     counts = histogram.counts
     bars = {
         "type": "bar",
         "x": bin_names(histogram.edges_us),
         "y": [count or None for count in counts],
-        "marker": {"color": theme_of(dark=dark).curve(0)},
+        "marker": {"color": theme.curve(0)},
         "hovertemplate": "%{x} µs: %{y}<extra></extra>",
     }
-    layout = plot_layout(f"cycle time (µs), nominal {period_s * 1e6:g}", "cycles", dark=dark)
+    layout = plot_layout(f"cycle time (µs), nominal {period_s * 1e6:g}", "cycles", theme)
     layout |= {"showlegend": False, "bargap": 0.05}
     # from below 1, so that a single late cycle has a bar
     layout["yaxis"] |= {"type": "log", "dtick": 1, "range": [-0.3, math.log10(max(*counts, 10)) + 0.1]}

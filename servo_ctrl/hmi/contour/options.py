@@ -20,8 +20,7 @@ from servo_ctrl.hmi.contour.turns import (
     MeasuredTurn,
     since_reversal,
 )
-from servo_ctrl.hmi.shell.plots import Theme, theme_of
-from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.hmi.shell.plots import Look, Theme
 from servo_ctrl.plots.contour_traces import ContourTrace, round_division
 from servo_ctrl.recording.min_max import thinned
 
@@ -86,10 +85,10 @@ def joined(parts: Sequence[Array]) -> tuple[bytes, int]:
 
 
 def polar_options(
-    kinds: Sequence[Compensation], radius_m: float, shown: Magnification, *, dark: bool
+    kinds: Sequence[Compensation], radius_m: float, shown: Magnification, theme: Theme
 ) -> tuple[Options, list[Trace]]:
     """The rings and one trace for each compensation; errors outwards are drawn outside of the circle."""
-    theme, step_m = theme_of(dark=dark), shown.factor * shown.division_m
+    step_m = shown.factor * shown.division_m
     outside_m = radius_m + 2.5 * step_m
     options = _turn_options(theme, kinds)
     limits = {"type": "value", "show": False, "min": -outside_m, "max": outside_m}
@@ -116,10 +115,10 @@ def polar_options(
 
 
 def quadrant_options(
-    kinds: Sequence[Compensation], error_range: tuple[float, float], units: UnitSystem, *, dark: bool
+    kinds: Sequence[Compensation], error_range: tuple[float, float], look: Look
 ) -> tuple[Options, list[Trace]]:
     """Four panes with the radial error over the angle since each reversal; `error_range` as shown."""
-    theme = theme_of(dark=dark)
+    units, theme = look
     options = _turn_options(theme, kinds) | {"grid": [], "xAxis": [], "yAxis": []}
     traces = []
     for k, name in enumerate(QUADRANTS):
@@ -137,10 +136,11 @@ def quadrant_options(
 
 
 def path_options(
-    axes: Sequence[str], centre_m: Sequence[float], reach_m: float, units: UnitSystem, *, dark: bool
+    axes: Sequence[str], centre_m: Sequence[float], reach_m: float, look: Look
 ) -> tuple[Options, list[Trace]]:
     """Commanded and actual path in the plane; the chart is square, so that a circle is round."""
-    theme, factor = theme_of(dark=dark), units.length.factor
+    units, theme = look
+    factor = units.length.factor
     shown: list[dict[str, Any]] = []
     for axis, middle_m, gap in zip(axes, centre_m, (24, 46), strict=True):
         limits = {"min": (middle_m - reach_m) * factor, "max": (middle_m + reach_m) * factor}

@@ -69,7 +69,7 @@ class ContourCharts:
         """Centre and half width of the path chart, metres."""
         self._path_drawn: tuple[object, ...] = ()
         self._turns_drawn: tuple[object, ...] = ()
-        self._look: tuple[object, ...] = ()
+        self._shown: tuple[object, ...] = ()
         self._circles: dict[Any, str] = {NEWEST: "the newest"}
         with panel("Settings of the contour"):
             with div("bench-row"):
@@ -110,11 +110,11 @@ class ContourCharts:
         if now_s - self._framed_s > REFRAME_S:
             self._framed_s = now_s
             self._fit_frame(ring, span)
-        drawn = (self._frame, page.units.name, page.dark)
+        drawn = (self._frame, page.look)
         if drawn != self._path_drawn:
             self._path_drawn = drawn
             centre_m, reach_m = self._frame[:2], self._frame[2]
-            self._path.show(*path_options(self._plane, centre_m, reach_m, page.units, dark=page.dark))
+            self._path.show(*path_options(self._plane, centre_m, reach_m, page.look))
         if not self._path.ready:
             return
         factor = float(self._path_factor.value)
@@ -161,8 +161,7 @@ class ContourCharts:
             factor=float(self._factor.value),
             fitted=self._reference.value == "fitted",
             axes=self._plane,
-            units=page.units,
-            dark=page.dark,
+            look=page.look,
         )
         wanted = self._store.version, display
         ready = self._polar.ready, self._quadrants.ready  # ask both: asking detects a silent browser
@@ -176,11 +175,11 @@ class ContourCharts:
             self._description.set_text("No whole turn of a circle at constant speed yet.")
             for chart in (self._polar, self._quadrants):
                 chart.show({"series": []}, [])
-            self._look = ()
+            self._shown = ()
             return
         self._table.show(charts.rows, charts.head)
         self._description.set_text(charts.description)
-        changed, self._look = charts.look != self._look, charts.look
+        changed, self._shown = charts.drawn_for != self._shown, charts.drawn_for
         for chart, content in ((self._polar, charts.polar), (self._quadrants, charts.quadrants)):
             if changed:
                 chart.show(content.options, content.traces)

@@ -21,6 +21,7 @@ from servo_ctrl.hmi.contour.options import (
 )
 from servo_ctrl.hmi.contour.turn_store import TurnStore
 from servo_ctrl.hmi.contour.turns import LABELS, QUADRANTS, CircleKey, MeasuredTurn, glitches_m
+from servo_ctrl.hmi.shell.plots import Look
 from servo_ctrl.hmi.shell.units import UnitSystem, grouped
 from servo_ctrl.plots.contour_traces import round_division
 
@@ -37,8 +38,7 @@ class TurnDisplay(NamedTuple):
     fitted: bool
     """Error against the circle that is fitted to the actual positions."""
     axes: tuple[str, ...]
-    units: UnitSystem
-    dark: bool
+    look: Look
 
 
 class TurnChart(NamedTuple):
@@ -56,7 +56,7 @@ class TurnCharts(NamedTuple):
     head: list[str]
     rows: list[list[str]]
     description: str
-    look: tuple[object, ...]
+    drawn_for: tuple[object, ...]
     """While it is the same, the options of both charts are."""
     polar: TurnChart
     quadrants: TurnChart
@@ -65,7 +65,7 @@ class TurnCharts(NamedTuple):
 @lru_cache(maxsize=MAX_CACHED)
 def turn_charts(store: TurnStore, _version: int, display: TurnDisplay) -> TurnCharts | None:
     """The charts of the turns in a store of this version; None: there is no turn of this circle."""
-    turns, units, dark = store.turns(display.circle), display.units, display.dark
+    turns, look, units = store.turns(display.circle), display.look, display.look.units
     if not turns:
         return None
     traces = [turn.fitted_trace if display.fitted else turn.trace for turn in turns]
@@ -78,9 +78,9 @@ def turn_charts(store: TurnStore, _version: int, display: TurnDisplay) -> TurnCh
         head=["Compensation", *(f"{name} ({units.error.unit})" for name in (*QUADRANTS, "roundness"))],
         rows=glitch_rows(turns, units),
         description=describe_turn(turns[-1], display.axes, shown, units),
-        look=(tuple(kinds), radius_m, shown, error_range, units.name, dark),
-        polar=_chart(polar_options(kinds, radius_m, shown, dark=dark), polar),
-        quadrants=_chart(quadrant_options(kinds, error_range, units, dark=dark), quadrants),
+        drawn_for=(tuple(kinds), radius_m, shown, error_range, look),
+        polar=_chart(polar_options(kinds, radius_m, shown, look.theme), polar),
+        quadrants=_chart(quadrant_options(kinds, error_range, look), quadrants),
     )
 
 

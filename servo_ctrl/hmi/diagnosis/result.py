@@ -30,7 +30,7 @@ from servo_ctrl.hmi.diagnosis.verdict import (
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, errors_notified, faint, note
-from servo_ctrl.hmi.shell.plots import figure, plot_layout, theme_of
+from servo_ctrl.hmi.shell.plots import Theme, figure, plot_layout
 
 MODELS = ("nominal", "refitted", "with the effects")
 """The models whose residuals are compared, in the order of `Improvement.levels`."""
@@ -95,7 +95,7 @@ class DiagnosisResult:
                 TextTable("fit", ("axis", "in", "unit", *MODELS)).show(
                     [(*row[:3], *(f"{level:.3g}" for level in row.levels)) for row in rows]
                 )
-                plot = ui.plotly(fit_figure(rows, dark=self._page.dark)).mark("fit-plot")
+                plot = ui.plotly(fit_figure(rows, self._page.look.theme)).mark("fit-plot")
                 plot.style("width: 100%; height: 280px")
             for text in verdict.notes:
                 faint(text).style("overflow-wrap: anywhere; font-size: 12px")
@@ -144,9 +144,8 @@ class DiagnosisResult:
                     link.props("download").style("padding: 12px 8px")
 
 
-def fit_figure(rows: Sequence[Improvement], *, dark: bool) -> dict[str, Any]:
+def fit_figure(rows: Sequence[Improvement], theme: Theme) -> dict[str, Any]:
     """The residuals in per cent of the nominal model's, so that all channels fit into one plot."""
-    theme = theme_of(dark=dark)
     data = [
         {
             "type": "bar",
@@ -157,7 +156,7 @@ def fit_figure(rows: Sequence[Improvement], *, dark: bool) -> dict[str, Any]:
         }
         for number, model in enumerate(MODELS)
     ]
-    layout = plot_layout("", "% of the nominal model", dark=dark) | {"barmode": "group"}
+    layout = plot_layout("", "% of the nominal model", theme) | {"barmode": "group"}
     return figure(data, layout, revision="fit")
 
 

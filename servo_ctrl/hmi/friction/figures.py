@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from servo_ctrl.commands.local_messages import Reversal
-from servo_ctrl.hmi.shell.plots import curve, figure, horizontal_line, plot_layout, theme_of
+from servo_ctrl.hmi.shell.plots import Look, curve, figure, horizontal_line, plot_layout
 from servo_ctrl.hmi.shell.units import UnitSystem
 from servo_ctrl.learned.store import VersionEntry
 from servo_ctrl.learning.pulse_functions import table
@@ -34,32 +34,29 @@ def indicator_figure(
     reversals: Sequence[Reversal],
     axes: Sequence[str],
     indicator: str,
-    *,
     required_m: float,
-    period_s: float,
-    units: UnitSystem,
-    dark: bool,
+    look: Look,
 ) -> dict[str, Any]:
     """One indicator of each reversal over the time of the run, one curve an axis; with J_required for J."""
-    theme, unit = theme_of(dark=dark), units.error
+    theme, unit = look.theme, look.units.error
     data = []
     for number, axis in enumerate(dict.fromkeys([*axes, *(reversal.axis for reversal in reversals)])):
         found = [reversal for reversal in reversals if reversal.axis == axis]
-        time_s = [reversal.report.cycle * period_s for reversal in found]
+        time_s = [reversal.report.cycle * reversal.period_s for reversal in found]
         values = [_scaled(getattr(reversal.report, indicator), unit.factor) for reversal in found]
         style = {"symbol": SYMBOLS[number % len(SYMBOLS)], "size": 7}
         line = {"color": theme.curve(number), "width": 1}
         data.append(curve(f"axis {axis}", time_s, values, "lines+markers", line=line, marker=style))
-    layout = plot_layout("time of the run (s)", f"{INDICATORS[indicator]} ({unit.unit})", dark=dark)
+    layout = plot_layout("time of the run (s)", f"{INDICATORS[indicator]} ({unit.unit})", theme)
     layout["yaxis"]["rangemode"] = "tozero"
     if indicator == MEAN:
         layout |= horizontal_line("J required", required_m * unit.factor, theme.grey)
-    return figure(data, layout, revision=indicator + units.name)
+    return figure(data, layout, revision=indicator + look.units.name)
 
 
-def error_figure(reversals: Sequence[Reversal], units: UnitSystem, *, dark: bool) -> dict[str, Any]:
+def error_figure(reversals: Sequence[Reversal], look: Look) -> dict[str, Any]:
     """The error over the monitoring time after some reversals, one curve each."""
-    theme = theme_of(dark=dark)
+    units, theme = look
     data = []
     for number, reversal in enumerate(reversals):
         direction = reversal.report.direction
@@ -67,7 +64,7 @@ def error_figure(reversals: Sequence[Reversal], units: UnitSystem, *, dark: bool
         error = [_scaled(value, units.error.factor) for value in reversal.error_m]
         line = {"color": theme.curve(number), "dash": "solid" if direction > 0 else "dash"}
         data.append(curve(f"axis {reversal.axis}, {DIRECTIONS[direction > 0]}", time_ms, error, line=line))
-    layout = plot_layout("since the reversal (ms)", f"lag ({units.error.unit})", dark=dark)
+    layout = plot_layout("since the reversal (ms)", f"lag ({units.error.unit})", theme)
     return figure(data, layout, revision=units.name)
 
 
@@ -82,24 +79,40 @@ def newest_of_each(reversals: Iterable[Reversal]) -> list[Reversal]:
     return [newest[key] for key in sorted(newest, key=lambda key: (key[0], -key[1]))]
 
 
-def duration_figure(functions: Mapping[str, Learned], units: UnitSystem, *, dark: bool) -> dict[str, Any]:
-    """The pulse duration T*(a) as the control law reads it, and the learned points; functions by name."""
-    return _figure(functions, "durations", (1e3, "duration T* (ms)"), units, dark=dark)
-
-
-def amplitude_figure(functions: Mapping[str, Learned], units: UnitSystem, *, dark: bool) -> dict[str, Any]:
-    """The pulse amplitude A*(a) as the control law reads it, and the learned points."""
-    unit = units.velocity
-    return _figure(functions, "amplitudes", (unit.factor, f"amplitude A* ({unit.unit})"), units, dark=dark)
-
-
-def screw_figure(
-    points: Sequence[tuple[float, float, float]], units: UnitSystem, *, dark: bool
+def pulse_figure(
+    functions: Mapping[str, Learned], part: Literal["durations", "amplitudes"], look: Look
 ) -> dict[str, Any]:
+    """The pulse duration T*(a), or its amplitude A*(a), as the control law reads it, and the learned points.
+
+    `functions` are those of the versions by name.
+    """
+    units, theme = look
+    unit, factor, title = units.acceleration, 1e3, "duration T* (ms)"
+    if part == "amplitudes":
+        factor, title = units.velocity.factor, f"amplitude A* ({units.velocity.unit})"
+    data: list[dict[str, Any]] = []
+    for number, (name, learned) in enumerate(functions.items()):
+        colour = theme.curve(number)
+        line = {"color": colour, "dash": ("solid", "dash")[number % 2]}
+        marker = {"color": colour, "size": 8, "symbol": ("circle", "square-open")[number % 2]}
+        acceleration, durations, amplitudes = table(learned)[:3]
+        values = durations if part == "durations" else amplitudes
+        points = np.array(getattr(learned, part)) * (unit.factor, factor)
+        x, y = (acceleration * unit.factor).tolist(), (values * factor).tolist()
+        data.append(curve(name, x, y, legendgroup=name, line=line))
+        x, y = points.T.tolist()
+        data.append(curve(name, x, y, "markers", legendgroup=name, showlegend=False, marker=marker))
+    layout = plot_layout(f"reverse acceleration a ({unit.unit})", title, theme)
+    layout["xaxis"]["type"] = "log"
+    layout["yaxis"]["rangemode"] = "tozero"
+    return figure(data, layout, revision=units.name)
+
+
+def screw_figure(points: Sequence[tuple[float, float, float]], look: Look) -> dict[str, Any]:
     """The screw error and the lost motion over the travel; empty without a table."""
     if len(points) < MIN_SCREW_POINTS:
         return figure([], {}, revision="")
-    theme = theme_of(dark=dark)
+    units, theme = look
     position_m, error_m, lost_motion_m = zip(*points, strict=True)
     x = [value * units.length.factor for value in position_m]
     data = []
@@ -107,7 +120,7 @@ def screw_figure(
     for number, (name, values_m, dash) in enumerate(curves):
         y = [value * units.error.factor for value in values_m]
         data.append(curve(name, x, y, line={"color": theme.curve(number), "dash": dash}))
-    layout = plot_layout(f"position ({units.length.unit})", units.error.unit, dark=dark)
+    layout = plot_layout(f"position ({units.length.unit})", units.error.unit, theme)
     return figure(data, layout, revision=units.name)
 
 
@@ -136,31 +149,3 @@ def roll_back_target(entries: Sequence[VersionEntry]) -> int | None:
         return None
     usable = [entry.version for entry in entries if entry.version < in_use and not entry.problem]
     return max(usable, default=0)
-
-
-def _figure(
-    functions: Mapping[str, Learned],
-    part: str,
-    y_axis: tuple[float, str],
-    units: UnitSystem,
-    *,
-    dark: bool,
-) -> dict[str, Any]:
-    """One function of all versions over the acceleration; `y_axis`: factor from SI, and title."""
-    theme, unit, (factor, title) = theme_of(dark=dark), units.acceleration, y_axis
-    data: list[dict[str, Any]] = []
-    for number, (name, learned) in enumerate(functions.items()):
-        colour = theme.curve(number)
-        line = {"color": colour, "dash": ("solid", "dash")[number % 2]}
-        marker = {"color": colour, "size": 8, "symbol": ("circle", "square-open")[number % 2]}
-        acceleration, durations, amplitudes = table(learned)[:3]
-        values = durations if part == "durations" else amplitudes
-        points = np.array(getattr(learned, part)) * (unit.factor, factor)
-        x, y = (acceleration * unit.factor).tolist(), (values * factor).tolist()
-        data.append(curve(name, x, y, legendgroup=name, line=line))
-        x, y = points.T.tolist()
-        data.append(curve(name, x, y, "markers", legendgroup=name, showlegend=False, marker=marker))
-    layout = plot_layout(f"reverse acceleration a ({unit.unit})", title, dark=dark)
-    layout["xaxis"]["type"] = "log"
-    layout["yaxis"]["rangemode"] = "tozero"
-    return figure(data, layout, revision=units.name)

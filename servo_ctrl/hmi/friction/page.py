@@ -109,19 +109,13 @@ class ReversalCard:
         reversals = tuple(page.link.reversals)
         newest = reversals[-1].report.cycle if reversals else None
         self._none.set_visibility(not reversals)
-        units, dark = page.units, page.dark
-        key = (len(reversals), newest, units.name, dark)
+        look = page.look
+        key = (len(reversals), newest, look)
         indicator = str(self._choice.value)
         self._over_time.show(
             (*key, indicator, required_m),
             lambda: indicator_figure(
-                reversals,
-                [axis.name for axis in self._hello.axes],
-                indicator,
-                required_m=required_m,
-                period_s=self._hello.period_s,
-                units=units,
-                dark=dark,
+                reversals, [axis.name for axis in self._hello.axes], indicator, required_m, look
             ),
         )
-        self._errors.show(key, lambda: error_figure(newest_of_each(reversals), units, dark=dark))
+        self._errors.show(key, lambda: error_figure(newest_of_each(reversals), look))

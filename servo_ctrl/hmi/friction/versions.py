@@ -11,8 +11,7 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.friction.figures import (
-    amplitude_figure,
-    duration_figure,
+    pulse_figure,
     roll_back_target,
     screw_figure,
     version_rows,
@@ -100,23 +99,23 @@ class VersionsCard:
         self._chosen = int(self._table.selected[0]["version"]) if self._table.selected else None
 
     def _draw(self, axis: AxisStatus) -> None:
-        units, dark = self._page.units, self._page.dark
+        look = self._page.look
         entry = next((e for e in self._entries if e.version == self._chosen), None)
         chosen = entry.result.learned.learned() if entry is not None and entry.result is not None else None
-        key = (self._loaded, self._chosen, len(self._entries), units.name, dark)
+        key = (self._loaded, self._chosen, len(self._entries), look)
         pulse = self._kind.value == "pulse"
         self._right.element.set_visibility(pulse)
         if not pulse:
             points = axis.screw.points if chosen is None else chosen.points
-            self._left.show(key, lambda: screw_figure(points, units, dark=dark))
+            self._left.show(key, lambda: screw_figure(points, look))
             return
         functions = {}
         if axis.learned is not None:
             functions[f"version {axis.version}, in use"] = axis.learned
         if chosen is not None and self._chosen != axis.version:
             functions[f"version {self._chosen}"] = chosen
-        self._left.show(key, lambda: duration_figure(functions, units, dark=dark))
-        self._right.show(key, lambda: amplitude_figure(functions, units, dark=dark))
+        self._left.show(key, lambda: pulse_figure(functions, "durations", look))
+        self._right.show(key, lambda: pulse_figure(functions, "amplitudes", look))
 
     async def _roll_back(self) -> None:
         (axis, kind, _), target = self._loaded, roll_back_target(self._entries)

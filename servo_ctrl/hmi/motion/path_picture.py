@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.hmi.shell.plots import theme_of
+from servo_ctrl.hmi.shell.plots import Theme
 from servo_ctrl.hmi.shell.units import MINUS, DisplayUnit
 
 MARGIN = 0.07
@@ -22,12 +22,6 @@ MIN_SPAN_M = 1e-6
 """Extent of a path that rests in one point."""
 GRID_LINES = 5
 """About as many grid lines in each direction."""
-_VIRIDIS = ("#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b")
-
-
-def speed_colours(*, dark: bool) -> tuple[str, ...]:
-    """Viridis from slow to fast, without the end that cannot be seen on this background."""
-    return _VIRIDIS[3:] if dark else _VIRIDIS[:8]
 
 
 class Tick(NamedTuple):
@@ -55,7 +49,7 @@ class PathPicture(NamedTuple):
         return (left, top) if 0.0 <= left <= 100.0 and 0.0 <= top <= 100.0 else None
 
 
-def path_picture(path_m: Array, speed_m_s: Array, unit: DisplayUnit, *, dark: bool) -> PathPicture:
+def path_picture(path_m: Array, speed_m_s: Array, unit: DisplayUnit, theme: Theme) -> PathPicture:
     """Draw positions (n, 2) with their speeds (n,); the grid lines have round values of the unit."""
     lowest_m, highest_m = path_m.min(axis=0), path_m.max(axis=0)
     centre_m = 0.5 * (lowest_m + highest_m)
@@ -75,10 +69,10 @@ def path_picture(path_m: Array, speed_m_s: Array, unit: DisplayUnit, *, dark: bo
     width, height = span_m / svg_unit_m
     grid = [f"M{tick.percent * width / 100.0:.1f} 0V{height:.1f}" for tick in horizontal]
     grid += [f"M0 {tick.percent * height / 100.0:.1f}H{width:.1f}" for tick in vertical]
-    body = f'<path d="{"".join(grid)}" stroke="{theme_of(dark=dark).grid}" stroke-width="1"/>'
+    body = f'<path d="{"".join(grid)}" stroke="{theme.grid}" stroke-width="1"/>'
     body += "".join(
         f'<path d="{d}" stroke="{colour}" stroke-width="2.5"/>'
-        for colour, d in _coloured_stretches(x, y, speed_m_s, speed_colours(dark=dark))
+        for colour, d in _coloured_stretches(x, y, speed_m_s, theme.speeds)
     )
     svg = (
         f'<svg viewBox="0 0 {width:.1f} {height:.1f}" fill="none" stroke-linecap="round" '

@@ -4,7 +4,7 @@ import numpy as np
 from nicegui import ui
 
 from servo_ctrl.commands.machine_status import MachineStatus
-from servo_ctrl.hmi.motion.path_picture import PathPicture, path_picture, speed_colours
+from servo_ctrl.hmi.motion.path_picture import PathPicture, path_picture
 from servo_ctrl.hmi.motion.programs import Preview
 from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -36,19 +36,19 @@ class PathPreview:
 
     def refresh(self, _status: MachineStatus) -> None:
         """Draw the path where it has changed, and move the ring."""
-        key = (self._number, self._page.units.name, self._page.dark)
+        key = (self._number, self._page.look)
         for part in self._parts:
             part.show(key)
         self._move_ring()
 
     def _draw(self, _key: object) -> None:
-        preview, units, dark = self._preview, self._page.units, self._page.dark
+        preview, (units, theme) = self._preview, self._page.look
         self._picture = None
         if preview is None:
             return
         self._plane = drawn_plane(preview)
         plane_m = preview.position_m[:, list(self._plane)]
-        self._picture = picture = path_picture(plane_m, preview.speed_m_s, units.length, dark=dark)
+        self._picture = picture = path_picture(plane_m, preview.speed_m_s, units.length, theme)
         ratio = picture.width_m / picture.height_m
         with div("bench-path"):
             with div("bench-path-area") as area:
@@ -64,7 +64,7 @@ class PathPreview:
                 ui.label(f"{names[0]} to the right, {names[1]} upwards, {units.length.unit}")
                 with div("bench-row num"):
                     ui.label("0")
-                    gradient = f"linear-gradient(90deg, {', '.join(speed_colours(dark=dark))})"
+                    gradient = f"linear-gradient(90deg, {', '.join(theme.speeds)})"
                     div("bench-ramp").style(f"background: {gradient}")
                     ui.label(units.velocity.with_unit(preview.run.path_speed_m_s))
 

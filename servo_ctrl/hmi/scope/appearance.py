@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from servo_ctrl.hmi.charts.echarts import Options, Trace, chart_options, line_series, trace, value_axis
-from servo_ctrl.hmi.shell.plots import ORANGE, PURPLE, theme_of
+from servo_ctrl.hmi.shell.plots import ORANGE, PURPLE, Theme
 from servo_ctrl.hmi.shell.units import DisplayUnit, UnitSystem
 
 MAX_CHANNELS = 8
@@ -36,7 +36,7 @@ class ScopeLayout(NamedTuple):
     before_s: float
     """Part of the span before the trigger."""
     cursors: dict[str, float]
-    dark: bool
+    theme: Theme
     level: tuple[str, float] | None = None
     """Trigger level: the channel, and its value as shown."""
 
@@ -64,7 +64,7 @@ def scope_options(
     channels: Sequence[ShownChannel], layout: ScopeLayout, period_s: float
 ) -> tuple[Options, list[Trace]]:
     """ECharts options, and the traces of frames with the row numbers and the channels."""
-    theme, time, panes = theme_of(dark=layout.dark), time_unit(layout.span_s), panes_of(channels)
+    theme, time, panes = layout.theme, time_unit(layout.span_s), panes_of(channels)
     fixed = [channel for channel in channels if channel.limits is not None]
     options = chart_options(theme, [channel.name for channel in channels])
     height = (100.0 - LEGEND_PERCENT - TIME_AXIS_PERCENT + GAP_PERCENT) / max(len(panes), 1)

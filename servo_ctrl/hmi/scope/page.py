@@ -20,6 +20,7 @@ from servo_ctrl.hmi.scope.stream import ScopeStream, missing_cycles
 from servo_ctrl.hmi.shell.live_content import REFRESH_S, connected_content
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Pill, button, div, errors_notified, faint, note, panel
+from servo_ctrl.hmi.shell.plots import Look
 
 TITLE = "Scope"
 
@@ -39,8 +40,8 @@ class Scope:
         self._stream = ScopeStream(payloads_of(page.link))
         self._readings_s = time.monotonic()
         """When the readings were refreshed last."""
-        self._drawn_for: tuple[str, bool] | None = None
-        """Units and theme of the chart; None: it has to be drawn anew."""
+        self._drawn_for: Look | None = None
+        """None: the chart has to be drawn anew."""
         self._decelerating = self._saving = False
         with panel("Settings of the scope"):
             self._fields = ScopeFields(hello, self._choices, self._on_change)
@@ -91,16 +92,15 @@ class Scope:
     def _redraw(self) -> None:
         """Draw the chart anew where something other than its data has changed."""
         page, choices = self._page, self._choices
-        wanted = (page.units.name, page.dark)
-        if self._drawn_for == wanted:
+        if self._drawn_for == page.look:
             return
-        if self._drawn_for is not None and self._drawn_for[0] != wanted[0]:
+        if self._drawn_for is not None and self._drawn_for.units != page.units:
             choices.limits.clear()  # they were in the other unit
             self._stream.trigger = choices.trigger(self._hello, page.units)
-        self._drawn_for = wanted
+        self._drawn_for = page.look
         channels = choices.shown_channels(self._hello, page.units)
         level = (choices.source, choices.level) if choices.kind in {"rising", "falling"} else None
-        layout = ScopeLayout(choices.span_s, choices.before_s(), choices.cursors, page.dark, level)
+        layout = ScopeLayout(choices.span_s, choices.before_s(), choices.cursors, page.look.theme, level)
         self._stream.columns = tuple(channel.place for channel in channels)
         self._chart.show(*scope_options(channels, layout, self._hello.period_s))
         self._fields.show_unit(page.units)

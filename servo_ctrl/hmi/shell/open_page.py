@@ -14,6 +14,7 @@ from servo_ctrl.hmi.access.sessions import Sessions
 from servo_ctrl.hmi.access.users import Access, Role
 from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.shell.parts import notify
+from servo_ctrl.hmi.shell.plots import DARK, LIGHT, Look
 from servo_ctrl.hmi.shell.units import MM, UnitSystem
 
 ROLE_OF = dict(zip(Right, Role, strict=True))
@@ -61,6 +62,11 @@ class OpenPage:
     """Secret of the log-in; "" where none is needed."""
     units: UnitSystem = MM
     dark: bool = False
+
+    @property
+    def look(self) -> Look:
+        """The units and colours of its figures."""
+        return Look(self.units, DARK if self.dark else LIGHT)
 
     @property
     def link(self) -> MachineLink:

@@ -7,6 +7,8 @@ is shown by its colour alone: a word or a sign stands beside it.
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from servo_ctrl.hmi.shell.units import UnitSystem
+
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY_BLUE = "#56B4E9"
@@ -20,6 +22,8 @@ GREY_LIGHT, GREY_DARK = "#666666", "#9AA4AD"
 CURVES_LIGHT = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE, GREY_LIGHT, BLACK)
 CURVES_DARK = (SKY_BLUE, ORANGE, GREEN, PURPLE, VERMILION, YELLOW, GREY_DARK, "#FFFFFF")
 """Colours of curves in the order of their use: distinct from each other and from the background."""
+VIRIDIS = ("#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b")
+"""From slow to fast; a theme leaves out the end that cannot be seen on its background."""
 
 
 class Theme(NamedTuple):
@@ -31,24 +35,27 @@ class Theme(NamedTuple):
     curves: tuple[str, ...]
     grey: str
     """For what belongs to no curve."""
+    speeds: tuple[str, ...]
+    """From slow to fast."""
 
     def curve(self, number: int) -> str:
         """The colour of a curve by its number, from 0; they repeat after eight."""
         return self.curves[number % len(self.curves)]
 
 
-LIGHT = Theme(background="#FFFFFF", ink="#1B1F23", grid="#D5DADF", curves=CURVES_LIGHT, grey=GREY_LIGHT)
-DARK = Theme(background="#171B1F", ink="#E4E8EB", grid="#38414A", curves=CURVES_DARK, grey=GREY_DARK)
+LIGHT = Theme("#FFFFFF", "#1B1F23", "#D5DADF", CURVES_LIGHT, GREY_LIGHT, VIRIDIS[:8])
+DARK = Theme("#171B1F", "#E4E8EB", "#38414A", CURVES_DARK, GREY_DARK, VIRIDIS[3:])
 
 
-def theme_of(*, dark: bool) -> Theme:
-    """The colours on this background."""
-    return DARK if dark else LIGHT
+class Look(NamedTuple):
+    """How a visitor sees figures."""
+
+    units: UnitSystem
+    theme: Theme
 
 
-def plot_layout(x: str, y: str, *, dark: bool) -> dict[str, Any]:
+def plot_layout(x: str, y: str, theme: Theme) -> dict[str, Any]:
     """A layout with these axis titles and the legend above the plot."""
-    theme = theme_of(dark=dark)
     axis = {"gridcolor": theme.grid, "zerolinecolor": theme.grid, "linecolor": theme.grid, "automargin": True}
     return {
         "paper_bgcolor": theme.background,

@@ -4,7 +4,7 @@ import json
 from collections.abc import Sequence
 
 from servo_ctrl.canopen.errors import EdsError
-from servo_ctrl.hmi.bus.object_tree import INTEGERS, REALS, TEXTS, ObjectEntry, entries_of, load_tree
+from servo_ctrl.hmi.bus.object_tree import INTEGERS, REALS, TEXTS, ObjectEntry, load_entries
 from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
 from servo_ctrl.hmi.diagnosis.verdict import (
     VerdictError,
@@ -23,7 +23,7 @@ TYPES = (*INTEGERS, *REALS, *TEXTS, 0xA, 0xC, 0xF, 0x99)
 
 @target("servo_ctrl.hmi.bus.object_tree", lambda: [SMALL_EDS], declared=EdsError, words=EDS_WORDS, short=100)
 def eds_at_the_page(data: bytes) -> None:
-    for entry in entries_of(load_tree(file_with(data, "page.eds"), 1)):
+    for entry in load_entries(file_with(data, "page.eds"), 1):
         assert entry.address
         assert entry.type_name
         value_text(entry, entry.default)

@@ -15,6 +15,7 @@ from servo_ctrl.hmi.bus.page import (
     register_text,
     traffic_figures,
 )
+from servo_ctrl.hmi.shell.plots import LIGHT
 
 FIRST = first_status()
 TIMES = CycleHistogram(edges_us=(900.0, 1000.0, 1100.0), counts=(0, 480, 519, 1))
@@ -22,7 +23,7 @@ TIMES = CycleHistogram(edges_us=(900.0, 1000.0, 1100.0), counts=(0, 480, 519, 1)
 
 def test_every_bin_has_a_name_and_a_bar() -> None:
     assert len(bin_names(TIMES.edges_us)) == len(TIMES.counts)
-    figure = cycle_figure(TIMES, 1e-3, dark=False)
+    figure = cycle_figure(TIMES, 1e-3, LIGHT)
     low, high = figure["layout"]["yaxis"]["range"]
     assert 10.0**low < min(filter(None, TIMES.counts))  # a single cycle has a bar that can be seen
     assert 10.0**high > max(TIMES.counts)

@@ -8,7 +8,8 @@ from servo_ctrl.hmi.charts.live_chart import on_drawn
 from servo_ctrl.hmi.contour.options import polar_points
 from servo_ctrl.hmi.contour.turn_charts import MAX_CACHED, TurnCharts, TurnDisplay, common_range, turn_charts
 from servo_ctrl.hmi.contour.turn_store import TurnStore
-from servo_ctrl.hmi.shell.units import UNIT_SYSTEMS
+from servo_ctrl.hmi.shell.plots import DARK, LIGHT, Look
+from servo_ctrl.hmi.shell.units import INCH, MM
 
 AXES = ("x", "y")
 
@@ -25,9 +26,7 @@ def store() -> TurnStore:
 
 
 def display_of(store: TurnStore, **changed: object) -> TurnDisplay:
-    display = TurnDisplay(
-        store.circles()[0], 1000.0, fitted=False, axes=AXES, units=UNIT_SYSTEMS["mm"], dark=False
-    )
+    display = TurnDisplay(store.circles()[0], 1000.0, fitted=False, axes=AXES, look=Look(MM, LIGHT))
     return display._replace(**changed)  # type: ignore[arg-type]
 
 
@@ -41,7 +40,7 @@ def test_ten_pages_with_one_display_make_the_charts_once(store: TurnStore) -> No
 
 
 @pytest.mark.parametrize(
-    "changed", [{"factor": 500.0}, {"fitted": True}, {"units": UNIT_SYSTEMS["inch"]}, {"dark": True}]
+    "changed", [{"factor": 500.0}, {"fitted": True}, {"look": Look(INCH, LIGHT)}, {"look": Look(MM, DARK)}]
 )
 def test_another_display_makes_other_charts(store: TurnStore, changed: dict[str, object]) -> None:
     one, other = (charts_of(store, **change) for change in ({}, changed))

@@ -14,16 +14,16 @@ from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.hmi.friction.figures import (
     INDICATORS,
     MEAN,
-    amplitude_figure,
-    duration_figure,
     error_figure,
     indicator_figure,
     newest_of_each,
+    pulse_figure,
     roll_back_target,
     screw_figure,
     version_rows,
 )
 from servo_ctrl.hmi.friction.learning_card import ENABLED_IN, FIGURES, learning_figures
+from servo_ctrl.hmi.shell.plots import DARK, LIGHT, Look
 from servo_ctrl.hmi.shell.units import INCH, MM, UM, duration_text
 from servo_ctrl.learned.store import LearnedStore, VersionEntry
 from servo_ctrl.learning.pulse_functions import amplitudes_m_s, durations_s
@@ -40,9 +40,7 @@ def link() -> StubLink:
 
 @pytest.mark.parametrize("indicator", INDICATORS)
 def test_each_reversal_is_a_point_at_its_time(link: StubLink, indicator: str) -> None:
-    figure = indicator_figure(
-        link.reversals, ("x", "y"), indicator, required_m=3e-6, period_s=1e-3, units=MM, dark=False
-    )
+    figure = indicator_figure(link.reversals, ("x", "y"), indicator, 3e-6, Look(MM, LIGHT))
     for axis, curve in zip("xy", figure["data"], strict=True):
         seen = [one.report for one in link.reversals if one.axis == axis]
         assert seen
@@ -52,9 +50,7 @@ def test_each_reversal_is_a_point_at_its_time(link: StubLink, indicator: str) ->
 
 
 def test_the_level_is_j_required_in_the_units_of_the_plot(link: StubLink) -> None:
-    figure = indicator_figure(
-        link.reversals, ("x",), MEAN, required_m=25.4e-6, period_s=1e-3, units=INCH, dark=True
-    )
+    figure = indicator_figure(link.reversals, ("x",), MEAN, 25.4e-6, Look(INCH, DARK))
     assert figure["layout"]["shapes"][0]["y0"] == pytest.approx(1000.0)
     assert "µin" in figure["layout"]["yaxis"]["title"]["text"]
 
@@ -62,9 +58,7 @@ def test_the_level_is_j_required_in_the_units_of_the_plot(link: StubLink) -> Non
 def test_an_indicator_that_is_not_known_is_a_gap(link: StubLink) -> None:
     last = link.reversals[-1]
     blind = last._replace(report=last.report._replace(error_rms_m=math.nan))
-    figure = indicator_figure(
-        [blind], ("x", "y"), "error_rms_m", required_m=3e-6, period_s=1e-3, units=MM, dark=False
-    )
+    figure = indicator_figure([blind], ("x", "y"), "error_rms_m", 3e-6, Look(MM, LIGHT))
     assert [value for curve in figure["data"] for value in curve["y"]] == [None]
 
 
@@ -78,7 +72,7 @@ def test_the_last_error_of_each_axis_and_direction_is_drawn_over_milliseconds(li
     ]
     later = {(one.axis, one.report.direction): one.report.cycle for one in link.reversals}
     assert {(one.axis, one.report.direction): one.report.cycle for one in newest} == later
-    curve = error_figure(newest, UM, dark=False)["data"][0]
+    curve = error_figure(newest, Look(UM, LIGHT))["data"][0]
     assert curve["x"][:3] == [0.0, 1.0, 2.0]
     assert curve["y"][0] == pytest.approx(5.0)
 
@@ -116,22 +110,19 @@ def test_durations_have_hours_minutes_and_seconds(seconds: float, text: str) -> 
 @pytest.mark.parametrize("spread", [0.0, 0.005])
 def test_the_functions_are_drawn_as_the_control_law_reads_them(spread: float) -> None:
     learned = LEARNED._replace(spread_m_s2=spread)
-    for make, function, factor in (
-        (duration_figure, durations_s, 1e3),
-        (amplitude_figure, amplitudes_m_s, 1e3),
-    ):
-        curve, points = make({"in use": learned}, MM, dark=False)["data"]
+    for part, function in (("durations", durations_s), ("amplitudes", amplitudes_m_s)):
+        curve, points = pulse_figure({"in use": learned}, part, Look(MM, LIGHT))["data"]
         at = np.array(curve["x"]) * 1e-3
-        assert np.allclose(curve["y"], function(learned, at) * factor)
+        assert np.allclose(curve["y"], function(learned, at) * 1e3)
         assert len(points["x"]) == 4
 
 
 def test_a_screw_is_drawn_when_it_has_a_table() -> None:
-    figure = screw_figure(((0.0, 1e-6, 5e-6), (0.1, 2e-6, 6e-6)), MM, dark=False)
+    figure = screw_figure(((0.0, 1e-6, 5e-6), (0.1, 2e-6, 6e-6)), Look(MM, LIGHT))
     error, lost = figure["data"]
     assert error["x"] == pytest.approx([0.0, 100.0])
     assert (error["y"], lost["y"]) == (pytest.approx([1.0, 2.0]), pytest.approx([5.0, 6.0]))
-    assert screw_figure((), MM, dark=False)["data"] == []
+    assert screw_figure((), Look(MM, LIGHT))["data"] == []
 
 
 def test_versions_are_listed_newest_first_with_their_problems(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.commands.local_messages import LocalRequest
-from servo_ctrl.hmi.bus.object_tree import ObjectEntry, entries_of, load_tree
+from servo_ctrl.hmi.bus.object_tree import ObjectEntry, load_entries, tree_nodes
 from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
 
 EDS = Path(__file__).parents[3] / "eds"
@@ -24,8 +24,8 @@ def entry_of(
 
 @pytest.mark.parametrize("name", ["servo_drive.eds", "linear_scale.eds", "servo_ctrl.eds"])
 def test_every_entry_of_the_file_is_in_the_tree_once_and_in_its_range(name: str) -> None:
-    tree = load_tree(EDS / name, 5)
-    found = [(entry.index, entry.subindex) for entry in entries_of(tree)]
+    entries = load_entries(EDS / name, 5)
+    found = [(entry.index, entry.subindex) for entry in entries]
     dictionary = canopen.import_od(str(EDS / name), 5)
     expected = [
         (variable.index, variable.subindex)
@@ -37,13 +37,13 @@ def test_every_entry_of_the_file_is_in_the_tree_once_and_in_its_range(name: str)
     ]
     assert sorted(found) == sorted(expected)
     assert len(found) == len(set(found))
-    profile = next((part for part in tree if part.name == "Device profile"), None)
-    if profile is not None:
-        assert all(0x6000 <= one.index <= 0x9FFF for one in profile.objects)
+    for part in tree_nodes(entries):
+        if part["id"] == "Device profile":
+            assert all("6000" <= one["id"][:4] <= "9FFF" for one in part["children"])
 
 
 def test_an_entry_has_name_type_access_limits_and_the_default_of_its_node() -> None:
-    entries = {entry.address: entry for entry in entries_of(load_tree(EDS / "servo_drive.eds", 5))}
+    entries = {entry.address: entry for entry in load_entries(EDS / "servo_drive.eds", 5)}
     quick_stop = entries["605A:00"]
     assert (quick_stop.name, quick_stop.type_name, quick_stop.access) == (
         "Quick stop option code",
@@ -71,12 +71,12 @@ def test_a_file_that_is_no_eds_is_refused_by_its_name(tmp_path: Path, text: str)
     file = tmp_path / "broken.eds"
     file.write_text(text, encoding="latin-1")
     with pytest.raises(EdsError, match=r"broken\.eds"):
-        load_tree(file, 1)
+        load_entries(file, 1)
 
 
 def test_a_missing_eds_is_refused() -> None:
     with pytest.raises(EdsError, match="no such EDS"):
-        load_tree(Path("nowhere.eds"), 1)
+        load_entries(Path("nowhere.eds"), 1)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from servo_ctrl.errors import ConfigError
 from servo_ctrl.hmi.motion.path_picture import path_picture, round_step
 from servo_ctrl.hmi.motion.programs import preview_of, programs_in, read_program, save_program
 from servo_ctrl.hmi.motion.step_fields import MODELS, fields_of, put_value, shown_value, steps_of, text_of
+from servo_ctrl.hmi.shell.plots import LIGHT
 from servo_ctrl.hmi.shell.units import MM
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
@@ -102,7 +103,7 @@ def test_a_step_of_the_grid_is_one_two_or_five(least: float) -> None:
 )
 def test_every_point_of_a_path_is_in_its_picture_and_to_scale(path_m: list[list[float]]) -> None:
     path = np.array(path_m)
-    picture = path_picture(path, np.ones(len(path)), MM.length, dark=False)
+    picture = path_picture(path, np.ones(len(path)), MM.length, LIGHT)
     for across_m, up_m in path:
         assert picture.place_of(across_m, up_m) is not None
     assert picture.place_of(10.0, 0.0) is None

@@ -2,10 +2,11 @@
 
 from servo_ctrl.hmi.charts.live_chart import LONGEST_S, SHORTEST_S, next_interval
 from servo_ctrl.hmi.scope.appearance import ScopeLayout, ShownChannel, channel_unit, panes_of, scope_options
+from servo_ctrl.hmi.shell.plots import LIGHT
 from servo_ctrl.hmi.shell.units import INCH, MM
 
 NAMES = (("x.position_command_m", "m"), ("x.position_error_m", "m"), ("x.velocity_command_m_s", "m/s"))
-LAYOUT = ScopeLayout(span_s=1.0, before_s=0.25, cursors={"A": 0.1, "B": 0.2}, dark=False)
+LAYOUT = ScopeLayout(span_s=1.0, before_s=0.25, cursors={"A": 0.1, "B": 0.2}, theme=LIGHT)
 
 
 def channels() -> list[ShownChannel]:
