@@ -23,8 +23,8 @@ class ContourTrace(NamedTuple):
     radial_error_m: Array
 
 
-def round_division(largest_m: float) -> float:
-    """Half the largest error, rounded up to 1, 2 or 5 times a power of ten (m)."""
-    wanted = max(largest_m / 2.0, 1e-9)
+def round_division(largest: float, least: float = 1e-9) -> float:
+    """Half the largest error, or `least`, rounded up to 1, 2 or 5 times a power of ten; in any unit."""
+    wanted = max(largest / 2.0, least)
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted))

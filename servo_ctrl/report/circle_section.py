@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from kernels.arrays import Array
 from servo_ctrl.learning.performance import circle_deviation, commanded_circle
+from servo_ctrl.metrology.circles import last_turn
+from servo_ctrl.plots.contour_traces import round_division
 from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.axis_section import UM, in_um
 from servo_ctrl.report.content import ReportPicture, ReportSection, ReportTable, Series
@@ -85,19 +87,16 @@ def _turn(run: RecordedRun, index: int, step: RecordedStep, of_step: slice) -> C
     good = np.isfinite(np.sum(command_m, axis=0) + np.sum(table_m, axis=0))
     if np.count_nonzero(good) < 8:
         return None
-    x, y = (one[good] for one in command_m)
+    (x, y), table_m = ([one[good] for one in part_m] for part_m in (command_m, table_m))
     try:
         circle = commanded_circle(x, y)
+        turn = last_turn("", circle, x, y, circle_deviation(circle, *table_m))
     except ValueError:
         return None
-    angle_rad = np.unwrap(np.arctan2(y - circle.centre_m[1], x - circle.centre_m[0]))
-    if abs(angle_rad[-1] - angle_rad[0]) < 2.0 * np.pi:
-        return None
-    whole = np.abs(angle_rad - angle_rad[-1]) < 2.0 * np.pi
-    actual = [one[good][whole] for one in table_m]
-    deviation_m = circle_deviation(circle, *actual)
-    fitted = commanded_circle(*actual)
-    travel_m = float(np.ptp(angle_rad[whole])) * circle.radius_m
+    angle_rad = turn.angle_rad
+    whole = slice(-len(angle_rad), None)
+    actual = [one[whole] for one in table_m]
+    travel_m = float(np.ptp(angle_rad)) * circle.radius_m
     duration_s = float(np.ptp(run.cycle[rows][good][whole])) * run.header.period_s
     return CircleTurn(
         label=f"{index + 1} {step.label}",
@@ -106,9 +105,9 @@ def _turn(run: RecordedRun, index: int, step: RecordedStep, of_step: slice) -> C
         centre_m=circle.centre_m,
         feed_m_s=travel_m / duration_s,
         direction=1 if angle_rad[-1] > angle_rad[0] else -1,
-        angle_rad=np.mod(angle_rad[whole], 2.0 * np.pi),
-        deviation_m=deviation_m,
-        circular_m=float(np.ptp(circle_deviation(fitted, *actual))),
+        angle_rad=np.mod(angle_rad, 2.0 * np.pi),
+        deviation_m=turn.radial_error_m,
+        circular_m=float(np.ptp(circle_deviation(commanded_circle(*actual), *actual))),
     )
 
 
@@ -191,7 +190,7 @@ def _polar(turns: list[CircleTurn]) -> list[ReportPicture]:
     pictures: list[ReportPicture] = []
     for (plane, _), members in groups.items():
         drawn = members[-MOST_DRAWN:]
-        division_um = round_division(max(float(np.abs(one.deviation_m).max()) for one in drawn) * UM / 2.0)
+        division_um = round_division(max(float(np.abs(one.deviation_m).max()) for one in drawn) * UM, 1e-3)
         note = f"Magnified as a ballbar does: one ring is {division_um:g} um, the bold one the command."
         if len(members) > MOST_DRAWN:
             note += f" The newest {MOST_DRAWN} of {len(members)}."
@@ -214,9 +213,3 @@ def _closed(turn: CircleTurn) -> tuple[Array, Array]:
     angle_rad, deviation_m = _sorted(turn)
     angle_rad, deviation_m = thinned(angle_rad, deviation_m, STRETCHES)
     return np.append(angle_rad, angle_rad[0] + 2.0 * np.pi), np.append(deviation_m, deviation_m[0]) * UM
-
-
-def round_division(wanted: float) -> float:
-    """`wanted`, rounded up to 1, 2 or 5 times a power of ten."""
-    power = 10.0 ** np.floor(np.log10(max(wanted, 1e-3)))
-    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted))

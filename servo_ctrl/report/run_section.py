@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from servo_ctrl.commands.texts import on_off
 from servo_ctrl.metrology.contour_error import CONTOUR_FILE
 from servo_ctrl.report.content import ReportSection, ReportTable
 from servo_ctrl.report.header import CompensationInUse, RecordingHeader
@@ -95,10 +96,9 @@ def _when(started: str) -> str:
 
 
 def _events(header: RecordingHeader) -> ReportSection:
-    if not header.finished and not header.events:
-        return ReportSection("Faults and events", ("Unknown: they are written when a recording is closed.",))
     if not header.events:
-        return ReportSection("Faults and events", ("None.",))
+        unknown = "Unknown: they are written when a recording is closed."
+        return ReportSection("Faults and events", ("None." if header.finished else unknown,))
     shown = header.events[:MOST_EVENTS]
     rest = len(header.events) - len(shown)
     rows = tuple((str(number), event) for number, event in enumerate(shown, start=1))
@@ -128,17 +128,13 @@ def _in_use(used: CompensationInUse) -> tuple[str, ...]:
     return (
         f"{law} on the {used.feedback}",
         _learned(used.version, used.learned_at, on=used.pulse),
-        _on(used.observer),
+        on_off(used.observer),
         _learned(used.screw_version, used.screw_learned_at, on=used.screw),
-        _on(used.sampled_dual_loop),
+        on_off(used.sampled_dual_loop),
     )
 
 
 def _learned(version: int, learned_at: str, *, on: bool) -> str:
     if not version:
         return "on, but nothing learned" if on else "off"
-    return f"{_on(on)}, version {version} of {_when(learned_at)}"
-
-
-def _on(flag: bool) -> str:
-    return "on" if flag else "off"
+    return f"{on_off(on)}, version {version} of {_when(learned_at)}"
