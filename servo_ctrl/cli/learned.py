@@ -89,7 +89,7 @@ def plot(
 
     Example:  servo-ctrl learned plot --machine machines/xy_table --out learned.png
     """
-    from servo_ctrl.cli.learned_pictures import plot_in_use
+    from servo_ctrl.cli.learned_report import plot_in_use
 
     plot_in_use(machine, learned, axes, out, kind)
     typer.echo(f"picture: {out}")

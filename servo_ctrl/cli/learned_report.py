@@ -1,4 +1,4 @@
-"""Versions of what was learned, for a reader: the list of all, and one of them in full."""
+"""Versions of what was learned, for a reader: the list of all, one of them in full, and a picture."""
 
 import json
 from collections.abc import Sequence
@@ -180,3 +180,31 @@ def _points(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) 
     for row in rows:
         table.add_row(*row)
     return table
+
+
+def plot_in_use(
+    machine: Path, directory: Path | None, axes: Sequence[str] | None, out: Path, kind: LearnedKind
+) -> None:
+    """Draw the versions in use of the axes (None: all axes). Raises StoreError where there are none."""
+    from servo_ctrl.config.freeze import axis_params
+    from servo_ctrl.plots.learned import LearnedAxis, plot_learned, plot_screws
+
+    config = load_machine(machine)
+    directory = directory or default_directory(config)
+    store = STORES[kind](directory, config)
+    in_use = [(axis, found) for axis in axes or config.axes if (found := store.active(axis)) is not None]
+    if not in_use:
+        raise StoreError(f"{directory}: no version is in use, there is nothing to draw")
+    if kind is LearnedKind.SCREW:
+        screws = {f"{axis}, version {found.version}": found.learned for axis, found in in_use}
+        plot_screws(out, screws, f"{config.machine.name}: learned screws")
+        return
+    pulses = [
+        LearnedAxis(
+            f"{axis}, version {found.version} ({found.learned.learner})",
+            found.learned,
+            axis_params(config, axis).pulse.amplitude_max_m_s,
+        )
+        for axis, found in in_use
+    ]
+    plot_learned(out, pulses, f"{config.machine.name}: learned friction compensation")

@@ -10,14 +10,29 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 from servo_ctrl.commands.learning_status import ACTIVE
 from servo_ctrl.daemon.run.report import Progress as RunProgress
 
+Show = Callable[[RunProgress], None]
+
 
 @contextlib.contextmanager
-def progress_bar() -> Iterator[Callable[[RunProgress], None]]:
-    """Yield the `on_progress` of `run_machine`."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield _ProgressLines(console)
-        return
+def progress_bar() -> Iterator[Show]:
+    """Yield the `on_progress` of `run_machine`; each event is printed once, as it happens."""
+    console, printed = Console(stderr=True), 0
+    with _bar(console) if console.is_terminal else contextlib.nullcontext(_lines(console)) as show_step:
+
+        def show(progress: RunProgress) -> None:
+            nonlocal printed
+            missed = progress.events_count - printed - len(progress.events)
+            printed = progress.events_count
+            lines = [f"{missed} more events"] if missed > 0 else []
+            for line in (*lines, *progress.events[max(-missed, 0) :]):
+                console.print(f"servo-ctrl: {line}", highlight=False, markup=False, soft_wrap=True)
+            show_step(progress)
+
+        yield show
+
+
+@contextlib.contextmanager
+def _bar(console: Console) -> Iterator[Show]:
     with Progress(
         TextColumn("{task.fields[stage]}"),
         TextColumn("[bold]{task.description}"),
@@ -27,53 +42,28 @@ def progress_bar() -> Iterator[Callable[[RunProgress], None]]:
         console=console,
     ) as bar:
         task = bar.add_task("", total=1.0, stage="booting", time_s=0.0)
-        events = _EventLines(console)
-
-        def show(progress: RunProgress) -> None:
-            events(progress)
-            bar.update(
-                task,
-                completed=progress.done,
-                description=_label(progress),
-                stage=progress.stage.words,
-                time_s=progress.time_s,
-            )
-
-        yield show
+        yield lambda progress: bar.update(
+            task,
+            completed=progress.done,
+            description=_label(progress),
+            stage=progress.stage.words,
+            time_s=progress.time_s,
+        )
 
 
-class _EventLines:
-    """Prints each event once, as it happens."""
+def _lines(console: Console) -> Show:
+    """For a log: a line whenever the stage or the step changes."""
+    printed = ""
 
-    def __init__(self, console: Console) -> None:
-        self._console, self._printed_count = console, 0
+    def show(progress: RunProgress) -> None:
+        nonlocal printed
+        now = f"{progress.stage.words}: {_label(progress)}"
+        if now != printed:
+            printed = now
+            share = f"({progress.time_s:.1f} s, {100.0 * progress.done:.0f} %)"
+            console.print(f"{now} {share}", highlight=False, soft_wrap=True)
 
-    def __call__(self, progress: RunProgress) -> None:
-        new = progress.events_count - self._printed_count
-        self._printed_count = progress.events_count
-        missed = new - len(progress.events)
-        lines = [f"{missed} more events"] if missed > 0 else []
-        for line in (*lines, *progress.events[max(-missed, 0) :]):
-            self._console.print(f"servo-ctrl: {line}", highlight=False, markup=False, soft_wrap=True)
-
-
-class _ProgressLines:
-    """Prints a line whenever the stage or the step changes: for a log."""
-
-    def __init__(self, console: Console) -> None:
-        self._console, self._printed = console, ("", "")
-        self._events = _EventLines(console)
-
-    def __call__(self, progress: RunProgress) -> None:
-        self._events(progress)
-        now = (progress.stage.words, _label(progress))
-        if now != self._printed:
-            self._printed = now
-            self._console.print(
-                f"{now[0]}: {now[1]} ({progress.time_s:.1f} s, {100.0 * progress.done:.0f} %)",
-                highlight=False,
-                soft_wrap=True,
-            )
+    return show
 
 
 def _label(progress: RunProgress) -> str:

@@ -36,15 +36,15 @@ def serve(
     from servo_ctrl.hmi import app  # noqa: PLC0415
     from servo_ctrl.hmi.access.control_right import ControlRight  # noqa: PLC0415
     from servo_ctrl.hmi.link.machine_link import MachineLink  # noqa: PLC0415
-    from servo_ctrl.hmi.shell.open_page import Directories, PageServices  # noqa: PLC0415
+    from servo_ctrl.hmi.shell.open_page import PageServices  # noqa: PLC0415
 
     logging.basicConfig(format="%(message)s")
     logging.getLogger("servo_ctrl").setLevel(logging.INFO)  # log-ins with their addresses
     host, port = address_of(listen)
-    directories = Directories(recordings.resolve(), programs)
     visitors = load_access(host, access, certificate, key)
-    services = PageServices(MachineLink(socket), visitors, ControlRight(), directories)
-    app.serve(services, app.Listening(host, port, certificate, key))
+    link, control = MachineLink(socket), ControlRight()
+    services = PageServices(link, visitors, control, recordings.resolve(), programs)
+    app.serve(services, host, port, certificate, key)
 
 
 @cli.command()

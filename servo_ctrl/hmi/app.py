@@ -3,7 +3,7 @@
 import time
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 from nicegui import app, background_tasks, ui
 from starlette.requests import Request  # FastAPI reads the annotation
@@ -41,17 +41,10 @@ RECONNECT_S = 15.0
 """Time that a browser may be disconnected before its page is built anew."""
 
 
-class Listening(NamedTuple):
-    """Where the page listens, and its TLS files."""
-
-    host: str
-    port: int
-    certificate: Path | None = None
-    key: Path | None = None
-
-
-def serve(services: PageServices, listening: Listening) -> None:
-    """Serve the pages until the process is told to end."""
+def serve(
+    services: PageServices, host: str, port: int, certificate: Path | None = None, key: Path | None = None
+) -> None:
+    """Serve the pages until the process is told to end; with a certificate and its key, by TLS."""
     configure_elements()
     add_pages(services)
     add_stop(services)
@@ -60,11 +53,12 @@ def serve(services: PageServices, listening: Listening) -> None:
     app.add_static_files(STATIC_ADDRESS, STATIC)
     app.colors(primary=BLUE, positive=GREEN, negative=VERMILION)
     app.on_startup(lambda: background_tasks.create(services.link.run(), name="link to the machine"))
-    files = {"ssl_certfile": listening.certificate, "ssl_keyfile": listening.key}
-    tls: dict[str, Any] = {name: str(path) for name, path in files.items() if path is not None}
+    tls: dict[str, Any] = (
+        {"ssl_certfile": str(certificate), "ssl_keyfile": str(key)} if certificate and key else {}
+    )
     ui.run(
-        host=listening.host,
-        port=listening.port,
+        host=host,
+        port=port,
         title="Operator's bench",
         language="en-GB",
         reload=False,

@@ -19,9 +19,9 @@ from servo_ctrl.commands.local_messages import Hello, LocalAnswer
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.access.admission import load_access
 from servo_ctrl.hmi.access.control_right import ControlRight
-from servo_ctrl.hmi.app import Listening, serve
+from servo_ctrl.hmi.app import serve
 from servo_ctrl.hmi.diagnosis import job
-from servo_ctrl.hmi.shell.open_page import Directories, PageServices
+from servo_ctrl.hmi.shell.open_page import PageServices
 
 
 def steer(link: StubLink, control: ControlRight) -> None:
@@ -60,6 +60,9 @@ if __name__ == "__main__":
     steer(stub, right)
     visitors = load_access("127.0.0.1", access, certificate, key)
     serve(
-        PageServices(cast("Any", stub), visitors, right, Directories(out)),
-        Listening("127.0.0.1", port, certificate, key),
+        PageServices(cast("Any", stub), visitors, right, out),
+        "127.0.0.1",
+        port,
+        certificate,
+        key,
     )

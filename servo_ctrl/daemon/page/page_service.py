@@ -71,7 +71,7 @@ class PageService:
         workplace = Workplace(
             commands=commands,
             objects=self._objects,
-            read_program=self._read_program,
+            read_program=lambda name, text: asyncio.to_thread(self._read_program, name, text),
             clear_counters=self._watch.clear,
             log=self._add_to_log,
             note=machine.note,
@@ -145,11 +145,8 @@ class PageService:
         yield
         return (yield from self._encoder.pieces(status, figures))
 
-    async def _read_program(self, name: str, text: str) -> ProgramConfig:
+    def _read_program(self, name: str, text: str) -> ProgramConfig:
         """Read a program that the page sent. Raises ConfigError, in which the program goes by its name."""
-        return await asyncio.to_thread(self._read_program_now, name, text)
-
-    def _read_program_now(self, name: str, text: str) -> ProgramConfig:
         step_back()
         if self._programs is None or name in {".", ".."}:
             raise ConfigError(name, "", "is no name of a file")

@@ -40,12 +40,11 @@ class Sessions:
         session = self._by_secret.get(secret or "")
         if session is None:
             return None
-        owner, expires_s = session
-        role = self._access.role_now(owner.name, owner.sha256)
-        if role is None or now_s >= expires_s:
+        owner, expires_s = self._access.owner_now(session[0]), session[1]
+        if owner is None or now_s >= expires_s:
             self.end(secret)
             return None
-        return owner._replace(role=role)
+        return owner
 
     def end(self, secret: str | None) -> None:
         """End a session; an unknown secret is ignored."""

@@ -122,12 +122,10 @@ class Access:
         found = [owner for owner in owners if hmac.compare_digest(owner.sha256, digest)]
         return found[0] if found else None
 
-    def role_now(self, name: str, sha256: str) -> Role | None:
-        """Return the present role of a token's owner; None when the token was revoked."""
-        if not self.login_needed:
-            return LOCAL_USER.role
-        owners = self._readable_owners()
-        return next((owner.role for owner in owners if (owner.name, owner.sha256) == (name, sha256)), None)
+    def owner_now(self, before: TokenOwner) -> TokenOwner | None:
+        """Return the owner of a token with their present role; None when the token was revoked."""
+        key = (before.name, before.sha256)
+        return next((owner for owner in self._readable_owners() if (owner.name, owner.sha256) == key), None)
 
     def _readable_owners(self) -> tuple[TokenOwner, ...]:
         """The owners; nobody while the file cannot be read."""

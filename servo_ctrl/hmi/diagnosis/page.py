@@ -47,7 +47,7 @@ BOX_STYLE = "width: 100%; min-height: 44px; overflow-wrap: anywhere"
 
 def build(page: OpenPage) -> None:
     """Build the content of the page."""
-    diagnoses = diagnoses_of(page.services.directories.recordings)
+    diagnoses = diagnoses_of(page.services.recordings)
     when_connected(page, lambda hello: [DiagnosisCards(page, hello, diagnoses).refresh])
 
 
@@ -129,7 +129,7 @@ class FilePicker:
     ) -> None:
         self._start = start
         self._machine_dir = Path(hello.machine_file).parent
-        self._directories = [page.services.directories.recordings]
+        self._directories = [page.services.recordings]
         if hello.record_dir is not None:
             self._directories.append(Path(hello.record_dir).parent)
         self._boxes: dict[Path, ui.checkbox] = {}

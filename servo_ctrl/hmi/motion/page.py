@@ -55,7 +55,7 @@ class ProgramEditor:
     def __init__(self, page: OpenPage, hello: Hello, run: ProgramRun, preview: PathPreview) -> None:
         self._page, self._run, self._preview = page, run, preview
         self._machine_file = Path(hello.machine_file)
-        self._directory = page.services.directories.programs or self._machine_file.parent / "programs"
+        self._directory = page.services.programs or self._machine_file.parent / "programs"
         self._name, self._text = "", ""
         self._checks = 0
         """Number of the newest check; an older one must not show its result."""
@@ -80,7 +80,8 @@ class ProgramEditor:
 
     def _list_programs(self, *, first: bool = False) -> None:
         names = programs_in(self._directory)
-        running = self._page.status.program.name if self._page.status else ""
+        status = self._page.link.status
+        running = status.program.name if status else ""
         chosen = running if first and running in names else self._name
         self._choice.set_options(names, value=chosen if chosen in names else None)
 

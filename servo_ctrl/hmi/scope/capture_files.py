@@ -14,12 +14,16 @@ from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.errors import reason_of
 from servo_ctrl.files.arrow import write_csv, write_part
 from servo_ctrl.files.whole_file import write_text_whole
-from servo_ctrl.hmi.scope.appearance import ShownChannel
+from servo_ctrl.hmi.charts.frames import bucket_places
+from servo_ctrl.hmi.scope.appearance import ShownChannel, panes_of, time_unit
 from servo_ctrl.hmi.scope.stream import CapturedRows
+from servo_ctrl.hmi.shell.plots import LIGHT
 from servo_ctrl.recording.channels import channels_of
+from servo_ctrl.recording.min_max import bucket_rows, min_max
 from servo_ctrl.recording.recorder import HEADER_FILE, RecordingError
 
 CSV_FILE, PICTURE_FILE, PART_FILE = "scope.csv", "scope.png", "part-00000.parquet"
+PICTURE_WIDTH_PX = 1200
 _ONE_CAPTURE = threading.Lock()
 """One capture is saved at a time: a minute of rows takes some 100 MB while it is written."""
 
@@ -59,9 +63,6 @@ def save_capture(
         "completed": True,
         "reason": "saved from the scope",
     }
-    # matplotlib takes some 30 MB: import it with the first capture
-    from servo_ctrl.hmi.scope.capture_picture import draw_capture  # noqa: PLC0415
-
     with _ONE_CAPTURE:
         try:
             directory.mkdir(parents=True)
@@ -69,7 +70,7 @@ def save_capture(
             write_part(directory / PART_FILE, channels, values)
             named = {c.name: values[:, place].astype(c.dtype) for place, c in enumerate(channels)}
             write_csv(directory / CSV_FILE, named)
-            draw_capture(directory / PICTURE_FILE, rows, shown, hello, origin)
+            _draw_capture(directory / PICTURE_FILE, rows, shown, hello, origin)
             # the header last: a directory with a header is a whole recording
             write_text_whole(directory / HEADER_FILE, json.dumps(header, indent=2) + "\n")
         except OSError as error:
@@ -81,3 +82,36 @@ def _without_missing_integers(values: np.ndarray[Any, np.dtype[np.float64]], dty
     """The rows with 0 for the missing values of integer columns, which cannot hold NaN."""
     whole = np.array([np.issubdtype(np.dtype(dtype), np.integer) for dtype in dtypes])
     return np.where(whole & ~np.isfinite(values), 0.0, values)
+
+
+def _draw_capture(
+    path: Path, rows: CapturedRows, shown: Sequence[ShownChannel], hello: Hello, origin: int
+) -> None:
+    """Draw the channels in panes by unit, with time zero at row `origin`. Raises OSError."""
+    # matplotlib takes some 30 MB: import it with the first capture
+    from servo_ctrl.plots.figures import save  # noqa: PLC0415
+    from servo_ctrl.plots.matplotlib_agg import Figure  # noqa: PLC0415
+
+    panes, count = panes_of(shown), len(rows.values)
+    bucket = bucket_rows(count, PICTURE_WIDTH_PX)
+    time = time_unit(count * hello.period_s)
+    figure = Figure(figsize=(10.0, 1.2 + 2.6 * max(len(panes), 1)))
+    panels = figure.subplots(max(len(panes), 1), 1, sharex=True, squeeze=False)[:, 0]
+    columns = np.array([channel.place for channel in shown], dtype=np.int64)
+    extremes = min_max(rows.values, columns, bucket) if len(shown) else np.zeros((0, 0, 2))
+    row = rows.first - origin + bucket_places(extremes.shape[1], bucket).ravel()
+    for k, channel in enumerate(shown):
+        panels[panes.index(channel.unit.unit)].plot(
+            row * hello.period_s * time.factor,
+            extremes[k].ravel() * channel.unit.factor,
+            color=LIGHT.curve(k),
+            linewidth=1.0,
+            label=channel.name,
+        )
+    for panel, unit in zip(panels, panes, strict=False):
+        panel.set_ylabel(unit)
+        panel.grid(alpha=0.3)
+        panel.legend(fontsize=8, loc="upper right")
+    panels[0].set_title(hello.machine)
+    panels[-1].set_xlabel(f"time ({time.unit})")
+    save(figure, path)

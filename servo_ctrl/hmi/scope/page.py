@@ -137,8 +137,9 @@ class Scope:
                 save = partial(save_capture, origin=self._stream.origin, taken=datetime.now(UTC))
                 rows = self._stream.rows(page.link.rows)
                 channels = self._choices.shown_channels(self._hello, page.units)
-                recordings = page.services.directories.recordings
-                directory = await asyncio.to_thread(save, recordings, self._hello, rows, channels)
+                directory = await asyncio.to_thread(
+                    save, page.services.recordings, self._hello, rows, channels
+                )
                 self._saved.clear()
                 with self._saved:
                     ui.label(f"Saved in {directory}").mark("scope-saved")

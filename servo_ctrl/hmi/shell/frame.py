@@ -89,18 +89,18 @@ class PageFrame:
 
     def refresh(self) -> None:
         """Show the newest state; a visitor whose login has ended goes to the login page."""
-        page, status = self._page, self._page.status
+        page, link = self._page, self._page.link
+        hello, status = link.hello, link.status
         if page.current_role() is None:
             self._leave()
             return
         self._beat.props["data-beat"] = next(self._beats)
         self._beat.update()
-        self._machine.set_text(page.hello.machine if page.hello else "servo_ctrl")
-        connected = page.link.connected
-        self._unlinked.set_visibility(not connected)
-        if connected != self._shown_connected:
-            self._shown_connected = connected
-            ui.query("body").classes(**{"remove" if connected else "add": "bench-unlinked"})
+        self._machine.set_text(hello.machine if hello else "servo_ctrl")
+        self._unlinked.set_visibility(not link.connected)
+        if link.connected != self._shown_connected:
+            self._shown_connected = link.connected
+            ui.query("body").classes(**{"remove" if link.connected else "add": "bench-unlinked"})
         stage = shown_stage(status)
         self._stage.show(f"{stage.sign} {stage.word}", stage.tone)
         if status is not None:

@@ -38,14 +38,15 @@ def connected_content(
 
     def refresh_content() -> Awaitable[None] | None:
         nonlocal built_for, refresh
-        if page.hello is None or page.status is None:
+        hello, status = page.link.hello, page.link.status
+        if hello is None or status is None:
             return None
-        if built_for != same(page.hello):
+        if built_for != same(hello):
             place.clear()
             with place:
-                refresh = make(page.hello)
-            built_for = same(page.hello)
-        return refresh(page.status)
+                refresh = make(hello)
+            built_for = same(hello)
+        return refresh(status)
 
     return refresh_content
 

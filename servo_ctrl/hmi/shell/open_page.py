@@ -4,11 +4,10 @@ import time
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from servo_ctrl.commands.command import Command, Right
-from servo_ctrl.commands.local_messages import Do, Hello, LocalAnswer, Who, right_for
-from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.local_messages import Do, LocalAnswer, Who, right_for
 from servo_ctrl.hmi.access.control_right import ControlRight
 from servo_ctrl.hmi.access.sessions import Sessions
 from servo_ctrl.hmi.access.users import Access, Role
@@ -24,15 +23,6 @@ CONTROL_CHANGES = frozenset({"take_control", "release_control"})
 LOGIN_ENDED = "Your login has ended. Log in again."
 
 
-class Directories(NamedTuple):
-    """Where the pages read and write files on the controller's computer."""
-
-    recordings: Path
-    """Captures and diagnoses are written here; recordings are searched here."""
-    programs: Path | None = None
-    """Motion programs; None: the directory `programs` beside the machine file."""
-
-
 @dataclass
 class PageServices:
     """What all pages of the process share."""
@@ -40,7 +30,10 @@ class PageServices:
     link: MachineLink
     access: Access
     control: ControlRight
-    directories: Directories
+    recordings: Path
+    """Directory where captures and diagnoses are written, and recordings are searched."""
+    programs: Path | None = None
+    """Directory of motion programs; None: `programs` beside the machine file."""
 
     @cached_property
     def sessions(self) -> Sessions:
@@ -72,16 +65,6 @@ class OpenPage:
     def link(self) -> MachineLink:
         """The connection to the controller."""
         return self.services.link
-
-    @property
-    def status(self) -> MachineStatus | None:
-        """The last status of the controller; None before the first."""
-        return self.services.link.status
-
-    @property
-    def hello(self) -> Hello | None:
-        """The controller's description of itself; None before the first connection."""
-        return self.services.link.hello
 
     @property
     def who(self) -> Who:

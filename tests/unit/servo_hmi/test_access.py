@@ -17,7 +17,7 @@ from servo_ctrl.hmi.access.sessions import (
 )
 from servo_ctrl.hmi.access.users import LOCAL_USER, Access, Role, add_token, remove_token
 from servo_ctrl.hmi.link.machine_link import MachineLink
-from servo_ctrl.hmi.shell.open_page import LOGIN_ENDED, Directories, OpenPage, PageServices
+from servo_ctrl.hmi.shell.open_page import LOGIN_ENDED, OpenPage, PageServices
 
 
 @pytest.fixture
@@ -55,7 +55,9 @@ def test_a_new_token_and_a_revocation_end_running_sessions(file: Path) -> None:
     second = add_token(file, "anna", Role.VIEW)
     assert access.owner_of(first) is None
     assert sessions.owner_of(secret, 2.0) is None
-    assert access.role_now("anna", hashlib.sha256(second.encode()).hexdigest()) is Role.VIEW
+    assert access.owner_now(owner) is None
+    new = owner._replace(sha256=hashlib.sha256(second.encode()).hexdigest())
+    assert access.owner_now(new) == new._replace(role=Role.VIEW)
     remove_token(file, "anna")
     assert access.owner_of(second) is None
 
@@ -109,7 +111,8 @@ def test_loopback_needs_no_login_and_has_every_role(host: str) -> None:
     access = load_access(host, None, None, None)
     assert is_loopback(host)
     assert not access.login_needed
-    assert access.role_now("local", "") is LOCAL_USER.role is Role.CONFIGURE
+    assert access.owner_now(LOCAL_USER) is LOCAL_USER
+    assert LOCAL_USER.role is Role.CONFIGURE
 
 
 def test_one_of_the_three_files_is_not_enough(file: Path) -> None:
@@ -140,8 +143,8 @@ def test_an_open_page_loses_its_role_when_the_login_ends(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     token = add_token(file, "anna", Role.OPERATE)
-    visitors, directories = Access(file), Directories(tmp_path)
-    services = PageServices(MachineLink(tmp_path), visitors, ControlRight(), directories)
+    visitors = Access(file)
+    services = PageServices(MachineLink(tmp_path), visitors, ControlRight(), tmp_path)
     owner = services.access.owner_of(token)
     assert owner is not None
     now_s = 0.0
