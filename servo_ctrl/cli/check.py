@@ -37,7 +37,7 @@ def check(
     from servo_ctrl.config.load import load_machine
     from servo_ctrl.daemon.learning.axis_learning import LearningError
     from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
-    from servo_ctrl.plots.path import DrawnPath, plot_path
+    from servo_ctrl.plots.path import plot_path
 
     config = load_machine(machine)
     own_dictionary(config)
@@ -55,6 +55,6 @@ def check(
         typer.echo(f"{program}: {len(motion.steps)} steps, {result.duration_s:.2f} s, within limits")
         print_dry_run(chosen, motion.steps, config, result)
         if out is not None:
-            drawn = DrawnPath(result.drawn_m, result.drawn_m_s, result.drawn_rapid)
-            plot_path(out, list(config.axes), drawn, chosen.source.name)
+            drawn = result.drawn_m, result.drawn_m_s, result.drawn_rapid
+            plot_path(out, list(config.axes), *drawn, chosen.source.name)
             typer.echo(f"picture: {out}")

@@ -71,14 +71,11 @@ def _label(progress: RunProgress) -> str:
     learning = progress.learning
     if not learning.planned or learning.state not in ACTIVE:
         return progress.label
+    left_s = learning.remaining_s
+    left = f"{left_s:.0f} s" if left_s < 120.0 else f"{left_s / 60.0:.0f} min"
     at = f" at {learning.acceleration_m_s2 * 1e3:.3g} mm/s^2"
     text = (
         f"axis {learning.axis}: {learning.stage}{'' if math.isnan(learning.acceleration_m_s2) else at}, "
-        f"stroke {learning.strokes_done + 1} of {learning.strokes_total}, "
-        f"{_minutes(learning.remaining_s)} left"
+        f"stroke {learning.strokes_done + 1} of {learning.strokes_total}, {left} left"
     )
     return text if math.isnan(learning.best_m) else f"{text}, best J {learning.best_m * 1e6:.2f} um"
-
-
-def _minutes(time_s: float) -> str:
-    return f"{time_s:.0f} s" if time_s < 120.0 else f"{time_s / 60.0:.0f} min"

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,34 +11,33 @@ from servo_ctrl.plots.figures import save
 from servo_ctrl.plots.matplotlib_agg import LineCollection, plt
 
 
-class DrawnPath(NamedTuple):
-    """Positions (n, axes), the speed along the path there (n,), and whether the move is a rapid one (n,)."""
+def plot_path(
+    path: Path,
+    names: Sequence[str],
+    position_m: Array,
+    speed_m_s: Array,
+    rapid: NDArray[np.bool_],
+    title: str,
+) -> None:
+    """Draw a path of positions (n, axes) with the speed along it (n,); one axis is drawn over its samples.
 
-    position_m: Array
-    speed_m_s: Array
-    rapid: NDArray[np.bool_]
-
-
-def plot_path(path: Path, names: Sequence[str], drawn: DrawnPath, title: str) -> None:
-    """Draw a path; rapid moves are grey, so that the colours are those of the feed.
-
-    One axis alone is drawn over its samples.
+    Rapid moves, where `rapid` (n,) is true, are grey, so that the colours are those of the feed.
     """
     figure, panel = plt.subplots(figsize=(7.6, 6.4))
     if len(names) == 1:
-        shown = np.column_stack((np.arange(len(drawn.position_m)), drawn.position_m[:, 0] * 1e3))
+        shown = np.column_stack((np.arange(len(position_m)), position_m[:, 0] * 1e3))
         panel.set_xlabel("sample")
         panel.set_ylabel(f"{names[0]} (mm)")
     else:
-        first, second = sorted(np.argsort(np.ptp(drawn.position_m, axis=0))[-2:].tolist())
-        shown = drawn.position_m[:, [first, second]] * 1e3
+        first, second = sorted(np.argsort(np.ptp(position_m, axis=0))[-2:].tolist())
+        shown = position_m[:, [first, second]] * 1e3
         panel.set_xlabel(f"{names[first]} (mm)")
         panel.set_ylabel(f"{names[second]} (mm)")
         panel.set_aspect("equal", adjustable="datalim")
-    pieces, rapid = np.stack((shown[:-1], shown[1:]), axis=1), drawn.rapid[1:]
+    pieces, rapid = np.stack((shown[:-1], shown[1:]), axis=1), rapid[1:]
     panel.add_collection(LineCollection(pieces[rapid].tolist(), color="0.75", linewidth=1.0))
     coloured = LineCollection(pieces[~rapid].tolist(), cmap="viridis", linewidth=2.0)
-    coloured.set_array(drawn.speed_m_s[1:][~rapid] * 1e3)
+    coloured.set_array(speed_m_s[1:][~rapid] * 1e3)
     panel.add_collection(coloured)
     panel.autoscale_view()
     panel.plot(*shown[0], "o", color="0.2", markersize=5, label="start")

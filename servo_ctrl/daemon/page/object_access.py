@@ -112,7 +112,8 @@ class ObjectAccess:
         except SdoError as error:
             return Outcome(_refusal(error), str(error))
         except TimeoutError:
-            work.add_done_callback(_ignore_outcome)
+            # nobody waits for its error any more: take it
+            work.add_done_callback(lambda _work: _work.cancelled() or _work.exception())
             return Outcome(Refusal.WRONG_STATE, f"node {plan.node_id} was not done within {LIMIT_S:g} s")
 
 
@@ -126,12 +127,6 @@ def _transfer(
         return access(port)
     finally:
         port.close()
-
-
-def _ignore_outcome(work: asyncio.Future[int | float | str | None]) -> None:
-    """Take the error of a transfer that nobody waits for any more."""
-    if not work.cancelled():
-        work.exception()
 
 
 def _refusal(error: SdoError) -> Refusal:

@@ -52,7 +52,9 @@ class Guard:
         if reason := self._refusal(scope, headers):
             await _refuse(scope, receive, send, 403, reason)
             return
-        owner = self._owner(cookies)
+        owner: TokenOwner | None = LOCAL_USER
+        if self._access.login_needed:
+            owner = self._sessions.owner_of(cookies.get(SESSION_COOKIE), time.monotonic())
         if owner is None and scope["path"] != LOGIN:
             is_page = scope["type"] == "http" and scope["method"] == "GET"
             if is_page and "text/html" in headers.get("accept", ""):
@@ -75,11 +77,6 @@ class Guard:
             await send(message)
 
         await self._app(scope, receive, send_guarded)
-
-    def _owner(self, cookies: dict[str, str]) -> TokenOwner | None:
-        if not self._access.login_needed:
-            return LOCAL_USER
-        return self._sessions.owner_of(cookies.get(SESSION_COOKIE), time.monotonic())
 
     def _refusal(self, scope: Scope, headers: Headers) -> str:
         host = headers.get("host", "")

@@ -67,11 +67,6 @@ class ObjectEntry:
     object_name: str = ""
 
     @property
-    def range_name(self) -> str:
-        """The name of the range of its index."""
-        return next(name for last, name in RANGES if self.index <= last)
-
-    @property
     def address(self) -> str:
         """Index and subindex, as `6064:00`."""
         return f"{self.index:04X}:{self.subindex:02X}"
@@ -120,7 +115,7 @@ def load_entries(eds: Path, node_id: int) -> list[ObjectEntry]:
 def tree_nodes(entries: Iterable[ObjectEntry]) -> list[dict[str, Any]]:
     """The entries as branches of `ui.tree`: ranges of the index, and objects in them."""
     nodes = []
-    for name, inside in groupby(entries, lambda entry: entry.range_name):
+    for name, inside in groupby(entries, lambda entry: next(r for last, r in RANGES if entry.index <= last)):
         objects = [_object_node(list(found)) for _, found in groupby(inside, lambda entry: entry.index)]
         nodes.append({"id": name, "label": name, "children": objects})
     return nodes

@@ -44,11 +44,6 @@ class ChartView(NamedTuple):
     factor: float = 0.0
     """Magnification of the error of a path, with the columns command and actual, x and y; 0: no path."""
 
-    @property
-    def points_per_bucket(self) -> int:
-        """The minimum and maximum of each channel, or the row of a path with the largest error."""
-        return 1 if self.bucket == 1 or self.factor else 2
-
 
 class ChartContents(NamedTuple):
     """What a chart holds: whole buckets from `first` on, and perhaps a last one in part."""
@@ -124,7 +119,9 @@ def next_frame(
 
     The frame is None when the chart has all of them already.
     """
-    bucket, per_bucket = view.bucket, view.points_per_bucket
+    bucket = view.bucket
+    # the minimum and maximum of each channel, or the row of a path with the largest error
+    per_bucket = 1 if bucket == 1 or view.factor else 2
     first, end, whole = span[0] // bucket, -(-span[1] // bucket), span[1] // bucket
     following = ChartContents(view, first, whole, (end - first) * per_bucket, span[1])
     if contents is not None and contents.view == view:

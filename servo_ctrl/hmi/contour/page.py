@@ -168,7 +168,11 @@ class ContourCharts:
         if wanted == self._turns_drawn or not all(ready):
             return
         self._turns_drawn = wanted
-        self._offer_circles({NEWEST: "the newest"} | {key: circle_text(key, page.units) for key in circles})
+        offered = {NEWEST: "the newest"} | {key: circle_text(key, page.units) for key in circles}
+        if offered != self._circles:  # setting the options of a list is not cheap
+            self._circles = offered
+            value = self._circle.value if self._circle.value in offered else NEWEST
+            self._circle.set_options(offered, value=value)
         charts = display and turn_charts(self._store, self._store.version, display)
         if charts is None:
             self._table.clear()
@@ -184,12 +188,6 @@ class ContourCharts:
             if changed:
                 chart.show(content.options, content.traces)
             await chart.send(content.frame, content.arrays, 0.0)
-
-    def _offer_circles(self, circles: dict[Any, str]) -> None:
-        if circles != self._circles:  # setting the options of a list is not cheap
-            self._circles = circles
-            value = self._circle.value if self._circle.value in circles else NEWEST
-            self._circle.set_options(circles, value=value)
 
     def _resend_path(self) -> None:
         self._contents = None

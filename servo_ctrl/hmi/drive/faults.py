@@ -4,7 +4,7 @@ import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.shell.machine_stage import is_fault
@@ -30,12 +30,11 @@ class Fault(NamedTuple):
     """The controller's own words."""
 
 
-def _advice_in(section: dict[str, Any]) -> dict[str, Advice]:
-    return {key: Advice(*texts) for key, texts in section.items()}
-
-
 _TEXTS = tomllib.loads(Path(__file__).with_name("advice.toml").read_text(encoding="utf-8"))
-CODES, REASONS, _UNKNOWN = (_advice_in(_TEXTS[section]) for section in ("code", "reason", "unknown"))
+CODES, REASONS, _UNKNOWN = (
+    {key: Advice(*texts) for key, texts in _TEXTS[section].items()}
+    for section in ("code", "reason", "unknown")
+)
 UNKNOWN_CODE, UNKNOWN_REASON = _UNKNOWN["code"], _UNKNOWN["reason"]
 NODE_SILENT = Advice("A node is not in operation", "Has it power? Check its bus cable; see page Bus.")
 

@@ -1,6 +1,7 @@
 """The learning run on the Friction page: start, pause, resume, abort, its progress and its settings."""
 
 import math
+from functools import partial
 from typing import Any
 
 from nicegui import ui
@@ -78,7 +79,8 @@ class LearningCard:
                 self._required = ui.input("J required").mark("required").style("width: 150px")
                 self._required.props("inputmode=decimal").on("keydown.enter", self._set_required)
                 button("Set", self._set_required, "set-required")
-                self._adaptation = Switch("Adaptation", "adaptation", self._set_adaptation)
+                set_adaptation = partial(page.ask, "setting", setting="adaptation")
+                self._adaptation = Switch("Adaptation", "adaptation", lambda on: set_adaptation(value=on))
 
     def refresh(self, status: MachineStatus) -> None:
         """Show the state of learning and its settings."""
@@ -106,9 +108,6 @@ class LearningCard:
         # a refresh sets the element too: only a choice of the visitor differs from the status
         if self._settings is not None and event.value != self._settings.learner:
             await self._page.ask("setting", setting="learner", value=str(event.value))
-
-    async def _set_adaptation(self, on: bool) -> None:
-        await self._page.ask("setting", setting="adaptation", value=on)
 
     async def _set_required(self) -> None:
         try:

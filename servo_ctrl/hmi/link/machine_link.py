@@ -146,7 +146,10 @@ class MachineLink:
             case _:
                 self.status = message
                 for listener in tuple(self.listeners):
-                    _call_listener(listener, message)
+                    try:
+                        listener(message)
+                    except Exception:  # noqa: BLE001  # an error of one page must not reach the others
+                        _LOG.exception("a listener of the status failed")
 
     def _handle_hello(self, hello: Hello) -> None:
         names = tuple(channel.name for channel in hello.channels)
@@ -161,13 +164,6 @@ class MachineLink:
         for number, answer in self._pending.items():
             if not answer.done():
                 answer.set_result(_refused(number, "the connection to the controller was lost"))
-
-
-def _call_listener(listener: Callable[[MachineStatus], None], status: MachineStatus) -> None:
-    try:
-        listener(status)
-    except Exception:  # noqa: BLE001  # an error of one page must not reach the others
-        _LOG.exception("a listener of the status failed")
 
 
 def _refused(number: int, reason: str, refusal: str = "unreachable") -> LocalAnswer:

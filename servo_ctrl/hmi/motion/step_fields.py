@@ -92,12 +92,11 @@ def put_value(step: dict[str, Any], field: StepField, written: str) -> None:
     """
     written = written.strip()
     value: Any = None if not written else _value(field, written)
-    if not field.axis:
-        _set(step, field.key, value)
-        return
-    by_axis = dict(step[field.key]) if isinstance(step.get(field.key), dict) else {}
-    _set(by_axis, field.axis, value)
-    _set(step, field.key, by_axis)
+    if field.axis:
+        by_axis = dict(step[field.key]) if isinstance(step.get(field.key), dict) else {}
+        _set(by_axis, field.axis, value)
+        value = by_axis
+    _set(step, field.key, value)
 
 
 def _set(table: dict[str, Any], key: str, value: Any) -> None:

@@ -61,16 +61,12 @@ def advance(
             window = CaptureWindow(first, first + settings.span, trigger, triggered=True)
             state = CaptureState(trigger, window, filling=True)
     state = _completed(settings, state, newest)
-    waited = newest - state.armed_from > _auto_wait(settings, state)
+    # a triggered window stays at least for its own length; without one the setting alone counts
+    stays = settings.span if state.window is not None and state.window.triggered else 0
+    waited = newest - state.armed_from > max(settings.auto_wait, stays)
     if settings.mode == "auto" and not state.filling and waited:
         return state._replace(window=_newest_rows(settings, newest))
     return state
-
-
-def _auto_wait(settings: CaptureSettings, state: CaptureState) -> int:
-    """A triggered window stays at least for its own length; without one the setting alone counts."""
-    triggered = state.window is not None and state.window.triggered
-    return max(settings.auto_wait, settings.span) if triggered else settings.auto_wait
 
 
 def _newest_rows(settings: CaptureSettings, newest: int) -> CaptureWindow:

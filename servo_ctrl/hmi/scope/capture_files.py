@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -66,7 +65,9 @@ def save_capture(
     with _ONE_CAPTURE:
         try:
             directory.mkdir(parents=True)
-            values = _without_missing_integers(rows.values, [channel.dtype for channel in channels])
+            # integer columns cannot hold NaN: their missing values are 0
+            whole = [np.issubdtype(np.dtype(channel.dtype), np.integer) for channel in channels]
+            values = np.where(np.array(whole) & ~np.isfinite(rows.values), 0.0, rows.values)
             write_part(directory / PART_FILE, channels, values)
             named = {c.name: values[:, place].astype(c.dtype) for place, c in enumerate(channels)}
             write_csv(directory / CSV_FILE, named)
@@ -76,12 +77,6 @@ def save_capture(
         except OSError as error:
             raise RecordingError(f"{directory}: cannot be written: {reason_of(error)}") from None
     return directory
-
-
-def _without_missing_integers(values: np.ndarray[Any, np.dtype[np.float64]], dtypes: Sequence[str]) -> Any:
-    """The rows with 0 for the missing values of integer columns, which cannot hold NaN."""
-    whole = np.array([np.issubdtype(np.dtype(dtype), np.integer) for dtype in dtypes])
-    return np.where(whole & ~np.isfinite(values), 0.0, values)
 
 
 def _draw_capture(

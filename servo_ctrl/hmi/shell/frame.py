@@ -92,7 +92,10 @@ class PageFrame:
         page, link = self._page, self._page.link
         hello, status = link.hello, link.status
         if page.current_role() is None:
-            self._leave()
+            if not self._left:
+                self._left = True
+                ui.navigate.to(LOGIN)
+                ui.timer(LEAVE_TIME_S, self._client.delete, once=True)
             return
         self._beat.props["data-beat"] = next(self._beats)
         self._beat.update()
@@ -109,12 +112,6 @@ class PageFrame:
             missed = f", {status.missed_ticks} ticks missed" if status.missed_ticks else ""
             self._cycles.set_text(f"cycle {grouped(status.cycles)}{missed}")
         self._show_control()
-
-    def _leave(self) -> None:
-        if not self._left:
-            self._left = True
-            ui.navigate.to(LOGIN)
-            ui.timer(LEAVE_TIME_S, self._client.delete, once=True)
 
     def _show_control(self) -> None:
         holder, browser = self._control.holder(time.monotonic()), self._page.browser
