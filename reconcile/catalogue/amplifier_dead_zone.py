@@ -6,7 +6,7 @@ import numpy as np
 
 from hil_sim.physics.motor import amplifier_dead_zone as physics
 from kernels.arrays import Array
-from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
 
@@ -25,17 +25,6 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return np.clip(data.model_force_n / shape[0], -1.0, 1.0)[:, None]
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"about {p['threshold_n']:.2f} N of the commanded force are lost whenever its sign is clear, "
-        "changing over at zero force and not at zero speed: a dead zone of the amplifier"
-    )
-
-
-def _to_plant(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
-    return {"threshold_a": found.terms[0]["threshold_n"] / found.axis.force_constant_n_a}
-
-
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     """The narrowest width that is scanned: the plant's dead zone steps and has no width."""
     lost_n = of.params.threshold_a * of.axis.force_constant_n_a
@@ -47,12 +36,17 @@ ENTRY = CatalogueEntry(
     terms=(TermFamily(_columns, _shapes),),
     coefficients={"threshold_n": "N"},
     shape_parameters={"width_n": "N"},
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"about {p['threshold_n']:.2f} N of the commanded force are lost whenever its sign is clear, "
+        "changing over at zero force and not at zero speed: a dead zone of the amplifier"
+    ),
     physical=POSITIVE,  # it loses force
     continuous_shape_parameters=1,
     presliding_can_imitate=True,
     shows_after_presliding=True,
-    to_plant=_to_plant,
+    to_plant=lambda found, _notes: {
+        "threshold_a": found.terms[0]["threshold_n"] / found.axis.force_constant_n_a
+    },
     from_plant=_from_plant,
     rivals=(
         Rival("asymmetric_coulomb_friction", BY_ZERO_FORCE),

@@ -74,13 +74,6 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return (_free_table(m.position_m, m.velocity_m_s, data.period_s, *shape) / shape[0])[:, None]
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"the scale steps {2e6 * p['play_m']:.1f} um, the total play, after each reversal whatever "
-        "the force: backlash; compliance would grow with force"
-    )
-
-
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     """All of the friction decelerates the free table, as in the plant."""
     play_m, base = of.params.play_m, of.base
@@ -94,7 +87,10 @@ ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(_columns, _shapes, ResidualChannel.POSITION_DEVIATION),),
     coefficients={"play_m": "m"},  # half of the gap, as in hil_sim
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"the scale steps {2e6 * p['play_m']:.1f} um, the total play, after each reversal whatever "
+        "the force: backlash; compliance would grow with force"
+    ),
     physical=POSITIVE,
     continuous_shape_parameters=2,
     # The flanks' stiffness is not known, and friction holds the table off them: the estimate is too small.

@@ -20,18 +20,14 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     return [(float(k),) for k in HARMONICS if k <= max(highest, 12.0)]
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"a force of {p['amplitude']:.2f} N comes back at the same places, {p['harmonic']:g} a turn, "
-        "whatever the speed and the current: cogging; a torque ripple would grow with the current"
-    )
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(over_turns, _shapes, per_recording=EITHER),),
     parameters_of=WAVE.parameters,
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"a force of {p['amplitude']:.2f} N comes back at the same places, {p['harmonic']:g} a turn, "
+        "whatever the speed and the current: cogging; a torque ripple would grow with the current"
+    ),
     additive=True,
     on_every_axis=True,
     indicators=(IndicatorKind("once_a_turn_n", "N", "force once a turn of the screw", (1.0,)),),

@@ -5,9 +5,10 @@ of the plant's effect, by their names in hil_sim, in SI.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
+from reconcile.formats.nominal_axis import NominalAxis
 
 PlantValues = dict[str, Any]
 """By parameter: a number, a list of numbers, or the name of another axis."""
@@ -15,26 +16,6 @@ PlantValues = dict[str, Any]
 
 class NotInAPlant(Exception):  # noqa: N818  # not an error: the verdict reports it
     """No plant can have what was identified; the message says why."""
-
-
-class Axis(Protocol):
-    """What the conversions need of the nominal model of an axis, SI."""
-
-    @property
-    def force_constant_n_a(self) -> float:
-        """Motor force per current."""
-
-    @property
-    def motor_mass_kg(self) -> float:
-        """Rotating inertia as a mass at the screw; 0 = not known."""
-
-    @property
-    def coulomb_n(self) -> float:
-        """Sharp Coulomb friction, without that of presliding_hysteresis."""
-
-    @property
-    def viscous_n_s_m(self) -> float:
-        """Viscous friction."""
 
 
 class ModelTerm(NamedTuple):
@@ -57,7 +38,7 @@ class ModelEffect(NamedTuple):
     """All effects that the model has on the axis."""
     other: str
     """The axis that cross_axis_coupling follows."""
-    axis: Axis
+    axis: NominalAxis
     base: Mapping[str, float]
     """mass_kg, viscous_n_s_m, coulomb_n: all that moves, all that rubs."""
     datasets: Sequence[RegressionData]
@@ -74,4 +55,4 @@ class IdentifiedTerms(NamedTuple):
     datasets: Sequence[RegressionData]
     base: Mapping[str, float]
     """mass_kg, viscous_n_s_m, coulomb_n as fitted to the force; empty where they were not."""
-    axis: Axis
+    axis: NominalAxis

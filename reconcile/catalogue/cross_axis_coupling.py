@@ -16,10 +16,6 @@ def _force(data: RegressionData, _shape: ShapeParameters) -> Array:
     return _stacked(data, [m.velocity_m_s for m in others] + [m.acceleration_m_s2 for m in others])
 
 
-def _deviation(data: RegressionData, _shape: ShapeParameters) -> Array:
-    return _stacked(data, [m.position_m for m in data.others.values()])
-
-
 def _stacked(data: RegressionData, columns: Sequence[Array]) -> Array:
     return np.stack(columns, axis=1) if columns else np.zeros((len(data.time_s), 0))
 
@@ -56,7 +52,10 @@ ENTRY = CatalogueEntry(
     physics=physics,
     terms=(
         TermFamily(_force),
-        TermFamily(_deviation, channel=ResidualChannel.POSITION_DEVIATION),
+        TermFamily(
+            lambda data, _shape: _stacked(data, [m.position_m for m in data.others.values()]),
+            channel=ResidualChannel.POSITION_DEVIATION,
+        ),
     ),
     parameters_of=_parameters,
     sentence=lambda _parameters: "the error follows the motion of another axis: the axes are coupled",

@@ -1,7 +1,5 @@
 """Current loop lag: the force follows its command with one pole, or two."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from hil_sim.physics.motor import current_loop_lag as physics
@@ -14,10 +12,6 @@ from reconcile.catalogue.transport_delay import answers_late, lateness
 TIMES_S = (2e-4, 5e-4, 1e-3, 1.5e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6.5e-3, 8e-3)
 ORDERS = (1.0, 2.0)
 """Poles: one, or two equal ones with the same sum of time constants."""
-
-
-def _shapes(_datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
-    return [(time, order) for time in TIMES_S for order in ORDERS]
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
@@ -36,7 +30,13 @@ def _from_plant(of: ModelEffect) -> list[ModelTerm]:
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(_columns, _shapes, per_recording=EITHER),),
+    terms=(
+        TermFamily(
+            _columns,
+            lambda _datasets: [(time, order) for time in TIMES_S for order in ORDERS],
+            per_recording=EITHER,
+        ),
+    ),
     parameters_of=lateness,
     sentence=lambda p: answers_late(p, "a lag of the current loop"),
     continuous_shape_parameters=1,

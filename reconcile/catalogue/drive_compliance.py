@@ -7,7 +7,7 @@ import numpy as np
 from hil_sim.physics.transmission import drive_compliance as physics
 from kernels.arrays import Array
 from reconcile.catalogue import backlash
-from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
 
@@ -42,10 +42,6 @@ def _sentence(p: dict[str, float]) -> str:
     )
 
 
-def _to_plant(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
-    return {"stiffness_n_m": found.terms[0]["stiffness_n_m"]}
-
-
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     """Nothing for the contact that an updated model gives to a backlash."""
     if backlash.ENTRY.name in of.effects and math.isclose(_damping_ratio(of), CONTACT_DAMPING_RATIO):
@@ -70,7 +66,7 @@ ENTRY = CatalogueEntry(
     physical=POSITIVE,
     systematic=SYSTEMATIC,
     indicators=(IndicatorKind(name="compliance_m_n", unit="m/N", words="compliance of the drive"),),
-    to_plant=_to_plant,
+    to_plant=lambda found, _notes: {"stiffness_n_m": found.terms[0]["stiffness_n_m"]},
     from_plant=_from_plant,
     rivals=(
         Rival("backlash"),

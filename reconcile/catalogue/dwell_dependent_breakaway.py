@@ -39,13 +39,6 @@ def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parame
     }
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"the first force after a rest is up to {p['growth_n']:.2f} N higher, the longer the rest "
-        f"(time constant about {p['time_s']:.1f} s): breakaway that grows with the dwell"
-    )
-
-
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     p = of.params
     return [ModelTerm(of.effect, (p.way_m, p.time_s), (p.growth_n,))]
@@ -55,7 +48,10 @@ ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(_columns, _shapes),),
     parameters_of=_parameters,
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"the first force after a rest is up to {p['growth_n']:.2f} N higher, the longer the rest "
+        f"(time constant about {p['time_s']:.1f} s): breakaway that grows with the dwell"
+    ),
     physical=POSITIVE,  # friction grows at rest
     presliding_can_imitate=True,
     from_plant=_from_plant,

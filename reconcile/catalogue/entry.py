@@ -23,7 +23,7 @@ class Rival(NamedTuple):
     """Another effect for which this one is often mistaken."""
 
     effect: str
-    told_apart_by: str = ""
+    distinguished_by: str = ""
     """What tells them apart, in words; empty where the rival's own entry says it."""
     experiment: str = ""
     """The experiment by hand that it takes, by name; empty where a motion does."""

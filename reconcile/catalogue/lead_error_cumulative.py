@@ -1,27 +1,22 @@
 """Cumulative lead error: scale less motor grows with the position, alike in both directions."""
 
 from hil_sim.physics.transmission import lead_error_cumulative as physics
-from kernels.arrays import Array
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
-from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters, TermFamily
-
-
-def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
-    return data.motion.position_m[:, None].copy()
-
-
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"the scale gains {p['relative_error'] * 1e6:.1f} um per metre on the motor, alike in both "
-        "directions and from the first minute: a lead error; thermal expansion would drift"
-    )
-
+from reconcile.catalogue.kinds import ResidualChannel, TermFamily
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(_columns, channel=ResidualChannel.POSITION_DEVIATION),),
+    terms=(
+        TermFamily(
+            lambda data, _shape: data.motion.position_m[:, None].copy(),
+            channel=ResidualChannel.POSITION_DEVIATION,
+        ),
+    ),
     coefficients={"relative_error": ""},
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"the scale gains {p['relative_error'] * 1e6:.1f} um per metre on the motor, alike in both "
+        "directions and from the first minute: a lead error; thermal expansion would drift"
+    ),
     indicators=(IndicatorKind(name="lead_error", unit="", words="lead error", beside=True),),
     rivals=(Rival("thermal_expansion", "a lead error is there from the start", experiment="warm"),),
     shown_by="it is there from the start",

@@ -9,18 +9,14 @@ HARMONICS = (1, 2, 3, 4, 6, 8)
 WAVE = Wave("harmonic", "1/turn", "amplitude_m", "m", ResidualChannel.POSITION_DEVIATION, sign=1.0)
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"scale less motor swings by {p['amplitude'] * 1e6:.2f} um {p['harmonic']:g} times a turn: a "
-        "periodic lead error, or an eccentric encoder; a third sensor would tell"
-    )
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(over_turns, lambda _data: [(float(k),) for k in HARMONICS], WAVE.channel, EITHER),),
     parameters_of=WAVE.parameters,
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"scale less motor swings by {p['amplitude'] * 1e6:.2f} um {p['harmonic']:g} times a turn: a "
+        "periodic lead error, or an eccentric encoder; a third sensor would tell"
+    ),
     additive=True,
     # told apart by a third sensor only
     equivalent=("encoder_eccentricity",),

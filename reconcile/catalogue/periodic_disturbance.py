@@ -9,7 +9,6 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from hil_sim.physics.load import periodic_disturbance as physics
-from kernels.arrays import Array
 from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm
 from reconcile.catalogue.kinds import OWN, RegressionData, ShapeParameters, TermFamily
 from reconcile.catalogue.periodic import Wave, pair
@@ -42,22 +41,18 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     return [(float(frequency_hz[peak]),) for peak in highest]
 
 
-def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
-    return pair(2.0 * np.pi * shape[0] * data.time_s)
-
-
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"a force of {p['amplitude']:.2f} N at {p['frequency_hz']:.2f} Hz, fixed in time whatever the speed: "
-        "a disturbance from outside; cogging would change its frequency with the speed"
-    )
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(_columns, _shapes, per_recording=OWN),),
+    terms=(
+        TermFamily(
+            lambda data, shape: pair(2.0 * np.pi * shape[0] * data.time_s), _shapes, per_recording=OWN
+        ),
+    ),
     parameters_of=WAVE.parameters,
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"a force of {p['amplitude']:.2f} N at {p['frequency_hz']:.2f} Hz, fixed in time whatever the speed: "
+        "a disturbance from outside; cogging would change its frequency with the speed"
+    ),
     additive=True,
     to_plant=WAVE.to_plant,
     from_plant=WAVE.from_plant,

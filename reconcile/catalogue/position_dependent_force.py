@@ -7,19 +7,14 @@ from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import TermFamily
 from reconcile.catalogue.polynomial import coefficients_n, cubic, degrees, largest_n, powers
 
-
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"the force changes along the travel, by about {largest_n(p):.2f} N, alike in both directions: "
-        "a spring, a cable chain or an incline; friction would change its sign"
-    )
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(powers, degrees),),
     parameters_of=lambda shape, coefficients: coefficients_n(shape, -coefficients),
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"the force changes along the travel, by about {largest_n(p):.2f} N, alike in both directions: "
+        "a spring, a cable chain or an incline; friction would change its sign"
+    ),
     from_plant=partial(cubic, sign=-1.0),
     rivals=(
         Rival("position_dependent_friction"),

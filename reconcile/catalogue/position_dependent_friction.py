@@ -14,18 +14,14 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return columns
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"friction differs along the travel, by about {largest_n(p):.2f} N, and changes its sign with the "
-        "direction: position-dependent friction; a spring or cable would not"
-    )
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(_columns, degrees),),
     parameters_of=coefficients_n,
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"friction differs along the travel, by about {largest_n(p):.2f} N, and changes its sign with the "
+        "direction: position-dependent friction; a spring or cable would not"
+    ),
     from_plant=partial(cubic, sign=1.0),
     rivals=(
         Rival(

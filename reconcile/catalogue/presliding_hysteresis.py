@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from hil_sim.physics.friction import presliding_hysteresis as physics
 from kernels.arrays import Array
-from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
+from reconcile.catalogue.conversion import IdentifiedTerms, ModelTerm, PlantValues
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
 from reconcile.recording.kinematics import dahl_deflection
@@ -40,13 +40,6 @@ def _built_up_over(exponent: float) -> float:
     return -math.expm1(-power) / power if power else 1.0
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"after a reversal {abs(p['level_n']):.2f} N of friction build up over {p['way_m'] * 1e6:.1f} um of "
-        "way, whatever the speed: presliding; Stribeck friction would show at slow constant speeds too"
-    )
-
-
 def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
     """One level and distance: of several terms, those whose curve is nearest to the sum of the curves."""
     levels_n = np.array([term["level_n"] for term in found.terms])
@@ -69,23 +62,22 @@ def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
     return {"level_n": total_n, "way_m": distance_m}
 
 
-def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    return [ModelTerm(of.effect, (of.params.way_m, 1.0), (of.params.level_n,))]
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(_columns, _shapes),),
     coefficients={"level_n": "N"},
     shape_parameters={"way_m": "m", "exponent": ""},
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"after a reversal {abs(p['level_n']):.2f} N of friction build up over {p['way_m'] * 1e6:.1f} um of "
+        "way, whatever the speed: presliding; Stribeck friction would show at slow constant speeds too"
+    ),
     physical=POSITIVE,
     additive=True,
     continuous_shape_parameters=1,
     ends_with_reversal=True,
     on_every_axis=True,
     to_plant=_to_plant,
-    from_plant=_from_plant,
+    from_plant=lambda of: [ModelTerm(of.effect, (of.params.way_m, 1.0), (of.params.level_n,))],
     rivals=(
         Rival("stribeck_friction"),
         Rival(

@@ -15,17 +15,13 @@ def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
     return (v * np.abs(v))[:, None]
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"friction bends over speed, by {p['quadratic_n_s2_m2']:.1f} N s^2/m^2 v |v| in both directions alike"
-    )
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(_columns),),
     coefficients={"quadratic_n_s2_m2": "N s^2/m^2"},
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"friction bends over speed, by {p['quadratic_n_s2_m2']:.1f} N s^2/m^2 v |v| in both directions alike"
+    ),
     rivals=(
         Rival("stribeck_friction"),
         Rival("torque_constant_saturation", BY_CONSTANT_SPEED),

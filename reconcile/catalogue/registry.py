@@ -60,9 +60,9 @@ def confused_with(effect: str) -> list[str]:
     return [*dict.fromkeys([*own, *others])]
 
 
-def told_apart(one: str, other: str) -> str:
+def distinguishing_observation(one: str, other: str) -> str:
     """What tells two effects apart; empty where nothing is known of either."""
-    words = [rival.told_apart_by for rival in _between(one, other)]
+    words = [rival.distinguished_by for rival in _between(one, other)]
     words += [CATALOGUE[name].shown_by for name in (one, other) if name in CATALOGUE]
     return next((text for text in words if text), "")
 

@@ -1,39 +1,31 @@
 """Cyclic error of the scale: e sin(2 pi x / p), p the grating period."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from hil_sim.physics.sensor import scale_cyclic_error as physics
-from kernels.arrays import Array
 from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
-from reconcile.catalogue.kinds import OWN, RegressionData, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import OWN, ResidualChannel, TermFamily
 from reconcile.catalogue.periodic import Wave, pair
 
 PERIODS_M = (2e-6, 4e-6, 8e-6, 1e-5, 2e-5, 4e-5, 1e-4, 2e-4, 5e-4, 1e-3)
 WAVE = Wave("period_m", "m", "amplitude_m", "m", ResidualChannel.POSITION_DEVIATION, sign=1.0)
 
 
-def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
-    return [(period,) for period in PERIODS_M if period < 0.5 * datasets[0].lead_m]
-
-
-def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
-    return pair(2.0 * np.pi / shape[0] * data.motion.position_m)
-
-
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"the scale swings by {p['amplitude'] * 1e6:.2f} um every {p['period_m'] * 1e6:.1f} um: a cyclic "
-        "error within its grating period; in the force it grows with the square of the speed"
-    )
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(_columns, _shapes, WAVE.channel, OWN),),
+    terms=(
+        TermFamily(
+            lambda data, shape: pair(2.0 * np.pi / shape[0] * data.motion.position_m),
+            lambda datasets: [(period,) for period in PERIODS_M if period < 0.5 * datasets[0].lead_m],
+            WAVE.channel,
+            OWN,
+        ),
+    ),
     parameters_of=WAVE.parameters,
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"the scale swings by {p['amplitude'] * 1e6:.2f} um every {p['period_m'] * 1e6:.1f} um: a cyclic "
+        "error within its grating period; in the force it grows with the square of the speed"
+    ),
     additive=True,
     to_plant=WAVE.to_plant,
     from_plant=WAVE.from_plant,

@@ -52,16 +52,12 @@ class Moment(NamedTuple):
         )
 
 
-def _rate_n_s(data: RegressionData) -> Array:
-    return np.gradient(data.model_force_n, data.period_s)
-
-
 MOMENTS = {
     "force": Moment("constant force", "N", lambda data: np.ones(len(data.time_s))),
     "friction": Moment("friction", "N", lambda data: data.motion.direction),
     "viscous_friction": Moment("viscous friction", "N s/m", lambda data: data.motion.velocity_m_s),
     "mass": Moment("mass", "kg", lambda data: data.motion.acceleration_m_s2),
-    "delay": Moment("delay of the force", "s", _rate_n_s),
+    "delay": Moment("delay of the force", "s", lambda data: np.gradient(data.model_force_n, data.period_s)),
 }
 """By the quantity that changes."""
 SLIP = Moment("place of the scale against the motor", "m", lambda data: np.ones(len(data.time_s)))

@@ -21,10 +21,6 @@ LOW_SPEED_M_S = 5e-3
 SPEEDS_M_S = (0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.014, 0.02, 0.03, 0.05)
 
 
-def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
-    return [(v,) for v in SPEEDS_M_S if _seen_s(datasets, v) > LEAST_S]
-
-
 def _seen_s(datasets: Sequence[RegressionData], speed_m_s: float) -> float:
     """How long the axis moved as slowly as that, without only passing through on its way to another speed."""
     seen_s = 0.0
@@ -52,7 +48,9 @@ def _sentence(p: dict[str, float]) -> str:
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(_columns, _shapes),),
+    terms=(
+        TermFamily(_columns, lambda datasets: [(v,) for v in SPEEDS_M_S if _seen_s(datasets, v) > LEAST_S]),
+    ),
     coefficients={"stribeck_n": "N"},
     shape_parameters={"stribeck_m_s": "m/s"},
     sentence=_sentence,

@@ -49,13 +49,6 @@ def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parame
     return found if shape[0] == 0.0 else {**found, "time_s": Parameter(shape[0], "s")}
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"friction drifts while the axis runs, by {p['level_n']:.2f} N and {p['viscous_n_s_m']:.1f} N s/m: "
-        "it changes with the temperature of the lubricant; wear would not come back after cooling"
-    )
-
-
 def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
     """Changes as shares of the cold friction."""
     term, bounds = found.terms[0], ENTRY.bounds
@@ -136,7 +129,10 @@ ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(_columns, _shapes, per_recording=EITHER),),
     parameters_of=_parameters,
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"friction drifts while the axis runs, by {p['level_n']:.2f} N and {p['viscous_n_s_m']:.1f} N s/m: "
+        "it changes with the temperature of the lubricant; wear would not come back after cooling"
+    ),
     drifting_columns=2,
     presliding_can_imitate=True,
     shows_after_presliding=True,

@@ -50,13 +50,6 @@ def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parame
     return found if shape[0] == 0.0 else {**found, "time_s": Parameter(shape[0], "s")}
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"the scale drifts away from the motor in proportion to the position, by {p['growth'] * 1e6:.1f} "
-        "um/m: the screw grows as it warms; a lead error would have been there from the start"
-    )
-
-
 def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
     """A growth over the run, or per kelvin."""
     term, data, bounds = found.terms[0], found.datasets[0], ENTRY.bounds
@@ -113,7 +106,10 @@ ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(_columns, _shapes, DEVIATION, EITHER),),
     parameters_of=_parameters,
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"the scale drifts away from the motor in proportion to the position, by {p['growth'] * 1e6:.1f} "
+        "um/m: the screw grows as it warms; a lead error would have been there from the start"
+    ),
     to_plant=_to_plant,
     from_plant=_from_plant,
     shown_by="the scale drifts in proportion to the position",

@@ -25,13 +25,6 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return (data.model_force_n * (data.model_force_n / shape[0]) ** 2)[:, None]
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"at the strongest force {100.0 * p['loss_at_peak']:.1f} % of what the current promises are missing, "
-        "and less than in proportion below: the torque constant saturates"
-    )
-
-
 def _to_plant(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
     """Kf i / sqrt(1 + (i / Is)^2) = F for the current i = (1 + loss) F / Kf at the strongest F."""
     loss, peak_n = found.terms[0]["loss_at_peak"], found.terms[0]["peak_n"]
@@ -56,7 +49,10 @@ ENTRY = CatalogueEntry(
     terms=(TermFamily(_columns, _strongest),),
     coefficients={"loss_at_peak": ""},
     shape_parameters={"peak_n": "N"},
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"at the strongest force {100.0 * p['loss_at_peak']:.1f} % of what the current promises are missing, "
+        "and less than in proportion below: the torque constant saturates"
+    ),
     physical=POSITIVE,  # force is lost, not won
     presliding_can_imitate=True,
     to_plant=_to_plant,

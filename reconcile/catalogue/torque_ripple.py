@@ -1,9 +1,8 @@
 """Torque ripple: the motor force times a periodic factor, 1 + sum e_k sin(k 2 pi x / lead + p_k)."""
 
 from hil_sim.physics.motor import torque_ripple as physics
-from kernels.arrays import Array
 from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
-from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import EITHER, TermFamily
 from reconcile.catalogue.periodic import RIPPLES_A_TURN, Wave, over_turns
 
 HARMONICS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 18, 20, 24, 30, 36, 42, 48)
@@ -11,22 +10,20 @@ WAVE = Wave("harmonic", "1/turn", "amplitude", "", most=physics.TERMS)
 """Its amplitude is a share of the force."""
 
 
-def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
-    return data.model_force_n[:, None] * over_turns(data, shape)
-
-
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"the force varies by {100.0 * p['amplitude']:.1f} % of itself {p['harmonic']:g} times a turn: "
-        "torque ripple; cogging would be there without current too"
-    )
-
-
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(_columns, lambda _data: [(float(k),) for k in HARMONICS], per_recording=EITHER),),
+    terms=(
+        TermFamily(
+            lambda data, shape: data.model_force_n[:, None] * over_turns(data, shape),
+            lambda _data: [(float(k),) for k in HARMONICS],
+            per_recording=EITHER,
+        ),
+    ),
     parameters_of=WAVE.parameters,
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"the force varies by {100.0 * p['amplitude']:.1f} % of itself {p['harmonic']:g} times a turn: "
+        "torque ripple; cogging would be there without current too"
+    ),
     additive=True,
     to_plant=WAVE.to_plant,
     from_plant=WAVE.from_plant,

@@ -47,14 +47,6 @@ def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parame
     }
 
 
-def _sentence(p: dict[str, float]) -> str:
-    return (
-        f"where force and speed are high together, what is asked for beyond {p['stall_n']:.0f} N less "
-        f"{p['stall_n'] / p['free_m_s']:.0f} N per m/s is missing: the amplifier runs out of voltage; a "
-        "saturating torque constant would lose it at low speed too"
-    )
-
-
 def _to_plant(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
     """Stall force Kf Umax / R and speed without load Umax / Kf; Kf is the back-EMF constant too."""
     term, constant_n_a = found.terms[0], found.axis.force_constant_n_a
@@ -73,7 +65,11 @@ ENTRY = CatalogueEntry(
     physics=physics,
     terms=(TermFamily(_columns, _shapes),),
     parameters_of=_parameters,
-    sentence=_sentence,
+    sentence=lambda p: (
+        f"where force and speed are high together, what is asked for beyond {p['stall_n']:.0f} N less "
+        f"{p['stall_n'] / p['free_m_s']:.0f} N per m/s is missing: the amplifier runs out of voltage; a "
+        "saturating torque constant would lose it at low speed too"
+    ),
     physical=MISSING,
     continuous_shape_parameters=2,
     to_plant=_to_plant,

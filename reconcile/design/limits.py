@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from reconcile.design.recorded_axis import RecordedAxis
-from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.motion.profile import MotionLimits
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from reconcile.catalogue.registry import CATALOGUE, experiment_by_hand, told_apart
+from reconcile.catalogue.registry import CATALOGUE, distinguishing_observation, experiment_by_hand
 from reconcile.design.recorded_axis import RecordedAxis
 from reconcile.identification.explain import Explanation
 
@@ -82,7 +82,7 @@ def manual_experiment(
         "axis": axis,
         "motion": one.motion,
         **one.numbers(recorded[axis]),
-        "tells": told_apart(separates[0], separates[-1]),
+        "tells": distinguishing_observation(separates[0], separates[-1]),
     }
 
 

@@ -8,7 +8,7 @@ all of them (`model_discrimination`). Where no motion helps, a manual experiment
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from reconcile.catalogue.registry import told_apart
+from reconcile.catalogue.registry import distinguishing_observation
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.design.candidate_motions import PlannedMotion, candidate_motions
 from reconcile.design.limits import AxisLimits, limits_from_recordings
@@ -18,8 +18,8 @@ from reconcile.design.predicted_data import predicted_data
 from reconcile.design.program import PROGRAM_FILE, program_steps
 from reconcile.design.questions import CONTESTED, HIDDEN, UNEXPLAINED, Question, questions
 from reconcile.design.recorded_axis import RecordedAxis, recorded_axis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation
-from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.model_presliding import regressed_terms
 
 DECISIVE_NATS = 100.0
@@ -217,7 +217,7 @@ def _tells(q: Question) -> str:
     if q.kind == UNEXPLAINED:
         coordinate, rival = map(_display_name, q.separates)
         return f"whether it changes with the {coordinate} or is {rival}"
-    return told_apart(q.separates[0], q.separates[-1])
+    return distinguishing_observation(q.separates[0], q.separates[-1])
 
 
 def _display_name(name: str) -> str:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation
-from reconcile.nominal_model.nominal_axis import NominalAxis
 
 MIN_STROKE_COUNTS = 4.0
 """Encoder counts; the shape of a smaller stroke is lost in quantisation."""

@@ -15,7 +15,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
 from reconcile.catalogue.periodic import pair
 from reconcile.catalogue.registry import TIMING
-from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import FILTER_HZ, regression_data
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem

@@ -8,7 +8,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import MapEntry, Mapping
-from reconcile.formats.model_axis import ModelAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.formats.quantities import REQUIRED, ROLES, UNITS, Role, normal_unit, unit_of_name
 from reconcile.formats.table import Column, Table, short_list
 
@@ -31,7 +31,7 @@ class Channels(NamedTuple):
     """Columns that were not used."""
 
 
-def axis_channels(table: Table, mapping: Mapping, model: ByName[str, ModelAxis]) -> Channels:
+def axis_channels(table: Table, mapping: Mapping, model: ByName[str, NominalAxis]) -> Channels:
     """Assign columns to axes and roles, in SI. Raises ReconcileError naming the column."""
     default = next(iter(model)) if len(model) == 1 else DEFAULT_AXIS
     named, unknown = _by_name(table, mapping)
@@ -175,7 +175,7 @@ def _force_per_volt(table: Table, mapping: Mapping) -> float | None:
     return value
 
 
-def _add_force(channels: dict[str, Array], model: ModelAxis, force_per_volt: float | None) -> None:
+def _add_force(channels: dict[str, Array], model: NominalAxis, force_per_volt: float | None) -> None:
     """Set `force` from the first of force, current and voltage that has values."""
     for role in ("force", "current", "voltage"):
         values = channels.get(role)

@@ -20,7 +20,7 @@ from reconcile.errors import ReconcileError
 from reconcile.formats.candump_frames import Frames, read_frames
 from reconcile.formats.eds_pdos import Pdo, pdos_of
 from reconcile.formats.mapping import MapEntry, Mapping
-from reconcile.formats.model_axis import ModelAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.formats.quantities import ROLES
 from reconcile.formats.table import Column, Table
 
@@ -50,7 +50,7 @@ class _Decoded(NamedTuple):
     """`--map` states where values are, so PDOs that do not fit the EDS are skipped."""
 
 
-def read(path: Path, mapping: Mapping, model: ByName[str, ModelAxis]) -> Table:
+def read(path: Path, mapping: Mapping, model: ByName[str, NominalAxis]) -> Table:
     """Read columns such as `<axis>.motor_position_m`, in SI. Raises ReconcileError."""
     mapped = {entry.column: entry for entry in mapping.entries if PAYLOAD_PLACE.fullmatch(entry.column)}
     log = _Decoded(read_frames(path), path, bool(mapped))
@@ -74,7 +74,7 @@ def read(path: Path, mapping: Mapping, model: ByName[str, ModelAxis]) -> Table:
     return Table(str(path), columns)
 
 
-def _drive_columns(log: _Decoded, pdos: list[Pdo], name: str, axis: ModelAxis) -> dict[str, Column]:
+def _drive_columns(log: _Decoded, pdos: list[Pdo], name: str, axis: NominalAxis) -> dict[str, Column]:
     columns: dict[str, Column] = {}
     raw = _objects(log, pdos)
     for address, role in ROLE_OF_OBJECT.items():
@@ -117,7 +117,7 @@ def _objects(log: _Decoded, pdos: list[Pdo]) -> dict[tuple[int, int], Array]:
     return values
 
 
-def _mapped_values(log: _Decoded, entry: MapEntry, model: ByName[str, ModelAxis]) -> Array:
+def _mapped_values(log: _Decoded, entry: MapEntry, model: ByName[str, NominalAxis]) -> Array:
     """Values of an entry such as `0x181@2:i32`."""
     match = PAYLOAD_PLACE.fullmatch(entry.column)
     if match is None:
@@ -149,7 +149,7 @@ def _mapped_values(log: _Decoded, entry: MapEntry, model: ByName[str, ModelAxis]
     return values * unit
 
 
-def _si_per_count(axis: ModelAxis, role: str) -> float | None:
+def _si_per_count(axis: NominalAxis, role: str) -> float | None:
     """SI value of one device unit; None where the model does not define it."""
     rating_plate = axis.bus
     per_mille_n = rating_plate.rated_torque_nm * 1e-3 * 2.0 * math.pi / axis.lead_m if rating_plate else None

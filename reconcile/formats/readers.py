@@ -9,7 +9,7 @@ import numpy as np
 from reconcile.errors import ReconcileError
 from reconcile.formats import array_files, arrow_files, candump_log, csv_file, mdf4_file
 from reconcile.formats.mapping import Mapping
-from reconcile.formats.model_axis import ModelAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.formats.table import Column, Table
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.recorder import RecordingError
@@ -27,7 +27,7 @@ READERS: dict[str, Callable[[Path], Table]] = {
 CANDUMP = ".log"
 
 
-def read_table(path: Path, mapping: Mapping, model: ByName[str, ModelAxis]) -> Table:
+def read_table(path: Path, mapping: Mapping, model: ByName[str, NominalAxis]) -> Table:
     """Read the columns of a recording of any format. Raises ReconcileError."""
     suffix = path.suffix.lower()
     if path.is_dir():

@@ -9,6 +9,7 @@ import numpy as np
 from kernels.arrays import Array, Index
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
+from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.findings import (
     IdentifiedEffect,
     ReportedEffects,
@@ -19,7 +20,6 @@ from reconcile.identification.findings import (
 from reconcile.identification.payload import payload
 from reconcile.identification.refinement import refine
 from reconcile.identification.unexplained_residual import unexplained_residual
-from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import regressed_terms
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm, effect_names

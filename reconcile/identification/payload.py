@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 from scipy.special import ndtr
 
+from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.confidence import confidence
 from reconcile.identification.findings import Estimate, IdentifiedEffect
-from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 
 LEAST_EXCESS = 0.04
 """Least excess over the nominal mass, as a share of it."""

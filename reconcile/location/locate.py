@@ -13,11 +13,11 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.location.coordinates import Coordinate, coordinates
 from reconcile.location.explained_share import Samples, Share, samples, share, used_bins
 from reconcile.location.pitches import order_bands, order_name, over_time, over_turns, time_bands
 from reconcile.location.spectral_lines import Line, lines, motion_frequencies_hz
-from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import ORDER

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from kernels.arrays import Array, Index
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.location.spectral_lines import Line, Track, octaves
-from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.residual import Residual
 

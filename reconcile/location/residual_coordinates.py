@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation
 from reconcile.location.locate import LocatedResidual, locate, located_json
-from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.residual import Residual
 from reconcile.regression.residual_noise import NoiseFloor, Whiteness, noise_floor, noise_json, whiteness
 

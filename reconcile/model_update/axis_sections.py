@@ -12,10 +12,10 @@ from reconcile.catalogue.conversion import IdentifiedTerms, NotInAPlant, PlantVa
 from reconcile.catalogue.drive_compliance import CONTACT_DAMPING_RATIO, CONTACT_N_M
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import CATALOGUE
+from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.explain import Explanation
 from reconcile.identification.findings import IdentifiedEffect
 from reconcile.nominal_model.model_file import NominalModel
-from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 
 COARSEST_SUBSTEP_US = 50.0
 LEAST_MASS_KG = 1e-3

@@ -10,7 +10,7 @@ from hil_sim.physics.motor import voltage_saturation
 from hil_sim.physics.registry import EFFECTS
 from kernels.quantities import section_of
 from reconcile.errors import ReconcileError
-from reconcile.nominal_model.nominal_axis import ModelEffects
+from reconcile.formats.nominal_axis import ModelEffects
 
 NEUTRAL = {section_of(module): module.NEUTRAL for module in EFFECTS}
 MECHANICS = ("viscous_friction", "coulomb_friction")

@@ -13,10 +13,9 @@ from typing import Any, NamedTuple
 
 import hil_sim
 from reconcile.errors import ReconcileError
-from reconcile.formats.model_axis import BusNodes
+from reconcile.formats.nominal_axis import BusNodes, NominalAxis
 from reconcile.formats.toml_file import document_of, toml_text
 from reconcile.nominal_model.model_effects import model_effects_of
-from reconcile.nominal_model.nominal_axis import NominalAxis
 from servo_ctrl.config.file_format import FORMAT, format_problem
 
 EDS = Path(hil_sim.__file__).resolve().parents[1] / "eds"

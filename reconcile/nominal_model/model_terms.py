@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import CATALOGUE
-from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
+from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 
 
 def terms_of_model(axis: NominalAxis, datasets: Sequence[RegressionData]) -> list[ModelTerm]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from kernels.arrays import Array
 from reconcile.errors import ReconcileError
-from reconcile.formats.model_axis import ModelAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.position_jumps import find_jumps
 from reconcile.recording.sensor_finding import SensorFinding
 from reconcile.recording.time_column import FILLED, NOTED_JITTER, Grid, Stamps, grid
@@ -44,7 +44,7 @@ class _AxisChannels(NamedTuple):
     axis: str
     time_s: Array
     channels: dict[str, Array]
-    model: ModelAxis
+    model: NominalAxis
 
     def finding(self, check: str, role: str, first: int, last: int, size: float, unit: str) -> SensorFinding:
         start_s, end_s = float(self.time_s[first]), float(self.time_s[last])
@@ -64,7 +64,7 @@ class _AxisChannels(NamedTuple):
 
 
 def pieces_of(
-    source: str, axis: str, time_s: Array, stamps: Stamps, channels: dict[str, Array], model: ModelAxis
+    source: str, axis: str, time_s: Array, stamps: Stamps, channels: dict[str, Array], model: NominalAxis
 ) -> list[Piece]:
     """Cut the rows of an axis into pieces with the findings in each. Raises ReconcileError."""
     source_rows = _AxisChannels(source, axis, time_s, channels, model)
@@ -182,7 +182,7 @@ def _jumps(
     return findings, found.jumps.tolist(), repaired
 
 
-def _wrap(model: ModelAxis, role: str, size_m: float) -> str:
+def _wrap(model: NominalAxis, role: str, size_m: float) -> str:
     """Hint that a jump of a power of two of the counts is a counter that wraps; empty for others."""
     count_m = model.encoder_resolution_m if role == "position" else model.scale_resolution_m
     for bits in (16, 24, 32):

@@ -11,7 +11,7 @@ from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.axis_channels import Channels, axis_channels, missing
 from reconcile.formats.mapping import NO_MAPPING, Mapping
-from reconcile.formats.model_axis import ModelAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.formats.readers import read_table
 from reconcile.formats.table import Table, short_list
 from reconcile.recording import time_column
@@ -50,7 +50,7 @@ class AxisRecording(NamedTuple):
 
 
 def load_recordings(
-    paths: Sequence[Path], model: ByName[str, ModelAxis], mapping: Mapping = NO_MAPPING
+    paths: Sequence[Path], model: ByName[str, NominalAxis], mapping: Mapping = NO_MAPPING
 ) -> list[AxisRecording]:
     """Load every axis of the model from every file, split where samples are missing.
 
@@ -72,7 +72,7 @@ def load_recordings(
     return found
 
 
-def _axis_recordings(table: Table, channels: Channels, axis: str, model: ModelAxis) -> list[AxisRecording]:
+def _axis_recordings(table: Table, channels: Channels, axis: str, model: NominalAxis) -> list[AxisRecording]:
     roles = channels.axes[axis]
     if "position" not in roles or "force" not in roles:
         raise missing(roles, axis, table)

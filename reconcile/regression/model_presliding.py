@@ -18,8 +18,8 @@ from kernels.jit import uncached_kernel
 from kernels.quantities import section_of
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.formats.nominal_axis import ModelEffects, NominalAxis
 from reconcile.nominal_model.model_terms import terms_of_model
-from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis
 from reconcile.recording.kinematics import Kinematics
 
 SUBSTEPS = 8

@@ -9,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
-from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.kinematics import gaussian_width_s, kinematics
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import presliding_n

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from reconcile.errors import ReconcileError
-from reconcile.formats.model_axis import ModelAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding, worst_first
 from reconcile.sensing.channel import clips, hold_samples, quantum
@@ -29,7 +29,7 @@ class SensorReport(NamedTuple):
     findings: list[SensorFinding]
 
 
-def examine(recordings: Sequence[AxisRecording], model: ByName[str, ModelAxis]) -> SensorReport:
+def examine(recordings: Sequence[AxisRecording], model: ByName[str, NominalAxis]) -> SensorReport:
     """Run all checks; findings, with those of reading, are sorted by severity.
 
     Raises:
@@ -53,7 +53,7 @@ def examine(recordings: Sequence[AxisRecording], model: ByName[str, ModelAxis]) 
     return SensorReport(usable_recordings, findings)
 
 
-def _examine_one(recording: AxisRecording, model: ModelAxis) -> tuple[list[SensorFinding], AxisRecording]:
+def _examine_one(recording: AxisRecording, model: NominalAxis) -> tuple[list[SensorFinding], AxisRecording]:
     usable, found = recording, [*Judge(recording, model).constant()]
     if any(finding.severity == "unusable" for finding in found):
         return found, recording

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.formats.model_axis import ModelAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding, Severity
 from reconcile.sensing.channel import Clip, frozen
@@ -42,7 +42,7 @@ class Judge(NamedTuple):
     """Turns measured properties of one recording into findings."""
 
     recording: AxisRecording
-    model: ModelAxis
+    model: NominalAxis
 
     def finding(
         self,

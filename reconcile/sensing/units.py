@@ -8,7 +8,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.signal import butter, sosfiltfilt
 
 from kernels.arrays import Array
-from reconcile.formats.model_axis import ModelAxis
+from reconcile.formats.nominal_axis import NominalAxis
 
 CORNER_HZ = 20.0
 """Low pass of positions and force, Hz."""
@@ -58,7 +58,7 @@ def rigid_fit(motor_m: Array, force_n: Array, period_s: float) -> RigidFit | Non
     return RigidFit(mass_kg, error_kg, share)
 
 
-def factor_meaning(ratio: float, model: ModelAxis) -> str:
+def factor_meaning(ratio: float, model: NominalAxis) -> str:
     """The wrong unit that makes a force `ratio` times too large; empty where none does."""
     meanings = {
         1e3: "the force is in mN",

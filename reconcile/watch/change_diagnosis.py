@@ -10,7 +10,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import Mapping
-from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording, load_recordings
 from reconcile.sensing.checks import examine
 from reconcile.watch.compare import ChangeProfile, compare

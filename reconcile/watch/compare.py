@@ -11,11 +11,11 @@ import numpy as np
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.location.coordinates import Coordinate, coordinates
 from reconcile.location.explained_share import samples, share, used_bins
 from reconcile.location.locate import in_phase, locate, located_json
 from reconcile.nominal_model.model_terms import terms_of_model
-from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import regression_problem

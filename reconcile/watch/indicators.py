@@ -18,8 +18,8 @@ from reconcile.catalogue.entry import IndicatorKind
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.catalogue.stribeck_friction import LOW_SPEED_M_S
+from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.nominal_model.model_terms import terms_of_model
-from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.regression_data import regression_data

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.formats.model_axis import BusNodes
+from reconcile.formats.nominal_axis import BusNodes
 from reconcile.recording.recording import AxisRecording
 
 PERIOD_S = 1e-3

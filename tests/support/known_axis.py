@@ -9,9 +9,9 @@ from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapePara
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.design.candidate_motions import candidate_motions
 from reconcile.design.limits import AxisLimits
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation, ResidualRms
 from reconcile.identification.findings import IdentifiedEffect, RivalEffect
-from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.recording.kinematics import kinematics
 from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_problem import regression_problem

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
-from reconcile.nominal_model.nominal_axis import NominalAxis
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import regression_data
 from tests.campaigns.bench.sindy_library import Library, Term, rows

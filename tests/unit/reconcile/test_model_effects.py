@@ -12,10 +12,10 @@ from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES
+from reconcile.formats.nominal_axis import ModelEffects, NominalAxis, baseline_parameters
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import terms_of_model
-from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis, baseline_parameters
 
 Term = tuple[ShapeParameters, tuple[float, ...]]
 

@@ -7,10 +7,10 @@ from synthetic_findings import data, model_file
 
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.errors import ReconcileError
+from reconcile.formats.nominal_axis import ModelEffects, NominalAxis, baseline_parameters
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import terms_of_model
-from reconcile.nominal_model.nominal_axis import ModelEffects, NominalAxis, baseline_parameters
 
 WINDING = "[axis.x.winding]\nresistance_ohm = 2.0\ninductance_mh = 5.0\n"
 

@@ -14,7 +14,7 @@ from hil_sim.physics.friction import eddy_current_brake
 from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE
 from hil_sim.plant.presence import presence_of
 from hil_sim.plant.sliding import slide
-from reconcile.catalogue.registry import CATALOGUE, confused_with, told_apart
+from reconcile.catalogue.registry import CATALOGUE, confused_with, distinguishing_observation
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import terms_of_model
 
@@ -72,6 +72,6 @@ def test_a_model_with_the_section_is_read_as_the_term_that_predicts_its_force(tm
 
 def test_its_rival_knows_it_and_the_docs_have_its_table() -> None:
     assert "eddy_current_brake" in confused_with("quadratic_viscous_friction")
-    assert "critical speed" in told_apart("quadratic_viscous_friction", "eddy_current_brake")
+    assert "critical speed" in distinguishing_observation("quadratic_viscous_friction", "eddy_current_brake")
     document = (ROOT / "docs" / "plant.md").read_text(encoding="utf-8")
     assert filled(document) == document

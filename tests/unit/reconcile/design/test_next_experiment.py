@@ -8,7 +8,7 @@ import pytest
 from known_axis import AXIS, COULOMB_N, explanation_of, identified_effect, motion_m
 
 from hil_sim.config.load import EFFECT_PARAMS
-from reconcile.catalogue.registry import CATALOGUE, ENTRIES, told_apart
+from reconcile.catalogue.registry import CATALOGUE, ENTRIES, distinguishing_observation
 from reconcile.design.candidate_motions import candidate_motions, plan_motion
 from reconcile.design.limits import AxisLimits
 from reconcile.design.manual_experiment import MANUAL_EXPERIMENTS
@@ -37,7 +37,7 @@ def test_rival_names_are_discriminated_with_the_gain_of_every_motion(contested: 
     assert content["separates"] == ["stribeck_friction", "quadratic_viscous_friction"]
     assert content["evidence_nats"] >= MIN_NATS
     assert content["evidence_nats"] > 5.0 * content["instead"]["evidence_nats"]
-    assert content["tells"] == told_apart("stribeck_friction", "quadratic_viscous_friction")
+    assert content["tells"] == distinguishing_observation("stribeck_friction", "quadratic_viscous_friction")
     assert json.loads(json.dumps(content)) == content
 
 
@@ -107,7 +107,7 @@ def test_every_rule_names_known_effects_and_every_effect_has_a_rule() -> None:
     for entry in CATALOGUE.values():
         assert {entry.name, *(rival.effect for rival in entry.rivals)} <= set(EFFECT_PARAMS)
         for rival in entry.rivals:
-            assert told_apart(entry.name, rival.effect)
+            assert distinguishing_observation(entry.name, rival.effect)
             assert rival.experiment in {"", *MANUAL_EXPERIMENTS}
         assert entry.experiment in {"", *MANUAL_EXPERIMENTS}
     assert all(entry.shown_by for entry in ENTRIES.values())

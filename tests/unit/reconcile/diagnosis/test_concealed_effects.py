@@ -26,10 +26,10 @@ from concealed_machine import motion, write_machine
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.diagnosis.diagnose import Diagnosis, diagnose
+from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.explain import Explanation
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import terms_of_model
-from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.regression.regression_problem import regression_problem
 
 AXIS = "x"

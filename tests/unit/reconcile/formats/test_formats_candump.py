@@ -14,7 +14,7 @@ from can.io.canutils import CanutilsLogWriter
 from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import parse_mapping
-from reconcile.formats.model_axis import BusNodes
+from reconcile.formats.nominal_axis import BusNodes
 from reconcile.recording.recording import AxisRecording, load_recordings
 
 EDS = Path(__file__).parents[4] / "eds"

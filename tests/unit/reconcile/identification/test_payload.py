@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from concealed_machine import write_machine
 
+from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.findings import Estimate
 from reconcile.identification.payload import payload
 from reconcile.nominal_model.model_file import load_model
-from reconcile.nominal_model.nominal_axis import NominalAxis, baseline_parameters
 
 GAIN = 0.5
 

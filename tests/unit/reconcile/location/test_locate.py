@@ -10,12 +10,12 @@ from formula_residuals import LEAD_M, N, T, data, residual
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.location.coordinates import PHASES, phases
 from reconcile.location.locate import LocatedResidual, in_phase, locate, located_json
 from reconcile.location.pitches import order_name
 from reconcile.location.spectral_lines import Line
 from reconcile.nominal_model.model_file import load_model
-from reconcile.nominal_model.nominal_axis import NominalAxis
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hil_sim.physics.friction import presliding_lugre, stribeck_friction
-from reconcile.nominal_model.nominal_axis import ModelEffects
+from reconcile.formats.nominal_axis import ModelEffects
 from reconcile.recording.kinematics import Kinematics, kinematics
 from reconcile.regression.model_presliding import presliding_n
 

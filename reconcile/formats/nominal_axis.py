@@ -1,8 +1,18 @@
 """One axis of the nominal model: its mechanics, its sensors, and the effects that the model holds already."""
 
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from reconcile.formats.model_axis import BusNodes
+
+class BusNodes(NamedTuple):
+    """Nodes of an axis on the CAN bus, and the rated values that per mille refer to."""
+
+    drive_node_id: int
+    drive_eds: Path
+    rated_torque_nm: float
+    rated_current_a: float
+    scale_node_id: int | None = None
+    scale_eds: Path | None = None
 
 
 class ModelEffects(NamedTuple):
@@ -14,27 +24,31 @@ class ModelEffects(NamedTuple):
     """The axis that cross_axis_coupling follows; empty without it."""
 
 
-NO_MODEL_EFFECTS = ModelEffects({}, "")
-
-
 class NominalAxis(NamedTuple):
     """What the model says of one axis, SI; None = it does not."""
 
     lead_m: float
+    """Travel per turn of the screw."""
     force_constant_n_a: float
+    """Motor force at the table per current."""
     mass_kg: float
     """All that the motor moves, rotor and screw included."""
     motor_mass_kg: float
+    """Rotating inertia as a mass at the table; 0 = not known."""
     viscous_n_s_m: float
     coulomb_n: float
+    """Sharp Coulomb friction, without that of presliding_hysteresis."""
     encoder_resolution_m: float | None
+    """One count of the motor encoder, at the table."""
     scale_resolution_m: float | None
+    """One count of the linear scale."""
     pole_pairs: int | None
     """Of the motor."""
     grating_m: float | None
     """Period of the scale's grating."""
     bus: BusNodes | None
-    model_effects: ModelEffects = NO_MODEL_EFFECTS
+    """Nodes for logs of the CAN bus."""
+    model_effects: ModelEffects = ModelEffects({}, "")
     """The effects that the model has already."""
 
 
