@@ -70,3 +70,21 @@ class TermFamily(NamedTuple):
     channel: ResidualChannel = ResidualChannel.FORCE
     per_recording: tuple[bool, ...] = SHARED
     """Whether the coefficients are the recording's own (encoders are zeroed anew); EITHER: both are tried."""
+
+
+class UnnamedTerm(NamedTuple):
+    """A family of candidate terms without a name, which are reported as `unknown`."""
+
+    shapes: Callable[[Sequence[RegressionData]], list[ShapeParameters]]
+    """To scan."""
+    columns: Callable[[RegressionData, ShapeParameters], Array]
+    """(n, k)"""
+    parameters: Callable[[ShapeParameters, Array], dict[str, Parameter]]
+    """What shape and coefficients mean, SI."""
+    finding: Callable[[dict[str, float]], str]
+    """What was found, as the end of a sentence."""
+    equivalent: tuple[str, ...] = ()
+
+    def sentence(self, p: dict[str, float]) -> str:
+        """What an engineer can check."""
+        return f"something real that no entry of the catalogue explains: {self.finding(p)}"

@@ -11,18 +11,18 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, UnnamedTerm
 
 KNOTS = 9
 PREFIX = "unknown:"
 """Prefix of the candidate terms without a name; the coordinate follows."""
 
 
-class SmoothTerm(NamedTuple):
+class SplineCoordinate(NamedTuple):
     """A coordinate, and how the splines lie over it."""
 
     unit: str
-    coordinate: Callable[[RegressionData], Array]
+    values: Callable[[RegressionData], Array]
     """(n,)"""
     factor: Callable[[RegressionData], Array] | None = None
     """(n,) factor on the splines: the direction of motion, the acceleration."""
@@ -34,69 +34,65 @@ def _direction(data: RegressionData) -> Array:
     return data.motion.last_direction
 
 
-SMOOTH_TERMS = {
-    "run_time": SmoothTerm("s", lambda data: data.time_s),
-    "run_time_by_direction": SmoothTerm("s", lambda data: data.time_s, factor=_direction),
-    "position": SmoothTerm("m", lambda data: data.motion.position_m),
-    "position_by_direction": SmoothTerm("m", lambda data: data.motion.position_m, factor=_direction),
-    "velocity": SmoothTerm("m/s", lambda data: data.motion.velocity_m_s),
-    "speed_by_direction": SmoothTerm(
+COORDINATES = {
+    "run_time": SplineCoordinate("s", lambda data: data.time_s),
+    "run_time_by_direction": SplineCoordinate("s", lambda data: data.time_s, factor=_direction),
+    "position": SplineCoordinate("m", lambda data: data.motion.position_m),
+    "position_by_direction": SplineCoordinate("m", lambda data: data.motion.position_m, factor=_direction),
+    "velocity": SplineCoordinate("m/s", lambda data: data.motion.velocity_m_s),
+    "speed_by_direction": SplineCoordinate(
         "m/s", lambda data: np.abs(data.motion.velocity_m_s), factor=_direction, decades=3.0
     ),
-    "run_time_of_the_mass": SmoothTerm(
+    "run_time_of_the_mass": SplineCoordinate(
         "s", lambda data: data.time_s, factor=lambda data: data.motion.acceleration_m_s2
     ),
-    "acceleration": SmoothTerm("m/s^2", lambda data: data.motion.acceleration_m_s2),
-    "force": SmoothTerm("N", lambda data: data.model_force_n),
-    "distance_since_reversal": SmoothTerm(
+    "acceleration": SplineCoordinate("m/s^2", lambda data: data.motion.acceleration_m_s2),
+    "force": SplineCoordinate("N", lambda data: data.model_force_n),
+    "distance_since_reversal": SplineCoordinate(
         "m", lambda data: data.motion.distance_since_reversal_m, factor=_direction, decades=5.0
     ),
 }
-"""By the name of the coordinate."""
 
 
-class Splines:
-    """A smooth term as a candidate."""
-
-    def __init__(self, coordinate: str) -> None:
-        self.coordinate = coordinate
-        self.term = SMOOTH_TERMS[coordinate]
-
-    def shapes(self, datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
-        """First and last knot, from all the recordings."""
-        values = np.concatenate([self.term.coordinate(data) for data in datasets])
+def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:
+    def first_and_last_knot(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+        values = np.concatenate([over.values(data) for data in datasets])
         low, high = (float(v) for v in np.percentile(values, [1.0, 99.0]))
-        if self.term.decades:
+        if over.decades:
             high = max(float(values.max()), 1e-12)
-            low = high * 10.0**-self.term.decades
+            low = high * 10.0**-over.decades
         return [(low, high)]
 
-    def columns(self, data: RegressionData, shape: ShapeParameters) -> Array:
+    def columns(data: RegressionData, shape: ShapeParameters) -> Array:
         """Triangular splines, held beyond the knots, (n, KNOTS), less their mean: constant_force has that."""
-        term, values, (low, high) = self.term, self.term.coordinate(data), shape
-        if term.decades:
+        values, (low, high) = over.values(data), shape
+        if over.decades:
             values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
         place = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0) * (KNOTS - 1)
         found = np.maximum(1.0 - np.abs(place[:, None] - np.arange(KNOTS)), 0.0) - 1.0 / KNOTS
-        return found if term.factor is None else term.factor(data)[:, None] * found
+        return found if over.factor is None else over.factor(data)[:, None] * found
 
-    def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    def parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
         """Knots and heights above their mean, SI."""
-        found = {}
-        low, high = shape
-        knots = np.geomspace(low, high, KNOTS) if self.term.decades else np.linspace(low, high, KNOTS)
+        found, (low, high) = {}, shape
+        knots = np.geomspace(low, high, KNOTS) if over.decades else np.linspace(low, high, KNOTS)
         heights = coefficients - coefficients.mean()
         for number, (place, height) in enumerate(zip(knots, heights, strict=True), 1):
-            found[f"at_{number}"] = Parameter(float(place), self.term.unit)
+            found[f"at_{number}"] = Parameter(float(place), over.unit)
             found[f"height_{number}"] = Parameter(float(height), "")
         return found
 
-    def sentence(self, p: dict[str, float]) -> str:
-        """Explanation after `EXPLAINED_BY_NOTHING`."""
+    def finding(p: dict[str, float]) -> str:
         heights = [value for key, value in p.items() if key.startswith("height")]
         places = [value for key, value in p.items() if key.startswith("at")]
         most = max(range(len(heights)), key=lambda k: abs(heights[k]))
         return (
-            f"it changes with {self.coordinate.replace('_', ' ')}, most at {places[most]:.4g} "
-            f"{self.term.unit}, and spans {max(heights) - min(heights):.3g} (SI)"
+            f"it changes with {name.replace('_', ' ')}, most at {places[most]:.4g} {over.unit}, and spans "
+            f"{max(heights) - min(heights):.3g} (SI)"
         )
+
+    return UnnamedTerm(first_and_last_knot, columns, parameters, finding)
+
+
+SMOOTH_TERMS = {name: _splines(name, over) for name, over in COORDINATES.items()}
+"""By the name of the coordinate."""

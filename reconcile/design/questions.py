@@ -9,7 +9,7 @@ from scipy.stats import norm
 from reconcile.catalogue.entry import TypicalSizes
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.registry import ENTRIES, TIMING, confused_with, family
-from reconcile.catalogue.smooth_terms import PREFIX, Splines
+from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS
 from reconcile.design.model_discrimination import AssumedTerm, Model, Term
 from reconcile.design.recorded_axis import RecordedAxis
 from reconcile.identification.explain import Explanation
@@ -121,7 +121,7 @@ def _unexplained(
         return
     base_model = tuple(term for term in whole if term not in own)
     rivals: dict[str, list[Term]] = {
-        PREFIX + name: [(PREFIX + name, shape) for shape in Splines(name).shapes(datasets)]
+        PREFIX + name: [(PREFIX + name, shape) for shape in SMOOTH_TERMS[name].shapes(datasets)]
         for name in SMOOTH_COORDINATES
     }
     for assumed in _plausible_terms(recorded, channel):
