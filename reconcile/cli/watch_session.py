@@ -26,7 +26,7 @@ class WatchSession:
         self._events: Events | None = None
         try:
             if broker or machine:
-                self._events = Events(broker, machine, watched.machine)
+                self._events = Events(broker, machine, watched.arrivals.machine())
         except ServoCtrlError as error:
             raise ReconcileError("--machine", "", str(error)) from None
         except ValueError as error:
@@ -35,7 +35,7 @@ class WatchSession:
     def read_new(self, *, wait_for_unfinished: bool = False) -> None:
         """Read the new recordings; `wait_for_unfinished`: look again when those still written may be done."""
         self._look()
-        if wait_for_unfinished and self._watched.unfinished:
+        if wait_for_unfinished and self._watched.arrivals.unfinished:
             time.sleep(1.1 * COMPLETE_AFTER_S)
             self._look()
 
@@ -44,7 +44,7 @@ class WatchSession:
         changes = len(self._watched.memory.document["changes"])
         seen = len(self._watched.memory.document["recordings"])
         self._print(f"{seen} recordings, {changes or 'no'} change{'s' * (changes != 1)}")
-        for name in self._watched.unfinished:
+        for name in self._watched.arrivals.unfinished:
             self._print(f"{name}: is still being written, and was not read")
         self._print(f"{out / FILE}\n{out / PAGE}")
 

@@ -88,11 +88,8 @@ def diagnose(
         notes += updated.notes
     if controllers:
         on_progress("replaying")
-    loops = {
-        name: control_loop(known, explanations[name])
-        for name, known in controllers.items()
-        if name in explanations
-    }
+    led = [name for name in controllers if name in explanations]
+    loops = {name: control_loop(controllers[name], explanations[name]) for name in led}
     replayed = replay_models(checked.recordings, model, updates, loops)
     notes += replayed.notes
     on_progress("locating")
@@ -111,12 +108,4 @@ def diagnose(
     if page is not None:
         on_progress("report")
         write_report(content, analyses, page, replayed.comparisons)
-    return Diagnosis(
-        verdict=content,
-        verdict_file=file,
-        model_file=plant,
-        explanations=explanations,
-        residual_analyses=analyses,
-        report_file=page,
-        next_experiment=following,
-    )
+    return Diagnosis(content, file, plant, explanations, analyses, page, following)

@@ -96,10 +96,9 @@ def fetch_recordings(axis: AxisData, directory: Path) -> list[Path]:
             target = directory / file.path
             target.parent.mkdir(parents=True, exist_ok=True)
             system.get_file(f"{root}/{file.path}", str(target))
-    multipart = {str(Path(file.path).parent) for file in axis.files if Path(file.path).name == HEADER}
-    names = {
-        parent if (parent := str(Path(file.path).parent)) in multipart else file.path for file in axis.files
-    }
+    paths = [Path(file.path) for file in axis.files]
+    multipart = {path.parent for path in paths if path.name == HEADER}
+    names = {str(path.parent if path.parent in multipart else path) for path in paths}
     return [base / name for name in sorted(names)]
 
 
@@ -111,9 +110,7 @@ def _open_filesystem(url: str) -> tuple[Any, str]:
     try:
         system, root = url_to_fs(url)
     except (ImportError, ValueError, OSError) as error:
-        remedy = (
-            "s3:// needs s3fs, gs:// gcsfs, abfs:// adlfs in this environment and in that of every worker"
-        )
+        remedy = "s3:// needs s3fs, gs:// gcsfs, abfs:// adlfs, here and in the environment of every worker"
         raise ReconcileError(url, "", f"cannot be opened: {error}", remedy) from None
     return system, str(root).rstrip("/")
 

@@ -38,7 +38,8 @@ def axis_channels(table: Table, mapping: Mapping, model: ByName[str, NominalAxis
     axes: dict[str, dict[str, Array]] = {}
     origin: dict[str, dict[str, str]] = {}
     shared: dict[str, Array] = {}
-    for prefix, role_name, column, values in [*named, *_by_mapping(table, mapping)]:
+    mapped = [(entry.axis, entry.role, entry.column, _mapped(table, entry)) for entry in mapping.entries]
+    for prefix, role_name, column, values in [*named, *mapped]:
         if role_name in SHARED_ROLES and not prefix:
             shared[role_name] = values
         else:
@@ -69,10 +70,6 @@ def _by_name(table: Table, mapping: Mapping) -> tuple[list[ColumnOfRole], list[s
         elif name not in mapped:
             unknown.append(name)
     return found, unknown
-
-
-def _by_mapping(table: Table, mapping: Mapping) -> list[ColumnOfRole]:
-    return [(entry.axis, entry.role, entry.column, _mapped(table, entry)) for entry in mapping.entries]
 
 
 def _role_of(name: str, column: Column | None) -> Role | None:

@@ -65,27 +65,13 @@ def respond(
     params, state = plant.params[index], plant.state[index]
     for (section, field), value in values.items():
         params[section][field] = value
-    set_initial_motion(
-        params,
-        state,
-        float(driven.motor_m[0]),
-        float(driven.motor_m[1] - driven.motor_m[0]) / driven.period_s,
-    )
+    first_m, second_m = driven.motor_m[:2].tolist()
+    set_initial_motion(params, state, first_m, (second_m - first_m) / driven.period_s)
     substeps = max(math.ceil(driven.period_s / dt_s - 1e-6), 1)
     pole = math.exp(-2.0 * math.pi * min(OBSERVER_HZ * driven.period_s, MOST_CYCLES_PER_SAMPLE))
     gains = (1.0 - pole**3, 1.5 * (1.0 - pole) ** 2 * (1.0 + pole), (1.0 - pole) ** 3)
-    rows = np.zeros((3, len(driven.motor_m)))
-    _respond(
-        params,
-        state,
-        substeps,
-        driven.period_s / substeps,
-        delay_periods,
-        driven.force_n,
-        driven.motor_m,
-        gains,
-        rows,
-    )
+    rows, step_s = np.zeros((3, len(driven.motor_m))), driven.period_s / substeps
+    _respond(params, state, substeps, step_s, delay_periods, driven.force_n, driven.motor_m, gains, rows)
     return ModelResponse(*rows)
 
 
@@ -111,9 +97,8 @@ def _respond(
             begin = k - 1 + j / substeps - delay_periods
             sample = math.floor(begin)
             acting_n = force_n[min(max(sample, 0), last)]
-            next_share = (
-                (begin - sample) * substeps + 1.0 - substeps
-            )  # share of the substep in which the next sample acts
+            # share of the substep in which the next sample acts
+            next_share = (begin - sample) * substeps + 1.0 - substeps
             if next_share > 0.0:
                 acting_n += next_share * (force_n[min(max(sample + 1, 0), last)] - acting_n)
             s.current_a = (acting_n + observer_n) / p.mechanics.force_constant_n_a

@@ -23,10 +23,8 @@ def unexplained_residual(
     """Report a large residual as `unknown`; a deviation below `resolution_m`, one encoder count, is none."""
     after, refitted = rms(residuals, "after"), rms(residuals, "refitted")
     floor = noise_floor(residuals, channel, mass_kg).rms
-    least = max(
-        LEAST_FLOOR_RATIO * floor,
-        (resolution_m or 0.0) if channel is ResidualChannel.POSITION_DEVIATION else 0.0,
-    )
+    visible_m = (resolution_m or 0.0) if channel is ResidualChannel.POSITION_DEVIATION else 0.0
+    least = max(LEAST_FLOOR_RATIO * floor, visible_m)
     if after < least or after**2 < LEAST_SHARE * refitted**2:
         return None
     values = [residual.after for residual in residuals]

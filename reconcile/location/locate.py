@@ -60,8 +60,8 @@ def locate(
     values = [in_phase(residual, residual.refitted) for residual in residuals]
     in_use, found = _levels(samples(residuals, values), channel)
     found += [_best(in_use, of, used_bins(of, residuals), channel) for of in coordinates(residuals, channel)]
-    for line in _orders(residuals, values, axis):
-        found.append(_line("order", "1/turn", channel, line, order_name(line, axis)))
+    orders = _orders(residuals, values, axis)
+    found += [_line("order", "1/turn", channel, line, order_name(line, axis)) for line in orders]
     found += [_line("frequency", "Hz", channel, line) for line in _frequencies(residuals, values)]
     return sorted(found, key=lambda one: -one.share)
 
@@ -140,20 +140,15 @@ def _levels(in_use: Samples, channel: ResidualChannel) -> tuple[Samples, list[Lo
     They are removed so that no other coordinate is credited with them.
     """
     everywhere, found = np.zeros(len(in_use.values), dtype=np.int64), []
-    remaining = {"constant": False, "direction": True}
+    remaining = {False: "constant", True: "direction"}
     while remaining:
-        shares = {
-            name: share(in_use, everywhere, 1, signed_by_direction=signed)
-            for name, signed in remaining.items()
-        }
-        name = max(shares, key=lambda one: shares[one].share)
-        level = shares[name]
-        peak = float(level.mean[0])
+        levels = [share(in_use, everywhere, 1, signed_by_direction=signed) for signed in remaining]
+        level = max(levels, key=lambda one: one.share)
+        name, peak = remaining.pop(level.by_direction), float(level.mean[0])
         found.append(LocatedResidual(name, "", channel, 0.0, 0.0, level.share, level.by_direction, peak, 0.0))
         if level.share > 0.0:
-            direction = in_use.direction if remaining[name] else 1.0
+            direction = in_use.direction if level.by_direction else 1.0
             in_use = in_use._replace(values=in_use.values - level.mean[0] * direction)
-        del remaining[name]
     return in_use, found
 
 

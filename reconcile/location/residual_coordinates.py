@@ -34,11 +34,9 @@ def residual_analyses(
 ) -> list[ResidualAnalysis]:
     """Analyse every channel of a diagnosis, axis by axis."""
     return [
-        analyse_residuals(
-            name, one.channel, one.residuals, axes[name], one.base.get("mass_kg", axes[name].mass_kg)
-        )
-        for name, explained_axis in explanations.items()
-        for one in explained_axis
+        analyse_residuals(name, e.channel, e.residuals, axes[name], e.base.get("mass_kg", axes[name].mass_kg))
+        for name, own in explanations.items()
+        for e in own
     ]
 
 
@@ -46,11 +44,9 @@ def analyse_residuals(
     name: str, channel: ResidualChannel, residuals: list[Residual], axis: NominalAxis, mass_kg: float
 ) -> ResidualAnalysis:
     """Analyse one channel; `mass_kg` as identified."""
-    whiteness_by_model = {
-        model: whiteness(residuals, residuals_of_model(residuals, model)) for model in MODELS
-    }
     located, floor = locate(residuals, channel, axis), noise_floor(residuals, channel, mass_kg)
-    return ResidualAnalysis(name, channel, residuals, located, floor, whiteness_by_model, axis)
+    white = {model: whiteness(residuals, residuals_of_model(residuals, model)) for model in MODELS}
+    return ResidualAnalysis(name, channel, residuals, located, floor, white, axis)
 
 
 def residuals_of_model(residuals: Sequence[Residual], model: str) -> list[Array]:

@@ -186,17 +186,12 @@ def _refine(tracks: Sequence[Track], cycles: float, step: float) -> float:
     """Vertex of the parabola through the explained squares at `cycles` and at `step` to either side."""
     powers = []
     for near in (cycles - step, cycles, cycles + step):
-        sums = [_normal_equations(track, near) for track in tracks]
-        right = [of.sum(axis=0) for _, of in sums]
-        powers.append(
-            sum(float(r @ _amplitudes(g.sum(axis=0), r)) for (g, _), r in zip(sums, right, strict=True))
-        )
+        sums = [[of.sum(axis=0) for of in _normal_equations(track, near)] for track in tracks]
+        powers.append(sum(float(right @ _amplitudes(gram, right)) for gram, right in sums))
     bend = powers[0] - 2.0 * powers[1] + powers[2]
-    return (
-        cycles + step * float(np.clip(0.5 * (powers[0] - powers[2]) / bend, -1.0, 1.0))
-        if bend < 0.0
-        else cycles
-    )
+    if bend >= 0.0:
+        return cycles
+    return cycles + step * float(np.clip(0.5 * (powers[0] - powers[2]) / bend, -1.0, 1.0))
 
 
 def _normal_equations(track: Track, cycles: float) -> tuple[Array, Array]:

@@ -141,26 +141,17 @@ class _Rounds:
         bound_s = START_S + MAX_TIME_RATIO * cycles * self._machine.period_s
         try:
             async with asyncio.timeout(bound_s):
+                pacing, show = self._options.pacing, self._on_progress
                 return await run_machine(
-                    self._machine,
-                    program,
-                    bus,
-                    self._options.pacing,
-                    recording,
-                    self._on_progress,
-                    compensation="off",
+                    self._machine, program, bus, pacing, recording, show, compensation="off"
                 )
         except TimeoutError:
             raise ReconcileError(file, "", f"the run was not over after {bound_s:.0f} s") from None
 
     def _diagnose(self, folder: Path) -> Diagnosis:
+        model, show = self._options.model, self._on_text
         return diagnose(
-            self._recordings,
-            self._options.model,
-            folder,
-            on_progress=self._on_text,
-            limits=self._limits,
-            made=self._made,
+            self._recordings, model, folder, on_progress=show, limits=self._limits, made=self._made
         )
 
     def _log(self, entry: dict[str, Any], why: str) -> None:

@@ -47,20 +47,9 @@ class _AxisChannels(NamedTuple):
     model: NominalAxis
 
     def finding(self, check: str, role: str, first: int, last: int, size: float, unit: str) -> SensorFinding:
-        start_s, end_s = float(self.time_s[first]), float(self.time_s[last])
-        channel = FIELDS.get(role, "")
-        return SensorFinding(
-            check=check,
-            severity="warning",
-            source=self.source,
-            axis=self.axis,
-            channel=channel,
-            start_s=start_s,
-            end_s=end_s,
-            size=size,
-            unit=unit,
-            message="",
-        )
+        interval_s = float(self.time_s[first]), float(self.time_s[last])
+        where = (self.source, self.axis, FIELDS.get(role, ""), *interval_s)
+        return SensorFinding(check, "warning", *where, size, unit, message="")
 
 
 def pieces_of(

@@ -92,12 +92,12 @@ def headline(verdict: Mapping[str, Any]) -> Headline:
     improved = join_words(_improvements(verdict["fit"])) or "nothing that was held out"
     if word == "effects":
         known = dict.fromkeys((f["effect"], f["axis"]) for f in findings if f["effect"] != "unknown")
-        count = len(known)
+        count, it = ("one effect", "it") if len(known) == 1 else (f"{len(known)} effects", "them")
         named = join_words(f"{display_name(effect)} on axis {axis}" for effect, axis in known)
-        sentence = f"The model leaves out {_number(count, 'effect')}: {named}."
+        sentence = f"The model leaves out {count}: {named}."
         if len(known) < len({(f["effect"], f["axis"]) for f in findings}):
             sentence += " Beside that is something real that no effect of the catalogue explains."
-        advice = f"Use model.toml, which holds {_it(count)}: on blocks that it was not fitted to {improved}."
+        advice = f"Use model.toml, which holds {it}: on blocks that it was not fitted to {improved}."
         doubtful = [f for f in findings if f["equivalent"]]
         if doubtful:
             alike = join_words(display_name(name) for name in doubtful[0]["equivalent"])
@@ -160,11 +160,3 @@ def join_words(texts: Iterable[str]) -> str:
 def capitalised(sentence: str) -> str:
     """Return a sentence with a capital first letter, the others as they are."""
     return sentence[:1].upper() + sentence[1:]
-
-
-def _number(count: int, noun: str) -> str:
-    return f"one {noun}" if count == 1 else f"{count} {noun}s"
-
-
-def _it(count: int) -> str:
-    return "it" if count == 1 else "them"

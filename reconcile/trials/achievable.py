@@ -37,11 +37,8 @@ def _achieved_gain(explanation: Explanation, sealed: Path) -> dict[str, Any] | N
         targets.append((residual.measured - low_pass(contribution))[residual.used])
         columns_by_recording.append(_baseline_columns(residual, low_pass, explanation.channel)[residual.used])
         held_out_parts.append(residual.held_out[residual.used])
-    y, columns, held_out = (
-        np.concatenate(targets),
-        _stacked(columns_by_recording, explanation.channel),
-        np.concatenate(held_out_parts),
-    )
+    y, held_out = np.concatenate(targets), np.concatenate(held_out_parts)
+    columns = _stacked(columns_by_recording, explanation.channel)
     scale = np.sqrt(np.mean(columns**2, axis=0)) + 1e-300
     theta, *_ = np.linalg.lstsq(columns[~held_out] / scale, y[~held_out], rcond=None)
     floor = float(np.sqrt(np.mean((y - columns / scale @ theta)[held_out] ** 2)))

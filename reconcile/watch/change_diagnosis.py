@@ -108,17 +108,14 @@ def _profile(channel: ResidualChannel, one: ChangeProfile) -> dict[str, Any]:
     def numbers(values: Sequence[float]) -> list[float | None]:
         return [float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in values]
 
-    sides = {"before": one.before, "after": one.after}
+    over, sides = one.coordinate, (("before", one.before), ("after", one.after))
     return {
         "sense": channel.value,
-        "coordinate": one.coordinate,
-        "unit": one.unit,
-        "centres": numbers(one.centres.tolist()),
-        "labels": list(one.labels),
-        "logarithmic": one.logarithmic,
+        "coordinate": over.name,
+        "unit": over.unit,
+        "centres": numbers(over.centres.tolist()),
+        "labels": list(over.labels),
+        "logarithmic": over.logarithmic,
         "by_direction": one.by_direction,
-        **{
-            name: {"mean": numbers(m.tolist()), "error": numbers(e.tolist())}
-            for name, (m, e) in sides.items()
-        },
+        **{name: {"mean": numbers(m.tolist()), "error": numbers(e.tolist())} for name, (m, e) in sides},
     }

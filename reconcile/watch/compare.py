@@ -31,11 +31,7 @@ MAX_LOCATIONS = 4
 class ChangeProfile(NamedTuple):
     """Mean residual of the model of before, over the bins of a coordinate; SI, arrays (bins,)."""
 
-    coordinate: str
-    unit: str
-    centres: Array
-    labels: tuple[str, ...]
-    logarithmic: bool
+    coordinate: Coordinate
     by_direction: bool
     """Samples were multiplied by the direction of motion."""
     before: tuple[Array, Array]
@@ -85,10 +81,8 @@ def compare(
 
 def _profile(of: Coordinate, old: Sequence[Residual], new: Sequence[Residual]) -> ChangeProfile:
     """Return the profile, multiplied by the direction if that shows more of the change."""
-    found = [
-        _signed_profile(of, old, new, signed_by_direction=signed_by_direction)
-        for signed_by_direction in (False, True)[: 1 + of.has_direction]
-    ]
+    signs = (False, True) if of.has_direction else (False,)
+    found = [_signed_profile(of, old, new, signed_by_direction=signed) for signed in signs]
     return max(found, key=lambda one: float(np.nansum((one.after[0] - one.before[0]) ** 2)))
 
 
@@ -106,13 +100,4 @@ def _signed_profile(
         )
         full = found.counts > 0.0
         sides.append((np.where(full, found.mean, np.nan), np.where(full, found.errors, np.nan)))
-    return ChangeProfile(
-        coordinate=of.name,
-        unit=of.unit,
-        centres=of.centres,
-        labels=of.labels,
-        logarithmic=of.logarithmic,
-        by_direction=signed_by_direction,
-        before=sides[0],
-        after=sides[1],
-    )
+    return ChangeProfile(of, signed_by_direction, *sides)

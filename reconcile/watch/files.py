@@ -68,6 +68,7 @@ class Arrivals:
 
     def _arrival(self, path: Path) -> Arrival | None:
         header: dict[str, Any] = {}
+        complete: bool | None = None
         if path.name.startswith(".") or path.resolve() == self._excluded:
             return None
         if path.is_dir():
@@ -75,7 +76,7 @@ class Arrivals:
                 return None
             header = _header(path / HEADER_FILE)
             parts = [path / HEADER_FILE, *path.glob("part-*.parquet")]
-            complete = header.get("finished") is True
+            complete = header.get("finished") is True or None
         elif path.suffix.lower() in {*READERS, CANDUMP}:
             parts = [path]
             complete = _has_its_end(path)
@@ -83,7 +84,7 @@ class Arrivals:
             return None
         states = [part.stat() for part in parts]
         stamp = sum(state.st_size for state in states), max(state.st_mtime_ns for state in states)
-        if not (complete or (self._unchanged(path.name, stamp) and _readable(path))):
+        if not (self._unchanged(path.name, stamp) if complete is None else complete):
             self.unfinished.append(path.name)
             return None
         return Arrival(path, stamp, _started_s(header, stamp))
@@ -106,29 +107,17 @@ def _header(file: Path) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def _has_its_end(path: Path) -> bool:
+def _has_its_end(path: Path) -> bool | None:
+    """Whether the table of contents at the end of a file is there; None for a format that has none."""
     match path.suffix.lower():
         case ".parquet":
-            return _is_whole_parquet(path)
+            with path.open("rb") as file:
+                begins = file.read(4) == PARQUET_MARK
+                file.seek(max(path.stat().st_size - 4, 8))
+                return begins and file.read(4) == PARQUET_MARK
         case ".npz":
             return zipfile.is_zipfile(path)
-    return False
-
-
-def _readable(path: Path) -> bool:
-    """Whether the file can be read without a table of contents at its end."""
-    return path.is_dir() or path.suffix.lower() not in {".parquet", ".npz"}
-
-
-def _is_whole_parquet(path: Path) -> bool:
-    with path.open("rb") as file:
-        if file.read(4) != PARQUET_MARK:
-            return False
-        file.seek(0, 2)
-        if file.tell() < 12:
-            return False
-        file.seek(-4, 2)
-        return file.read(4) == PARQUET_MARK
+    return None
 
 
 def _started_s(header: dict[str, Any], stamp: Stamp) -> float:

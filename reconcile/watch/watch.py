@@ -38,7 +38,7 @@ class WatchOptions(NamedTuple):
 
 
 def _discard(_text: str, /, *, lasting: bool) -> None:
-    """Discard a line of progress."""
+    pass
 
 
 class Watch:
@@ -51,7 +51,7 @@ class Watch:
             has = ", ".join(model.axes)
             raise ReconcileError(model.file, f"axis {unknown[0]}", f"is not in the model, only {has}")
         self._axes = {name: model.axes[name] for name in options.axes or model.axes}
-        self._arrivals = Arrivals(folder, out)
+        self.arrivals = Arrivals(folder, out)
         self._options, self._out = options, out
         self._report_progress: ProgressCallback = _discard
         self._diagnosis = ChangeDiagnosis(
@@ -59,20 +59,10 @@ class Watch:
         )
         self.memory = self._load_memory(model_file)
 
-    @property
-    def unfinished(self) -> list[str]:
-        """Recordings that were still being written at the last look."""
-        return list(self._arrivals.unfinished)
-
-    @property
-    def machine(self) -> str:
-        """The name of the machine in the recordings, else that of their folder."""
-        return self._arrivals.machine()
-
     def look(self, report_progress: ProgressCallback = _discard) -> list[dict[str, Any]]:
         """Read new recordings; return the changes that are new or refined. Raises ReconcileError, OSError."""
         self._report_progress = report_progress
-        new = [one for one in self._arrivals.look() if not self.memory.knows(one)]
+        new = [one for one in self.arrivals.look() if not self.memory.knows(one)]
         reported: dict[str, dict[str, Any]] = {}
         for number, arrival in enumerate(new, start=1):
             self._report_progress(f"{arrival.path.name} ({number} of {len(new)})", lasting=False)
@@ -80,8 +70,8 @@ class Watch:
                 reported[change["id"]] = change
             if number % WRITE_EVERY == 0:
                 self.remember()
-        if new or self.unfinished != self.memory.document["unfinished"]:
-            self.memory.document["unfinished"] = self.unfinished
+        if new or self.arrivals.unfinished != self.memory.document["unfinished"]:
+            self.memory.document["unfinished"] = self.arrivals.unfinished
             self.remember()
             write_page(self.memory, self._out / PAGE)
         return list(reported.values())

@@ -131,7 +131,7 @@ def test_incomplete_files_wait_and_unusable_ones_are_reported(lubricated: Path, 
     (unfinished / "recording.json").write_text('{"finished": false}', encoding="utf-8")
     watch = watched(folder, out)
     watch.look()
-    assert watch.unfinished == ["run-000.parquet", "run-001.csv", "run-002"]
+    assert watch.arrivals.unfinished == ["run-000.parquet", "run-001.csv", "run-002"]
     assert document(out)["recordings"] == []
     growing.write_bytes(whole)
     os.utime(recordings / "run-001.csv", (FIRST_S + HOUR_S,) * 2)
@@ -140,7 +140,7 @@ def test_incomplete_files_wait_and_unusable_ones_are_reported(lubricated: Path, 
     [refused] = document(out)["unusable"]
     assert refused["name"] == "run-001.csv"
     assert "force" in refused["why"]
-    assert watch.unfinished == ["run-002"]
+    assert watch.arrivals.unfinished == ["run-002"]
 
 
 def test_growing_backlash_is_a_ramp_reported_once(tmp_path: Path) -> None:
