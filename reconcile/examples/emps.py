@@ -172,7 +172,7 @@ def _replays(inputs: _Inputs, repaired: Path, force: Explanation) -> dict[str, d
     """Replay both records with both models; only the repaired model has the identified timing."""
     controller = load_controllers(inputs.nominal)[AXIS]
     plants = {"nominal": plant_of(load_model(inputs.nominal)), "repaired": plant_of(load_model(repaired))}
-    delays_s = {"nominal": 0.0, "repaired": remaining_delay_s(force.timing_s, controller.period_s)}
+    delays_s = {"nominal": 0.0, "repaired": remaining_delay_s(force.timing_s, controller.sample_time_s)}
     replays: dict[str, dict[str, Replay]] = {}
     for name, recording, injected_n in zip(
         ("train", "pulses"), inputs.recordings, inputs.injected_n, strict=True

@@ -55,10 +55,10 @@ def closed_loop(
             controller.position_gain_1_s * (reference_m[k] - motor_m)
             + controller.velocity_feedforward * reference_velocity_m_s[k]
         )
-        velocity_m_s = (motor_m - history_m[k % window]) / (window * controller.period_s)
+        velocity_m_s = (motor_m - history_m[k % window]) / (window * controller.sample_time_s)
         history_m[k % window] = motor_m
         error_m_s = velocity_setpoint_m_s - velocity_m_s
-        next_integral_n = integral_n + controller.velocity_integral_n_m * error_m_s * controller.period_s
+        next_integral_n = integral_n + controller.velocity_integral_n_m * error_m_s * controller.sample_time_s
         unlimited_n = controller.velocity_gain_n_s_m * error_m_s + next_integral_n
         limited_n = min(max(unlimited_n, -controller.force_limit_n), controller.force_limit_n)
         # anti-windup: integrate in saturation only if that leads out of it

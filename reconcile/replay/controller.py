@@ -8,10 +8,12 @@ A sampled cascade: P position controller, PI velocity controller on a difference
 A P-PD law (kp kv e - kv v, as on EMPS) is this cascade with neither integral nor feedforward.
 """
 
-import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
+from hil_sim.config import ConfigError
+from hil_sim.config.load import read_params
+from kernels.quantities import Quantity, fields_of
 from reconcile.errors import ReconcileError
 from reconcile.formats.toml_file import document_of
 
@@ -21,31 +23,19 @@ MAX_VELOCITY_SAMPLES = 64
 
 
 class Controller(NamedTuple):
-    """Gains and timing in SI; the compiled loop reads the fields by name."""
+    """Gains and timing as the keys of the file beside `form`; the compiled loop reads the fields by name."""
 
-    period_s: float
-    position_gain_1_s: float
-    velocity_gain_n_s_m: float
-    velocity_integral_n_m: float
-    velocity_feedforward: float
-    velocity_samples: int
-    """w: the velocity is a difference over w samples."""
-    force_limit_n: float
-    delay_s: float
-    """From the sample instant until its force takes effect."""
+    sample_time_s: Annotated[float, Quantity("s", 1e-5, 0.05, "sample time", "ms")]
+    position_gain_1_s: Annotated[float, Quantity("1/s", 0.0, 1e5, "kp")]
+    velocity_gain_n_s_m: Annotated[float, Quantity("N s/m", 0.0, 1e9, "kv")]
+    velocity_integral_n_m: Annotated[float, Quantity("N/m", 0.0, 1e12, "ki")] = 0.0
+    velocity_feedforward: Annotated[float, Quantity("", 0.0, 2.0, "share of the reference's velocity")] = 0.0
+    velocity_samples: Annotated[int, Quantity("", 1, MAX_VELOCITY_SAMPLES, "w")] = 1
+    force_limit_n: Annotated[float, Quantity("N", 1e-6, 1e9, "largest force to either side")] = 1e9
+    delay_s: Annotated[float, Quantity("s", 0.0, 0.1, "from a sample until its force acts", "ms")] = 0.0
 
 
-KEYS: dict[str, tuple[float, float, float | None]] = {
-    "sample_time_ms": (0.01, 50.0, None),
-    "position_gain_1_s": (0.0, 1e5, None),
-    "velocity_gain_n_s_m": (0.0, 1e9, None),
-    "velocity_integral_n_m": (0.0, 1e12, 0.0),
-    "velocity_feedforward": (0.0, 2.0, 0.0),
-    "velocity_samples": (1, MAX_VELOCITY_SAMPLES, 1),
-    "force_limit_n": (1e-6, 1e9, 1e9),
-    "delay_ms": (0.0, 100.0, 0.0),
-}
-"""Keys beside `form`: lower and upper bound, and the default; a key without one is required."""
+KEYS = ", ".join(field.key for field in fields_of(Controller))
 
 
 def load_controllers(file: Path) -> dict[str, Controller]:
@@ -64,30 +54,14 @@ def controller_of(file: Path, axis: str, table: Any) -> Controller:
     where = f"axis.{axis}.controller"
     if not isinstance(table, dict):
         raise ReconcileError(file, where, "must be a table")
-    if table.get("form") != FORM:
+    given = dict(table)
+    if given.pop("form", None) != FORM:
         raise ReconcileError(file, f"{where}.form", f'must be "{FORM}"', "a P-PD law is a cascade too")
-    for key in table:
-        if key != "form" and key not in KEYS:
-            raise ReconcileError(file, f"{where}.{key}", "unknown key", f"known are: {', '.join(KEYS)}")
-    values = {
-        key: _number(file, f"{where}.{key}", table.get(key, of[2]), *of[:2]) for key, of in KEYS.items()
-    }
-    samples = values.pop("velocity_samples")
+    try:
+        found = read_params(file, where, Controller, given)
+    except ConfigError as error:
+        raise ReconcileError(file, error.key, error.reason, f"known are: {KEYS}") from None
+    samples = found.velocity_samples
     if samples != round(samples):
         raise ReconcileError(file, f"{where}.velocity_samples", "must be a whole number")
-    return Controller(
-        period_s=values.pop("sample_time_ms") * 1e-3,
-        delay_s=values.pop("delay_ms") * 1e-3,
-        velocity_samples=round(samples),
-        **values,
-    )
-
-
-def _number(file: Path, where: str, given: Any, low: float, high: float) -> float:
-    if given is None:
-        raise ReconcileError(file, where, "missing")
-    if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
-        raise ReconcileError(file, where, f"must be a number, not {given!r}")
-    if not low <= given <= high:
-        raise ReconcileError(file, where, f"{given:g} is not within {low:g} to {high:g}")
-    return float(given)
+    return Controller(*found._replace(velocity_samples=round(samples)))

@@ -25,7 +25,7 @@ def controller_mismatch(recording: AxisRecording, controller: Controller) -> flo
     None where it cannot be determined: no reference, sampled more coarsely than the controller, force at its
     limit with an integral, or too short.
     """
-    period_s, window = controller.period_s, controller.velocity_samples
+    period_s, window = controller.sample_time_s, controller.velocity_samples
     if recording.reference_m is None or recording.period_s > 1.01 * period_s:
         return None
     low_pass = StateFilter(period_s, FILTER_HZ)

@@ -125,7 +125,7 @@ def _compare(
     """Replay with the nominal and the repaired plant. Raises ReconcileError where a loop is unstable."""
     controller = loop.controller
     replays = []
-    delays_s = 0.0, remaining_delay_s(loop.timing_s, controller.period_s)
+    delays_s = 0.0, remaining_delay_s(loop.timing_s, controller.sample_time_s)
     for plant, delay_s in zip(plants, delays_s, strict=True):
         origin_m = fitted_origin_m(recording, plant, controller, delay_s=delay_s) if fit_origin else 0.0
         replays.append(replay(recording, plant, controller, delay_s=delay_s, origin_m=origin_m))

@@ -111,7 +111,7 @@ def replay(
             whole number of the plant's substeps.
 
     """
-    period_s, where = controller.period_s, f"axis {recording.axis}"
+    period_s, where = controller.sample_time_s, f"axis {recording.axis}"
     if recording.reference_m is None:
         remedy = "name the position command: --map reference=NAME"
         raise ReconcileError(recording.source, where, "cannot be replayed without a reference", remedy)

@@ -165,7 +165,9 @@ def test_a_force_added_to_the_controller_output_is_reported(nominal: Path, true:
     clean = led(sweep(6000), true)
     assert controller_mismatch(clean, same) == pytest.approx(0.0, abs=0.01)  # the noise behind the filter
     assert controller_mismatch(clean, softer) == pytest.approx(0.2, abs=0.01)  # the law is linear in both
-    assert controller_mismatch(clean, same._replace(period_s=0.5 * T)) is None  # finer than what was recorded
+    assert (
+        controller_mismatch(clean, same._replace(sample_time_s=0.5 * T)) is None
+    )  # finer than what was recorded
 
 
 def test_a_recording_with_a_zero_of_its_own_gets_the_shift_that_fits(nominal: Path, true: Path) -> None:
