@@ -202,8 +202,6 @@ def _picture(content: Mapping[str, Any]) -> Figure:
     for b in bins:
         right.plot([b["stated"]] * 2, b["ci95"], color="#3b78b4", linewidth=1.0)
     right.scatter([b["stated"] for b in bins], [b["right"] for b in bins], color="#3b78b4")
-    right.set_xlabel("confidence said")
-    right.set_ylabel("share of names that were true")
-    right.set_xlim(0.0, 1.02)
-    right.set_ylim(0.0, 1.02)
+    limits = {"xlim": (0.0, 1.02), "ylim": (0.0, 1.02)}
+    right.set(xlabel="confidence said", ylabel="share of names that were true", **limits)
     return figure

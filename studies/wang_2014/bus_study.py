@@ -75,12 +75,5 @@ async def position_over_bus(
     engaged = int(np.flatnonzero(np.isfinite(columns[f"{AXIS}.position_command_m"]))[0])
     started = int(np.flatnonzero(segment >= 0)[0])
     speed = report.cycles * machine.period_s / report.wall_s
-    return BusRun(
-        stage=stage.name,
-        series=series,
-        visits=plan.visits,
-        scale_m=scale_m,
-        cycles_before=(engaged, started - engaged),
-        recording=recording,
-        times_real_time=speed,
-    )
+    cycles_before = engaged, started - engaged
+    return BusRun(stage.name, series, plan.visits, scale_m, cycles_before, recording, speed)

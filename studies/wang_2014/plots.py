@@ -93,7 +93,6 @@ def _panels(count: int) -> tuple[Figure, Any]:
 def _label(panel: Axes, title: str, abscissa: str, by: str) -> None:
     panel.axhline(0.0, color="0.5", linewidth=0.8)
     panel.set_title(title, fontsize=10)
-    panel.set_xlabel(abscissa)
-    panel.set_ylabel(f"deviation by the {by} (um)")
+    panel.set(xlabel=abscissa, ylabel=f"deviation by the {by} (um)")
     panel.grid(alpha=0.3)
     panel.legend(fontsize=7)

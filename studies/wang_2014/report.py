@@ -84,17 +84,9 @@ def _iso(found: Found, series: str) -> Table:
     for heading in ("A", "up", "down", "R", "up", "down", "E", "up", "down", "B"):
         table.add_column(heading, justify="right", no_wrap=True)
     for stage, figures in iso_figures(found, series).items():
-        values = (
-            figures.accuracy_m,
-            figures.up.accuracy_m,
-            figures.down.accuracy_m,
-            figures.repeatability_m,
-            figures.up.repeatability_m,
-            figures.down.repeatability_m,
-            figures.systematic_m,
-            figures.up.systematic_m,
-            figures.down.systematic_m,
-            figures.reversal_m,
-        )
-        table.add_row(stage, *(f"{value * UM:.2f}" for value in values), end_section=stage == "smoothed")
+        each = (figures, figures.up, figures.down)
+        names = ("accuracy_m", "repeatability_m", "systematic_m")
+        values = [getattr(one, name) for name in names for one in each]
+        cells = (f"{value * UM:.2f}" for value in (*values, figures.reversal_m))
+        table.add_row(stage, *cells, end_section=stage == "smoothed")
     return table

@@ -13,6 +13,7 @@ from servo_ctrl.plots.matplotlib_agg import Axes, plt
 from studies.xia_fuzzy_pd.study import Trace
 
 COMMAND, TABLE, MOTOR, FRICTION = "0.45", COLOURS[0], COLOURS[4], COLOURS[1]
+SINE_PANELS = ("position (mm)", "velocity (mm/s)", "motor force (N)", "error (um)", "position (mm)")
 VALUES = ("NB", "NM", "NS", "ZO", "PS", "PM", "PB")
 
 
@@ -23,11 +24,8 @@ def plot_surface(path: Path, surface: Array) -> None:
     nodes = np.linspace(-1.0, 1.0, len(surface))
     error, change = np.meshgrid(nodes, nodes, indexing="ij")
     left.plot_surface(error, change, surface, cmap="viridis", rstride=3, cstride=3, linewidth=0.0)
-    left.set_xlabel("Ke e")
-    left.set_ylabel("Kec de/dt")
-    left.set_zlabel("output")
-    for ticks in (left.set_xticks, left.set_yticks, left.set_zticks):
-        ticks([-1.0, -0.5, 0.0, 0.5, 1.0])
+    left.set(xlabel="Ke e", ylabel="Kec de/dt", zlabel="output")
+    left.set(**{ticks: [-1.0, -0.5, 0.0, 0.5, 1.0] for ticks in ("xticks", "yticks", "zticks")})
     left.view_init(elev=28.0, azim=-125.0)
     right = figure.add_subplot(1, 2, 2)
     levels = np.linspace(-25.0, 25.0, 26) / 24.0  # between the levels of the plateaus, not on them
@@ -36,8 +34,7 @@ def plot_surface(path: Path, surface: Array) -> None:
     centres = np.linspace(-1.0, 1.0, len(VALUES))
     right.set_xticks(centres, VALUES)
     right.set_yticks(centres, VALUES)
-    right.set_xlabel("change of the error, Kec de/dt")
-    right.set_ylabel("error, Ke e")
+    right.set(xlabel="change of the error, Kec de/dt", ylabel="error, Ke e")
     right.grid(color="1.0", alpha=0.35)
     save(figure, path)
 
@@ -101,22 +98,18 @@ def _draw_sine(column: NDArray[np.object_], trace: Trace, reversal_s: float, abo
     command_m_s = np.gradient(trace.command_m, float(trace.time_s[1] - trace.time_s[0]))
     panels[0].plot(time_s, trace.command_m * 1e3, color=COMMAND, ls="--", lw=1.0, label="command")
     panels[0].plot(time_s, trace.scale_m * 1e3, color=TABLE, lw=1.0, label="scale")
-    panels[0].set_ylabel("position (mm)")
     panels[0].legend(fontsize=8, loc="upper right")
     panels[1].plot(time_s, command_m_s * 1e3, color=COMMAND, ls="--", lw=1.0)
     panels[1].plot(time_s, trace.table_m_s * 1e3, color=TABLE, lw=1.0)
-    panels[1].set_ylabel("velocity (mm/s)")
     panels[2].plot(time_s, trace.force_n, color=TABLE, lw=0.6)
-    panels[2].set_ylabel("motor force (N)")
     panels[3].plot(time_s, (trace.command_m - trace.scale_m) * 1e6, color=TABLE, lw=1.0)
-    panels[3].set_ylabel("error (um)")
     panels[4].plot(near_ms, trace.command_m[near] * 1e3, color=COMMAND, ls="--", lw=1.0)
     panels[4].plot(near_ms, trace.scale_m[near] * 1e3, color=TABLE, lw=1.0)
     velocity = panels[4].twinx()
     velocity.plot(near_ms, trace.table_m_s[near] * 1e3, color=FRICTION, lw=1.0)
     velocity.set_ylabel("table velocity (mm/s)", color=FRICTION)
-    panels[4].set_ylabel("position (mm)")
     panels[4].set_xlabel("time since a reversal of the command (ms)")
     panels[3].set_xlabel("time (s)")
-    for panel in panels:
+    for panel, label in zip(panels, SINE_PANELS, strict=True):
+        panel.set_ylabel(label)
         panel.grid(alpha=0.3)
