@@ -25,9 +25,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(skip)
 
 
-@pytest.fixture
-def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
-    """Start a command of ours and wait for the line that says it is ready; ended with the test."""
+@pytest.fixture(scope="module")
+def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Start a command of ours and wait for the line that says it is ready; ended with the file's tests."""
     with contextlib.ExitStack() as stack:
 
         def start_one(*command: str, ready: str) -> subprocess.Popen[str]:
@@ -46,15 +46,15 @@ def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
         yield start_one
 
 
-@pytest.fixture
-def localcan(start: Callable[..., subprocess.Popen[str]], tmp_path: Path) -> str:
-    """Bus option of a hub that runs as long as the test."""
-    path = tmp_path / "bus.sock"
+@pytest.fixture(scope="module")
+def localcan(start: Callable[..., subprocess.Popen[str]], tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Bus option of a hub that runs as long as the file's tests."""
+    path = tmp_path_factory.mktemp("hub") / "bus.sock"
     start(sys.executable, "-m", "local_can", str(path), ready="bus at")
     return f"localcan:{path}"
 
 
-@pytest.fixture(params=["localcan", pytest.param("vcan0", marks=pytest.mark.vcan)])
+@pytest.fixture(scope="module", params=["localcan", pytest.param("vcan0", marks=pytest.mark.vcan)])
 def bus_spec(request: pytest.FixtureRequest) -> str:
     """Bus option INTERFACE:CHANNEL."""
     if request.param == "vcan0":
@@ -62,7 +62,7 @@ def bus_spec(request: pytest.FixtureRequest) -> str:
     return str(request.getfixturevalue("localcan"))
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def start_simulator(
     start: Callable[..., subprocess.Popen[str]],
 ) -> Callable[[str], subprocess.Popen[str]]:

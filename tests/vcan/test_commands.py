@@ -18,6 +18,8 @@ pytestmark = [
 ]
 
 BUS = "socketcan:vcan0"
+SERVO_CTRL = str(Path(sys.executable).with_name("servo-ctrl"))
+OPTIONS = ("--machine", "machines/xy_table", "--bus", BUS)
 LIMIT_S = 600.0
 READY = "1FF#02"
 ABORT_LEARNING = "67F#2F00210002000000"
@@ -43,12 +45,21 @@ class Log:
         return len(self.frames())
 
 
-@pytest.fixture
-def log(tmp_path: Path) -> Iterator[Log]:
-    path = tmp_path / "candump.log"
+@pytest.fixture(scope="module")
+def log(
+    tmp_path_factory: pytest.TempPathFactory,
+    start: Callable[..., object],
+    start_simulator: Callable[[str], object],
+) -> Iterator[Log]:
+    """Of a controller that is ready."""
+    path = tmp_path_factory.mktemp("log") / "candump.log"
     filters = "vcan0,5FF:7FF,1FF:7FF,0FF:7FF"
     with path.open("wb") as file, subprocess.Popen(["candump", "-L", filters], stdout=file) as process:
-        yield Log(path)
+        log = Log(path)
+        start_simulator(BUS)
+        start(SERVO_CTRL, "run", *OPTIONS, "--pacing", "lockstep", ready=": ")
+        log.wait_for(READY)
+        yield log
         process.terminate()
 
 
@@ -56,16 +67,22 @@ def cansend(frame: str) -> None:
     subprocess.run(["cansend", "vcan0", frame], check=True, timeout=60.0)
 
 
-def test_learning_is_started_and_aborted_frame_by_frame(
-    log: Log,
-    start: Callable[..., object],
-    start_simulator: Callable[[str], object],
-) -> None:
-    start_simulator(BUS)
-    program = str(Path(sys.executable).with_name("servo-ctrl"))
-    options = ["--machine", "machines/xy_table", "--bus", BUS, "--pacing", "lockstep"]
-    start(program, "run", *options, ready=": ")
-    log.wait_for(READY)
+@pytest.mark.usefixtures("log")
+def test_ask_reads_the_status_over_socketcan() -> None:
+    done = subprocess.run(
+        [SERVO_CTRL, "ask", *OPTIONS, "status"],
+        cwd=Path(__file__).parents[2],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=LIMIT_S,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("ready, ")
+    assert "learning: idle" in done.stdout
+
+
+def test_learning_is_started_and_aborted_frame_by_frame(log: Log) -> None:
     for request, answer in (
         ("67F#2F002100FF000000", "5FF#8000210030000906"),  # there is no command 255
         ("67F#2F01210002000000", "5FF#6001210000000000"),  # axis 2
@@ -80,24 +97,3 @@ def test_learning_is_started_and_aborted_frame_by_frame(
     cansend(ABORT_LEARNING)
     log.wait_for(ABORTED)
     assert not any(frame.startswith("0FF") for frame in log.frames())  # no EMCY
-
-
-def test_ask_reads_the_status_over_socketcan(
-    start: Callable[..., object], start_simulator: Callable[[str], object], log: Log
-) -> None:
-    start_simulator(BUS)
-    program = str(Path(sys.executable).with_name("servo-ctrl"))
-    options = ["--machine", "machines/xy_table", "--bus", BUS]
-    start(program, "run", *options, "--pacing", "lockstep", ready=": ")
-    log.wait_for(READY)
-    done = subprocess.run(
-        [program, "ask", *options, "status"],
-        cwd=Path(__file__).parents[2],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=LIMIT_S,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.startswith("ready, ")
-    assert "learning: idle" in done.stdout

@@ -98,15 +98,25 @@ class Master:
         self.cycles(2)
 
 
-@pytest.fixture
-def master(bus_spec: str, start_simulator: Callable[[str], object]) -> Iterator[Master]:
+@pytest.fixture(scope="module")
+def network(bus_spec: str, start_simulator: Callable[[str], object]) -> Iterator[canopen.Network]:
+    """A bus with the X-Y table on it."""
     start_simulator(bus_spec)
     interface, _, channel = bus_spec.partition(":")
     with canopen.Network() as network:
         network.connect(interface=interface, channel=channel)
-        leader = Master(network)
-        yield leader
-        leader.stop()
+        yield network
+
+
+@pytest.fixture
+def master(network: canopen.Network) -> Iterator[Master]:
+    """Of a drive that was reset: it has its defaults, and no power."""
+    leader = Master(network)
+    yield leader
+    leader.stop()
+    leader.node.nmt.state = "RESET"
+    leader.node.nmt.wait_for_bootup(WAIT_S)
+    del network[leader.node.id]
 
 
 def test_it_walks_the_drive_through_its_states(master: Master) -> None:
