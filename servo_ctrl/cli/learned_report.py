@@ -72,7 +72,6 @@ def print_versions(machine: Path, directory: Path | None, axes: Sequence[str] | 
 
 
 def _is_configured(axis: AxisConfig, kind: LearnedKind) -> bool:
-    """Whether the machine file has the compensation's section for this axis."""
     settings = FrictionCompensationSettings if kind is LearnedKind.PULSE else ScrewCompensationSettings
     return axis.section(settings) is not None
 

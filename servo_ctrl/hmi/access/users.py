@@ -50,8 +50,6 @@ ROLES = {role.label: role for role in Role}
 
 
 class _TokenEntry(FileSection):
-    """A token in the access file."""
-
     name: Annotated[str, StringConstraints(pattern=NAME_PATTERN)]
     role: Literal["view", "operate", "configure"]
     sha256: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
@@ -59,8 +57,6 @@ class _TokenEntry(FileSection):
 
 
 class _AccessDocument(FileSection):
-    """The access file."""
-
     format: Literal[1]
     tokens: Annotated[tuple[_TokenEntry, ...], Field(alias="token")] = ()
 

@@ -53,9 +53,7 @@ class ProgressLine(BaseModel):
     step: Annotated[str, Field(max_length=200)]
     """The step that begins, in words."""
     done: Annotated[int, Field(ge=0)]
-    """Number of completed steps."""
     of: Annotated[int, Field(ge=1)]
-    """Number of all steps."""
 
 
 class JobState(StrEnum):

@@ -33,7 +33,6 @@ SENTENCES = {
 }
 """By verdict: what it means, and what to do."""
 CHANNEL_NAMES = {"force": "motor force", "deviation": "scale less motor"}
-"""By residual channel."""
 UNIT_ENDINGS = ("_n_s2_m2", "_n_s_m", "_m_s", "_n_m", "_m_n", "_rad", "_hz", "_n", "_m", "_s")
 PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 

@@ -25,7 +25,6 @@ BUTTONS = {
     Command.DISABLE: ("Disable", "power_off"),
     Command.HOME: ("Home", "home"),
 }
-"""Text and icon by command."""
 ENABLED_IN = {
     Command.ENABLE: {Stage.STANDBY},
     Command.DISABLE: {Stage.READY, Stage.RUNNING},

@@ -24,7 +24,6 @@ BUTTONS = {
     Command.RESUME_LEARNING: ("Resume", "skip_next"),
     Command.ABORT_LEARNING: ("Abort", "stop"),
 }
-"""By command: text and icon."""
 ENABLED_IN = {
     Command.START_LEARNING: frozenset(LearningState) - ACTIVE,
     Command.PAUSE_LEARNING: {LearningState.RUNNING},
@@ -51,7 +50,6 @@ FIGURES = {
     "best": "best J",
     "reason": "reason",
 }
-"""Keys of `learning_figures` and their names."""
 
 
 class LearningCard:

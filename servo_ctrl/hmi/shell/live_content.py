@@ -15,7 +15,6 @@ from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, div
 
 Refresh = Callable[[MachineStatus], Awaitable[None] | None]
-"""Shows the newest status."""
 
 T = TypeVar("T")
 REFRESH_S = 0.2
