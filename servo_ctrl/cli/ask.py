@@ -29,8 +29,7 @@ def ask(
     """
     import asyncio
 
-    from servo_ctrl.cli.ask_request import parse_request
-    from servo_ctrl.cli.ask_session import perform
+    from servo_ctrl.cli.ask_request import parse_request, perform
     from servo_ctrl.config.load import load_machine
 
     config = load_machine(machine)
