@@ -7,6 +7,7 @@ from reconcile.fleet.figures import effect_map, size_spreads
 from reconcile.fleet.rows import Row
 from reconcile.fleet.store import axis_folder
 from reconcile.fleet.summary import DIAGNOSED, FleetSummary, ParameterSpread, SharedEffect, summarise
+from reconcile.formats.table import short_list
 from reconcile.report.html_page import HtmlPage, answer, bar, grid, note, section
 from reconcile.report.words import display_name, display_unit, join_words, parameter_names, percent, quantity
 from servo_ctrl.report.html_file import escape, table
@@ -75,12 +76,13 @@ def _shared_effect(one: SharedEffect) -> str:
     rows = [_spread(names[spread.name], spread) for spread in one.spreads[:MAX_PARAMETERS]]
     head = ["parameter", "median", "10 to 90 % of the axes", "largest"]
     counted = f"{_count(len(one.machines), 'machine')}, {_count(len(one.axes), 'axis', 'axes')}"
+    machines = escape(short_list(one.machines, MAX_NAMES))
     gain = f"worth {percent(one.median_gain)} of the squares that were held out, in the median"
     return (
         f'<article class="card"><h3>{escape(display_name(one.effect))}</h3>'
         f'<p class="faint">{escape(counted)}; {escape(gain)}</p>'
         f"{table(head, rows) if rows else ''}"
-        f"<details><summary>Machines</summary><p>{escape(_names(one.machines))}</p></details></article>"
+        f"<details><summary>Machines</summary><p>{machines}</p></details></article>"
     )
 
 
@@ -100,7 +102,7 @@ def _groups(found: FleetSummary) -> str:
         [
             str(len(group.machines)),
             escape(join_words(map(display_name, group.effects)) or "nothing"),
-            escape(_names(group.machines)),
+            escape(short_list(group.machines, MAX_NAMES)),
         ]
         for group in found.groups[:MAX_GROUPS]
     ]
@@ -127,7 +129,8 @@ def _failures(found: FleetSummary, ignored: Sequence[str]) -> str:
     if not rows and not ignored:
         return ""
     listed = table(["axis", "what", "why"], rows[:MAX_ROWS]) if rows else ""
-    aside = f"Left aside, as of no axis or no Parquet ({len(ignored)}): {_names(ignored)}." if ignored else ""
+    left = f"({len(ignored)}): {short_list(ignored, MAX_NAMES)}"
+    aside = f"Left aside, as of no axis or no Parquet {left}." if ignored else ""
     return section("What was not diagnosed", listed, _more(len(rows), MAX_ROWS), note(aside))
 
 
@@ -157,11 +160,6 @@ def _axis(row: Row, out: Path) -> list[str]:
         escape(effects),
         *("" if level is None else escape(quantity(level, "N")) for level in levels),
     ]
-
-
-def _names(names: Sequence[str]) -> str:
-    more = len(names) - MAX_NAMES
-    return ", ".join(names[:MAX_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def _more(count: int, shown: int) -> str:

@@ -44,12 +44,7 @@ blocks; low and high bound 95 %."""
 
 
 def row_of_verdict(
-    data: AxisData,
-    key: str,
-    verdict: Mapping[str, Any],
-    bad: Sequence[Mapping[str, str]],
-    *,
-    recordings: int,
+    data: AxisData, key: str, verdict: Mapping[str, Any], bad: Sequence[Mapping[str, str]], *, recordings: int
 ) -> Row:
     """Return the row of a diagnosed axis from its verdict.json; `bad` are the files that were left out."""
     fit = verdict["fit"].get(data.axis, {})

@@ -53,16 +53,14 @@ def read_frames(path: Path) -> Frames:
             payloads.setdefault(cob_id, {})[period] = bytes.fromhex(data.decode())
     if not buses:
         first = content.split(b"\n", 1)[0][:60].decode("utf-8", "replace")
-        raise ReconcileError(
-            path, "line 1", f"is no line of `candump -L`: {first!r}", "record with candump -L"
-        )
+        reason = f"is no line of `candump -L`: {first!r}"
+        raise ReconcileError(path, "line 1", reason, "record with candump -L")
     if len(buses) > 1:
         names = ", ".join(sorted(bus.decode("utf-8", "replace") for bus in buses))
         raise ReconcileError(path, "", f"holds several buses: {names}", "keep one of them (grep)")
     if len(stamps) < 2:
-        raise ReconcileError(
-            path, "", "has no SYNC (080h), which says when the inputs were latched", "record the whole bus"
-        )
+        reason = "has no SYNC (080h), which says when the inputs were latched"
+        raise ReconcileError(path, "", reason, "record the whole bus")
     sync_s = np.frombuffer(stamps, dtype=np.float64)
     return Frames(sync_s - sync_s[0], payloads, written)
 

@@ -103,12 +103,8 @@ def _objects(log: _Decoded, pdos: list[Pdo]) -> dict[tuple[int, int], Array]:
             continue
         if 2 * len(fitting) < len(frames):
             reason = f"most frames are not of the {size} bytes that the mapping has"
-            raise ReconcileError(
-                log.path,
-                f"PDO {pdo.cob_id:03X}h",
-                reason,
-                "record from the boot on, or use --map (0x181@2:i32)",
-            )
+            remedy = "record from the boot on, or use --map (0x181@2:i32)"
+            raise ReconcileError(log.path, f"PDO {pdo.cob_id:03X}h", reason, remedy)
         rows = np.fromiter(fitting, dtype=np.intp, count=len(fitting))
         payloads = b"".join(fitting.values())
         for position, address in enumerate(pdo.objects):
@@ -130,9 +126,8 @@ def _mapped_values(log: _Decoded, entry: MapEntry, model: ByName[str, NominalAxi
         if len(data) >= first_byte + dtype.itemsize
     }
     if not fitting:
-        raise ReconcileError(
-            log.path, f"{cob_id:03X}h", f"no frame has a {number_type} at byte {first_byte}", f"see {entry}"
-        )
+        reason = f"no frame has a {number_type} at byte {first_byte}"
+        raise ReconcileError(log.path, f"{cob_id:03X}h", reason, f"see {entry}")
     rows = np.fromiter(fitting, dtype=np.intp, count=len(fitting))
     raw = np.frombuffer(b"".join(fitting.values()), dtype=dtype).astype(np.float64)
     values = _over_syncs(log, rows, raw)
@@ -143,9 +138,8 @@ def _mapped_values(log: _Decoded, entry: MapEntry, model: ByName[str, NominalAxi
     axis = model.get(entry.axis) if entry.axis else next(iter(model.values()), None)
     unit = _si_per_count(axis, entry.role) if axis is not None else None
     if unit is None:
-        raise ReconcileError(
-            "--map", str(entry), "the model file does not say what a count is", "give a factor"
-        )
+        reason = "the model file does not say what a count is"
+        raise ReconcileError("--map", str(entry), reason, "give a factor")
     return values * unit
 
 

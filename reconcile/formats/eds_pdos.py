@@ -112,13 +112,9 @@ def _pdo(eds: Path, dictionary: canopen.ObjectDictionary, cob_id: int, entries: 
         if index < 0x20 or numpy_type is None:
             numpy_type = f"V{bits // 8}"  # a dummy, or a type that is no number: a gap of its length
         if np.dtype(numpy_type).itemsize * 8 != bits:
-            raise ReconcileError(
-                eds,
-                f"PDO {cob_id:03X}h",
-                f"maps {index:04X}h:{subindex:02X} with {bits} bits, which is not the length of its type",
-            )
+            reason = f"maps {index:04X}h:{subindex:02X} with {bits} bits, which is not the length of its type"
+            raise ReconcileError(eds, f"PDO {cob_id:03X}h", reason)
         objects.append((index, subindex))
         types.append(numpy_type)
-    return Pdo(
-        cob_id, tuple(objects), np.dtype([(f"f{i}", numpy_type) for i, numpy_type in enumerate(types)])
-    )
+    layout = np.dtype([(f"f{i}", numpy_type) for i, numpy_type in enumerate(types)])
+    return Pdo(cob_id, tuple(objects), layout)

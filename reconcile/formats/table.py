@@ -33,6 +33,4 @@ def short_list(names: Iterable[str], most: int = 12) -> str:
     """Names for a message, at most `most` of them."""
     all_names = list(names)
     omitted = len(all_names) - most
-    return (
-        ", ".join(all_names[:most]) + (f" and {omitted} more" if omitted > 0 else "") if all_names else "none"
-    )
+    return (", ".join(all_names[:most]) or "none") + (f" and {omitted} more" if omitted > 0 else "")

@@ -26,12 +26,9 @@ def refuse_unsafe(machine: MachineConfig, model: NominalModel) -> None:
             known = ", ".join(machine.axes)
             raise ReconcileError(model.file, f"axis.{name}", f"the machine has no such axis, only {known}")
         if axis.homing_method == 0:
-            raise ReconcileError(
-                machine.source,
-                f"axis.{name}.homing_method",
-                "0: the axis is not referenced, so its limits of travel mean nothing",
-                "give the homing method of its drive (37: where it stands is zero)",
-            )
+            reason = "0: the axis is not referenced, so its limits of travel mean nothing"
+            remedy = "give the homing method of its drive (37: where it stands is zero)"
+            raise ReconcileError(machine.source, f"axis.{name}.homing_method", reason, remedy)
 
 
 def first_program(machine: MachineConfig, limits: Mapping[str, AxisLimits], out: Path) -> Path:
@@ -43,9 +40,8 @@ def first_program(machine: MachineConfig, limits: Mapping[str, AxisLimits], out:
         motions = candidate_motions(within, machine.period_s, MIN_VELOCITY_M_S, min_stroke_m)
         first = next((one.motion for one in motions if one.motion.kind == FIRST_KIND), None)
         if first is None:
-            raise ReconcileError(
-                machine.source, f"axis.{name}.limits", "no first motion fits in there", "give --program"
-            )
+            where = f"axis.{name}.limits"
+            raise ReconcileError(machine.source, where, "no first motion fits in there", "give --program")
         steps += program_steps(name, first.steps)
         words.append(f"axis {name}: {first.words}")
     file = write_program(steps, "; ".join(words), out)

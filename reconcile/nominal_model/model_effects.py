@@ -31,7 +31,8 @@ def model_effects_of(file: Path, name: str, tables: Mapping[str, Any]) -> ModelE
         for effect, params in EFFECT_PARAMS.items():
             if effect in table and effect not in MECHANICS:
                 effects[effect] = read_params(file, f"{key}.{effect}", params, table[effect], numbers)
-        limit_v = _given(table, "amplifier", "voltage_limit_v")
+        amplifier = table.get("amplifier", {})
+        limit_v = amplifier.get("voltage_limit_v") if isinstance(amplifier, dict) else None
         if "winding" in effects and "voltage_saturation" not in effects and limit_v is not None:
             limited = {"voltage_limit_v": limit_v, "resistance_ohm": effects["winding"].resistance_v_a}
             effects["voltage_saturation"] = read_params(
@@ -44,8 +45,3 @@ def model_effects_of(file: Path, name: str, tables: Mapping[str, Any]) -> ModelE
         {effect: params for effect, params in effects.items() if params != NEUTRAL[effect]},
         "" if followed == own else list(tables)[followed],
     )
-
-
-def _given(table: Mapping[str, Any], section: str, key: str) -> Any:
-    values = table.get(section, {})
-    return values.get(key) if isinstance(values, dict) else None

@@ -147,12 +147,10 @@ def _jumps(
     found = find_jumps(values, stamps.number, FILLED)
     if len(found.jumps) > MOST_JUMPS:
         first = int(found.jumps[0])
-        raise ReconcileError(
-            source_rows.source,
-            f"axis {source_rows.axis}, {FIELDS[role]}, {source_rows.time_s[first]:.4f} s",
-            f"jumps {len(found.jumps)} times, first by {found.jump_m[0] * 1e3:.6g} mm",
-            "is it a counter that wraps, of the wrong type or byte order, or two channels in one?",
-        )
+        where = f"axis {source_rows.axis}, {FIELDS[role]}, {source_rows.time_s[first]:.4f} s"
+        reason = f"jumps {len(found.jumps)} times, first by {found.jump_m[0] * 1e3:.6g} mm"
+        remedy = "is it a counter that wraps, of the wrong type or byte order, or two channels in one?"
+        raise ReconcileError(source_rows.source, where, reason, remedy)
     findings = []
     for row, size_m in zip(found.jumps.tolist(), found.jump_m.tolist(), strict=True):
         finding = source_rows.finding("jump", role, row - 1, row, size_m, "m")

@@ -62,29 +62,24 @@ def read_time_column(time_s: Array, source: str, first_row: int) -> Stamps:
         raise ReconcileError(source, "time", f"has {len(time_s)} rows; no motion is to be seen in that")
     wrong_rows = np.flatnonzero(~np.isfinite(time_s))
     if len(wrong_rows):
-        raise ReconcileError(
-            source, f"time, row {wrong_rows[0] + first_row}", "is missing or no finite number"
-        )
+        where = f"time, row {wrong_rows[0] + first_row}"
+        raise ReconcileError(source, where, "is missing or no finite number")
     steps_s = np.diff(time_s)
     wrong_rows = np.flatnonzero(steps_s <= 0.0)
     if len(wrong_rows):
         row = int(wrong_rows[0])
         before, after = time_s[row], time_s[row + 1]
-        raise ReconcileError(
-            source,
-            f"time, row {row + 1 + first_row}",
-            f"does not increase ({before:.9g} s, then {after:.9g} s; {len(wrong_rows)} times in all)",
-            "sort the rows, drop the doubled ones, or cut the file where the clock was set",
-        )
+        reason = f"does not increase ({before:.9g} s, then {after:.9g} s; {len(wrong_rows)} times in all)"
+        remedy = "sort the rows, drop the doubled ones, or cut the file where the clock was set"
+        raise ReconcileError(source, f"time, row {row + 1 + first_row}", reason, remedy)
     period_s = float(np.median(steps_s))
     if not FASTEST_S <= period_s <= SLOWEST_S:
-        raise ReconcileError(
-            source,
-            "time",
-            f"the sample time is {period_s:.6g} s; between {FASTEST_S:g} and {SLOWEST_S:g} s is of use",
-            "if the unit is another one, say so: --map time=NAME*1e-3 (ms) or *1e-6 (us)",
-        )
-    _refuse_uneven(steps_s, period_s, source)
+        reason = f"the sample time is {period_s:.6g} s; between {FASTEST_S:g} and {SLOWEST_S:g} s is of use"
+        remedy = "if the unit is another one, say so: --map time=NAME*1e-3 (ms) or *1e-6 (us)"
+        raise ReconcileError(source, "time", reason, remedy)
+    regular = np.abs(steps_s - period_s) < 0.9 * period_s
+    if regular.mean() < 0.8:  # written on change, or at irregular times
+        _raise_uneven(steps_s, source, 0.0)
     lateness_samples = time_s / period_s - np.arange(len(time_s))
     # minimum over the following samples: later stamps recover from a delay, but never from a lost sample
     window = 2 * LATEST_STAMP_SAMPLES + 1
@@ -136,18 +131,8 @@ def _stamps_are_instants(late_s: Array, number: Indices, position_m: Array, peri
     return as_stamped < ROUGHNESS_RATIO * as_even
 
 
-def _refuse_uneven(steps_s: Array, period_s: float, source: str) -> None:
-    """Refuse rows that were written on change or at irregular times."""
-    regular = np.abs(steps_s - period_s) < 0.9 * period_s
-    if regular.mean() < 0.8:
-        _raise_uneven(steps_s, source, 0.0)
-
-
 def _raise_uneven(steps_s: Array, source: str, start_s: float) -> None:
     low, high = np.percentile(steps_s, [1.0, 99.0]) * 1e3
-    raise ReconcileError(
-        source,
-        f"time, from {start_s:.3f} s on",
-        f"the samples are uneven: {low:.3g} to {high:.3g} ms apart",
-        "record at a fixed rate; if the rate was fixed and only the stamps are wrong: --map period=SECONDS",
-    )
+    reason = f"the samples are uneven: {low:.3g} to {high:.3g} ms apart"
+    remedy = "record at a fixed rate; if only the stamps are wrong, say the rate: --map period=SECONDS"
+    raise ReconcileError(source, f"time, from {start_s:.3f} s on", reason, remedy)

@@ -178,10 +178,8 @@ class Judge(NamedTuple):
             remedy = "shift it, or record both latched by the same clock"
             yield self.finding("delay", severity, delay.second, delay.late_s, "s", message, remedy)
         if is_force and "force_n" not in damaged and abs(delay.gain - 1.0) > 0.1:
-            message, remedy = (
-                f"is {delay.gain:.3g} times its command",
-                "check the force constant of the model file",
-            )
+            message = f"is {delay.gain:.3g} times its command"
+            remedy = "check the force constant of the model file"
             yield self.finding("gain", "warning", "force_n", delay.gain, "1", message, remedy)
 
     def signs_and_units(self, damaged: set[str]) -> Iterator[SensorFinding]:

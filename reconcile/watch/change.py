@@ -85,17 +85,13 @@ def _estimate(change: dict[str, Any], entries: list[dict[str, Any]]) -> None:
         "interval95_time_s": [low["started_s"], high["started_s"]],
     }
     change["ramp_probability"] = when.ramp
-    change["form"] = (
-        "ramp" if when.ramp > CLEAR_FORM else "step" if when.ramp < 1.0 - CLEAR_FORM else "step or ramp"
-    )
     ramp = when.ramp > 0.5
+    clear = max(when.ramp, 1.0 - when.ramp) > CLEAR_FORM
+    change["form"] = "step or ramp" if not clear else "ramp" if ramp else "step"
     alarm = [entry["name"] for entry in entries].index(change["alarm"]["recording"])
     change["alarm"]["recordings_later"] = max(alarm - places[when.first] + 1, 0)
-    change["moved"] = [
-        one
-        for key in known
-        if (one := _moved(key, known, places[when.first], clearest, ramp=ramp)) is not None
-    ]
+    moved = [_moved(key, known, places[when.first], clearest, ramp=ramp) for key in known]
+    change["moved"] = [one for one in moved if one is not None]
     change["moved"].sort(key=lambda one: ((one["sense"], one["indicator"]) != clearest, -abs(one["t"])))
     temperatures_k = [entry["axes"][axis]["temperature_k"] for entry in entries]
     change["temperature"] = (
@@ -107,12 +103,7 @@ def _estimate(change: dict[str, Any], entries: list[dict[str, Any]]) -> None:
 
 
 def _moved(
-    key: Key,
-    known: dict[Key, Any],
-    place: int,
-    clearest: tuple[str, ...],
-    *,
-    ramp: bool,
+    key: Key, known: dict[Key, Any], place: int, clearest: tuple[str, ...], *, ramp: bool
 ) -> dict[str, Any] | None:
     sequence, places = known[key]
     first = int(np.searchsorted(places, place))

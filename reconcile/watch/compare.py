@@ -92,12 +92,8 @@ def _signed_profile(
     sides = []
     for part, bins in ((old, of.bins[: len(old)]), (new, of.bins[len(old) :])):
         given = samples(part, [in_phase(residual, residual.refitted) for residual in part])
-        found = share(
-            given,
-            used_bins(of._replace(bins=list(bins)), part),
-            of.size,
-            signed_by_direction=signed_by_direction,
-        )
+        used = used_bins(of._replace(bins=list(bins)), part)
+        found = share(given, used, of.size, signed_by_direction=signed_by_direction)
         full = found.counts > 0.0
         sides.append((np.where(full, found.mean, np.nan), np.where(full, found.errors, np.nan)))
     return ChangeProfile(of, signed_by_direction, *sides)

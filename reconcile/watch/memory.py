@@ -13,12 +13,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.errors import ReconcileError
 from reconcile.watch.change_detection import MAX_RECORDINGS, Sequence
 from reconcile.watch.files import Arrival
-from reconcile.watch.indicators import (
-    INDICATORS,
-    RESIDUAL_LEVEL,
-    RESIDUAL_WORDS,
-    MeasuredIndicators,
-)
+from reconcile.watch.indicators import INDICATORS, RESIDUAL_LEVEL, RESIDUAL_WORDS, MeasuredIndicators
 from servo_ctrl.errors import reason_of
 from servo_ctrl.files.whole_file import write_text_whole
 

@@ -54,10 +54,7 @@ def drawn(twin: TwinLearning, count: int, seed: int) -> dict[str, list[TwinStrok
 
 
 async def repeat_strokes(
-    machine: Path,
-    strokes: Mapping[str, list[TwinStroke]],
-    out: Path,
-    on_progress: Callable[[Progress], None],
+    machine: Path, strokes: Mapping[str, list[TwinStroke]], out: Path, on_progress: Callable[[Progress], None]
 ) -> list[RepeatedStroke]:
     """Repeat the strokes over the bus, one stroke of each axis a run. Raises ServoCtrlError."""
     config = load_machine(machine)

@@ -8,13 +8,7 @@ import numpy as np
 from servo_ctrl.units import MM
 from studies.wang_2014.bus_study import BusCheck, BusRun
 from studies.wang_2014.plan import AT_100MM, AXIS, DOWN, OVER_TRAVEL, READ_S
-from studies.wang_2014.plots import (
-    ArrivalTrace,
-    DeviationTrace,
-    plot_arrivals,
-    plot_repeats,
-    plot_targets,
-)
+from studies.wang_2014.plots import ArrivalTrace, DeviationTrace, plot_arrivals, plot_repeats, plot_targets
 from studies.wang_2014.readings import Deviations
 from studies.wang_2014.stages import STAGES
 

@@ -10,14 +10,7 @@ from studies.wang_2014.bus_study import BusCheck
 from studies.wang_2014.plan import AT_100MM, IRREGULAR, OVER_TRAVEL
 from studies.wang_2014.readings import Deviations
 from studies.wang_2014.stages import STAGES
-from studies.wang_2014.study import (
-    UM,
-    WANG_2014_UM,
-    bars,
-    iso_figures,
-    missed,
-    simple_figures,
-)
+from studies.wang_2014.study import UM, WANG_2014_UM, bars, iso_figures, missed, simple_figures
 
 Found = Mapping[tuple[str, str], Deviations]
 

@@ -14,13 +14,7 @@ from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from servo_ctrl.hil_rig.simulated_run import RunError, new_recording
 from servo_ctrl.recording.reader import Recording, load_recording
-from studies.xia_fuzzy_pd.figures import (
-    SineFigures,
-    StepFigures,
-    sine_figures,
-    step_figures,
-    table_speed,
-)
+from studies.xia_fuzzy_pd.figures import SineFigures, StepFigures, sine_figures, step_figures, table_speed
 
 AXIS = "x"
 CONTROLLERS = {"pid": "controller_pid.toml", "fuzzy_pd": "controller.toml"}
