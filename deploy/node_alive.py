@@ -7,7 +7,10 @@ type, object 1000h, since the SDO channel belongs to the controller.
 import sys
 import time
 
-import can
+from kernels.lean_import import as_if_absent
+
+with as_if_absent("asammdf"):  # python-can's reader of MDF files, which loads pandas and pyarrow
+    import can
 
 LISTEN_S = 1.5
 ANSWER_S = 1.5
