@@ -141,7 +141,7 @@ class _Rounds:
         bound_s = START_S + MAX_TIME_RATIO * cycles * self._machine.period_s
         try:
             async with asyncio.timeout(bound_s):
-                pacing, show = self._options.pacing, self._on_progress
+                pacing, show = self._options.pacing, self._on_progress or (lambda _progress: None)
                 return await run_machine(
                     self._machine, program, bus, pacing, recording, show, compensation="off"
                 )

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from conftest import Server, Stub
+    from page_server import Server, Stub
     from playwright.sync_api import Browser, BrowserContext, Page
 
 

@@ -12,7 +12,7 @@ from servo_ctrl.commands.local_codec import to_plain
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from conftest import Server, Stub
+    from page_server import Server, Stub
     from playwright.sync_api import BrowserContext, Page, Route
 
 FIRST = to_plain(first_status())

@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from conftest import Stub
+    from page_server import Stub
     from playwright.sync_api import Page
 
 FRAMES = "document.querySelector('[data-testid=contour-{}]').dataset.frames"

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from conftest import Stub
+    from page_server import Stub
     from playwright.sync_api import Page
 
 FIRST = to_plain(first_status())

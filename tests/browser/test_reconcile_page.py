@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from conftest import Stub
+    from page_server import Stub
     from playwright.sync_api import Page
 
 MODEL = '[axis.x.drive]\neds = "drive.eds"\n[axis.x.table]\nmass_kg = 50.0\n'

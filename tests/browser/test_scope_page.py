@@ -13,7 +13,7 @@ from servo_ctrl.recording.reader import load_recording
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from conftest import Stub
+    from page_server import Stub
     from playwright.sync_api import Page
 
 

@@ -39,7 +39,7 @@ async def run_machine(
     bus_spec: str,
     pacing: Pacing = "realtime",
     record_dir: Path | None = None,
-    on_progress: Callable[[Progress], None] | None = None,
+    on_progress: Callable[[Progress], None] = lambda _progress: None,
     *,
     fifo: bool = False,
     serve: bool = False,
@@ -59,9 +59,7 @@ async def run_machine(
     before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
     """
     options = RunOptions(serve, learned_dir, compensation, learn, stand_by)
-    supervisor = _Supervisor(
-        machine, program, pacing, record_dir, on_progress or (lambda _progress: None), options, fifo=fifo
-    )
+    supervisor = _Supervisor(machine, program, pacing, record_dir, on_progress, options, fifo=fifo)
     if page is None:
         return await supervisor.run(bus_spec)
     async with supervisor.with_page(page).serving():
@@ -107,15 +105,14 @@ class _Supervisor:
 
     def with_page(self, page: PageOptions) -> PageService:
         """Make the operator's page, to be served around `run`."""
-        services = self._services
         self._page = PageService(
             page,
             self._config,
             self._plans,
             self._machine,
-            commands=services.handler,
-            publisher=services.publisher,
-            router=services.rows,
+            commands=self._services.handler,
+            publisher=self._services.publisher,
+            router=self._services.rows,
             learned_dir=self._learned_dir,
             record_dir=self._record_dir,
         )

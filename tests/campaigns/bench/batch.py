@@ -14,93 +14,27 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from hil_sim.config import Plant, PlantConfig, build_plant, load_plant
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, SETPOINT
 from kernels.arrays import Array
 from kernels.quantities import section_of
-from servo_ctrl.config.freeze import axis_params
-from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.config.program import check_program, program_segments
-from servo_ctrl.control.tick import AxisParams
+from tests.campaigns.bench.batch_case import AxisCase, Case, axis_cases, load_case
 from tests.campaigns.bench.c_records import declarations, record_of
 from tests.campaigns.bench.outcome import Ratio, Section, Skip
 from twin.axis_rollout import COLUMNS, AxisRollout
 from twin.rollout import rollout, substeps_of
-from twin.wiring import wires_of
 
 HERE = Path(__file__).parent
-MACHINE = HERE.parents[2] / "machines" / "xy_table"
-PROGRAM = MACHINE / "programs" / "circles.toml"
 FLAGS = ("-O2", "-std=c11", "-fPIC", "-shared", "-Wall", "-Werror")
 """Default x86-64 (SSE2, no contraction to fused multiply-add), no -ffast-math: IEEE doubles as written."""
 COMPILE_TIMEOUT_S = 60.0
 REPEATS = 15
 LARGEST_DIFFERENCE = 1e-9
 """Of a column's own size: a transcription is exact up to the rounding of another exp() or sin()."""
-
-
-class Case(NamedTuple):
-    """A machine and what its axes are to do; `reference[axis]` is (n, 4) as `rollout` takes it."""
-
-    machine: MachineConfig
-    plant: PlantConfig
-    params: dict[str, AxisParams]
-    reference: dict[str, Array]
-
-    @property
-    def simulated_s(self) -> float:
-        return len(next(iter(self.reference.values()))) * self.machine.period_s
-
-
-class AxisCase(NamedTuple):
-    """One axis, ready to be run by either kernel; `plant` is at power-up and is advanced in place."""
-
-    params: AxisParams
-    wires: Any
-    plant: Plant
-    index: int
-    reference: Array
-
-
-def load_case(machine_folder: Path = MACHINE, program: Path = PROGRAM) -> Case:
-    """The table running its circles at four feeds."""
-    machine = load_machine(machine_folder)
-    steps = check_program(load_program(program, machine), machine)
-    segments = list(program_segments(steps, machine, np.zeros(len(machine.axes))))
-    reference = {}
-    for i, axis in enumerate(machine.axes):
-        columns = [
-            np.concatenate([getattr(segment, field)[:, i] for segment in segments])
-            for field in ("position_m", "velocity_m_s", "acceleration_m_s2", "force_offset_n")
-        ]
-        reference[axis] = np.ascontiguousarray(np.stack(columns, axis=1))
-    return Case(
-        machine,
-        load_plant(machine_folder),
-        {axis: axis_params(machine, axis) for axis in reference},
-        reference,
-    )
-
-
-def axis_cases(case: Case) -> list[AxisCase]:
-    """Fresh axes, at power-up."""
-    plant = build_plant(case.plant)
-    return [
-        AxisCase(
-            case.params[name],
-            wires_of(case.machine.axes[name], axis_plant),
-            plant,
-            index,
-            case.reference[name],
-        )
-        for index, (name, axis_plant) in enumerate(case.plant.axes.items())
-    ]
 
 
 def run_ours(case: Case, axes: list[AxisCase]) -> list[Array]:

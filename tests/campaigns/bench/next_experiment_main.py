@@ -4,7 +4,7 @@ Run as `python -m tests.campaigns.bench.next_experiment_main --json FILE [--firs
 [--page FILE]`. Each case is a drawn axis (`tests.campaigns.blind`) with one concealed effect, recorded once
 in production, for 3 s: a circle on even seeds, moves on odd ones. Effects are those that the catalogue's
 column "confused with" speaks of. From that one recording on, both go on until the verdict is right: the next
-experiment asks for a motion each time, the fixed programme makes its motions in their order. Both move within
+experiment chooses a motion each time, the fixed programme makes its motions in their order. Both move within
 the same limits, and for about as long.
 
 Counted are cases that are ambiguous, which is that the first verdict is not right, and in which the effect
@@ -33,11 +33,11 @@ from reconcile.diagnosis.diagnose import Diagnosis, diagnose
 from reconcile.errors import ReconcileError
 from reconcile.trials.score import score
 from tests.campaigns.bench.main import machine_facts, write_whole
-from tests.campaigns.bench.next_experiment_page import write_figures
-from tests.campaigns.blind.asked import record_asked
-from tests.campaigns.blind.case import Case, Made
+from tests.campaigns.bench.next_experiment_page import summary, write_figures
+from tests.campaigns.blind.case import Case, SimulatedRecording
 from tests.campaigns.blind.draws import WARMED, draw
 from tests.campaigns.blind.effects import CATALOGUE
+from tests.campaigns.blind.further_recording import record_along
 from tests.campaigns.blind.motions import PRODUCTION
 from tests.campaigns.blind.observability import judged
 from tests.campaigns.blind.recorded import record, simulated, truth
@@ -50,12 +50,11 @@ EFFECTS = tuple(sorted(CONFUSED & set(CATALOGUE) - WARMED))
 FIXED = ("slow speeds", "small strokes", "fast moves", "dwells", "long strokes")
 """The fixed programme, by kinds of motion."""
 MOST = len(FIXED)
-"""Further recordings."""
+"""Further recordings of a case."""
 FIRST_S = 3.0
-"""Of the first recording: a stroke or two, a round or two."""
+"""Duration of the first recording: a stroke or two, a round or two."""
 TRAVEL = 0.45
-"""Of it, to either side of the middle."""
-RESAMPLES = 4000
+"""Share of the travel that motions may use, to either side of the middle."""
 
 
 def case_of(seed: int, effect: str) -> Case:
@@ -83,9 +82,9 @@ def fixed_programme(case: Case, limits: AxisLimits) -> list[Excitation]:
     return [own[len(own) // 2] for own in kinds if own]
 
 
-def is_right(case: Case, made: Sequence[Made], verdict: dict[str, Any]) -> bool:
+def is_right(case: Case, recordings: Sequence[SimulatedRecording], verdict: dict[str, Any]) -> bool:
     """The effect is named, uncontested, and nothing else is."""
-    sealed = json.loads(json.dumps(truth(case, [made[0]])))
+    sealed = json.loads(json.dumps(truth(case, [recordings[0]])))
     for effect in sealed["effects"]:
         effect["observable"] = True
         effect["rms"] = effect["rms"] or 0.0  # none where the first recording does not show it
@@ -102,15 +101,18 @@ def is_right(case: Case, made: Sequence[Made], verdict: dict[str, Any]) -> bool:
     return True  # its class was named
 
 
-def told(
+def diagnose_all(
     case: Case,
-    made: Sequence[Made],
+    recordings: Sequence[SimulatedRecording],
     paths: Sequence[Path],
     directory: Path,
     limits: AxisLimits | None = None,
     kinds: Sequence[str] = (),
 ) -> tuple[bool, Diagnosis | None]:
-    """Whether the verdict is right; None where there is none. Without limits nothing is asked for."""
+    """Diagnose; return whether the verdict is right, and the diagnosis, None where it fails.
+
+    Without limits no next experiment is designed.
+    """
     try:
         found = diagnose(
             paths,
@@ -123,13 +125,18 @@ def told(
         )
     except ReconcileError:
         return False, None
-    return is_right(case, made, found.verdict), found
+    return is_right(case, recordings, found.verdict), found
+
+
+def named(found: Diagnosis | None) -> list[str] | None:
+    """Return the effects of a verdict's findings; None where there is no verdict."""
+    return [finding["effect"] for finding in found.verdict["findings"]] if found else None
 
 
 def one_case(seed: int, effect: str, directory: Path) -> dict[str, Any]:
-    """Both ways from one first recording."""
+    """Go on from one first recording by the next experiments, and by the fixed programme."""
     case, started_s = case_of(seed, effect), time.perf_counter()
-    paths, made = record(case, directory), [simulated(case, case.runs[0])]
+    paths, recordings = record(case, directory), [simulated(case, case.runs[0])]
     limits = limits_from_machine(case)
     row: dict[str, Any] = {
         "seed": seed,
@@ -137,22 +144,22 @@ def one_case(seed: int, effect: str, directory: Path) -> dict[str, Any]:
         "first": case.runs[0].motion,
         "has_scale": case.sensing.has_scale,
     }
-    right, found = told(case, made, paths, directory, limits)
-    row["first_verdict"] = [f["effect"] for f in found.verdict["findings"]] if found else None
+    right, found = diagnose_all(case, recordings, paths, directory, limits)
+    row["first_verdict"] = named(found)
     programme = fixed_programme(case, limits)
     recorded = [
-        record_asked(case, _positions(case, motion, limits), number, directory)
+        record_along(case, _positions(case, motion, limits), number, directory)
         for number, motion in enumerate(programme, start=1)
     ]
     slow = case.runs[0]._replace(motion="slow")  # of the programme, which has slow constant speeds
     judging = case._replace(runs=(*case.runs, slow))
-    seen = judged(judging, [*made, *(one for _, one in recorded)])[effect]
+    seen = judged(judging, [*recordings, *(one for _, one in recorded)])[effect]
     row["observable"], row["why_not"] = seen["observable"], seen["why_not"]
     row["ambiguous"] = not right
     if right or not seen["observable"] or found is None:
         return row
-    row["fixed"] = _by_programme(case, made[0], paths[0], recorded, directory)
-    row["next"] = _by_asking(case, made[0], paths[0], found, directory, limits)
+    row["fixed"] = _by_fixed_programme(case, recordings[0], paths[0], recorded, directory)
+    row["next"] = _by_next_experiment(case, recordings[0], paths[0], found, directory, limits)
     row["seconds"] = round(time.perf_counter() - started_s, 1)
     return row
 
@@ -163,26 +170,35 @@ def _positions(case: Case, motion: Excitation, limits: AxisLimits) -> np.ndarray
     return planned.position_m
 
 
-def _by_programme(
-    case: Case, first: Made, path: Path, recorded: Sequence[tuple[Path, Made]], directory: Path
+def _by_fixed_programme(
+    case: Case,
+    first: SimulatedRecording,
+    path: Path,
+    recorded: Sequence[tuple[Path, SimulatedRecording]],
+    directory: Path,
 ) -> dict[str, Any]:
-    """Recording after recording, as it was planned."""
-    said = []
+    """Add the recordings of the fixed programme one by one until the verdict is right."""
+    verdicts = []
     for count in range(1, len(recorded) + 1):
         paths = [path, *(one for one, _ in recorded[:count])]
-        made = [first, *(one for _, one in recorded[:count])]
-        right, found = told(case, made, paths, directory)
-        said.append([f["effect"] for f in found.verdict["findings"]] if found else None)
+        recordings = [first, *(one for _, one in recorded[:count])]
+        right, found = diagnose_all(case, recordings, paths, directory)
+        verdicts.append(named(found))
         if right:
-            return {"recordings": count, "verdicts": said}
-    return {"recordings": None, "verdicts": said}
+            return {"recordings": count, "verdicts": verdicts}
+    return {"recordings": None, "verdicts": verdicts}
 
 
-def _by_asking(
-    case: Case, first: Made, path: Path, found: Diagnosis | None, directory: Path, limits: AxisLimits
+def _by_next_experiment(
+    case: Case,
+    first: SimulatedRecording,
+    path: Path,
+    found: Diagnosis | None,
+    directory: Path,
+    limits: AxisLimits,
 ) -> dict[str, Any]:
-    """Recording after recording, each asked for by the verdict on those before."""
-    paths, made, kinds, said = [path], [first], [], []
+    """Add recordings one by one, each the next experiment of the diagnosis of those before it."""
+    paths, recordings, kinds, verdicts = [path], [first], [], []
     asked = []
     for count in range(1, MOST + 1):
         following = found.next_experiment if found is not None else None
@@ -191,57 +207,23 @@ def _by_asking(
         motion = following.planned.motion
         kinds.append(motion.kind)
         asked.append({key: following.content[key] for key in ("separates", "motion", "evidence_nats")})
-        more, one = record_asked(case, _positions(case, motion, limits), 100 + count, directory)
+        more, one = record_along(case, _positions(case, motion, limits), 100 + count, directory)
         paths.append(more)
-        made.append(one)
-        right, found = told(case, made, paths, directory, limits, kinds)
-        said.append([f["effect"] for f in found.verdict["findings"]] if found else None)
+        recordings.append(one)
+        right, found = diagnose_all(case, recordings, paths, directory, limits, kinds)
+        verdicts.append(named(found))
         if right:
-            return {"recordings": count, "asked": asked, "verdicts": said}
-    return {"recordings": None, "asked": asked, "verdicts": said, "stopped": len(asked) < MOST}
-
-
-def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Means over cases, one that is never right counted as one recording more than there may be."""
-    counted = [row for row in rows if "next" in row]
-    if not counted:
-        return {"cases": 0}
-    counts = {way: np.array([_count(row[way]) for row in counted]) for way in ("fixed", "next")}
-    rng = np.random.default_rng(0)
-    draws = rng.integers(len(counted), size=(RESAMPLES, len(counted)))
-    saved = counts["fixed"] - counts["next"]
-    found: dict[str, Any] = {
-        "cases": len(counted),
-        "drawn": len(rows),
-        "right_at_once": sum(not row["ambiguous"] for row in rows),
-        "not_observable": sum(row["ambiguous"] and not row["observable"] for row in rows),
-        "saved": _with_interval(saved, draws),
-    }
-    for way, own in counts.items():
-        found[way] = {
-            "recordings": _with_interval(own, draws),
-            "right_within": [float(np.mean(own <= count)) for count in range(1, MOST + 1)],
-            "never": _with_interval((own > MOST).astype(float), draws),
-        }
-    return found
-
-
-def _count(way: dict[str, Any]) -> float:
-    return float(way["recordings"] or MOST + 1)
-
-
-def _with_interval(values: np.ndarray[Any, Any], draws: np.ndarray[Any, Any]) -> dict[str, Any]:
-    low, high = np.percentile(values[draws].mean(axis=1), [2.5, 97.5])
-    return {"mean": float(values.mean()), "ci95": [float(low), float(high)]}
+            return {"recordings": count, "asked": asked, "verdicts": verdicts}
+    return {"recordings": None, "asked": asked, "verdicts": verdicts, "stopped": len(asked) < MOST}
 
 
 def main(
-    json_file: Annotated[Path, typer.Model("--json")] = Path("next_experiment.json"),
-    first_seed: Annotated[int, typer.Model(min=0, max=SCORED_FROM - 1)] = 5000,
-    seeds: Annotated[int, typer.Model(min=1, help="Of each effect.")] = 2,
-    page: Annotated[Path | None, typer.Model(help="Page whose figures and picture are made anew.")] = None,
+    json_file: Annotated[Path, typer.Option("--json")] = Path("next_experiment.json"),
+    first_seed: Annotated[int, typer.Option(min=0, max=SCORED_FROM - 1)] = 5000,
+    seeds: Annotated[int, typer.Option(min=1, help="Of each effect.")] = 2,
+    page: Annotated[Path | None, typer.Option(help="Page whose figures are written again.")] = None,
 ) -> None:
-    """Both ways on every case; written anew after each."""
+    """Compare both on every case; the file is written again after each."""
     console = Console()
     rows: list[dict[str, Any]] = []
     for number in range(seeds):
@@ -254,10 +236,10 @@ def main(
             console.print(
                 f"{seed} {effect} ({row['first']}): {ways or row['why_not'] or 'right at once'}", markup=False
             )
-            content = {"machine": machine_facts(), "summary": summary(rows), "rows": rows}
+            content = {"machine": machine_facts(), "summary": summary(rows, MOST), "rows": rows}
             text = json.dumps(content, indent=1) + "\n"
             write_whole(json_file, text)
-    console.print(json.dumps(summary(rows), indent=1), markup=False)
+    console.print(json.dumps(summary(rows, MOST), indent=1), markup=False)
     if page is not None:
         write_figures(json.loads(json_file.read_text(encoding="utf-8")), page)
 

@@ -1,14 +1,15 @@
-"""The figures of docs/next-experiment.md from the bench's JSON: a table and a picture.
+"""The figures of docs/next-experiment.md: the summary of the bench's rows, and a table and a picture of both.
 
 Run as `python -m tests.campaigns.bench.next_experiment_page next_experiment.json docs/next-experiment.md`.
 """
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
 from matplotlib.figure import Figure
 
@@ -17,6 +18,42 @@ from tests.campaigns.bench.main import write_whole
 BEGIN, END = "<!-- figures: tests/campaigns/bench/next_experiment_page.py -->", "<!-- end -->"
 WAYS = {"next": "the next experiment", "fixed": "fixed programme"}
 PICTURE = Path("pictures") / "next_experiment.png"
+RESAMPLES = 4000
+"""Bootstrap resamples of the intervals."""
+
+
+def summary(rows: Sequence[dict[str, Any]], most: int) -> dict[str, Any]:
+    """Return means over cases; one that is never right counts as `most` + 1 recordings."""
+    counted = [row for row in rows if "next" in row]
+    if not counted:
+        return {"cases": 0}
+    counts = {way: np.array([_count(row[way], most) for row in counted]) for way in ("fixed", "next")}
+    rng = np.random.default_rng(0)
+    draws = rng.integers(len(counted), size=(RESAMPLES, len(counted)))
+    saved = counts["fixed"] - counts["next"]
+    found: dict[str, Any] = {
+        "cases": len(counted),
+        "drawn": len(rows),
+        "right_at_once": sum(not row["ambiguous"] for row in rows),
+        "not_observable": sum(row["ambiguous"] and not row["observable"] for row in rows),
+        "saved": _with_interval(saved, draws),
+    }
+    for way, own in counts.items():
+        found[way] = {
+            "recordings": _with_interval(own, draws),
+            "right_within": [float(np.mean(own <= count)) for count in range(1, most + 1)],
+            "never": _with_interval((own > most).astype(float), draws),
+        }
+    return found
+
+
+def _count(way: dict[str, Any], most: int) -> float:
+    return float(way["recordings"] or most + 1)
+
+
+def _with_interval(values: np.ndarray[Any, Any], draws: np.ndarray[Any, Any]) -> dict[str, Any]:
+    low, high = np.percentile(values[draws].mean(axis=1), [2.5, 97.5])
+    return {"mean": float(values.mean()), "ci95": [float(low), float(high)]}
 
 
 def write_figures(content: Mapping[str, Any], page: Path) -> None:
@@ -28,7 +65,7 @@ def write_figures(content: Mapping[str, Any], page: Path) -> None:
 
 
 def table(content: Mapping[str, Any]) -> str:
-    """What the summary says, and each case."""
+    """The summary, and a row for each case."""
     of, rows = content["summary"], content["rows"]
     most = len(of["fixed"]["right_within"])
     drawn = (
@@ -83,7 +120,7 @@ def _interval(of: Mapping[str, Any]) -> str:
 
 
 def main(json_file: Path, page: Path) -> None:
-    """Make the figures anew."""
+    """Write the figures again."""
     write_figures(json.loads(json_file.read_text(encoding="utf-8")), page)
 
 

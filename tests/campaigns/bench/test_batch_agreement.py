@@ -34,16 +34,8 @@ from servo_ctrl.control.compensation import backlash as take_up
 from servo_ctrl.control.compensation import fuzzy_pd, sampled_dual_loop, screw_error
 from servo_ctrl.control.compensation.fuzzy_inference import surface
 from servo_ctrl.control.tick import AxisParams
-from tests.campaigns.bench.batch import (
-    Case,
-    axis_cases,
-    compile_c,
-    effects_in_c,
-    largest_difference,
-    load_case,
-    run_c,
-    run_ours,
-)
+from tests.campaigns.bench.batch import compile_c, effects_in_c, largest_difference, run_c, run_ours
+from tests.campaigns.bench.batch_case import Case, axis_cases, load_case
 from twin.axis_rollout import COLUMNS
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
@@ -191,7 +183,7 @@ def test_c_computes_the_same_trajectory_with_pulse_and_observer(columns: int, tm
 
 
 def to_and_fro(rows: np.ndarray) -> None:
-    """Three moves with rests between, a turn on the way, and commands that are no numbers."""
+    """Three moves with dwells between them, a reversal during one, and commands that are no numbers."""
     t = np.arange(len(rows)) * 1e-3
     rows[:, 0] = np.interp(
         t, [0.1, 0.3, 0.7, 0.8, 0.805, 1.0, 1.2], 1e-3 * np.array([0, 2, 2, 1, 1.01, -1, -1])

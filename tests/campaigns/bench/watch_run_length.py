@@ -1,4 +1,4 @@
-"""How often `reconcile watch` cries wolf, and how soon it hears one.
+"""How often `reconcile watch` gives a false alarm, and how soon it detects a change.
 
 Run as `python -m tests.campaigns.bench.watch_run_length --json FILE`. Two levels: the statistics alone on
 random numbers, many of them; and whole recordings of hil_sim's plant in the batch twin, from file to alarm.

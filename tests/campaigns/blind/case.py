@@ -78,7 +78,7 @@ class Case(NamedTuple):
     towing: bool = False
 
 
-class Made(NamedTuple):
+class SimulatedRecording(NamedTuple):
     """One recording: its columns, and the simulation's variables at the same samples; arrays (n,)."""
 
     columns: dict[str, Array]

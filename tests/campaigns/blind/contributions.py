@@ -3,8 +3,9 @@
 import numpy as np
 
 from tests.campaigns.blind.arrays import Array
-from tests.campaigns.blind.case import Case, Made, Planted
-from tests.campaigns.blind.simulate import AT, CAUSES, wave
+from tests.campaigns.blind.case import Case, Planted, SimulatedRecording
+from tests.campaigns.blind.nonlinearities import wave
+from tests.campaigns.blind.simulate import AT, CAUSES
 
 IN_THE_DRIVE = frozenset({"lost", "slow", "late", "voltage"})
 """Causes between command and current: a measured current does not show them."""
@@ -29,28 +30,28 @@ def _sum(case: Case, causes: tuple[str, ...], inside: Array) -> Array:
     return total
 
 
-def deviation_m(case: Case, effect: Planted, made: Made) -> Array:
+def deviation_m(case: Case, effect: Planted, recording: SimulatedRecording) -> Array:
     """Return the deviation (n,) between scale and motor that the effect makes, up to an origin."""
-    p, start_m = case.plant, made.start_m
-    motor, table = made.inside[:, AT["motor_m"]], made.inside[:, AT["table_m"]]
+    p, start_m = case.plant, recording.start_m
+    motor, table = recording.inside[:, AT["motor_m"]], recording.inside[:, AT["table_m"]]
     if not effect.deviation:
         return np.zeros(len(motor))
     if effect.name in {"backlash", "drive_compliance"}:
-        # of both together, the play's is its step and the spring's the rest
+        # of both together, the backlash's is the step, the spring's the residual
         bend = table - motor - _bend(case, motor, start_m)
         step = np.clip(bend, -0.5 * p.gap_m, 0.5 * p.gap_m)
         return step if effect.name == "backlash" else bend - step
     shapes = {
         "lead_error_periodic": lambda: _bend(case, motor, start_m),
         "lead_error_cumulative": lambda: p.stretch * table,
-        "thermal_expansion": lambda: made.growth_m,
+        "thermal_expansion": lambda: recording.growth_m,
         "encoder_eccentricity": lambda: (
             -p.eccentric_m * np.sin(p.eccentric_1_m * (motor + start_m) + p.eccentric_rad)
         ),
         "scale_cyclic_error": lambda: (
             p.cyclic_m * wave(p.cyclic_1_m * (table + start_m) + p.cyclic_rad, p.cyclic_skew)
         ),
-        "wander_of_the_scale": lambda: made.wander_m,
+        "wander_of_the_scale": lambda: recording.wander_m,
     }
     values: Array = shapes[effect.name]()
     return values

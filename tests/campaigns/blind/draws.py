@@ -117,7 +117,7 @@ def _sound(rng: Random, reach: Reach, *, linear: bool, lead_m: float) -> Plant:
         table_kg=mass_kg * (1.0 - rotor),
         coulomb_n=coulomb_n,
         viscous_n_s_m=rng.uniform(0.3, 1.5) * coulomb_n / reach.velocity_m_s,
-        way_m=_spread(rng, 0.5e-6, 4e-6),
+        presliding_m=_spread(rng, 0.5e-6, 4e-6),
         sharpness=rng.uniform(1.3, 3.0),
         unloading=rng.uniform(0.35, 0.6),
         nut_share=0.0 if linear else rng.uniform(0.2, 0.6),

@@ -35,8 +35,10 @@ def drag(p: Plant, s: Setting) -> Drawn:
 
 
 def presliding(p: Plant, s: Setting) -> Drawn:
-    way_m = math.exp(s.rng.uniform(math.log(12e-6), math.log(80e-6)))
-    plant = p._replace(way_m=way_m, sharpness=s.rng.uniform(1.3, 3.0), unloading=s.rng.uniform(0.35, 0.6))
+    presliding_m = math.exp(s.rng.uniform(math.log(12e-6), math.log(80e-6)))
+    plant = p._replace(
+        presliding_m=presliding_m, sharpness=s.rng.uniform(1.3, 3.0), unloading=s.rng.uniform(0.35, 0.6)
+    )
     return plant, Planted("presliding_hysteresis", {}, ("presliding",))
 
 

@@ -98,11 +98,11 @@ def _to_and_fro(
     while spent_s < duration_s:
         there_m, speed_m_s, rest_s = next_move(here_m)
         there_m = min(max(there_m, -0.48 * reach.travel_m), 0.48 * reach.travel_m)
-        way_m = there_m - here_m
-        shortest_s = (abs(way_m) / reach.acceleration_m_s2) ** 0.5
-        span_s = max(abs(way_m) / speed_m_s, shortest_s, 0.01)
+        stroke_m = there_m - here_m
+        shortest_s = (abs(stroke_m) / reach.acceleration_m_s2) ** 0.5
+        span_s = max(abs(stroke_m) / speed_m_s, shortest_s, 0.01)
         ramp_s = 1.4 * reach.velocity_m_s / reach.acceleration_m_s2
-        boxes += [(way_m / span_s, span_s), (0.0, ramp_s + rest_s)]
+        boxes += [(stroke_m / span_s, span_s), (0.0, ramp_s + rest_s)]
         here_m = there_m
         spent_s += span_s + ramp_s + rest_s
     return boxes
@@ -112,11 +112,13 @@ def _steps(reach: Reach, duration_s: float, rng: Random) -> Boxes:
     """Return short moves with dwells of different lengths."""
 
     def move(here_m: float) -> tuple[float, float, float]:
-        way_m = float(np.exp(rng.uniform(np.log(2e-5), np.log(2e-2)))) * (1.0 if rng.random() < 0.5 else -1.0)
-        if abs(here_m + way_m) > 0.4 * reach.travel_m:
-            way_m = -way_m
+        stroke_m = float(np.exp(rng.uniform(np.log(2e-5), np.log(2e-2)))) * (
+            1.0 if rng.random() < 0.5 else -1.0
+        )
+        if abs(here_m + stroke_m) > 0.4 * reach.travel_m:
+            stroke_m = -stroke_m
         rest_s = float(np.exp(rng.uniform(np.log(0.03), np.log(4.0))))
-        return here_m + way_m, reach.velocity_m_s * rng.uniform(0.05, 0.6), rest_s
+        return here_m + stroke_m, reach.velocity_m_s * rng.uniform(0.05, 0.6), rest_s
 
     return _to_and_fro(reach, duration_s, move)
 
@@ -140,8 +142,8 @@ def _speeds(reach: Reach, duration_s: float, rng: Random) -> Boxes:
 
     def move(here_m: float) -> tuple[float, float, float]:
         speed_m_s = reach.velocity_m_s * float(np.exp(rng.uniform(np.log(0.03), 0.0)))
-        way_m = min(speed_m_s * rng.uniform(0.5, 1.5), 0.85 * reach.travel_m)
-        return (-0.5 if here_m > 0.0 else 0.5) * way_m, speed_m_s, 0.05
+        stroke_m = min(speed_m_s * rng.uniform(0.5, 1.5), 0.85 * reach.travel_m)
+        return (-0.5 if here_m > 0.0 else 0.5) * stroke_m, speed_m_s, 0.05
 
     return _to_and_fro(reach, duration_s, move)
 

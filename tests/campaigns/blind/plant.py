@@ -18,7 +18,7 @@ class Plant(NamedTuple):
     # friction: Bouc-Wen's hysteretic variable times a level
     coulomb_n: float = 10.0
     viscous_n_s_m: float = 100.0
-    way_m: float = 1e-6
+    presliding_m: float = 1e-6  # travel in which friction builds up
     sharpness: float = 2.0
     unloading: float = 0.5
     nut_share: float = 0.4  # of the friction, on the motor's side
@@ -35,7 +35,7 @@ class Plant(NamedTuple):
     worn_n: float = 0.0
     worn_at_m: float = 0.0
     worn_m: float = 0.1
-    thin: float = 0.0  # share of the friction that warmth changes
+    thin: float = 0.0  # share of the friction that the temperature rise changes
     # forces on the table
     weight_n: float = 0.0
     chain_n: float = 0.0

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 from scipy.signal import lfilter
 
 from tests.campaigns.blind.arrays import Array
-from tests.campaigns.blind.case import Case, Made, Run
+from tests.campaigns.blind.case import Case, Run, SimulatedRecording
 from tests.campaigns.blind.contributions import deviation_m as contribution_m
 from tests.campaigns.blind.contributions import known_force_n
 from tests.campaigns.blind.motions import set_points
@@ -28,9 +28,9 @@ def record(case: Case, directory: Path) -> list[Path]:
     """Write recordings and `model.toml` into `directory`, the truth into its `sealed`; return the former."""
     sealed = directory / SEALED
     sealed.mkdir(parents=True, exist_ok=True)
-    made = [simulated(case, one) for one in case.runs]
+    recordings = [simulated(case, one) for one in case.runs]
     paths = []
-    for number, recording in enumerate(made, start=1):
+    for number, recording in enumerate(recordings, start=1):
         table = pa.table(recording.columns)
         if case.sensing.as_csv:
             path = directory / f"recording_{number}.csv"
@@ -40,31 +40,33 @@ def record(case: Case, directory: Path) -> list[Path]:
             pq.write_table(table, path)
         paths.append(path)
         pq.write_table(pa.table(_concealed(case, recording)), sealed / f"{path.name}.parquet")
-    values = fitted([m.columns for m in made]) if case.nominal == "fitted" else _sheet(case)
+    values = fitted([one.columns for one in recordings]) if case.nominal == "fitted" else _sheet(case)
     (directory / "model.toml").write_text(model_text(case, values), encoding="utf-8")
-    (sealed / "truth.json").write_text(json.dumps(truth(case, made), indent=1) + "\n", encoding="utf-8")
+    (sealed / "truth.json").write_text(json.dumps(truth(case, recordings), indent=1) + "\n", encoding="utf-8")
     return paths
 
 
-def _concealed(case: Case, made: Made) -> dict[str, Array]:
+def _concealed(case: Case, recording: SimulatedRecording) -> dict[str, Array]:
     """Write the contributions of the effects to both channels, sample by sample."""
-    presliding_n = made.inside[:, AT["presliding"]]
-    deviation_m = sum(contribution_m(case, effect, made) for effect in case.planted)
+    presliding_n = recording.inside[:, AT["presliding"]]
+    deviation_m = sum(contribution_m(case, effect, recording) for effect in case.planted)
     return {
         # with all of the friction that does not grow with speed: what a sign does at rest is no force
-        "known_force_n": known_force_n(case, made.inside) - presliding_n + made.inside[:, AT["rubbing_n"]],
-        "known_deviation_m": deviation_m + np.zeros(len(made.inside)),
+        "known_force_n": known_force_n(case, recording.inside)
+        - presliding_n
+        + recording.inside[:, AT["rubbing_n"]],
+        "known_deviation_m": deviation_m + np.zeros(len(recording.inside)),
     }
 
 
-def truth(case: Case, made: list[Made]) -> dict[str, object]:
+def truth(case: Case, recordings: list[SimulatedRecording]) -> dict[str, object]:
     """Return the concealed effects with their parameters, and which of them are observable."""
-    seen = judged(case, made)
+    seen = judged(case, recordings)
     return {
         "seed": case.seed,
         "kind": case.kind,
         "effects": [effect._asdict() | seen[effect.name] for effect in case.planted],
-        "clutter": clutter(case, made),
+        "clutter": clutter(case, recordings),
         "production": case.production,
         "nominal": case.nominal,
         "sensing": case.sensing._asdict(),
@@ -76,24 +78,24 @@ def truth(case: Case, made: list[Made]) -> dict[str, object]:
     }
 
 
-def simulated(case: Case, one: Run) -> Made:
+def simulated(case: Case, one: Run) -> SimulatedRecording:
     """Simulate and sense a motion; the gains of an unstable loop are reduced."""
     rng = np.random.default_rng(one.seed)
     period_s, every = case.control_s, round(case.sensing.period_s / case.control_s)
     reference = set_points(one.motion, case.reach, one.duration_s, period_s, rng)
     n, s = len(reference), case.sensing
-    warmth = np.linspace(one.warm_from, one.warm_to, n)
+    rise_share = np.linspace(one.warm_from, one.warm_to, n)
     shake = coloured(rng, n, period_s, 15.0) * s.force_drift_n
     wander = coloured(rng, n, period_s, 0.3) * s.scale_wander_m
     motor_noise = rng.normal(size=n) * s.motor_noise_m
-    growth = _growth(case, reference[:, 0], warmth)
+    growth = _growth(case, reference[:, 0], rise_share)
     scale_noise = rng.normal(size=n) * s.scale_noise_m + wander + growth
     towing, tow_columns = _tow(case, rng, n, period_s)
     loop = case.loop
     for _ in range(6):
         rows = run(
-            case.plant, loop, np.ascontiguousarray(reference), period_s, STEP_S, warmth, shake, motor_noise,
-            scale_noise, towing, one.start_m,
+            case.plant, loop, np.ascontiguousarray(reference), period_s, STEP_S, rise_share, shake,
+            motor_noise, scale_noise, towing, one.start_m,
         )  # fmt: skip
         if np.abs(rows[:, AT["motor_m"]] - reference[:, 0]).max() < 0.02:
             break
@@ -110,14 +112,14 @@ def simulated(case: Case, one: Run) -> Made:
         columns["scale_position_m"] = rows[:, AT["scale_m"]]
     columns["position_command_m"] = reference[::every, 0]
     if s.has_temperature:
-        kelvin = KELVIN + case.warming_k * warmth[::every]
+        kelvin = KELVIN + case.warming_k * rise_share[::every]
         columns["temperature_k"] = np.round((kelvin + rng.normal(size=len(rows)) * 0.02) / 0.01) * 0.01
     if tow_columns:
         columns = {
             name if name in {"time_s", "temperature_k"} else f"x.{name}": v for name, v in columns.items()
         }
         columns |= {name: values[::every] for name, values in tow_columns.items()}
-    return Made(columns, rows, wander[::every], growth[::every], one.start_m)
+    return SimulatedRecording(columns, rows, wander[::every], growth[::every], one.start_m)
 
 
 def coloured(rng: np.random.Generator, n: int, period_s: float, corner_hz: float) -> Array:
@@ -128,10 +130,10 @@ def coloured(rng: np.random.Generator, n: int, period_s: float, corner_hz: float
     return noise
 
 
-def _growth(case: Case, place_m: Array, warmth: Array) -> Array:
+def _growth(case: Case, position_m: Array, rise_share: Array) -> Array:
     """Return the thermal growth of the screw from its fixed end."""
-    grown: Array = case.expansion_1_k * case.warming_k * warmth * (place_m - case.fixed_end_m)
-    return grown - grown[0]
+    growth: Array = case.expansion_1_k * case.warming_k * rise_share * (position_m - case.fixed_end_m)
+    return growth - growth[0]
 
 
 def _tow(case: Case, rng: np.random.Generator, n: int, period_s: float) -> tuple[Array, dict[str, Array]]:

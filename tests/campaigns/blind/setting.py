@@ -7,8 +7,8 @@ import numpy as np
 
 from tests.campaigns.blind.case import Planted
 from tests.campaigns.blind.motions import Reach
+from tests.campaigns.blind.nonlinearities import wave
 from tests.campaigns.blind.plant import Plant
-from tests.campaigns.blind.simulate import wave
 
 Random = np.random.Generator
 
@@ -34,6 +34,6 @@ def sign(rng: Random) -> float:
 
 
 def fundamental(skew: float) -> float:
-    """Return the amplitude of the first harmonic of `simulate.wave`."""
+    """Return the amplitude of the first harmonic of `nonlinearities.wave`."""
     angle = np.linspace(0.0, TURN, 720, endpoint=False)
     return float(2.0 * abs(np.mean(wave(angle, skew) * np.exp(-1j * angle))))

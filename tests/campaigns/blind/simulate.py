@@ -1,17 +1,17 @@
 """Simulate the concealed axis: position Verlet at some tens of microseconds, Bouc-Wen friction.
 
-Friction is a level times z, dz/dx = (1 - |z|^n (u + (1 - u) sgn(z v))) / way (Bouc 1967, Wen 1976): no
+Friction is a level times z, dz/dx = (1 - |z|^n (u + (1 - u) sgn(z v))) / length (Bouc 1967, Wen 1976): no
 bristle's exponential. A play's contact is Hunt and Crossley's (1975), K d^1.5 (1 + c d'). Each cause writes
 down the force that it costs the motor, so that what is concealed is known to the newton.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
 
 from tests.campaigns.blind.arrays import Array
+from tests.campaigns.blind.nonlinearities import bouc_wen, quantised, wave
 from tests.campaigns.blind.plant import Loop, Plant
 
 SIGNALS = (
@@ -36,42 +36,13 @@ C0 = len(SIGNALS)
 
 
 @njit(cache=True)
-def wave(angle: Any, skew: float) -> Any:
-    """Return a periodic shape that is no sine: its phase advances unevenly.
-
-    Without its mean, J1(skew) sin(1).
-    """
-    mean = (skew / 2.0 - skew**3 / 16.0 + skew**5 / 384.0) * math.sin(1.0)  # skew is below 0.5
-    return np.sin(angle + skew * np.sin(angle + 1.0)) - mean
-
-
-@njit(cache=True)
-def slid(z: float, way: float, sharpness: float, unloading: float) -> float:
-    """Return the Bouc-Wen variable after a distance in its own units, integrated in small steps."""
-    parts = int(abs(way) / 0.1) + 1
-    if parts > 40:
-        return 1.0 if way > 0.0 else -1.0
-    step = way / parts
-    for _ in range(parts):
-        towards = 1.0 if z * step > 0.0 else -1.0
-        z += step * (1.0 - abs(z) ** sharpness * (unloading + (1.0 - unloading) * towards))
-        z = min(max(z, -1.0), 1.0)
-    return z
-
-
-@njit(cache=True)
-def counted(value: float, count: float) -> float:
-    return math.floor(value / count) * count if count > 0.0 else value
-
-
-@njit(cache=True)
 def run(  # noqa: C901, PLR0912, PLR0915  # one loop over time, every cause in its place
     p: Plant,
     c: Loop,
     reference: Array,
     period_s: float,
     step_s: float,
-    warmth: Array,
+    rise_share: Array,
     shake: Array,
     motor_noise: Array,
     scale_noise: Array,
@@ -104,8 +75,8 @@ def run(  # noqa: C901, PLR0912, PLR0915  # one loop over time, every cause in i
         )
         if k == 0:
             origin = y2 - y1
-        y1 = counted(y1 + motor_noise[k], p.motor_count_m)
-        y2 = counted(y2 - origin + scale_noise[k], p.scale_count_m)
+        y1 = quantised(y1 + motor_noise[k], p.motor_count_m)
+        y2 = quantised(y2 - origin + scale_noise[k], p.scale_count_m)
         # controller
         if k == 0:
             y_old = y1
@@ -145,13 +116,13 @@ def run(  # noqa: C901, PLR0912, PLR0915  # one loop over time, every cause in i
                 most = max(p.stall_n * (1.0 - v1 / p.no_load_m_s), 0.0)
                 least = min(-p.stall_n * (1.0 + v1 / p.no_load_m_s), 0.0)
                 limited = min(max(current, least), most)
-            made = limited
+            developed = limited
             if p.full_n > 0.0:
-                made = p.full_n * math.atan(limited / p.full_n)
-            full = limited - made
+                developed = p.full_n * math.atan(limited / p.full_n)
+            full = limited - developed
             torque = 1.0 + p.uneven_torque * wave(p.torque_1_m * (x1 + start_m) + p.torque_rad, p.torque_skew)
-            force = made * torque
-            # half a drift
+            force = developed * torque
+            # half a step of position
             x1 += 0.5 * h * v1
             x2 = x1 if rigid else x2 + 0.5 * h * v2
             if rigid:
@@ -159,14 +130,14 @@ def run(  # noqa: C901, PLR0912, PLR0915  # one loop over time, every cause in i
             # friction
             age += h * (1.0 - abs(v2) * age / p.age_m)
             age = max(age, 0.0)
-            factor = 1.0 - p.thin * warmth[k]
+            factor = 1.0 - p.thin * rise_share[k]
             rise = p.rise_n / (1.0 + (abs(v2) / p.rise_m_s) ** p.rise_power) if p.rise_n != 0.0 else 0.0
             old = p.age_n * math.log1p(age / p.age_s) if p.age_n > 0.0 else 0.0
             worn = p.worn_n * math.tanh((x2 - p.worn_at_m) / p.worn_m) if p.worn_n != 0.0 else 0.0
             starved = p.starved_n if now >= p.starved_at_s else 0.0
-            z2 = slid(z2, h * v2 / p.way_m, p.sharpness, p.unloading)
+            z2 = bouc_wen(z2, h * v2 / p.presliding_m, p.sharpness, p.unloading)
             level = max((p.coulomb_n + rise + worn + starved) * factor + old, 0.0)
-            z1 = z2 if rigid else slid(z1, h * v1 / p.way_m, p.sharpness, p.unloading)
+            z1 = z2 if rigid else bouc_wen(z1, h * v1 / p.presliding_m, p.sharpness, p.unloading)
             rub1 = p.nut_share * ((level + p.uneven_n * z1) * z1 + factor * p.viscous_n_s_m * v1)
             rub2 = (1.0 - p.nut_share) * ((level + p.uneven_n * z2) * z2 + factor * p.viscous_n_s_m * v2)
             drag = p.drag * abs(v2) ** p.drag_power * (1.0 if v2 > 0.0 else -1.0) if p.drag > 0.0 else 0.0
@@ -195,7 +166,7 @@ def run(  # noqa: C901, PLR0912, PLR0915  # one loop over time, every cause in i
                 xa += h * va
                 load += aside
             more = p.loaded_kg if now >= p.loaded_at_s else 0.0
-            # the kick
+            # the step of velocity, and the other half of position
             before = v1
             if rigid:
                 angle = p.wobble_1_m * (x1 + start_m) + p.wobble_rad
@@ -212,11 +183,11 @@ def run(  # noqa: C901, PLR0912, PLR0915  # one loop over time, every cause in i
                 beyond = abs(reach) - 0.5 * p.gap_m
                 pushed = 0.0
                 if beyond > 0.0:
-                    way = 1.0 if reach > 0.0 else -1.0
-                    closing = way * (v1 - v2)
+                    side = 1.0 if reach > 0.0 else -1.0
+                    closing = side * (v1 - v2)
                     pushed = p.contact * beyond**p.contact_power * (1.0 + p.contact_loss_s_m * closing)
                     pushed += p.spring_n_s_m * closing
-                    pushed = way * max(pushed, 0.0)
+                    pushed = side * max(pushed, 0.0)
                 v1 += h * (force - detent - small - rub1 - pushed) / p.motor_kg
                 v2 += h * (pushed - rub2 - load) / (p.table_kg + more)
                 x2 += 0.5 * h * v2
@@ -245,7 +216,7 @@ def run(  # noqa: C901, PLR0912, PLR0915  # one loop over time, every cause in i
                 row[C0 + 12] = tow
                 row[C0 + 13] = detent
                 row[C0 + 14] = small
-                row[C0 + 15] = made * (1.0 - torque)
+                row[C0 + 15] = developed * (1.0 - torque)
                 row[C0 + 16] = full
                 row[C0 + 17] = arrived - kept
                 row[C0 + 18] = kept - current

@@ -10,7 +10,7 @@ import pytest
 
 from reconcile.catalogue.registry import ENTRIES
 from tests.campaigns.blind import draw, record
-from tests.campaigns.blind.case import Made, Planted
+from tests.campaigns.blind.case import Planted, SimulatedRecording
 from tests.campaigns.blind.contributions import known_force_n
 from tests.campaigns.blind.draws import SHARES
 from tests.campaigns.blind.effects import CATALOGUE
@@ -69,9 +69,9 @@ def test_the_same_seed_makes_the_same_files(tmp_path: Path) -> None:
 def balance(name: str, seed: int) -> tuple[float, float]:
     """RMS in N of the recorded force less Newton's law, and less the sealed contributions too."""
     case = draw(seed, names=(name,))
-    made: list[Made] = [simulated(case, run) for run in case.runs]
+    recordings: list[SimulatedRecording] = [simulated(case, run) for run in case.runs]
     left = clutter_free = 0.0
-    for one in made:
+    for one in recordings:
         own = {key.removeprefix("x."): values for key, values in one.columns.items()}
         known = known_force_n(case, one.inside)
         direction = np.sign(one.inside[:, AT["velocity_m_s"]])

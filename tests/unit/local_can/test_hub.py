@@ -17,7 +17,6 @@ import can
 import pytest
 
 Attach = Callable[..., Any]
-
 FRAMES = 300_000
 
 
@@ -29,6 +28,19 @@ def receive(bus: can.BusABC, count: int) -> list[can.Message]:
     received = [bus.recv(10.0) for _ in range(count)]
     assert None not in received
     return [frame for frame in received if frame is not None]
+
+
+def numbered_frames(hub: Any, count: int) -> subprocess.Popen[bytes]:
+    """Start a process that sends `count` frames, each with its number as 8 bytes."""
+    program = (
+        "import can, sys\n"
+        "with can.Bus(interface='localcan', channel=sys.argv[1]) as bus:\n"
+        "    message = can.Message(arbitration_id=0x181, is_extended_id=False, data=bytes(8))\n"
+        f"    for number in range({count}):\n"
+        "        message.data[:] = number.to_bytes(8, 'little')\n"
+        "        bus.send(message, timeout=30.0)\n"
+    )
+    return subprocess.Popen([sys.executable, "-c", program, str(hub.path)])
 
 
 def test_the_lowest_identifier_among_the_heads_goes_first(hub: Any, attach: Attach) -> None:
@@ -54,15 +66,7 @@ def test_all_clients_receive_the_same_order(hub: Any, attach: Attach) -> None:
 
 def test_a_flood_arrives_completely(hub: Any, attach: Attach) -> None:
     receiver = attach(hub)
-    program = (
-        "import can, sys\n"
-        "with can.Bus(interface='localcan', channel=sys.argv[1]) as bus:\n"
-        "    message = can.Message(arbitration_id=0x181, is_extended_id=False, data=bytes(8))\n"
-        f"    for number in range({FRAMES}):\n"
-        "        message.data[:] = number.to_bytes(8, 'little')\n"
-        "        bus.send(message, timeout=30.0)\n"
-    )
-    with subprocess.Popen([sys.executable, "-c", program, str(hub.path)]) as sender:
+    with numbered_frames(hub, FRAMES) as sender:
         for number in range(FRAMES):
             frame = receiver.recv(30.0)
             assert frame is not None
@@ -89,7 +93,6 @@ def test_an_overrun_is_reported_where_the_frames_are_missing(start_hub: Any, att
     assert len(numbers) + lost == sent
     assert sleeper.lost_frames == lost
     assert frame.data[1] == 0x01  # CAN_ERR_CRTL_RX_OVERFLOW
-
     sender.send(message(0x182))
     assert receive(sleeper, 1)[0].arbitration_id == 0x182
     _, log = hub.stop()
@@ -114,13 +117,7 @@ def test_filtered_frames_take_no_buffer_and_hide_no_overrun(
 def test_the_unpaced_bus_waits_for_a_slow_reader(start_hub: Any, attach: Attach) -> None:
     hub = start_hub("--queue-frames", "1", "--patience-ms", "20000")
     reader = attach(hub)
-    program = (
-        "import can, sys\n"
-        "with can.Bus(interface='localcan', channel=sys.argv[1]) as bus:\n"
-        "    for number in range(2000):\n"
-        "        bus.send(can.Message(data=number.to_bytes(2, 'little')), timeout=30.0)\n"
-    )
-    with subprocess.Popen([sys.executable, "-c", program, str(hub.path)]) as sender:
+    with numbered_frames(hub, 2000) as sender:
         received = receive(reader, 1)  # the sender has started; now read as slowly as 2,000 frames need
         time.sleep(0.3)
         received += receive(reader, 1999)
@@ -202,14 +199,13 @@ def test_a_signal_ends_the_hub_cleanly(hub: Any, number: int) -> None:
     assert not hub.path.exists()
 
 
+def run_hub(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "local_can", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+
+
 def refused(path: Path) -> str:
-    result = subprocess.run(
-        [sys.executable, "-m", "local_can", str(path)],
-        capture_output=True,
-        text=True,
-        timeout=30,
-        check=False,
-    )
+    result = run_hub(str(path))
     assert result.returncode == 1
     assert re.fullmatch(r"[^\n]+\n", result.stderr), result.stderr
     return result.stderr
@@ -243,8 +239,7 @@ def test_a_directory_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("option", ["--bitrate", "--queue-frames", "--patience-ms"])
 def test_an_option_that_is_no_count_is_named(tmp_path: Path, option: str) -> None:
-    command = [sys.executable, "-m", "local_can", str(tmp_path / "hub.sock"), option, "-1"]
-    result = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    result = run_hub(str(tmp_path / "hub.sock"), option, "-1")
     assert result.returncode == 2
     assert f"argument {option}: " in result.stderr
 
