@@ -32,8 +32,8 @@ def made_params(field: str) -> list[Any]:
 def test_every_key_has_a_meaning(field: str) -> None:
     hints = get_type_hints(SECTIONS[field].settings, include_extras=True)
     for key in dataclasses.fields(SECTIONS[field].settings):
-        (said,) = [item for item in hints[key.name].__metadata__ if isinstance(item, Key)]
-        assert said.meaning.endswith(".")
+        (declared,) = [item for item in hints[key.name].__metadata__ if isinstance(item, Key)]
+        assert declared.meaning.endswith(".")
 
 
 @every_part

@@ -75,7 +75,7 @@ def test_no_secret_is_in_the_file_and_the_script_draws_them_once(tmp_path: Path)
     drawn = dict(line.split("=") for line in made.read_text().splitlines())
     assert set(drawn) == names
     assert min(map(len, drawn.values())) == 48
-    assert len(set(drawn.values())) == 3  # Telegraf and Grafana have the token that InfluxDB is told
+    assert len(set(drawn.values())) == 3  # Telegraf and Grafana have the token that InfluxDB gets
     assert made.stat().st_mode & 0o777 == 0o600
     assert not [value for value in drawn.values() if value in first.stdout]
     before = made.read_bytes()

@@ -14,7 +14,7 @@ NODES = (1, 2, 11, 12)
 
 
 def ended(process: subprocess.Popen[bytes]) -> tuple[int, str]:
-    """Exit status and the rest of what it said."""
+    """Exit status and the remaining output."""
     output, _ = process.communicate(timeout=LIMIT_S)
     return process.returncode, output.decode()
 

@@ -93,7 +93,7 @@ def test_requests_are_logged_by_topic_not_by_a_name_from_the_payload() -> None:
 
 
 async def answers(broker: Mosquitto, listener: Listener, certificates: Path, user: str) -> dict[str, str]:
-    """What a user is told for a start, a setting and a stop on each topic, as far as the broker allows."""
+    """The answers to a user's start, setting and stop on each topic, as far as the broker allows."""
     broker.login = login(certificates, user)
     topics = (COMMAND, *Topics("servo_ctrl", "xy_table").command_of.values())
     contents = enumerate((START, CHANGE, STOP))

@@ -1,6 +1,6 @@
 """Are there advisories for what constraints.txt pins? Asks the OSV database, in one request: `make audit`.
 
-It tells a stranger what is installed here, and what it answers changes with the day. So `make test` does not
+It tells another host what is installed here, and its answer changes from day to day. So `make test` does not
 ask by itself; with AUDIT=online it does.
 """
 

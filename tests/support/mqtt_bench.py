@@ -23,7 +23,7 @@ def link_to(broker: Mosquitto, handler: FakeCommandHandler, **keys: object) -> M
 
 @contextlib.asynccontextmanager
 async def running(link: MqttLink) -> AsyncIterator[None]:
-    """The link runs inside, does not end by itself, and ends within a bound when it is told to."""
+    """The link runs inside, does not end by itself, and ends within a bound after a request."""
     task = asyncio.create_task(link.run())
     try:
         yield

@@ -30,7 +30,7 @@ def scratch_copy(example: Path, folder: Path) -> list[str]:
 
 
 def run_tests(example: Path, folder: Path) -> None:
-    """Run the example's tests in the changed copy; raises AssertionError with what pytest said.
+    """Run the example's tests in the changed copy; raises AssertionError with pytest's output.
 
     They are copied too: beside the original they would import the support files of the unchanged tree.
     """

@@ -49,22 +49,22 @@ def main(
     if seed is not None:
         raise typer.Exit(show(seed, Console()))
     kept, begun_s = Journal(journal), time.monotonic()
-    made = len(kept.done)
+    earlier = len(kept.done)
     whole = campaign(kept, runs, processes)
     facts: dict[str, Any] = summary(kept.done)
     facts["seconds_a_run"] = round(
-        (time.monotonic() - begun_s) * processes / max(len(kept.done) - made, 1), 3
+        (time.monotonic() - begun_s) * processes / max(len(kept.done) - earlier, 1), 3
     )
     json_file.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
-    said = f"{facts['runs']} runs, {facts['reactions']} reactions seen"
-    typer.echo(f"{said}, {facts['runs_with_violations']} runs with violations: {json_file}")
+    counts = f"{facts['runs']} runs, {facts['reactions']} reactions seen"
+    typer.echo(f"{counts}, {facts['runs_with_violations']} runs with violations: {json_file}")
     if not whole:
-        typer.echo("broken off; the same command goes on")
+        typer.echo("interrupted; the same command goes on")
     raise typer.Exit(1 if facts["runs_with_violations"] or not whole else 0)
 
 
 def campaign(kept: Journal, runs: int, processes: int) -> bool:
-    """Make the runs that are still to be made; False when it was broken off."""
+    """Make the runs that are missing; return False when it was interrupted."""
     done = {result.seed for result in kept.done}
     wanted = [seed for seed in range(runs) if seed not in done]
     batches = deque(wanted[at : at + AT_ONCE] for at in range(0, len(wanted), AT_ONCE))

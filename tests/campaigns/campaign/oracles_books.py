@@ -29,7 +29,7 @@ LED_STAGES = (2, 3, 4)
 """Ready, running, stopping: we lead the axes."""
 EMCY = 0x080
 TOLD_AFTER = 300
-"""Ticks after which a broker has heard something."""
+"""Ticks after which a broker has received a message."""
 PLANTED = "planted by the campaign"
 FULL = ("the disk was full", "No space left on device")
 
@@ -38,7 +38,7 @@ def over(evidence: Evidence) -> list[str]:
     """The run has come to its end, and not by a bug of ours."""
     problems = []
     if ("published", 0) in evidence.notes and evidence.ticks > TOLD_AFTER:
-        problems.append("the broker had heard nothing before it went")
+        problems.append("the broker had received nothing before it went")
     if evidence.stuck:
         problems.append(f"stuck: {evidence.stuck}")
     error, fault = evidence.error, evidence.plan.fault
@@ -118,7 +118,7 @@ def _lives(evidence: Evidence, cycle: int) -> bool:
 
 
 def recorded(evidence: Evidence) -> list[str]:
-    """Every tick is in the recording, to the last, or its loss is told; and what is there came by the bus."""
+    """Every tick is recorded, to the last, or reported as lost; the values are those of the bus."""
     killed = evidence.folder / "killed-recording"
     if killed.exists():
         return _torn(killed, evidence)
@@ -126,9 +126,9 @@ def recorded(evidence: Evidence) -> list[str]:
     report = evidence.report
     if not evidence.ticks or (report is None and not directory.exists()):
         return []
-    told = re.search(r"(\d+) rows lost", report.reason) if report is not None else None
-    if told is not None or _full_at(evidence) is not None:
-        return _rest(directory, evidence, None if told is None else int(told[1]))
+    loss = re.search(r"(\d+) rows lost", report.reason) if report is not None else None
+    if loss is not None or _full_at(evidence) is not None:
+        return _of_full_disk(directory, evidence, None if loss is None else int(loss[1]))
     try:
         recording = load_recording(directory)
     except RecordingError as error:
@@ -137,11 +137,11 @@ def recorded(evidence: Evidence) -> list[str]:
     rows = len(recording.columns["cycle"])
     if rows != evidence.ticks:
         problems.append(f"recording: {rows} rows of {evidence.ticks} ticks")
-    return problems + _as_told(recording, evidence) + _as_sent(recording, evidence)
+    return problems + _as_reported(recording, evidence) + _as_sent(recording, evidence)
 
 
-def _as_told(recording: Recording, evidence: Evidence) -> list[str]:
-    """The recording tells what the report tells, but for what could not be written."""
+def _as_reported(recording: Recording, evidence: Evidence) -> list[str]:
+    """Events, reason and completion of the recording are those of the report, where they could be written."""
     header, report = recording.header, evidence.report
     if report is None:
         return []
@@ -178,8 +178,8 @@ def _whole(ticks: int) -> int:
     return ticks // ROWS_PER_PART * ROWS_PER_PART
 
 
-def _rest(directory: Path, evidence: Evidence, lost: int | None) -> list[str]:
-    """Of a full disk: what was due before is there, no row is missing untold, and none at all is said so."""
+def _of_full_disk(directory: Path, evidence: Evidence, lost: int | None) -> list[str]:
+    """Check a recording on a full disk: rows due before are there, and each missing row is reported."""
     full = _full_at(evidence)
     due = 0 if full is None else _whole(full)
     problems = []
@@ -187,14 +187,17 @@ def _rest(directory: Path, evidence: Evidence, lost: int | None) -> list[str]:
         recording = load_recording(directory)
         rows = len(recording.columns["cycle"])
         if recording.header["finished"]:
-            problems = _as_told(recording, evidence)
+            problems = _as_reported(recording, evidence)
     except RecordingError as error:
         if due or "has no rows" not in str(error) or not any(words in str(error) for words in FULL):
             return [f"recording on a full disk: {error}"]
         rows = 0
     if rows < due:
         problems.append(f"recording on a full disk: {rows} rows, {due} were due")
-    unsure = (0, ROWS_PER_PART)  # a part that is there may be told as lost: its folder could not be synced
+    unsure = (
+        0,
+        ROWS_PER_PART,
+    )  # a part that is there may be reported as lost: its folder could not be synced
     if lost is not None and rows + lost - evidence.ticks not in unsure:
         problems.append(f"recording: {rows} rows and {lost} lost of {evidence.ticks} ticks")
     return problems

@@ -9,7 +9,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from tests.campaigns.campaign.machine import LIMIT_MM
-from tests.campaigns.campaign.oracles_reaction import ORDERS, orders, told_at, wanted
+from tests.campaigns.campaign.oracles_reaction import ORDERS, emcy_cycle, orders, wanted
 
 if TYPE_CHECKING:
     from tests.campaigns.campaign.run import Evidence
@@ -71,23 +71,25 @@ def at_rest(evidence: Evidence) -> list[str]:
 
 
 def together(evidence: Evidence) -> list[str]:
-    """Both drives are told in the same cycle, and in a controlled stop both axes come to rest together."""
+    """Both drives get their command in one cycle; in a controlled stop both axes come to rest together."""
     fault = evidence.plan.fault
     if fault.physical or fault.kills or evidence.happened is None or not wanted(evidence):
         return []
     truth, begun = evidence.truth, evidence.happened[0]
     led = dict.fromkeys(ORDERS, False)
-    told: dict[int, int] = {}
+    released: dict[int, int] = {}
     for place, frame, enabling in orders(evidence):
         if place >= begun and led[frame.can_id] and not enabling:
-            told.setdefault(frame.can_id, frame.cycle)
+            released.setdefault(frame.can_id, frame.cycle)
         led[frame.can_id] = enabling
     problems = []
-    if len(told) == 2 and len(set(told.values())) > 1:
-        problems.append(f"the drives are told in cycles {sorted(told.values())}, not in one")
-    if wanted(evidence) == "hold" and len(told) == 2:
-        ramp = told_at(evidence, None) or evidence.happened[1]  # a wish is not told: its ramp begins at once
-        window = (truth.cycle >= ramp) & (truth.cycle <= min(told.values()))
+    if len(released) == 2 and len(set(released.values())) > 1:
+        problems.append(f"the drives get their commands in cycles {sorted(released.values())}, not in one")
+    if wanted(evidence) == "hold" and len(released) == 2:
+        ramp = (
+            emcy_cycle(evidence, None) or evidence.happened[1]
+        )  # a request sends no EMCY: its ramp begins at once
+        window = (truth.cycle >= ramp) & (truth.cycle <= min(released.values()))
         braked = any(at >= evidence.happened[1] and stage == QUICK_STOPPING for at, stage in evidence.stages)
         if braked or not truth.enabled[window].all():
             return problems  # drives that brake by themselves are led by no ramp of ours
@@ -107,7 +109,7 @@ def _last_motion(time_s: Array, velocity_m_s: Array) -> float | None:
 
 
 def unasked(evidence: Evidence) -> list[str]:
-    """In standby no drive is in operation; one that nobody hears may still brake."""
+    """In standby no drive is in operation; one whose frames do not arrive may still brake."""
     truth = evidence.truth
     changes = [*evidence.stages, (10**9, 0)]
     blind = round(evidence.plan.fault.blind_s * 1e3) + 2

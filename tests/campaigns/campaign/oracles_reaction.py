@@ -46,7 +46,7 @@ def orders(evidence: Evidence) -> Iterator[tuple[int, Frame, bool]]:
 
 
 def first_reaction(evidence: Evidence) -> int | None:
-    """Cycle of the first frame that tells of one: our EMCY, or what takes a drive out of operation."""
+    """Cycle of the first frame of a reaction: our EMCY, or what takes a drive out of operation."""
     if evidence.happened is None:
         return None
     begun, until = evidence.happened[0], _on_again(evidence)
@@ -57,11 +57,11 @@ def first_reaction(evidence: Evidence) -> int | None:
             released = frame.cycle
             break
         led[frame.can_id] = enabling
-    told = told_at(evidence, len(evidence.frames))
+    reported = emcy_cycle(evidence, len(evidence.frames))
     ours = (f for f in evidence.frames[begun:] if f.can_id == NMT and f.sender is CONTROLLER)
     left = next((frame.cycle for frame in ours if frame.data[:1] in LEAVE), None)
     return min(
-        (cycle for cycle in (released, told, left) if cycle is not None and cycle <= until), default=None
+        (cycle for cycle in (released, reported, left) if cycle is not None and cycle <= until), default=None
     )
 
 
@@ -103,7 +103,7 @@ def answered(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
         return _unforced(evidence), []
     since, bound = due
     if word == "hold" and fault.event in {"stop signal", "switched off"}:
-        bound += RAMP_CYCLES  # a wish is not told by EMCY: what shows is the power that goes, in the end
+        bound += RAMP_CYCLES  # a request sends no EMCY: the bus shows only that power goes off at the end
     cycle = first_reaction(evidence)
     if cycle is None:
         if not _powered_at(evidence) or word == "disable":
@@ -126,15 +126,15 @@ def _due(evidence: Evidence) -> tuple[int, int] | None:
 
 
 def _unforced(evidence: Evidence) -> Reaction | None:
-    """The machine has told of a fault before it had to: that is in time."""
+    """Return a reaction in time where the machine reported the fault before it had to."""
     fault = evidence.plan.fault
     assert fault.event is not None
-    if told_at(evidence, evidence.asked) is None:
+    if emcy_cycle(evidence, evidence.frames_before_stop) is None:
         return None
     return Reaction(0, spec.bounds(lockstep=evidence.plan.pacing == LOCKSTEP)[fault.event].cycles)
 
 
-def told_at(evidence: Evidence, until: int | None) -> int | None:
+def emcy_cycle(evidence: Evidence, until: int | None) -> int | None:
     """Cycle of our first emergency message behind the fault, up to this place among the frames."""
     assert evidence.happened is not None
     behind = evidence.frames[evidence.happened[0] : until]
@@ -179,14 +179,14 @@ def _ends(evidence: Evidence, bound: int) -> list[str]:
 
 
 def goes_on(evidence: Evidence) -> list[str]:
-    """Where nothing is to come of a fault, nothing does."""
+    """Where a fault is to have no consequence, it has none."""
     fault = evidence.plan.fault
     if evidence.happened is None or fault.event is not None or fault.kills or fault.may_stop:
         return []
-    until = evidence.asked if evidence.asked is not None else len(evidence.frames)
+    until = evidence.frames_before_stop if evidence.frames_before_stop is not None else len(evidence.frames)
     problems = []
-    told = [f for f in evidence.frames[evidence.happened[0] : until] if f.can_id == OUR_EMCY]
-    if any(frame.data[:2] != bytes(2) for frame in told):
+    emcys = [f for f in evidence.frames[evidence.happened[0] : until] if f.can_id == OUR_EMCY]
+    if any(frame.data[:2] != bytes(2) for frame in emcys):
         problems.append(f"our node reports an error, and nothing was wrong: {'; '.join(evidence.noted)}")
     led = dict.fromkeys(ORDERS, False)
     for place, frame, enabling in orders(evidence):

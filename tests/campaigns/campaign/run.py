@@ -32,7 +32,7 @@ BOOT_FRAMES = 300
 PAUSES = (0, 1, 2, 5, 20, 60, 150)
 """Ticks between two faults."""
 SILENCING = frozenset({"death of a node", "mute node", "node silent"})
-"""Behind these nothing is heard of another fault of the same node: that comes to the other axis."""
+"""After these another fault of the same node does not show: it goes to the other axis."""
 
 
 Instant = tuple[int, int, float, Stage]
@@ -67,7 +67,7 @@ class Evidence(NamedTuple):
     ticks: int
     axis: int
     node: int
-    asked: int | None = None
+    frames_before_stop: int | None = None
     """Place among the frames when the operator wanted the run to end."""
     killed_ticks: int = 0
     """Ticks before the controller was killed."""
@@ -175,7 +175,7 @@ def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
         stand.ticks,
         faults.context.axis,
         faults.context.node,
-        operator.asked,
+        operator.frames_before_stop,
         stand.killed_ticks,
         stand.killed_cycle,
         tuple(faults.context.notes.items()),

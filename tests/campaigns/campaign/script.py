@@ -38,7 +38,7 @@ LONGEST = {
 
 
 class Operator:
-    """Of one run. `happen` lets the fault happen; the run is asked to end `watched` ticks behind it.
+    """Of one run. `happen` lets the fault happen; the run is ended `watched` ticks after it.
 
     `arrived` tells whether the state was reached.
     """
@@ -54,8 +54,8 @@ class Operator:
         stand_by: bool,
     ) -> None:
         self.arrived = False
-        self.asked: int | None = None
-        """Frames that were on the bus when the run was asked to end."""
+        self.frames_before_stop: int | None = None
+        """Frames that were on the bus when the stop was requested."""
         self.second: Callable[[], None] | None = None
         """Lets another fault happen, `pause` ticks behind the first."""
         self.pause = 0
@@ -107,7 +107,7 @@ class Operator:
         if stand_by and self._stand.daemon.stage is Stage.STANDBY and self._rng.random() < 0.5:
             self.ask(Command.ENABLE)
             yield 80
-        self.asked = len(self._stand.wire.frames)
+        self.frames_before_stop = len(self._stand.wire.frames)
         self._stand.signal("SIGTERM")
         yield self._until(PATIENCE)
         self._stand.signal("SIGTERM")

@@ -25,7 +25,7 @@ ENABLED, RELEASED, EMCY = b"\x0f" + bytes(5), bytes(6), b"\x00\x10\x01" + bytes(
 def harmless(evidence: Evidence) -> Evidence:
     """As if the fault were one of which nothing is to come."""
     fault = evidence.plan.fault._replace(event=None)
-    return evidence._replace(plan=evidence.plan._replace(fault=fault), frames=[], asked=None)
+    return evidence._replace(plan=evidence.plan._replace(fault=fault), frames=[], frames_before_stop=None)
 
 
 def changed(evidence: Evidence, column: str, rows: Any, value: float) -> Evidence:
@@ -43,26 +43,28 @@ def reframed(evidence: Evidence, change: Callable[[Frame], Frame | None]) -> Evi
     return evidence._replace(frames=evidence.frames[:begun] + behind)
 
 
-def told(oracle: Callable[[Evidence], list[str]], evidence: Evidence) -> str:
+def verdict_of(oracle: Callable[[Evidence], list[str]], evidence: Evidence) -> str:
     return "; ".join(oracle(evidence))
 
 
 def test_table_beyond_its_limit(evidence: Evidence) -> None:
     assert not oracles_motion.within_limits(evidence)
-    assert "14.000 mm" in told(oracles_motion.within_limits, changed(evidence, "position_m", (50, 1), -0.014))
+    assert "14.000 mm" in verdict_of(
+        oracles_motion.within_limits, changed(evidence, "position_m", (50, 1), -0.014)
+    )
 
 
 def test_power_or_motion_in_the_end(evidence: Evidence) -> None:
     assert not oracles_motion.at_rest(evidence)
-    assert "has power" in told(oracles_motion.at_rest, changed(evidence, "powered", (-1, 0), 1.0))
-    assert "moves" in told(oracles_motion.at_rest, changed(evidence, "velocity_m_s", (-20, 1), 1e-3))
+    assert "has power" in verdict_of(oracles_motion.at_rest, changed(evidence, "powered", (-1, 0), 1.0))
+    assert "moves" in verdict_of(oracles_motion.at_rest, changed(evidence, "velocity_m_s", (-20, 1), 1e-3))
 
 
 def test_drive_in_operation_in_standby(evidence: Evidence) -> None:
     begun = next(cycle for cycle, stage in evidence.stages if stage == oracles_motion.STANDBY and cycle > 50)
     rows = np.flatnonzero(evidence.truth.cycle == begun + 20)
     assert not oracles_motion.unasked(evidence)
-    assert "in operation" in told(oracles_motion.unasked, changed(evidence, "enabled", (rows, 0), 1.0))
+    assert "in operation" in verdict_of(oracles_motion.unasked, changed(evidence, "enabled", (rows, 0), 1.0))
 
 
 def test_reaction_that_does_not_come(evidence: Evidence) -> None:
@@ -109,7 +111,7 @@ def test_drives_not_commanded_in_the_same_cycle(evidence: Evidence) -> None:
         return frame._replace(data=ENABLED) if held else frame
 
     assert not oracles_motion.together(evidence)
-    assert "not in one" in told(oracles_motion.together, reframed(evidence, apart))
+    assert "not in one" in verdict_of(oracles_motion.together, reframed(evidence, apart))
 
 
 def test_axes_that_do_not_come_to_rest_together(evidence: Evidence) -> None:
@@ -125,7 +127,7 @@ def test_axes_that_do_not_come_to_rest_together(evidence: Evidence) -> None:
     speeds[at : at + 2, 1] = 0.05
     apart = evidence._replace(truth=truth._replace(velocity_m_s=speeds))
     assert last - at > 18, "else it is too short a stop to tell"
-    assert "ms apart" in told(oracles_motion.together, apart)
+    assert "ms apart" in verdict_of(oracles_motion.together, apart)
 
 
 def test_harmless_fault_with_a_reaction(evidence: Evidence) -> None:
@@ -135,9 +137,9 @@ def test_harmless_fault_with_a_reaction(evidence: Evidence) -> None:
     frames = [Frame(0.0, 5, CONTROLLER, can_id, ENABLED, arrived=True) for can_id in ORDERS]
     assert not oracles_reaction.goes_on(good._replace(frames=frames))
     off = [*frames, Frame(0.0, 6, CONTROLLER, ORDERS[0], RELEASED, arrived=True)]
-    assert "switched off" in told(oracles_reaction.goes_on, good._replace(frames=off))
-    said = [*frames, Frame(0.0, 6, CONTROLLER, OUR_EMCY, EMCY, arrived=True)]
-    assert "reports an error" in told(oracles_reaction.goes_on, good._replace(frames=said))
+    assert "switched off" in verdict_of(oracles_reaction.goes_on, good._replace(frames=off))
+    with_emcy = [*frames, Frame(0.0, 6, CONTROLLER, OUR_EMCY, EMCY, arrived=True)]
+    assert "reports an error" in verdict_of(oracles_reaction.goes_on, good._replace(frames=with_emcy))
 
 
 @pytest.mark.parametrize(
@@ -153,13 +155,13 @@ def test_event_that_is_not_noted(evidence: Evidence) -> None:
     assert evidence.report is not None
     learning = evidence.report.learning._replace(reason="")
     silent = dataclasses.replace(evidence.report, events=(), reason="", learning=learning)
-    assert "not noted" in told(oracles_books.noted, evidence._replace(report=silent))
+    assert "not noted" in verdict_of(oracles_books.noted, evidence._replace(report=silent))
 
 
 def test_emergency_message_of_a_node_that_is_not_noted(evidence: Evidence) -> None:
     frame = Frame(0.3, 100, "nodes", 0x08C, b"\x34\x12\x01" + bytes(5), arrived=True)
     more = evidence._replace(frames=[*evidence.frames, frame])
-    assert "1234h of node 12" in told(oracles_books.noted, more)
+    assert "1234h of node 12" in verdict_of(oracles_books.noted, more)
 
 
 def test_learned_result_that_is_damaged_or_missing(evidence: Evidence) -> None:

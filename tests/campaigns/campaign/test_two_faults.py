@@ -169,10 +169,10 @@ def test_the_report_of_two_faults_of_one_axis_may_name_either(evidence: Evidence
 
 
 @pytest.mark.parametrize(
-    ("pause", "same_axis", "asked"), [(0, True, False), (2, True, True), (0, False, True)]
+    ("pause", "same_axis", "shows_first"), [(0, True, False), (2, True, True), (0, False, True)]
 )
 def test_fault_of_a_node_that_died_before_reporting_it_is_not_required(
-    evidence: Evidence, pause: int, same_axis: bool, asked: bool
+    evidence: Evidence, pause: int, same_axis: bool, shows_first: bool
 ) -> None:
     assert evidence.happened is not None
     place, cycle, time_s, stage = evidence.happened
@@ -183,7 +183,7 @@ def test_fault_of_a_node_that_died_before_reporting_it_is_not_required(
         {},
     )
     plan = evidence.plan._replace(second=faults.named("death of a node"))
-    assert (views(evidence._replace(plan=plan, second=dies)).first is not None) is asked
+    assert (views(evidence._replace(plan=plan, second=dies)).first is not None) is shows_first
 
 
 def test_delayed_inputs_are_allowed_for_in_the_deviation_of_scale_and_encoder(

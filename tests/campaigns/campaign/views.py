@@ -35,21 +35,21 @@ def views(evidence: Evidence) -> Views:
         notes=tuple(second.notes.items()),
     )
     both = _both(evidence, other)
-    if other.axis == evidence.axis:  # what shows first is told, and ends the looking
-        evidence, other = _told_as_either(evidence, other), _told_as_either(other, evidence)
+    if other.axis == evidence.axis:  # the first to show is reported, and ends the search
+        evidence, other = _reported_as_either(evidence, other), _reported_as_either(other, evidence)
     ended = bool(plan.second.kills) or plan.second.event == SILENCED
-    return Views(None if ended or _hushed_up(evidence, other) else evidence, other, both)
+    return Views(None if ended or _silenced(evidence, other) else evidence, other, both)
 
 
-def _hushed_up(evidence: Evidence, other: Evidence) -> bool:
-    """Whether a node has died before it could send what would have told of the first fault."""
+def _silenced(evidence: Evidence, other: Evidence) -> bool:
+    """Whether a node has died before it could send the frames that show the first fault."""
     assert evidence.happened is not None
     assert other.happened is not None
     silent = other.plan.fault.name in SILENCING and other.axis == evidence.axis
     return silent and other.happened[1] <= evidence.happened[1] + 1
 
 
-def _told_as_either(evidence: Evidence, other: Evidence) -> Evidence:
+def _reported_as_either(evidence: Evidence, other: Evidence) -> Evidence:
     fault, words = evidence.plan.fault, other.plan.fault.words
     if not (fault.words and words and fault.physical and other.plan.fault.physical):
         return evidence

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tests.campaigns.campaign.virtual_time import VirtualLoop
 
 NMT, SYNC = 0x000, 0x080
-CONTROLLER, NODES, STRANGER = "controller", "nodes", "stranger"
+CONTROLLER, NODES, FOREIGN = "controller", "nodes", "foreign"
 
 Passing = list[tuple[int, bytes]]
 """Frames that arrive in the place of one."""
@@ -92,7 +92,7 @@ class Wire:
         if self._busy:
             self.then(lambda: self.say(can_id, data))
             return
-        self.frames.append(Frame(self._loop.time(), self.cycle, STRANGER, can_id, data, arrived=True))
+        self.frames.append(Frame(self._loop.time(), self.cycle, FOREIGN, can_id, data, arrived=True))
         self.end.put(can_id, data)
         self._hand_over([(can_id, data)])
 

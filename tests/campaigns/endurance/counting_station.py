@@ -69,7 +69,7 @@ class Counts:
             self.sync_bits = self.bits - self._bits_before
 
     def beat(self, now_s: float) -> None:
-        """A SYNC is heard."""
+        """A SYNC has arrived."""
         if self.last_sync_s:
             gap_s = now_s - self.last_sync_s
             self.longest_gap_s = max(self.longest_gap_s, gap_s)
@@ -92,20 +92,20 @@ class Counts:
 
 
 def attached(path: str, filters: Filters) -> socket.socket:
-    """A client of the hub that hears what passes."""
-    made = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    made.connect(path)
-    made.send(pack_filters(filters))
-    made.send(ATTACH)
-    while made.recv(FRAME_BYTES) != ATTACHED:
+    """A client of the hub that receives the frames that pass the filters."""
+    client = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    client.connect(path)
+    client.send(pack_filters(filters))
+    client.send(ATTACH)
+    while client.recv(FRAME_BYTES) != ATTACHED:
         pass
-    made.setblocking(False)
-    return made
+    client.setblocking(False)
+    return client
 
 
 def main(path: str) -> None:
     """Count until the input ends, or the hub."""
-    everything = attached(path, PASS_ALL)  # the first on the bus: a SYNC is here when the other ear hears it
+    everything = attached(path, PASS_ALL)  # attached first: a SYNC is here when `beats` gets it
     beats = attached(path, SYNC_ALONE)
     counts = Counts()
 

@@ -132,7 +132,7 @@ async def run_under(
 def outcome_of(
     report: RunReport | None, counted: dict[str, Any], directory: Path, refused: str, period_s: float
 ) -> dict[str, Any]:
-    """Figures of a run; `silent` is what nobody was told of, and it has to be empty."""
+    """Figures of a run; `silent` lists losses without a report, and has to be empty."""
     figures: dict[str, Any] = {
         "bus_load": counted["sync_bits"] / BITRATE / max(counted["sync_seconds"], 1e-3),
         "longest_sync_gap_ms": round(counted["longest_sync_gap_ms"], 2),
@@ -140,8 +140,8 @@ def outcome_of(
     }
     if report is None:
         return {**figures, "ended": "did not begin", "reason": refused, "silent": []}
-    told = re.search(r"(\d+) rows lost", report.reason)
-    rows_lost = int(told[1]) if told else 0
+    lost = re.search(r"(\d+) rows lost", report.reason)
+    rows_lost = int(lost[1]) if lost else 0
     entries = books(report, counted, directory, rows_lost, answers_may_lack=True)
     silent = list(entries.faults)
     time_s = (report.cycles - 1) * period_s

@@ -1,8 +1,8 @@
-"""`make load`: the cycle under a full bus, full processors and a stalled disk; what it does, and who is told.
+"""`make load`: the cycle under a full bus, full processors and a stalled disk; what it does and reports.
 
 Run as `python -m tests.campaigns.endurance.load_main --json load.json [--seconds 30] [--only "bus at 95 %"]`.
 Nothing here is a bound on time: a busy computer misses ticks. The exit status is 1 where something was lost
-and nobody was told.
+without a report.
 """
 
 import asyncio
@@ -95,7 +95,7 @@ def main(
     write_whole(json_file, json.dumps(document, indent=2) + "\n")
     console.print(table_of(results))
     for text in silent:
-        console.print(f"[red]nobody was told[/] {text}")
+        console.print(f"[red]not reported[/] {text}")
     if silent:
         raise typer.Exit(1)
 

@@ -91,19 +91,19 @@ class Station:
 
 @contextlib.asynccontextmanager
 async def station(module: str, *arguments: str) -> AsyncIterator[Station]:
-    """`tests.campaigns.endurance.MODULE` runs for the block, entered once it has said it is on the bus."""
+    """`tests.campaigns.endurance.MODULE` runs for the block, entered once it is on the bus."""
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", f"tests.campaigns.endurance.{module}", *arguments),
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         cwd=REPOSITORY,
-        start_new_session=True,  # Ctrl-C reaches us alone, and the books are still closed
+        start_new_session=True,  # Ctrl-C reaches us alone, and the records are still written
         preexec_fn=ends_with_its_parent(),
     )
     try:
-        made = Station(process)
-        await made.ask("ready")
-        yield made
+        own = Station(process)
+        await own.ask("ready")
+        yield own
     finally:
         if process.returncode is None:
             process.terminate()

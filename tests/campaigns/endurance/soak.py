@@ -101,9 +101,9 @@ class Recordings:
         while len(self._present) >= max(self._kept, 1):
             shutil.rmtree(self._present.popleft())
         self._count += 1
-        made = self._folder / f"run-{self._count:06d}"
-        self._present.append(made)
-        return made
+        directory = self._folder / f"run-{self._count:06d}"
+        self._present.append(directory)
+        return directory
 
     def present(self) -> list[Path]:
         """Those that are on the disk."""

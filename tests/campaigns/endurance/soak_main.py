@@ -118,9 +118,9 @@ async def soaked(
     pacing = part.pacing
     realtime = pacing == "realtime"
     session = f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{os.getpid()}"
-    made = folder / f"{pacing}-{session}"
-    made.mkdir(parents=True)
-    soak = Soak(part.machine, made, pacing, fifo=realtime and fifo_is_permitted())
+    runs = folder / f"{pacing}-{session}"
+    runs.mkdir(parents=True)
+    soak = Soak(part.machine, runs, pacing, fifo=realtime and fifo_is_permitted())
     ours = (pacing, part.machine.machine.name)
     done = [line for line in before if (line["pacing"], line.get("machine")) == ours]
     production = Production(soak, session, part.wanted_s, run_s, folder / PROGRESS, done)

@@ -1,4 +1,4 @@
-"""Ticks that are late and a disk that hangs, through a whole run: counted, told, stopped past a set number.
+"""Ticks that are late and a disk that hangs, in a whole run: counted, reported, stopped past a set number.
 
 By a scripted clock and a simulator in lockstep: nothing here depends on how fast this computer is.
 """

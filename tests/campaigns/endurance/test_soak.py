@@ -32,9 +32,9 @@ async def test_accounts_agree_and_runs_leave_nothing_behind(
         assert set(outcome.books.answers) == {"181", "182", "18B", "18C"}
     assert leaks(outcomes) == []
     assert [path.name for path in soak.recordings.present()] == ["run-000003"]
-    told = summary([line_of("s", soak, outcome) for outcome in outcomes])
-    assert told["counts"]["rows"] == told["counts"]["syncs"] == sum(o.report.cycles for o in outcomes)
-    assert told["faults"] == []
+    totals = summary([line_of("s", soak, outcome) for outcome in outcomes])
+    assert totals["counts"]["rows"] == totals["counts"]["syncs"] == sum(o.report.cycles for o in outcomes)
+    assert totals["faults"] == []
 
 
 HOURS = np.linspace(0.0, 10.0, 400)

@@ -17,15 +17,15 @@ def test_observer_counts_frames_bits_and_gaps() -> None:
         counts.take(sync)
         counts.beat(at_s)
         counts.take(answer)
-    told = counts.as_json()
-    assert told["frames"] == {"080": 4, "181": 4}
-    assert told["bits"] == 4 * (frame_bits(sync) + frame_bits(answer))
+    counted = counts.as_json()
+    assert counted["frames"] == {"080": 4, "181": 4}
+    assert counted["bits"] == 4 * (frame_bits(sync) + frame_bits(answer))
     # the last SYNC ends the span, the answer to it is behind
-    assert told["sync_bits"] == 3 * (frame_bits(sync) + frame_bits(answer))
-    assert told["sync_seconds"] == pytest.approx(0.024)
-    assert told["longest_sync_gap_ms"] == pytest.approx(22.0)
-    assert sum(told["sync_gaps_above_ms"].values()) == 3
-    assert told["sync_gaps_above_ms"]["20.5"] == 1
+    assert counted["sync_bits"] == 3 * (frame_bits(sync) + frame_bits(answer))
+    assert counted["sync_seconds"] == pytest.approx(0.024)
+    assert counted["longest_sync_gap_ms"] == pytest.approx(22.0)
+    assert sum(counted["sync_gaps_above_ms"].values()) == 3
+    assert counted["sync_gaps_above_ms"]["20.5"] == 1
 
 
 def test_frames_of_the_load_station_have_the_lowest_priority() -> None:

@@ -81,7 +81,7 @@ def books(
         if not answers_may_lack or count > syncs:
             same(f"answers {key}h", count, syncs)
     if directory is not None:
-        same("rows and rows told as lost", len(cycles) + rows_lost, ticks)
+        same("rows and rows reported as lost", len(cycles) + rows_lost, ticks)
         if np.any(steps <= 0):
             faults.append("rows are out of order or twice")
         if not rows_lost:

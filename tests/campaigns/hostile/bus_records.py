@@ -61,11 +61,15 @@ class Waiting:
 def traffic() -> Sequence[bytes]:
     """What a bus with a machine on it may carry, as seeds."""
     inputs = [(0x181, bytes(8)), (0x18B, bytes(4)), (0x182, bytes(8)), (0x18C, bytes(4))]
-    told = [
+    services = [
         (0x701, b"\x05"),
         (0x081, b"\x11\x86\x20\0\0\0\0\0"),
         (0x70B, b"\0"),
         (0x67F, b"\x40\0\x10\0\0\0\0\0"),
     ]
     foreign = [(0x80, b""), (0x201, bytes(7)), (0x77F, b"\x05"), (wire.ERROR | 0x04, b"\0\1\0\0\0\0\0\7")]
-    return [framed(*inputs, *told), framed(*inputs, *foreign), framed((wire.EXTENDED | 0x181, bytes(8)))]
+    return [
+        framed(*inputs, *services),
+        framed(*inputs, *foreign),
+        framed((wire.EXTENDED | 0x181, bytes(8))),
+    ]

@@ -19,12 +19,12 @@ async def main(folder: Path, bus: str, what: str) -> int:
     """Until SIGTERM, or whatever ends the run."""
     machine = load_machine(folder)
     program = None if what == "standby" else load_program(Path(what), machine)
-    said = set()
+    printed = set()
 
-    def progress(told: object) -> None:
-        stage = told.stage.name  # type: ignore[attr-defined]  # a Progress
-        if stage not in said:
-            said.add(stage)
+    def progress(state: object) -> None:
+        stage = state.stage.name  # type: ignore[attr-defined]  # a Progress
+        if stage not in printed:
+            printed.add(stage)
             print(f"stage {stage}", flush=True)
 
     try:
@@ -34,13 +34,13 @@ async def main(folder: Path, bus: str, what: str) -> int:
     except ServoCtrlError as error:
         print(json.dumps({"reason": str(error), "refused": True}), flush=True)
         return REFUSED
-    told = {
+    outcome = {
         "reason": report.reason,
         "failed": report.failed,
         "cycles": report.cycles,
         "events": len(report.events),
     }
-    print(json.dumps(told), flush=True)
+    print(json.dumps(outcome), flush=True)
     return int(report.failed)
 
 

@@ -53,9 +53,9 @@ def flood(
 
 
 def alive(bus: can.BusABC, node: int) -> bool:
-    """Whether a node answers SDO requests, and its device type with what it is; asked again each second.
+    """Whether a node answers SDO requests, and its device type with what it is; requested again each second.
 
-    Answers to what it was flooded with may still be on their way. So an object is asked for first that there
+    Answers to what it was flooded with may still be on their way. So first an object is read that there
     is not and that nobody else asks for: behind that answer come only answers to us.
     """
     deadline_s = time.monotonic() + ANSWER_LIMIT_S
@@ -78,7 +78,7 @@ def _answered(bus: can.BusABC, node: int, request: bytes, head: int, deadline_s:
 
 
 def silent_nodes(bus: can.BusABC) -> list[int]:
-    """Simulated nodes that do not answer after a reset. It is said again: nobody confirms it, and whoever is
+    """Simulated nodes that do not answer after a reset. It is sent again: nobody confirms it, and whoever is
     still busy with the flood may have lost it (the kernel drops what a socket's buffer has no room for).
     """
     return [node for node in NODES if not any(_alive_after_reset(bus, node) for _ in range(RESETS))]

@@ -70,7 +70,7 @@ def parsers_of_targets() -> dict[str, str]:
 
 
 def fuzzed(name: str, parser: str, seconds: int, out: Path) -> dict[str, Any]:
-    """One target in a child: what libFuzzer told."""
+    """Run one target in a child; return what libFuzzer reported."""
     folder = out / name
     folder.mkdir(parents=True, exist_ok=True)
     command = [sys.executable, "-m", "tests.campaigns.hostile.fuzz", "--child", name, "--parser", parser]

@@ -77,7 +77,7 @@ def main(
 
 
 def simulated(frames: int, seed: int, place: Path, tell: Tell, say: Callable[[str], object]) -> Result:
-    """Attacks in simulated time, each on a run of its own; problems are said as they come."""
+    """Attacks in simulated time, each on a run of its own; problems are printed as they come."""
     from tests.campaigns.hostile.flood import Sent  # noqa: PLC0415
 
     folder = place / "machine"

@@ -54,7 +54,7 @@ class Process:
                 self._keep(line)
                 if text in line:
                     return line
-        raise TimeoutError(f"no {text!r} in time; it said {self.lines[-10:]}")
+        raise TimeoutError(f"no {text!r} in time; its output: {self.lines[-10:]}")
 
     def signal(self, number: signal.Signals) -> None:
         """To the child alone."""
@@ -85,11 +85,11 @@ class Process:
         self._arriving.put("")
 
     def _keep(self, line: str) -> None:
-        """What is said of lost frames may be said often, for error frames are forged."""
+        """Messages on lost frames may be many, for error frames are forged."""
         if "frames lost" not in line or len(self.lines) < KEPT:
             self.lines.append(line)
 
-    def told(self) -> dict[str, Any]:
+    def last_json(self) -> dict[str, Any]:
         """The newest line of JSON."""
         found: dict[str, Any] = next(
             (json.loads(line) for line in reversed(self.lines) if line.startswith("{")), {}
@@ -128,7 +128,7 @@ class Rig:
         return Process("tests.campaigns.hostile.controller", str(self.machine), self.bus, what)
 
     def truth(self) -> dict[str, Any]:
-        """Of the simulator, since it was asked last."""
+        """Of the simulator, since the last call."""
         self.simulator.signal(signal.SIGUSR1)
         found: dict[str, Any] = json.loads(self.simulator.await_line('"moved_m"', STOP_LIMIT_S))
         return found

@@ -72,7 +72,7 @@ def standing_by(rig: Rig, traffic: Traffic, count: int, seed: int, tell: Tell) -
     problems += _grown(before, after)
     problems += _ended(controller, may_fail=True)
     return Result(
-        "standing by", sent, tuple(problems), {"memory_mb": after, **_of(truth), **controller.told()}
+        "standing by", sent, tuple(problems), {"memory_mb": after, **_of(truth), **controller.last_json()}
     )
 
 
@@ -91,7 +91,7 @@ def everything(rig: Rig, traffic: Traffic, count: int, seed: int, tell: Tell) ->
         problems.append(f"the plant is not a number: {truth}")
     problems += _grown(before, after)
     return Result(
-        "everything", sent, tuple(problems), {"memory_mb": after, **_of(truth), **controller.told()}
+        "everything", sent, tuple(problems), {"memory_mb": after, **_of(truth), **controller.last_json()}
     )
 
 
@@ -108,9 +108,9 @@ def moving(rig: Rig, traffic: Traffic, count: int, seed: int, tell: Tell) -> Res
     truth = rig.truth()
     if not truth["finite"]:
         problems.append(f"the plant is not a number: {truth}")
-    if not controller.told().get("reason"):
+    if not controller.last_json().get("reason"):
         problems.append("the controller does not say why it ended")
-    return Result("moving", sent, tuple(problems), {**_of(truth), **controller.told()})
+    return Result("moving", sent, tuple(problems), {**_of(truth), **controller.last_json()})
 
 
 def malformed_packets(rig: Rig, count: int, seed: int, path: Path) -> Result:
@@ -179,7 +179,7 @@ def _grown(before: dict[str, float], after: dict[str, float]) -> list[str]:
 
 
 def _ends_by_itself(controller: Process) -> list[str]:
-    """It has met another controller: its end is not to be asked for, and its status says that it failed."""
+    """It has met another controller: it ends without a request, and its exit status is that of a failure."""
     deadline_s = time.monotonic() + STOP_LIMIT_S
     while controller.alive and time.monotonic() < deadline_s:
         time.sleep(0.1)

@@ -32,7 +32,7 @@ class Window:
     def tell(self) -> None:
         """One line; then it begins anew."""
         finite = bool(np.isfinite(self._position).all() and np.isfinite(self._velocity).all())
-        told: dict[str, Any] = {
+        figures: dict[str, Any] = {
             "start_m": self._start.tolist(),
             "end_m": self._position.tolist(),
             "moved_m": float((self._high - self._low).max()),
@@ -42,7 +42,7 @@ class Window:
             "finite": finite,
             "advances": self._advances,
         }
-        print(json.dumps(told), flush=True)
+        print(json.dumps(figures), flush=True)
         self._begin()
 
     def _begin(self) -> None:

@@ -25,7 +25,7 @@ class Target(NamedTuple):
     seeds: Callable[[], Sequence[bytes]]
     words: tuple[bytes, ...]
     parser: str
-    """The module whose coverage is told."""
+    """The module whose coverage is reported."""
     short: int
     """Inputs of the short run."""
 
@@ -62,9 +62,9 @@ def target(
 @functools.cache
 def folder() -> Path:
     """A directory of this process, for parsers of files."""
-    made = tempfile.TemporaryDirectory(prefix="hostile-")
-    _KEPT.append(made)
-    return Path(made.name)
+    directory = tempfile.TemporaryDirectory(prefix="hostile-")
+    _KEPT.append(directory)
+    return Path(directory.name)
 
 
 _KEPT: list[tempfile.TemporaryDirectory[str]] = []

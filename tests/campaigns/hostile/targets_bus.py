@@ -67,10 +67,10 @@ def frames_to_the_controller(data: bytes) -> None:
     config, plans = machine()
     bus = Waiting(messages(data))
     port = CanPort(bus, "fuzz")  # type: ignore[arg-type]  # the part of a bus that it uses
-    told: list[str] = []
+    reports: list[str] = []
     bench = own_node()
     port.fallback = bench.network.notify
-    watch = HeartbeatWatch(plans, 100, told.append)
+    watch = HeartbeatWatch(plans, 100, reports.append)
     rpdos = [port.frame(plan.rpdo.cob_id, 7) for plan in plans if len(plan.pdos) > 1]
     cycle_ = Cycle(
         Core(),
@@ -84,16 +84,16 @@ def frames_to_the_controller(data: bytes) -> None:
     for place, plan in enumerate(plans):
         port.handlers[plan.tpdo.cob_id] = cycle_.handler(place)
         port.handlers[0x700 + plan.node_id] = watch.handler(place)
-        port.handlers[0x080 + plan.node_id] = emcy_handler(plan, told.append)
-    report_masters(config, plans, port, told.append)
-    port.on_error_frame = lambda news: told.append(_in_words(news))
+        port.handlers[0x080 + plan.node_id] = emcy_handler(plan, reports.append)
+    report_masters(config, plans, port, reports.append)
+    port.on_error_frame = lambda news: reports.append(_in_words(news))
     while len(bus):
         before = len(bus)
         cycle_.begin()
-        told += watch.advance(cycle_.number)
+        reports += watch.advance(cycle_.number)
         port._drain()
         assert len(bus) < before, "the port takes nothing any more"
-    assert all(isinstance(text, str) and text and len(text) < 500 for text in told)
+    assert all(isinstance(text, str) and text and len(text) < 500 for text in reports)
 
 
 def _in_words(news: BusNews) -> str:
@@ -102,15 +102,15 @@ def _in_words(news: BusNews) -> str:
 
 
 def _sdo_requests() -> Sequence[bytes]:
-    asked = [
+    requests = [
         "4000100000000000",
         "2f00210001000000",
         "4012210000000000",
         "6000000000000000",
         "2104210104000000",
     ]
-    asked += ["07ac0d0000000000", "a00010007f000000", "c204210104000000", "8000100000000405"]
-    return [b"".join(bytes.fromhex(text) for text in asked)]
+    requests += ["07ac0d0000000000", "a00010007f000000", "c204210104000000", "8000100000000405"]
+    return [b"".join(bytes.fromhex(text) for text in requests)]
 
 
 @target("servo_ctrl.canopen.sdo_server", _sdo_requests, words=SDO_WORDS)
@@ -150,12 +150,12 @@ def sdo_answers_of_a_node(data: bytes) -> None:
     """A node that answers by these frames over and over again, some of them unasked."""
     answers = [data[start : start + 8] for start in range(0, len(data), 8)] or [b""]
     script = islice(cycle(answers), MOST_REQUESTS)
-    asked = 0
+    count = 0
 
     def send(_can_id: int, request: bytes) -> None:
-        nonlocal asked
-        asked += request[0] != 0x80  # an abort of ours wants no answer
-        assert asked < MOST_REQUESTS, "an endless transfer"
+        nonlocal count
+        count += request[0] != 0x80  # an abort of ours wants no answer
+        assert count < MOST_REQUESTS, "an endless transfer"
         for answer in script:
             network.notify(0x581, bytearray(answer), 0.0)
             if not answer.startswith(AND_ONE_MORE):

@@ -159,7 +159,7 @@ def _page() -> Guard:
 
     @app.post("/stop")
     async def stop() -> dict[str, bool]:  # what only somebody who is logged in may reach
-        raise AssertionError("a stranger came through")
+        raise AssertionError("a client without access came through")
 
     return Guard(app, access, sessions)
 

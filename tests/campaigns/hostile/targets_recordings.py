@@ -110,12 +110,12 @@ def npz(data: bytes) -> None:
 
 
 def _mat() -> Sequence[bytes]:
-    made = []
+    files = []
     for options in ({}, {"do_compression": True}, {"format": "4"}):
         file = io.BytesIO()
         scipy.io.savemat(file, _columns(), **options)
-        made.append(file.getvalue())
-    return made
+        files.append(file.getvalue())
+    return files
 
 
 @target("reconcile.formats.array_files", _mat, declared=ReconcileError, words=(b"MATLAB 7.3 MAT",), short=150)

@@ -1,4 +1,4 @@
-"""Whether an attack did what it must not: a crash, a hang, a motion that nobody asked for."""
+"""Whether an attack did what it must not: a crash, a hang, a motion without a command."""
 
 from typing import NamedTuple
 

@@ -29,7 +29,7 @@ class Target(NamedTuple):
     tests: tuple[str, ...]
     """Test files that say how it should behave."""
     documents: tuple[str, ...] = ()
-    """Tests that hold a page against the table: asked last, for they know no reason, only a copy."""
+    """Tests that compare a page with the table: run last, for they check only a copy."""
     groups: tuple[tuple[str, ...], ...] = ()
     """Names that stand for one another in the tables."""
 

@@ -37,11 +37,11 @@ def test_members_of_enums_are_found_and_nothing_else() -> None:
 
 def test_mutants_of_a_file_differ_from_it_and_from_one_another() -> None:
     target = next(target for target in TARGETS if target.file.endswith("control/limits.py"))
-    made = list(mutants(target))
-    sources = {mutant.source for mutant in made}
-    assert len(sources) == len(made) >= 4
+    found = list(mutants(target))
+    sources = {mutant.source for mutant in found}
+    assert len(sources) == len(found) >= 4
     assert (REPOSITORY / target.file).read_text(encoding="utf-8") not in sources
-    assert any("limit), limit)" in change_of(target, mutant) for mutant in made)
+    assert any("limit), limit)" in change_of(target, mutant) for mutant in found)
 
 
 def test_every_named_file_exists() -> None:

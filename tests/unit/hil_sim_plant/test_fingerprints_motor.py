@@ -1,4 +1,4 @@
-"""What each effect between current and force leaves in the measured force, and how it is told apart.
+"""What each effect between current and force leaves in the measured force, and what distinguishes it.
 
 The force is that of the reported current; the residual is this force less mass times acceleration.
 """

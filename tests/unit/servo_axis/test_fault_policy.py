@@ -85,7 +85,7 @@ def test_quick_stop_command_brakes_in_every_stage_that_can_move(stage: Stage) ->
 
 
 def test_requested_stops_are_at_least_controlled_stops_while_the_axes_move() -> None:
-    assert {reaction(stage, wish) for stage in MOVING for wish in REQUESTS} == {
+    assert {reaction(stage, request) for stage in MOVING for request in REQUESTS} == {
         Reaction.HOLD,
         Reaction.QUICK_STOP,
     }

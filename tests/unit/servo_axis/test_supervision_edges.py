@@ -190,7 +190,7 @@ def test_only_the_last_block_counts() -> None:
 
 
 def braked(velocities_m_s: Sequence[float], limits: SupervisionLimits = LIMITS) -> list[int]:
-    """Cycles in which it is told."""
+    """Cycles in which it is reported."""
     braking, reported = BRAKE_BEGINS, []
     for at, velocity_m_s in enumerate(velocities_m_s):
         braking, runs_away = supervise_braking(limits, braking, velocity_m_s)

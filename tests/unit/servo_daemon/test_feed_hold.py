@@ -109,7 +109,7 @@ def distance_to_path_m(position_m: Array, steps: Sequence[Step]) -> float:
 
 
 def beyond_limit(made: Run) -> float:
-    """The largest acceleration as a share of the limit: as told, and from sample to sample."""
+    """The largest acceleration as a share of the limit: as commanded, and from sample to sample."""
     changes = np.diff(made.velocity_m_s, axis=0) / T
     return max(np.abs(made.acceleration_m_s2).max(), np.abs(changes).max()) / LIMIT_M_S2
 

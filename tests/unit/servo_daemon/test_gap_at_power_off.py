@@ -12,7 +12,7 @@ QUICK_STOP, DISABLE_VOLTAGE = 0x02, 0x00
 
 
 def at_rest_with_power(tmp_path: Path) -> Stand:
-    """Ramped down, and not told yet to give up power."""
+    """Ramped down, and not commanded yet to switch power off."""
     stand = Stand(ideal_machine_file(tmp_path)).start()
     stand.run(20)
     stand.machine.event(Event.DISABLE, "switched off")

@@ -19,7 +19,7 @@ LEVELS_N = (3.0, 1.5, 0.0)
 
 
 def named(tmp_path: Path, drift_n: float) -> set[str]:
-    """What is said of three recordings whose friction has levels of its own, and drifts within each."""
+    """The verdict on three recordings whose friction has levels of its own, and drifts within each."""
     (tmp_path / "nominal.toml").write_text(WITHOUT_SCALE, encoding="utf-8")
     model = load_model(tmp_path / "nominal.toml")
     rng, t, files = np.random.default_rng(2), np.arange(N) * T, []

@@ -115,7 +115,7 @@ def test_a_browser_draws_all_and_the_page_asks_for_nothing(report: Path, tmp_pat
     assert "<title>reconcile: effects</title>" in page
     assert "Content Security Policy" not in log  # the page forbids itself all requests; it would tell
     assert "Uncaught" not in log
-    # the same page with a picture from elsewhere is told of, so the check can fail
+    # the same page with a picture from elsewhere is reported, so the check can fail
     asking = tmp_path / "asking.html"
     text = report.read_text(encoding="utf-8")
     asking.write_text(

@@ -88,9 +88,9 @@ def test_invisible_effects_count_neither_as_expected_nor_as_false() -> None:
 
 
 def test_physics_outside_the_catalogue_counts_as_unknown() -> None:
-    strange = truth(effect("viscoelastic_relaxation", catalogue=False), kind="foreign")
-    assert score(strange, verdict("unknown", word="unknown"))["called_unknown"]
-    named = score(strange, verdict("stribeck_friction"))
+    foreign = truth(effect("viscoelastic_relaxation", catalogue=False), kind="foreign")
+    assert score(foreign, verdict("unknown", word="unknown"))["called_unknown"]
+    named = score(foreign, verdict("stribeck_friction"))
     assert (named["called_unknown"], named["false"]) == (False, ["stribeck_friction"])
 
 

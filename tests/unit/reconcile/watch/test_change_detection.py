@@ -29,7 +29,7 @@ def first_alarm(sequence: Sequence, indicators: int = 10, run_length: float = 10
 
 
 def test_false_alarms_stay_below_the_stated_rate() -> None:
-    """One in 50 recordings allowed, so that they can be counted; once the errors are twice those told."""
+    """One in 50 recordings allowed, so that they can be counted; once the errors are twice those stated."""
     rng = np.random.default_rng(1)
     found = 0
     for scale in (1.0, 2.0):
