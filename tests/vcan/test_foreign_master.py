@@ -18,6 +18,7 @@ SYNC_S = 0.01
 COUNTS_PER_MM = 104_857.6
 INDEX_COUNTS = round(1.3 * COUNTS_PER_MM)
 WAIT_S = 240.0
+BOOT_UP = bytes(1)
 QUICK_STOP_OPTION, STAY_IN_QUICK_STOP = 0x605A, 6
 POSITION, TARGET_POSITION, TARGET_VELOCITY, TARGET_TORQUE = 0x6064, 0x607A, 0x60FF, 0x6071
 
@@ -114,9 +115,22 @@ def master(network: canopen.Network) -> Iterator[Master]:
     leader = Master(network)
     yield leader
     leader.stop()
-    leader.node.nmt.state = "RESET"
-    leader.node.nmt.wait_for_bootup(WAIT_S)
+    reset(leader.node)
     del network[leader.node.id]
+
+
+def reset(node: canopen.RemoteNode) -> None:
+    """Reset the node, until it has booted. canopen's own wait misses a boot-up that came before it."""
+    booted = threading.Event()
+
+    def on_heartbeat(_identifier: int, data: bytearray, _timestamp: float) -> None:
+        if data == BOOT_UP:
+            booted.set()
+
+    node.network.subscribe(0x700 + node.id, on_heartbeat)
+    node.nmt.state = "RESET"
+    assert booted.wait(WAIT_S)
+    node.network.unsubscribe(0x700 + node.id, on_heartbeat)
 
 
 def test_it_walks_the_drive_through_its_states(master: Master) -> None:
