@@ -19,7 +19,6 @@ LONGEST_FIRST = (
     "tests/hil/test_friction_experiments.py",
     "tests/browser/test_operator.py",
     "tests/browser/test_table_pages.py",
-    "tests/browser/",
     "tests/hil/test_serve_lockstep.py",
     "tests/unit/reconcile/diagnosis/",
     "tests/unit/reconcile/watch/",
@@ -32,6 +31,8 @@ LONGEST_FIRST = (
 What is not here takes a few seconds a file. It comes at the end, where a long file would keep one processor
 waiting for the other.
 """
+WAITING, BETWEEN = "tests/browser/", 4
+"""The pages' tests wait half of their time: one such file after so many others, which compute meanwhile."""
 
 
 SLOW_UNITS = """
@@ -61,12 +62,22 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Workers take files in the order of their first tests (`--dist loadfile --no-loadscope-reorder`)."""
     paths = {item: item.path.relative_to(ROOT).as_posix() for item in items}
     last = len(LONGEST_FIRST)
-    items.sort(
-        key=lambda item: next((i for i in range(last) if paths[item].startswith(LONGEST_FIRST[i])), last)
-    )
+
+    def rank(path: str) -> int:
+        return next((i for i in range(last) if path.startswith(LONGEST_FIRST[i])), last)
+
+    files = sorted(dict.fromkeys(paths.values()), key=rank)
+    places = {path: float(place) for place, path in enumerate(f for f in files if not waits(f))}
+    places |= {path: (n + 0.5) * BETWEEN for n, path in enumerate(filter(waits, files))}
+    items.sort(key=lambda item: places[paths[item]])
     for item in items:
         if paths[item].startswith(SLOW):
             item.add_marker(pytest.mark.slow)
+
+
+def waits(path: str) -> bool:
+    """Whether a file's tests mostly wait."""
+    return path.startswith(WAITING)
 
 
 @pytest_asyncio.fixture

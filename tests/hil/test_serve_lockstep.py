@@ -32,7 +32,7 @@ WRONG_STATE = bytes.fromhex("8000210022000008")
 
 
 async def run_circle(
-    bench: Any, machine_dir: Path, directory: Path, turns: float, on_progress: Any = None, **options: Any
+    bench: Any, machine_dir: Path, directory: Path, turns: float, **options: Any
 ) -> RunReport:
     path = machine_dir / "circle.toml"
     path.write_text(PROGRAM.format(turns=turns), encoding="utf-8")
@@ -44,7 +44,6 @@ async def run_circle(
             bench.bus_spec,
             "lockstep",
             directory,
-            on_progress,
             **options,
         )
 
@@ -74,7 +73,9 @@ async def test_served_program_is_run_again_when_asked_and_recorded_as_a_segment_
                 asked.append("stop")
                 os.kill(os.getpid(), signal.SIGTERM)
 
-        report = await run_circle(bench, machine_dir, tmp_path / "r", 0.5, on_progress, serve=True)
+        report = await run_circle(
+            bench, machine_dir, tmp_path / "r", 0.5, on_progress=on_progress, serve=True
+        )
         answers = [data for can_id, data in monitor.frames if can_id == 0x580 + 127]
     assert answers[0] == WRONG_STATE
     assert answers[1][0] == 0x60
