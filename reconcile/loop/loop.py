@@ -60,7 +60,7 @@ class Outcome(NamedTuple):
 def run_loop(
     options: LoopOptions,
     on_text: Callable[[str], None] = lambda _text: None,
-    on_progress: Callable[[Progress], None] | None = None,
+    on_progress: Callable[[Progress], None] = lambda _progress: None,
 ) -> Outcome:
     """Run the loop; `loop.json` is rewritten after each round. Raises ReconcileError.
 
@@ -89,7 +89,7 @@ class _Rounds:
         machine: MachineConfig,
         limits: Mapping[str, AxisLimits],
         on_text: Callable[[str], None],
-        on_progress: Callable[[Progress], None] | None,
+        on_progress: Callable[[Progress], None],
     ) -> None:
         self._options, self._machine, self._limits = options, machine, limits
         self._on_text, self._on_progress = on_text, on_progress
@@ -141,7 +141,7 @@ class _Rounds:
         bound_s = START_S + MAX_TIME_RATIO * cycles * self._machine.period_s
         try:
             async with asyncio.timeout(bound_s):
-                pacing, show = self._options.pacing, self._on_progress or (lambda _progress: None)
+                pacing, show = self._options.pacing, self._on_progress
                 return await run_machine(
                     self._machine, program, bus, pacing, recording, show, compensation="off"
                 )
