@@ -17,6 +17,9 @@ def reason_of(error: OSError) -> str:
 class ServoCtrlError(Exception):
     """Base of every error that servo_ctrl reports to its user as one line, without a traceback."""
 
+    exit_status = 1
+    """Of the command that it ends."""
+
 
 class ConfigError(ServoCtrlError):
     """A machine or program file that cannot be used.

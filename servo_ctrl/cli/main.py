@@ -1,4 +1,4 @@
-"""`servo-ctrl`: the controller's command line. One subcommand a file; errors are one line and exit 1."""
+"""`servo-ctrl`: the controller's command line. One subcommand a file; errors are one line."""
 
 import sys
 
@@ -49,7 +49,7 @@ def main() -> None:
         app()
     except ServoCtrlError as error:
         typer.echo(f"servo-ctrl: {error}", err=True)
-        sys.exit(1)
+        sys.exit(error.exit_status)
     except OSError as error:
         if error.filename is None:
             raise

@@ -57,7 +57,8 @@ async def test_signal_during_boot_stops_at_once(bench: Any, xy_table: Path) -> N
     asyncio.get_running_loop().call_later(0.2, os.kill, os.getpid(), signal.SIGTERM)
     with (
         bench.monitor() as monitor,
-        pytest.raises(StoppedError, match="stopped by SIGTERM before anything moved"),
+        pytest.raises(StoppedError, match="stopped by SIGTERM before anything moved") as stopped,
     ):
         await run_machine(load_machine(xy_table), None, bench.bus_spec, "lockstep")
+    assert stopped.value.exit_status == 128 + signal.SIGTERM
     assert not [can_id for can_id, _ in monitor.frames if can_id == 0x80]

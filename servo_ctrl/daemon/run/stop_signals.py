@@ -12,7 +12,11 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class StoppedError(ServoCtrlError):
-    """A signal came before anything moved."""
+    """A signal came before anything moved; the command ends as after any signal, with 128 + its number."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"stopped by {name} before anything moved")
+        self.exit_status = 128 + signal.Signals[name]
 
 
 @contextlib.contextmanager

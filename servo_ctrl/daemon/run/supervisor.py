@@ -154,7 +154,7 @@ class _Supervisor:
         finally:
             self._boot = None
         if self._signal:
-            raise StoppedError(f"stopped by {self._signal} before anything moved")
+            raise StoppedError(self._signal)
         if others:
             raise BusError(min(others))
 

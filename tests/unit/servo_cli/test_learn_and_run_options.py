@@ -1,11 +1,13 @@
 """Options that `servo-ctrl learn` and `servo-ctrl run` refuse before they open a bus."""
 
+import signal
 import sys
 from pathlib import Path
 
 import pytest
 
 from servo_ctrl.cli.main import main
+from servo_ctrl.daemon.run.stop_signals import StoppedError
 
 MACHINES = Path(__file__).parents[3] / "machines"
 NO_BUS = "localcan:/nowhere/at.all"
@@ -34,3 +36,17 @@ def test_contradictory_options_are_refused_before_the_bus_is_opened(
     assert complaint in errors
     assert "nowhere" not in errors
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_before_anything_moved_ends_as_any_other_does(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], number: signal.Signals
+) -> None:
+    def interrupted() -> None:
+        raise StoppedError(number.name)
+
+    monkeypatch.setattr("servo_ctrl.cli.main.app", interrupted)
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 128 + number
+    assert capsys.readouterr().err == f"servo-ctrl: stopped by {number.name} before anything moved\n"
