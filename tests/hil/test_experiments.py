@@ -22,7 +22,7 @@ from studies.feng_2015.circles import summary
 
 ROOT = Path(__file__).parents[2]
 EMPS_DATA = ROOT.parent / "shared" / "data" / "emps"
-PROCESS_TIMEOUT_S = 240.0
+PROCESS_TIMEOUT_S = 800.0  # each of 100,000 turns in lockstep waits for others that want the processors
 
 
 def servo_ctrl(*arguments: str) -> str:

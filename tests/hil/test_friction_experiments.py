@@ -12,7 +12,7 @@ from machine_files import text_of
 
 ROOT = Path(__file__).parents[2]
 XY_TABLE = ROOT / "machines" / "xy_table"
-LIMIT_S = 240.0
+LIMIT_S = 800.0  # each of 100,000 turns in lockstep waits for others that want the processors
 INDICATORS = ["contour_peak_um", "mean_um", "peak_um", "rms_um"]
 QUICK = {
     "radius_mm = 50.0": "radius_mm = 3.0\nsteps = [1, 1, 1]\ncoarse_steps = 4\nfine_steps = 2\n"
