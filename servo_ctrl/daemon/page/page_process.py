@@ -42,7 +42,7 @@ async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator
         *command,
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
-        start_new_session=True,  # Ctrl-C is for us
+        process_group=0,  # Ctrl-C is for us; in another session niceness would be void, sched(7)
         preexec_fn=_beside_the_cycle,
     )
     output = asyncio.create_task(_read(process, note))

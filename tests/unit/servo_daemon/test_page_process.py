@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from servo_ctrl.daemon.page.page_process import kept
+from servo_ctrl.daemon.page.page_process import NICENESS, kept
 
 LIMIT_S = 20.0
 LIVES = """
@@ -73,6 +73,17 @@ async def test_a_page_that_dies_is_restarted_and_its_last_output_reported(tmp_pa
         assert alive(pids(file)[1])
     assert notes == ["the page has ended (status -9), again in 0.25 s: served at some address"]
     assert not any(alive(pid) for pid in pids(file))
+
+
+async def test_a_page_gives_way_to_the_cycle_and_ctrl_c_is_not_for_it(tmp_path: Path) -> None:
+    """Linux may weigh niceness within a session alone: sched(7), the autogroup feature."""
+    file = tmp_path / "pids"
+    async with kept(command(LIVES, file), print):
+        await until(lambda: len(pids(file)) == 1)
+        (page,) = pids(file)
+        assert os.getpriority(os.PRIO_PROCESS, page) == min(19, os.nice(0) + NICENESS)
+        assert os.getsid(page) == os.getsid(0)
+        assert os.getpgid(page) != os.getpgid(0)
 
 
 async def test_a_page_that_keeps_dying_is_restarted_with_growing_delay(tmp_path: Path) -> None:
