@@ -52,7 +52,16 @@ def loop(
     from reconcile.report.console import show
     from servo_ctrl.cli.progress import progress_bar
 
-    options = LoopOptions(machine, model, out, most_recordings, plant, bus, program, pacing.value)
+    options = LoopOptions(
+        machine=machine,
+        model=model,
+        out=out,
+        most_recordings=most_recordings,
+        plant=plant,
+        bus=bus,
+        program=program,
+        pacing=pacing.value,
+    )
     with progress_bar() as on_progress:
         done = run_loop(
             options,

@@ -108,4 +108,12 @@ def diagnose(
     if page is not None:
         on_progress("report")
         write_report(content, analyses, page, replayed.comparisons)
-    return Diagnosis(content, file, plant, explanations, analyses, page, following)
+    return Diagnosis(
+        verdict=content,
+        verdict_file=file,
+        model_file=plant,
+        explanations=explanations,
+        residual_analyses=analyses,
+        report_file=page,
+        next_experiment=following,
+    )

@@ -60,7 +60,17 @@ def plan_fleet(dataset: str, model_dir: Path, out: Path, options: FleetOptions) 
             rows[name] = row
             reused += 1
             continue
-        tasks.append(AxisTask(data, key, *model, options.mapping, options.with_reports, version))
+        tasks.append(
+            AxisTask(
+                data=data,
+                key=key,
+                model_file=model.file,
+                model=model.text,
+                mapping=options.mapping,
+                with_report=options.with_reports,
+                version=version,
+            )
+        )
     return FleetPlan(rows, tasks, reused, listing.ignored)
 
 

@@ -121,4 +121,13 @@ def _spread(name: str, unit: str, found: list[tuple[float, tuple[str, str]]]) ->
     numbers = np.array([value for value, _ in found])
     low, median, high = (float(one) for one in np.quantile(numbers, (0.1, 0.5, 0.9)))
     largest, place = max(found, key=lambda one: abs(one[0]))
-    return ParameterSpread(name, unit, len(found), median, low, high, largest, place)
+    return ParameterSpread(
+        name=name,
+        unit=unit,
+        axes=len(found),
+        median=median,
+        low=low,
+        high=high,
+        largest=largest,
+        largest_at=place,
+    )

@@ -58,19 +58,24 @@ def kinematics(position_m: Array, period_s: float) -> Kinematics:
     fastest_m_s = float(np.abs(velocity_m_s).max())
     velocity_threshold_m_s = max(4.0 * noise_m * passed_rad_s, count_m * corner_hz, 1e-4 * fastest_m_s, 1e-9)
     moving = np.abs(velocity_m_s) > velocity_threshold_m_s
-    history = _history(smooth_m, velocity_m_s, moving, period_s)
+    last_direction, since_reversal_m, dwell_s, distance_since_standstill_m = _history(
+        smooth_m, velocity_m_s, moving, period_s
+    )
     half_window = max(round(SHORTEST_STANDSTILL_S / period_s), 1)
     standing_still = np.convolve(~moving, np.ones(2 * half_window + 1), mode="same") >= 2 * half_window
     return Kinematics(
-        corner_hz,
-        position_m,
-        velocity_m_s,
-        np.gradient(velocity_m_s, period_s),
-        velocity_threshold_m_s,
-        np.where(moving, np.sign(velocity_m_s), history[0]),
-        *history,
-        moving,
-        standing_still,
+        corner_hz=corner_hz,
+        position_m=position_m,
+        velocity_m_s=velocity_m_s,
+        acceleration_m_s2=np.gradient(velocity_m_s, period_s),
+        velocity_threshold_m_s=velocity_threshold_m_s,
+        direction=np.where(moving, np.sign(velocity_m_s), last_direction),
+        last_direction=last_direction,
+        distance_since_reversal_m=since_reversal_m,
+        dwell_s=dwell_s,
+        distance_since_standstill_m=distance_since_standstill_m,
+        moving=moving,
+        standing_still=standing_still,
     )
 
 
@@ -136,7 +141,6 @@ def _smallest_step_m(position_m: Array) -> float:
 def _history(
     position_m: Array, velocity_m_s: Array, moving: NDArray[np.bool_], period_s: float
 ) -> tuple[Array, Array, Array, Array]:
-    """The fields of Kinematics from `last_direction` to `distance_since_standstill_m`."""
     n = len(position_m)
     last_direction, since_reversal_m = np.zeros(n), np.zeros(n)
     dwell_s, distance_since_standstill_m = np.zeros(n), np.zeros(n)

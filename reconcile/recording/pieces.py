@@ -47,9 +47,18 @@ class _AxisChannels(NamedTuple):
     model: NominalAxis
 
     def finding(self, check: str, role: str, first: int, last: int, size: float, unit: str) -> SensorFinding:
-        interval_s = float(self.time_s[first]), float(self.time_s[last])
-        where = (self.source, self.axis, FIELDS.get(role, ""), *interval_s)
-        return SensorFinding(check, "warning", *where, size, unit, message="")
+        return SensorFinding(
+            check=check,
+            severity="warning",
+            source=self.source,
+            axis=self.axis,
+            channel=FIELDS.get(role, ""),
+            start_s=float(self.time_s[first]),
+            end_s=float(self.time_s[last]),
+            size=size,
+            unit=unit,
+            message="",
+        )
 
 
 def pieces_of(

@@ -1,7 +1,5 @@
 """The outcome of a run, in lines and in an exit status; the same for all commands that make one."""
 
-import signal
-
 import typer
 
 from servo_ctrl.cli.part_program_report import print_contour_error
@@ -9,6 +7,7 @@ from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.run.report import RunReport
+from servo_ctrl.daemon.run.stop_signals import exit_status_after
 from servo_ctrl.learning.screw import LEARNER as SCREW
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.recording.recorder import RecordingError
@@ -37,7 +36,7 @@ def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | 
                     raise
     if report.failed or report.signal:
         typer.echo(f"servo-ctrl: {report.reason}", err=True)
-        raise typer.Exit(1 if report.failed else 128 + signal.Signals[report.signal].value)
+        raise typer.Exit(1 if report.failed else exit_status_after(report.signal))
 
 
 def print_learned(report: RunReport, *, resumable: bool) -> None:

@@ -167,7 +167,14 @@ def _steps(column: int) -> list[Step]:
         speed_rad_s = speed_for_reverse_acceleration(AMPLITUDE_M, acceleration_m_s2)
         ramp_s = 0.1 * 2.0 * math.pi / speed_rad_s
         steps += [
-            Sine("sine", column, AMPLITUDE_M, speed_rad_s, 4.0, ramp_s),
+            Sine(
+                label="sine",
+                axis=column,
+                amplitude_m=AMPLITUDE_M,
+                speed_rad_s=speed_rad_s,
+                cycles=4.0,
+                ramp_s=ramp_s,
+            ),
             Dwell("rest", 0.5),
         ]
     for target_mm in TARGETS_MM:

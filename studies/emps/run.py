@@ -52,8 +52,22 @@ def _run_record(data: Path, machine: Path, out: Path, record: str) -> EmpsResult
         out / f"{record}.png",
         result.time_s,
         [
-            Comparison("force", "N", result.force_n, result.measured_force_n, "N", 1.0),
-            Comparison("position", "m", result.position_m, result.measured_position_m, "um", 1e6),
+            Comparison(
+                quantity="force",
+                unit="N",
+                simulated=result.force_n,
+                measured=result.measured_force_n,
+                difference_unit="N",
+                difference_factor=1.0,
+            ),
+            Comparison(
+                quantity="position",
+                unit="m",
+                simulated=result.position_m,
+                measured=result.measured_position_m,
+                difference_unit="um",
+                difference_factor=1e6,
+            ),
         ],
         f"EMPS {record}: force error {result.force_error_percent:.2f} %",
     )

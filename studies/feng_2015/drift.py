@@ -92,10 +92,23 @@ async def run_drift(
             learning_begin_s, done_s, result = await _operate(OperatorPanel(config, bus), config, on_event)
     reversals = read_reversals(directory)
     due_s = _first(reversals, due=True, after_s=0.0)
-    cleared_s = _first(reversals, due=False, after_s=done_s)
-    instants = Instants(change_s(plant), due_s, learning_begin_s, done_s, cleared_s)
+    learned_now, version = result
+    instants = Instants(
+        friction_changes_s=change_s(plant),
+        due_s=due_s,
+        learning_begun_s=learning_begin_s,
+        learning_done_s=done_s,
+        due_cleared_s=_first(reversals, due=False, after_s=done_s),
+    )
     log_lines = [line for line in printed if "learning is due" in line or f"axis {AXIS}: J " in line]
-    return Drift(instants, config.monitoring.required_um / UM, reversals, *result, log_lines)
+    return Drift(
+        instants=instants,
+        required_m=config.monitoring.required_um / UM,
+        reversals=reversals,
+        learned=learned_now,
+        version=version,
+        log_lines=log_lines,
+    )
 
 
 async def _operate(

@@ -30,7 +30,15 @@ def friction_study(
     judged, single = (paper.store if bus is None else bus.store), out / "learned" / "single"
     without_second_trapezoid(machine, judged, single)
     results = _run_variants(console, machine, out, judged, single)
-    study = FrictionStudy(results, paper, fast, repeated, seed, bus, time.monotonic() - start_s)
+    study = FrictionStudy(
+        results=results,
+        paper=paper,
+        fast=fast,
+        repeated=repeated,
+        seed=seed,
+        bus=bus,
+        wall_s=time.monotonic() - start_s,
+    )
     print_study(console, study)
     for picture in draw_study(machine, study, out):
         console.print(f"picture: {picture}", highlight=False)

@@ -76,4 +76,12 @@ async def position_over_bus(
     started = int(np.flatnonzero(segment >= 0)[0])
     speed = report.cycles * machine.period_s / report.wall_s
     cycles_before = engaged, started - engaged
-    return BusRun(stage.name, series, plan.visits, scale_m, cycles_before, recording, speed)
+    return BusRun(
+        stage=stage.name,
+        series=series,
+        visits=plan.visits,
+        scale_m=scale_m,
+        cycles_before=cycles_before,
+        recording=recording,
+        times_real_time=speed,
+    )

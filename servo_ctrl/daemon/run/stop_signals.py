@@ -12,11 +12,16 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class StoppedError(ServoCtrlError):
-    """A signal came before anything moved; the command ends as after any signal, with 128 + its number."""
+    """A signal came before anything moved; the command ends as after any signal."""
 
     def __init__(self, name: str) -> None:
         super().__init__(f"stopped by {name} before anything moved")
-        self.exit_status = 128 + signal.Signals[name]
+        self.exit_status = exit_status_after(name)
+
+
+def exit_status_after(name: str) -> int:
+    """Exit status of a command that this signal ended: 128 + its number, as a shell has it."""
+    return 128 + signal.Signals[name].value
 
 
 @contextlib.contextmanager

@@ -43,8 +43,22 @@ class Theme(NamedTuple):
         return self.curves[number % len(self.curves)]
 
 
-LIGHT = Theme("#FFFFFF", "#1B1F23", "#D5DADF", CURVES_LIGHT, GREY_LIGHT, VIRIDIS[:8])
-DARK = Theme("#171B1F", "#E4E8EB", "#38414A", CURVES_DARK, GREY_DARK, VIRIDIS[3:])
+LIGHT = Theme(
+    background="#FFFFFF",
+    ink="#1B1F23",
+    grid="#D5DADF",
+    curves=CURVES_LIGHT,
+    grey=GREY_LIGHT,
+    speeds=VIRIDIS[:8],
+)
+DARK = Theme(
+    background="#171B1F",
+    ink="#E4E8EB",
+    grid="#38414A",
+    curves=CURVES_DARK,
+    grey=GREY_DARK,
+    speeds=VIRIDIS[3:],
+)
 
 
 class Look(NamedTuple):

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.errors import ServoCtrlError
 
@@ -21,8 +22,8 @@ async def main(folder: Path, bus: str, what: str) -> int:
     program = None if what == "standby" else load_program(Path(what), machine)
     printed = set()
 
-    def progress(state: object) -> None:
-        stage = state.stage.name  # type: ignore[attr-defined]  # a Progress
+    def progress(state: Progress) -> None:
+        stage = state.stage.name
         if stage not in printed:
             printed.add(stage)
             print(f"stage {stage}", flush=True)
