@@ -13,11 +13,12 @@ import can
 import pytest
 from child_process import terminate
 from consecutive_runs import ConsecutiveRuns
+from forked_program import HIL_SIM, HUB, ForkedProgram
 from machine_files import REPOSITORY, text_of, write_controller
 
 from tests.campaigns.campaign.machine import make_machine
 
-START_LIMIT_S = 240.0  # a first start compiles the plant's kernels
+START_LIMIT_S = 240.0
 STOP_LIMIT_S = 60.0
 
 
@@ -54,17 +55,27 @@ class Bench:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._socket = folder / "can.sock"
-        self._running: list[subprocess.Popen[bytes]] = []
+        self._running: list[ForkedProgram | subprocess.Popen[bytes]] = []
         self.bus_spec = f"localcan:{self._socket}"
-        self.hub = self._start([sys.executable, "-m", "local_can", str(self._socket)])
+        self.hub = self._start(HUB, [str(self._socket)])
         self._await_hub()
 
-    def simulate(self, machine: Path, pacing: str = "lockstep") -> subprocess.Popen[bytes]:
+    def simulate(self, machine: Path, pacing: str = "lockstep") -> ForkedProgram:
         """A simulator whose nodes are on the bus."""
-        command = [str(Path(sys.executable).with_name("hil-sim")), "run", "--machine", str(machine)]
-        process = self._start([*command, "--bus", self.bus_spec, "--pacing", pacing])
+        process = self._start(HIL_SIM, self._options(machine, pacing))
         self._await_line(process, b"on the bus")
         return process
+
+    def simulate_by_command(self, machine: Path, pacing: str = "lockstep") -> subprocess.Popen[bytes]:
+        """The same, started by the command of a user."""
+        command = [str(Path(sys.executable).with_name("hil-sim")), *self._options(machine, pacing)]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        self._running.append(process)
+        self._await_line(process, b"on the bus")
+        return process
+
+    def _options(self, machine: Path, pacing: str) -> list[str]:
+        return ["run", "--machine", str(machine), "--bus", self.bus_spec, "--pacing", pacing]
 
     def machine(self, replacements: dict[str, str], name: str = "xy_table") -> Path:
         """A copy of a machine with texts of its controller.toml replaced (first occurrence each)."""
@@ -88,8 +99,8 @@ class Bench:
             assert process.stdout is not None
             process.stdout.close()
 
-    def _start(self, command: list[str]) -> subprocess.Popen[bytes]:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    def _start(self, program: str, arguments: list[str]) -> ForkedProgram:
+        process = ForkedProgram(program, arguments)
         self._running.append(process)
         return process
 
@@ -103,7 +114,7 @@ class Bench:
             time.sleep(0.02)
 
     @staticmethod
-    def _await_line(process: subprocess.Popen[bytes], text: bytes) -> None:
+    def _await_line(process: ForkedProgram | subprocess.Popen[bytes], text: bytes) -> None:
         """Read until a line with `text`; fails when the process ends or is silent for too long."""
         assert process.stdout is not None
         deadline_s = time.monotonic() + START_LIMIT_S

@@ -21,7 +21,7 @@ def ended(process: subprocess.Popen[bytes]) -> tuple[int, str]:
 
 def test_nodes_boot_up_and_answer_a_reset(bench: Any) -> None:
     with bench.monitor() as monitor:
-        bench.simulate(XY_TABLE)
+        bench.simulate_by_command(XY_TABLE)
         for node in NODES:
             monitor.wait_for(0x700 + node, b"\0")
         monitor.frames.clear()
@@ -32,7 +32,7 @@ def test_nodes_boot_up_and_answer_a_reset(bench: Any) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_signals_end_the_simulator_cleanly(bench: Any, number: signal.Signals) -> None:
-    process = bench.simulate(XY_TABLE)
+    process = bench.simulate_by_command(XY_TABLE)
     started_s = time.monotonic()
     process.send_signal(number)
     status, output = ended(process)
@@ -42,7 +42,7 @@ def test_signals_end_the_simulator_cleanly(bench: Any, number: signal.Signals) -
 
 def test_real_time_keeps_heartbeats_going_without_sync(bench: Any) -> None:
     with bench.monitor() as monitor:
-        bench.simulate(XY_TABLE, "realtime")
+        bench.simulate_by_command(XY_TABLE, "realtime")
         monitor.send(0x601, bytes.fromhex("2b17100032000000"))  # 1017h = 50 ms
         monitor.wait_for(0x581, bytes.fromhex("6017100000000000"))
         for _ in range(5):
@@ -52,7 +52,7 @@ def test_real_time_keeps_heartbeats_going_without_sync(bench: Any) -> None:
 
 def test_lockstep_is_silent_without_sync(bench: Any) -> None:
     with bench.monitor() as monitor:
-        bench.simulate(XY_TABLE)
+        bench.simulate_by_command(XY_TABLE)
         monitor.send(0x601, bytes.fromhex("2b17100001000000"))  # 1017h = 1 ms
         monitor.wait_for(0x581, bytes.fromhex("6017100000000000"))
         monitor.frames.clear()
@@ -64,7 +64,7 @@ def test_lockstep_is_silent_without_sync(bench: Any) -> None:
 
 
 def test_a_lost_bus_ends_the_simulator_with_one_line(bench: Any) -> None:
-    process = bench.simulate(XY_TABLE)
+    process = bench.simulate_by_command(XY_TABLE)
     bench.hub.terminate()
     status, output = ended(process)
     assert status == 1

@@ -3,8 +3,10 @@
 import subprocess
 from typing import Any
 
+from forked_program import ForkedProgram
 
-def terminate(process: subprocess.Popen[Any], timeout_s: float) -> None:
+
+def terminate(process: subprocess.Popen[Any] | ForkedProgram, timeout_s: float) -> None:
     """Terminate the process; kill it after `timeout_s`."""
     process.terminate()
     try:
