@@ -54,8 +54,8 @@ SLOW = tuple(f"tests/unit/{beginning}" for beginning in SLOW_UNITS.split())
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """One more than there are processors: the tests of a page or a broker wait for a fifth of their time."""
-    return 1 + len(os.sched_getaffinity(0))
+    """Two more than there are processors: the tests of a page, a bus or a broker wait for others."""
+    return 2 + len(os.sched_getaffinity(0))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

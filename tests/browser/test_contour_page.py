@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from choices import choose
 from playwright.sync_api import expect
 
 if TYPE_CHECKING:
@@ -37,11 +38,9 @@ def test_a_circle_is_found_drawn_and_measured(
     wait_for_frames(page, "quadrants", 1)
     arrays = "getElement(document.querySelector('[data-testid=contour-path]').id.slice(1)).arrays"
     assert page.evaluate(f"Math.max(...{arrays}[0])") > 0.0249
-    page.get_by_test_id("contour-factor").click()
-    page.get_by_role("option", name="\N{MULTIPLICATION SIGN} 500", exact=True).click()
+    choose(page.get_by_test_id("contour-factor"), "\N{MULTIPLICATION SIGN} 500")
     expect(about).to_contain_text("Error drawn 500 times")
-    page.get_by_test_id("contour-path-factor").click()
-    page.get_by_role("option", name="\N{MULTIPLICATION SIGN} 1000", exact=True).click()
+    choose(page.get_by_test_id("contour-path-factor"), "\N{MULTIPLICATION SIGN} 1000")
     page.wait_for_function(f"Math.max(...{arrays}[2]) > 0.0275", timeout=20_000)
     picture(page, "contour")
 
@@ -50,8 +49,7 @@ def test_it_fits_a_narrow_dark_screen_in_inches(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
 ) -> None:
     page = visit("/contour", width=360, dark=True)
-    page.get_by_label("Units").click()
-    page.get_by_role("option", name="inch", exact=True).click()
+    choose(page.get_by_label("Units"), "inch")
     expect(page.get_by_test_id("contour-about")).to_contain_text("0.98425 in", timeout=20_000)
     wait_for_frames(page, "polar", 1)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from choices import choose
 from playwright.sync_api import expect
 
 from servo_ctrl.recording.reader import load_recording
@@ -15,11 +16,6 @@ if TYPE_CHECKING:
 
     from page_server import Stub
     from playwright.sync_api import Page
-
-
-def choose(page: Page, field: str, option: str) -> None:
-    page.get_by_test_id(field).click()
-    page.get_by_role("option", name=option, exact=True).click()
 
 
 def frames(page: Page) -> int:
@@ -36,7 +32,7 @@ def test_channels_are_drawn_live_and_no_peak_is_lost(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
 ) -> None:
     page = visit("/scope")
-    choose(page, "scope-span-s", "30 s")
+    choose(page.get_by_test_id("scope-span-s"), "30 s")
     wait_for_more_frames(page, 10)
     # the bump of a reversal lasts a few rows of 30000; its height is in what the browser draws
     page.wait_for_function(
@@ -54,8 +50,8 @@ def test_a_single_picture_of_a_reversal_is_measured_and_saved(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
 ) -> None:
     page = visit("/scope")
-    choose(page, "scope-span-s", "200 ms")
-    choose(page, "scope-kind", "reversal of an axis")
+    choose(page.get_by_test_id("scope-span-s"), "200 ms")
+    choose(page.get_by_test_id("scope-kind"), "reversal of an axis")
     page.get_by_role("button", name="Single").click()
     expect(page.get_by_test_id("scope-state")).to_have_text("taken", timeout=15_000)
     page.get_by_label("Cursor A").fill("0")
@@ -93,8 +89,8 @@ def test_a_stop_of_the_machine_triggers_the_scope(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
 ) -> None:
     page = visit("/scope", width=360, dark=True)
-    choose(page, "scope-kind", "fault or stop")
-    choose(page, "scope-span-s", "100 ms")
+    choose(page.get_by_test_id("scope-kind"), "fault or stop")
+    choose(page.get_by_test_id("scope-span-s"), "100 ms")
     page.get_by_role("button", name="Normal").click()
     expect(page.get_by_test_id("scope-state")).to_have_text("waiting for the trigger")
     stub.status(stage="quick_stopping", reason="following error of x")
@@ -107,8 +103,7 @@ def test_a_stop_of_the_machine_triggers_the_scope(
 def test_charts_and_readings_follow_the_units(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/scope")
     wait_for_more_frames(page, 2)
-    page.get_by_label("Units").click()
-    page.get_by_role("option", name="inch", exact=True).click()
+    choose(page.get_by_label("Units"), "inch")
     expect(page.get_by_test_id("scope-readings")).to_contain_text("in/s")
     expect(page.get_by_test_id("scope-readings")).to_contain_text("\N{MICRO SIGN}in")
 
