@@ -1,0 +1,11 @@
+"""A choice from a list on a page."""
+
+from playwright.sync_api import Locator, expect
+
+
+def choose(field: Locator, option: str) -> None:
+    """Choose an option from the list of a field; return once it has gone, as the next may have it too."""
+    field.click()
+    found = field.page.get_by_role("option", name=option, exact=True)
+    found.click()
+    expect(found).to_have_count(0)
