@@ -68,10 +68,15 @@ class Bench:
 
     def simulate_by_command(self, machine: Path, pacing: str = "lockstep") -> subprocess.Popen[bytes]:
         """The same, started by the command of a user."""
-        command = [str(Path(sys.executable).with_name("hil-sim")), *self._options(machine, pacing)]
+        process = self.run("hil-sim", *self._options(machine, pacing))
+        self._await_line(process, b"on the bus")
+        return process
+
+    def run(self, program: str, *arguments: str) -> subprocess.Popen[bytes]:
+        """A program by the command of a user, ended with the bench."""
+        command = [str(Path(sys.executable).with_name(program)), *arguments]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self._running.append(process)
-        self._await_line(process, b"on the bus")
         return process
 
     def _options(self, machine: Path, pacing: str) -> list[str]:

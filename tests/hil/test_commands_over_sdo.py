@@ -1,7 +1,6 @@
 """The real controller in lockstep, commanded by canopen's own client with our EDS."""
 
 import contextlib
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -91,9 +90,8 @@ def panel_of(bench: Any, tmp_path: Path) -> Iterator[Callable[..., Panel]]:
             bench.simulate(machine)
             panel = Panel(can.Bus(interface="localcan", channel=bench.bus_spec.partition(":")[2]))
             stack.callback(panel.close)
-            program = str(Path(sys.executable).with_name("servo-ctrl"))
-            command = [program, "run", "--machine", str(machine), "--bus", bench.bus_spec]
-            bench._start([*command, "--pacing", "lockstep", *options])
+            command = ["run", "--machine", str(machine), "--bus", bench.bus_spec, "--pacing", "lockstep"]
+            bench.run("servo-ctrl", *command, *options)
             panel.wait(lambda: panel.statuses and panel.statuses[-1][0] == stage)
             return panel
 

@@ -1,7 +1,6 @@
 """The real controller in lockstep, watched and commanded by MQTT with Mosquitto's own clients."""
 
 import signal
-import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -31,9 +30,8 @@ def controller(bench: Any, broker: Mosquitto, *options: str) -> Any:
     """Start simulator and controller as processes; returns that of the controller."""
     machine = bench.machine({})
     bench.simulate(machine)
-    program = str(Path(sys.executable).with_name("servo-ctrl"))
-    command = [program, "run", "--machine", str(machine), "--bus", bench.bus_spec, "--pacing", "lockstep"]
-    return bench._start([*command, "--mqtt", f"127.0.0.1:{broker.port}", *options])
+    command = ["run", "--machine", str(machine), "--bus", bench.bus_spec, "--pacing", "lockstep"]
+    return bench.run("servo-ctrl", *command, "--mqtt", f"127.0.0.1:{broker.port}", *options)
 
 
 async def command(broker: Mosquitto, listener: Listener, request_id: str, content: str) -> dict[str, Any]:
