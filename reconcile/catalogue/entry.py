@@ -123,6 +123,8 @@ class CatalogueEntry:
     """Parameters of the plant's effect; may raise NotInAPlant, and notes what is not as it was found."""
     from_plant: Callable[[ModelEffect], Sequence[ModelTerm]] | None = None
     """The terms that the plant's effect is, where its parameters are not those of the term."""
+    refused: Callable[[IdentifiedTerms], str] = lambda _found: ""
+    """Why nature has no such effect, beside bounds and signs; empty where it may have it (`veto`)."""
     fixed_to_screw: bool = False
     """Its phase is fixed to the screw: a recording whose zero is shifted within a turn shows it."""
 

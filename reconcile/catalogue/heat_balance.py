@@ -1,5 +1,6 @@
 """Lumped heat balances, C dT/dt = P - T / R, P the friction power: what the effects of warming share."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -8,6 +9,14 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, NotInAPlant
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters
+
+LEAST_CHANGE_K = 2.0
+"""Change of a recorded temperature from which on something can have changed with it; chosen."""
+LEAST_NOISE_RATIO = 10.0
+"""The same in standard deviations of the sensor's noise."""
+
+MOST_TIME_RATIO = 10.0
+"""Time constant over the longest recording; of a longer one a tenth is seen, a line over time."""
 
 
 class Balance(NamedTuple):
@@ -29,6 +38,28 @@ def recorded_start_k(datasets: Sequence[RegressionData]) -> float | None:
     """Temperature at the start of the first recording; None unless all of them have it."""
     recorded = [data.temperature_k for data in datasets if data.temperature_k is not None]
     return float(recorded[0][0]) if len(recorded) == len(datasets) else None
+
+
+def temperature_changes(datasets: Sequence[RegressionData]) -> bool:
+    """Whether the recorded temperature changes by enough for an effect of it to show."""
+    recorded = [data.temperature_k for data in datasets if data.temperature_k is not None]
+    highest_k = max(float(np.percentile(of, 99.0)) for of in recorded)
+    lowest_k = min(float(np.percentile(of, 1.0)) for of in recorded)
+    noise_k = max(float(np.std(np.diff(of))) for of in recorded) / math.sqrt(2.0)
+    return highest_k - lowest_k >= max(LEAST_CHANGE_K, LEAST_NOISE_RATIO * noise_k)
+
+
+def too_little_warming(found: IdentifiedTerms) -> str:
+    """Why nothing can have changed with the temperature (`CatalogueEntry.refused`)."""
+    time_s = found.terms[0].get("time_s")
+    if time_s is not None:
+        longest_s = max(float(data.time_s[-1]) for data in found.datasets)
+        if time_s <= MOST_TIME_RATIO * longest_s:
+            return ""
+        return f"a warming of {time_s:.3g} s is a straight line over time in {longest_s:.3g} s"
+    if recorded_start_k(found.datasets) is None or temperature_changes(found.datasets):
+        return ""
+    return f"the recorded temperature changes by less than {LEAST_CHANGE_K:g} K, or than its own noise"
 
 
 def rise(data: RegressionData, shape: ShapeParameters) -> Array:

@@ -1,17 +1,23 @@
 """Periodic lead error: scale less motor repeats once a turn of the screw, or a few times."""
 
+from collections.abc import Sequence
+
 from hil_sim.physics.transmission import lead_error_periodic as physics
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
-from reconcile.catalogue.kinds import EITHER, ResidualChannel, TermFamily
-from reconcile.catalogue.periodic import Wave, over_turns
+from reconcile.catalogue.kinds import EITHER, RegressionData, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.periodic import Wave, covers_turns, over_turns
 
 HARMONICS = (1, 2, 3, 4, 6, 8)
 WAVE = Wave("harmonic", "1/turn", "amplitude_m", "m", ResidualChannel.POSITION_DEVIATION, sign=1.0)
 
 
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    return [(float(k),) for k in HARMONICS if covers_turns(datasets, k)]
+
+
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(over_turns, lambda _data: [(float(k),) for k in HARMONICS], WAVE.channel, EITHER),),
+    terms=(TermFamily(over_turns, _shapes, WAVE.channel, EITHER),),
     parameters_of=WAVE.parameters,
     sentence=lambda p: (
         f"scale less motor swings by {p['amplitude'] * 1e6:.2f} um {p['harmonic']:g} times a turn: a "

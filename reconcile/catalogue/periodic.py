@@ -2,6 +2,7 @@
 
 import cmath
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,10 @@ from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel
 
 RIPPLES_A_TURN = 4.0
 """Harmonic of a plausible ripple of cogging or torque."""
+FEWEST_PERIODS = 2.0
+"""Periods that must lie within the range of positions: what has come once may be anything over the travel."""
+WHOLE_TURN = 0.99
+"""Turns that must lie within it: a measured turn ends where it began, one point short."""
 
 
 def pair(angle_rad: Array) -> Array:
@@ -22,6 +27,13 @@ def pair(angle_rad: Array) -> Array:
 def over_turns(data: RegressionData, shape: ShapeParameters) -> Array:
     """Columns (n, 2) of a harmonic, which repeats `shape[0]` times a turn of the screw."""
     return pair(shape[0] * 2.0 * np.pi / data.lead_m * data.motion.position_m)
+
+
+def covers_turns(datasets: Sequence[RegressionData], harmonic: float) -> bool:
+    """Whether any recording covers a whole turn (of the motor) and two periods of a harmonic of it."""
+    range_m = max(float(np.ptp(data.motion.position_m)) for data in datasets)
+    turns = range_m / datasets[0].lead_m
+    return turns >= WHOLE_TURN and harmonic * turns >= WHOLE_TURN * FEWEST_PERIODS
 
 
 def sine_and_cosine(amplitude: float, phase_rad: float) -> tuple[float, float]:

@@ -14,6 +14,8 @@ from reconcile.catalogue.kinds import OWN, RegressionData, ShapeParameters, Term
 from reconcile.catalogue.periodic import Wave, pair
 
 LOWEST_HZ, HIGHEST_HZ = 0.3, 60.0
+NYQUIST_SHARE = 0.8
+"""Share of the Nyquist frequency above which a frequency is not told from its image."""
 PLAUSIBLE_HZ = 7.3
 """No multiple of a motion's frequency."""
 PEAKS = 8
@@ -35,7 +37,8 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
         power += np.abs(np.fft.rfft(residual_n * np.hanning(len(residual_n)), length)) ** 2
     frequency_hz = np.fft.rfftfreq(length, period_s)
     height = power / np.maximum(median_filter(power, FINER * SURROUNDINGS, mode="nearest"), 1e-300)
-    height[(frequency_hz < LOWEST_HZ) | (frequency_hz > HIGHEST_HZ)] = 0.0
+    highest_hz = min(HIGHEST_HZ, NYQUIST_SHARE * 0.5 / period_s)
+    height[(frequency_hz < LOWEST_HZ) | (frequency_hz > highest_hz)] = 0.0
     peaks = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
     highest = peaks[np.argsort(height[peaks])[::-1][:PEAKS]]
     return [(float(frequency_hz[peak]),) for peak in highest]

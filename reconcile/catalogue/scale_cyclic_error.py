@@ -1,14 +1,23 @@
 """Cyclic error of the scale: e sin(2 pi x / p), p the grating period."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hil_sim.physics.sensor import scale_cyclic_error as physics
 from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
-from reconcile.catalogue.kinds import OWN, ResidualChannel, TermFamily
-from reconcile.catalogue.periodic import Wave, pair
+from reconcile.catalogue.kinds import OWN, RegressionData, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.periodic import FEWEST_PERIODS, Wave, pair
 
 PERIODS_M = (2e-6, 4e-6, 8e-6, 1e-5, 2e-5, 4e-5, 1e-4, 2e-4, 5e-4, 1e-3)
 WAVE = Wave("period_m", "m", "amplitude_m", "m", ResidualChannel.POSITION_DEVIATION, sign=1.0)
+
+
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    """Periods far below a turn, of which the recordings cover two."""
+    range_m = max(float(np.ptp(data.motion.position_m)) for data in datasets)
+    longest_m = min(0.5 * datasets[0].lead_m, range_m / FEWEST_PERIODS)
+    return [(period,) for period in PERIODS_M if period < longest_m]
 
 
 ENTRY = CatalogueEntry(
@@ -16,7 +25,7 @@ ENTRY = CatalogueEntry(
     terms=(
         TermFamily(
             lambda data, shape: pair(2.0 * np.pi / shape[0] * data.motion.position_m),
-            lambda datasets: [(period,) for period in PERIODS_M if period < 0.5 * datasets[0].lead_m],
+            _shapes,
             WAVE.channel,
             OWN,
         ),

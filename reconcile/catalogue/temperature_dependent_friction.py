@@ -11,7 +11,14 @@ from hil_sim.physics.friction import temperature_dependent_friction as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, NotInAPlant, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
-from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k, rise
+from reconcile.catalogue.heat_balance import (
+    balance_of,
+    friction_power_w,
+    recorded_start_k,
+    rise,
+    temperature_changes,
+    too_little_warming,
+)
 from reconcile.catalogue.kinds import EITHER, Parameter, RegressionData, ShapeParameters, TermFamily
 
 TIMES_S = (5.0, 15.0, 50.0, 200.0)
@@ -26,7 +33,7 @@ SEEN = 1.0 / 3.0
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     start_k = recorded_start_k(datasets)
     if start_k is not None:
-        return [(0.0, start_k)]
+        return [(0.0, start_k)] if temperature_changes(datasets) else []
     longest_s = max(float(data.time_s[-1]) for data in datasets)
     times_s = [time for time in TIMES_S if time < 3.0 * longest_s]
     # nobody knows how warm the axis was when each recording began: levels of their own
@@ -138,6 +145,7 @@ ENTRY = CatalogueEntry(
     shows_after_presliding=True,
     to_plant=_to_plant,
     from_plant=_from_plant,
+    refused=too_little_warming,
     shown_by="friction falls with warmth, and comes back",
     experiment="warm",
 )

@@ -9,7 +9,14 @@ from kernels.arrays import Array
 from reconcile.catalogue import lead_error_cumulative
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
-from reconcile.catalogue.heat_balance import balance_of, friction_power_w, recorded_start_k, rise
+from reconcile.catalogue.heat_balance import (
+    balance_of,
+    friction_power_w,
+    recorded_start_k,
+    rise,
+    temperature_changes,
+    too_little_warming,
+)
 from reconcile.catalogue.kinds import (
     EITHER,
     Parameter,
@@ -29,7 +36,7 @@ ROOM_K = 293.15
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     start_k = recorded_start_k(datasets)
     if start_k is not None:
-        return [(0.0, start_k)]
+        return [(0.0, start_k)] if temperature_changes(datasets) else []
     longest_s = max(float(data.time_s[-1]) for data in datasets)
     return [(time, 0.0) for time in TIMES_S if time < 5.0 * longest_s]
 
@@ -112,6 +119,7 @@ ENTRY = CatalogueEntry(
     ),
     to_plant=_to_plant,
     from_plant=_from_plant,
+    refused=too_little_warming,
     shown_by="the scale drifts in proportion to the position",
     experiment="warm",
 )

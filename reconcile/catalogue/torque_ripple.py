@@ -1,13 +1,19 @@
 """Torque ripple: the motor force times a periodic factor, 1 + sum e_k sin(k 2 pi x / lead + p_k)."""
 
+from collections.abc import Sequence
+
 from hil_sim.physics.motor import torque_ripple as physics
 from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
-from reconcile.catalogue.kinds import EITHER, TermFamily
-from reconcile.catalogue.periodic import RIPPLES_A_TURN, Wave, over_turns
+from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.periodic import RIPPLES_A_TURN, Wave, covers_turns, over_turns
 
 HARMONICS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 18, 20, 24, 30, 36, 42, 48)
 WAVE = Wave("harmonic", "1/turn", "amplitude", "", most=physics.TERMS)
 """Its amplitude is a share of the force."""
+
+
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    return [(float(k),) for k in HARMONICS if covers_turns(datasets, k)]
 
 
 ENTRY = CatalogueEntry(
@@ -15,7 +21,7 @@ ENTRY = CatalogueEntry(
     terms=(
         TermFamily(
             lambda data, shape: data.model_force_n[:, None] * over_turns(data, shape),
-            lambda _data: [(float(k),) for k in HARMONICS],
+            _shapes,
             per_recording=EITHER,
         ),
     ),

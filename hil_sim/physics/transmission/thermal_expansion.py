@@ -27,7 +27,9 @@ class Params(NamedTuple):
     fixed_end_m: Annotated[float, Quantity("m", -10.0, 10.0, "position of the fixed bearing x0", "mm")]
     reference_k: Annotated[float, Quantity("K", 200.0, 400.0, "temperature of the nominal lead T0", "degC")]
     start_k: Annotated[float, Quantity("K", 200.0, 400.0, "temperature at power-up", "degC")]
-    ambient_k: Annotated[float, Quantity("K", 200.0, 400.0, "temperature of the surroundings Ta", "degC")]
+    ambient_k: Annotated[
+        float, Quantity("K", 233.15, 393.15, "temperature of the surroundings Ta, of machines", "degC")
+    ]
     heat_capacity_j_k: Annotated[float, Quantity("J/K", 1.0, 1e6, "heat capacity of the screw C")]
     resistance_k_w: Annotated[float, Quantity("K/W", 1e-2, 1e3, "thermal resistance to the surroundings R")]
     heat_share: Annotated[float, Quantity("", 0.0, 1.0, "share of the friction power heating the screw q")]

@@ -136,7 +136,8 @@ def test_identified_parameters_become_model_effects(
 ) -> None:
     # a column that is nothing would agree with anything
     stood = seen.motion._replace(dwell_s=np.where(seen.time_s > 2.0, 3.0, 0.5))
-    _holds(tmp_path, effect, CASES[effect], seen._replace(motion=stood, force_n=20.0 * seen.force_n))
+    strong = seen._replace(force_n=20.0 * seen.force_n, model_force_n=20.0 * seen.model_force_n)
+    _holds(tmp_path, effect, CASES[effect], strong._replace(motion=stood))
 
 
 @pytest.mark.parametrize("effect", SCANNED)

@@ -1,0 +1,77 @@
+"""The veto of physics on the terms of a fitted regression problem, by effect."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kernels.arrays import Array
+from reconcile.catalogue.conversion import ModelTerm
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.registry import ENTRIES
+from reconcile.catalogue.veto import VetoContext, veto
+from reconcile.formats.nominal_axis import NominalAxis
+from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.regression_problem import RegressionProblem
+
+
+def vetoed(
+    problem: RegressionProblem, chosen: Sequence[CandidateTerm], weights: Array, axis: NominalAxis
+) -> dict[str, str]:
+    """Return why effects among the `chosen` terms are impossible; those that physics admits are not in it.
+
+    `weights` (k,): coefficients of the columns before normalisation, as `equations.slots(chosen)`.
+    Coefficients that are free in each recording are judged by those of the first one.
+    """
+    slots = problem.equations.slots(chosen)
+    first = len(problem.equations.slots([]))
+    terms: dict[str, list[ModelTerm]] = {}
+    places: dict[str, list[int]] = {}
+    for candidate in chosen:
+        count = problem.equations.coefficients(candidate)
+        if candidate.effect in ENTRIES:
+            own = tuple(float(value) for value in weights[first : first + len(candidate.columns)])
+            term = ModelTerm(candidate.effect, candidate.shape_parameters, own, problem.channel)
+            terms.setdefault(candidate.effect, []).append(term)
+            places.setdefault(candidate.effect, []).extend(range(first, first + count))
+        first += count
+    base = {}
+    if problem.channel is ResidualChannel.FORCE:
+        base = dict(zip(problem.baseline_names, weights.tolist(), strict=False))
+    parts = _filtered(problem, slots, weights, places)
+    reasons = {}
+    for effect in effect_names([c for c in chosen if c.effect in ENTRIES]):
+        context = VetoContext(
+            datasets=problem.datasets,
+            axis=axis,
+            base=base,
+            model=[*problem.model_terms, *(term for own in terms.values() for term in own)],
+            highest_hz=FILTER_HZ,
+            prediction=parts[effect],
+            baseline=parts[""],
+        )
+        if reason := veto(ENTRIES[effect], terms[effect], context):
+            reasons[effect] = reason
+    return reasons
+
+
+def _filtered(
+    problem: RegressionProblem,
+    slots: Sequence[tuple[int, int]],
+    weights: Array,
+    places: dict[str, list[int]],
+) -> dict[str, Array]:
+    """Prediction (n,) of each effect, and the baseline's columns (n, k) by "", in the samples in use."""
+    found: dict[str, list[Array]] = {effect: [] for effect in ("", *places)}
+    for recording in range(problem.equations.recordings):
+        _, columns = problem.target_and_columns(recording)
+        used = columns[problem.used[recording]]
+        found[""].append(used[:, : len(problem.baseline_names)])
+        for effect, own in places.items():
+            prediction = np.zeros(len(used))
+            for place in own:
+                column, owner = slots[place]
+                if owner in (-1, recording):
+                    prediction += weights[place] * used[:, column]
+            found[effect].append(prediction)
+    return {effect: np.concatenate(parts) for effect, parts in found.items()}
