@@ -1,0 +1,54 @@
+"""No entry of the catalogue is named for a force, or a deviation, that has nothing to do with it.
+
+Entries are found by the registry, so that a new one is held to it too. What an entry alone would accept by
+chance is no name: a name must also predict blocks that took no part in anything.
+"""
+
+import pytest
+from unrelated_forces import EMPS, UNRELATED, recorded
+
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.registry import ENTRIES, family
+from reconcile.catalogue.unnamed_terms import term
+from reconcile.diagnosis.diagnose import DEVIATION_LEAST_GAIN
+from reconcile.identification.explain import _split
+from reconcile.identification.findings import compare_rivals, report_findings
+from reconcile.regression.normal_equations import effect_names
+from reconcile.regression.regression_problem import SINCE_REVERSAL, regression_problem
+from reconcile.selection.cross_validation import CrossValidation, SelectionRules
+from reconcile.selection.stepwise_selection import select
+
+SEEDS = (0, 1, 2)
+RULES = {
+    ResidualChannel.FORCE: SelectionRules(),
+    ResidualChannel.POSITION_DEVIATION: SelectionRules(least_gain=DEVIATION_LEAST_GAIN),
+}
+FAMILIES = [(effect, channel) for effect in ENTRIES for channel in ResidualChannel if family(effect, channel)]
+SHAPED_BY_WHAT_IS_THERE = {"voltage_saturation", "periodic_disturbance"}
+"""Entries whose shapes are read off the force: without the effect there may be none to try."""
+
+
+def named(effect: str, channel: ResidualChannel, kind: str, seed: int) -> list[str]:
+    """What is reported where the entry is the only one there is."""
+    datasets = recorded(kind, seed)
+    of = family(effect, channel)
+    assert of is not None
+    shapes = of.shapes(datasets)
+    assert shapes or effect in SHAPED_BY_WHAT_IS_THERE
+    tried = [(effect, shape) for shape in shapes]
+    tried += [(SINCE_REVERSAL, shape) for shape in term(SINCE_REVERSAL).shapes(datasets)]
+    problem = regression_problem(datasets, channel, tried, only=True)
+    train, held_out = _split(problem)
+    validation = CrossValidation(problem.equations, train)
+    chosen = select(validation, RULES[channel])
+    rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
+    return [f.effect for f in report_findings(problem, chosen, rivals, train, held_out).findings]
+
+
+@pytest.mark.parametrize("kind", UNRELATED)
+@pytest.mark.parametrize(("effect", "channel"), FAMILIES, ids=[f"{e}-{c.value}" for e, c in FAMILIES])
+def test_no_effect_is_named_for_what_is_unrelated(effect: str, channel: ResidualChannel, kind: str) -> None:
+    if kind.startswith("shuffled") and not EMPS.exists():
+        pytest.skip("../shared/data/emps is absent")
+    for seed in SEEDS:
+        assert named(effect, channel, kind, seed) == [], seed
