@@ -32,17 +32,18 @@ def described(effect: ModuleType) -> str:
     return "\n".join([sentence, "", "| key | value | meaning |", "|---|---|---|", *rows]) + "\n"
 
 
-def _row(field: Field, default: float | None) -> str:
+def _row(field: Field, default: float | tuple[float, ...] | None) -> str:
     quantity = field.quantity
     if quantity.file_unit == AXIS:
         return f"| `{field.key}` | name of another axis | {quantity.meaning} |"
-    absent = "" if default is None else f", {quantity.from_si(default):g} where absent"
+    value = default[0] if isinstance(default, tuple) else default
+    absent = "" if value is None else f", {quantity.from_si(value):g} where absent"
     lower, upper = (f"{quantity.from_si(bound):.4g}" for bound in (quantity.lower, quantity.upper))
     unit = quantity.file_unit or quantity.unit
-    value = f"{lower} to {upper} {unit}".rstrip()
+    range_of = f"{lower} to {upper} {unit}".rstrip()
     if quantity.length:
-        value = f"at most {quantity.length} of: {value}"
-    return f"| `{field.key}` | {value} | {quantity.meaning}{absent} |"
+        range_of = f"at most {quantity.length} of: {range_of}"
+    return f"| `{field.key}` | {range_of} | {quantity.meaning}{absent} |"
 
 
 def main() -> None:

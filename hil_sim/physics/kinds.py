@@ -59,8 +59,23 @@ class Kind(Enum):
     MOTOR_FORCE = Role("sum of forces on the motor side", _FORCE)
     TABLE_FORCE = Role("sum of forces on the table", _FORCE)
     FORCE_IN_TIME = Role("sum of forces on the table, by time", (("force_n", "p time_s"),))
+    MEMORY_FORCE = Role(
+        "sum of forces on the table, by the motion before",
+        (("force_n", "p s"),),
+        (("slide", "p s velocity_m_s dt_s"),),
+    )
+    CHANGE_IN_TIME = Role(
+        "sums of forces on the table, levels, dampings and masses, by time",
+        (
+            ("force_n", "p time_s"),
+            ("level_n", "p time_s"),
+            ("damping_n_s_m", "p time_s"),
+            ("added_kg", "p time_s"),
+        ),
+    )
     MASS = Role("moved mass", (("added_kg", "p"),))
     FRICTION_LEVEL = Role("sum of friction levels", (("level_n", "p speed_m_s"),))
+    FRICTION_SPEED = Role("sum of friction levels, by the velocity", (("level_n", "p velocity_m_s"),))
     FRICTION_POSITION = Role("sum of friction levels, by the position", (("level_n", "p position_m"),))
     FRICTION_DWELL = Role(
         "sum of friction levels, by the dwell",

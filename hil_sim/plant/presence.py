@@ -10,14 +10,18 @@ from kernels.unrolled import unrolled
 CURRENT_PATH = of_kind(Kind.CURRENT_PATH, Kind.FORCE_SHARE)
 FRICTION = of_kind(
     Kind.FRICTION_LEVEL,
+    Kind.FRICTION_SPEED,
     Kind.FRICTION_POSITION,
     Kind.FRICTION_DWELL,
     Kind.FRICTION_DIRECTION,
     Kind.DAMPING,
     Kind.PRESLIDING_LEVEL,
+    Kind.CHANGE_IN_TIME,
     common=False,
 )
-LOAD = of_kind(Kind.TABLE_FORCE, Kind.FORCE_IN_TIME, Kind.MASS, common=False)
+LOAD = of_kind(
+    Kind.TABLE_FORCE, Kind.FORCE_IN_TIME, Kind.MEMORY_FORCE, Kind.CHANGE_IN_TIME, Kind.MASS, common=False
+)
 ENCODER = of_kind(Kind.ENCODER_READING)
 
 

@@ -19,6 +19,8 @@ NEGLIGIBLE_M_S = 1e-15  # slower is standing: denormal numbers would slow the ke
 LEVELS = of_kind(Kind.FRICTION_LEVEL, common=True)
 DAMPINGS = of_kind(Kind.DAMPING, common=True)
 LESS_COMMON_LEVELS = of_kind(Kind.FRICTION_LEVEL, common=False)
+SPEED_LEVELS = of_kind(Kind.FRICTION_SPEED)
+CHANGES_IN_TIME = of_kind(Kind.CHANGE_IN_TIME)
 POSITION_LEVELS = of_kind(Kind.FRICTION_POSITION)
 DWELL_LEVELS = of_kind(Kind.FRICTION_DWELL)
 DIRECTION_LEVELS = of_kind(Kind.FRICTION_DIRECTION)
@@ -70,18 +72,36 @@ def less_common_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
 
 @kernel
 @unrolled
+def unnamed_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
+    """Sum of the friction levels (N) of tables over the velocity (m/s) and of changes in time."""
+    level = 0.0
+    for effect in SPEED_LEVELS:
+        if p[effect].enabled:
+            level += effect.level_n(p[effect], s[effect], velocity_m_s)
+    for effect in CHANGES_IN_TIME:
+        if p[effect].enabled:
+            level += effect.level_n(p[effect], s[effect], s.time_s)
+    return level
+
+
+@kernel
+@unrolled
 def less_common_friction(p: Any, s: Any, velocity_m_s: float, level_factor: float) -> LessCommon:
     """Sums of the less common levels, dampings and springs at a velocity (m/s)."""
     damping, spring = 0.0, 0.0
     for effect in LESS_COMMON_DAMPINGS:
         if p[effect].enabled:
             damping += effect.damping_n_s_m(p[effect], s[effect], velocity_m_s)
+    for effect in CHANGES_IN_TIME:
+        if p[effect].enabled:
+            damping += effect.damping_n_s_m(p[effect], s[effect], s.time_s)
     for effect in CONTACTS_WITH_LEVEL:
         if p[effect].enabled:
             level_n = level_factor * p[effect].level_n
             force_n, _ = effect.force_and_damping(p[effect], s[effect], velocity_m_s, level_n)
             spring += force_n
-    return LessCommon(less_common_level_n(p, s, velocity_m_s), damping, spring)
+    level_n = less_common_level_n(p, s, velocity_m_s) + unnamed_level_n(p, s, velocity_m_s)
+    return LessCommon(level_n, damping, spring)
 
 
 @kernel

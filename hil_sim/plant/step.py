@@ -25,6 +25,8 @@ from kernels.unrolled import unrolled
 TABLE_FORCES = of_kind(Kind.TABLE_FORCE, common=True)
 LESS_COMMON_FORCES = of_kind(Kind.TABLE_FORCE, common=False)
 FORCES_IN_TIME = of_kind(Kind.FORCE_IN_TIME)
+MEMORY_FORCES = of_kind(Kind.MEMORY_FORCE)
+CHANGES_IN_TIME = of_kind(Kind.CHANGE_IN_TIME)
 MASSES = of_kind(Kind.MASS)
 POSITION_ERRORS = of_kind(Kind.POSITION_ERROR)
 CHANGED_BY_USE = with_state(of_kind(Kind.POSITION_ERROR, Kind.FRICTION_CHANGE))
@@ -52,18 +54,36 @@ def less_common_load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
     for effect in FORCES_IN_TIME:
         if p[effect].enabled:
             force += effect.force_n(p[effect], s[effect], s.time_s)
+    for effect in CHANGES_IN_TIME:
+        if p[effect].enabled:
+            force += effect.force_n(p[effect], s[effect], s.time_s)
+    for effect in MEMORY_FORCES:
+        if p[effect].enabled:
+            force += effect.force_n(p[effect], s[effect])
     return force
 
 
 @kernel
 @unrolled
-def added_mass_kg(p: Any) -> float:
+def added_mass_kg(p: Any, s: Any) -> float:
     """Sum of the masses on the table beside its own (kg)."""
     mass = 0.0
     for effect in MASSES:
         if p[effect].enabled:
             mass += effect.added_kg(p[effect])
+    for effect in CHANGES_IN_TIME:
+        if p[effect].enabled:
+            mass += effect.added_kg(p[effect], s[effect], s.time_s)
     return mass
+
+
+@kernel
+@unrolled
+def remember_motion(p: Any, s: Any, dt_s: float) -> None:
+    """Advance the forces that have a memory by a substep of `dt_s` (s)."""
+    for effect in MEMORY_FORCES:
+        if p[effect].enabled:
+            effect.slide(p[effect], s[effect], s.table_velocity_m_s, dt_s)
 
 
 @kernel
@@ -123,7 +143,7 @@ def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
     table_kg = m.table_mass_kg
     if has.load:
         load_n += less_common_load_force_n(p, s, turn_rad_m)
-        table_kg += added_mass_kg(p)
+        table_kg += added_mass_kg(p, s)
     if p.structural_mode.enabled:
         load_n += swing(p, s, dt_s)
     if p.drive_compliance.enabled:
@@ -148,4 +168,6 @@ def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
         s.table_velocity_m_s = velocity_m_s * (1.0 + slope)
     if p.structural_mode.enabled:
         s.carried_position_m += dt_s * s.carried_velocity_m_s
+    if has.load:
+        remember_motion(p, s, dt_s)
     advance_by_use(p, s, dt_s)

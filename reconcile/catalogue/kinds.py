@@ -5,9 +5,9 @@ Columns are the force that the motor needs per unit (ResidualChannel.FORCE, newt
 shape parameters, which are scanned.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from kernels.arrays import Array
 from reconcile.recording.kinematics import Kinematics
@@ -84,6 +84,10 @@ class UnnamedTerm(NamedTuple):
     finding: Callable[[dict[str, float]], str]
     """What was found, as the end of a sentence."""
     equivalent: tuple[str, ...] = ()
+    section: str = ""
+    """The effect of hil_sim that holds it without a name; empty where none does."""
+    to_plant: Callable[[Mapping[str, float]], dict[str, Any]] = lambda _parameters: {}
+    """Its parameters from those of the term, SI; there where `section` is."""
 
     def sentence(self, p: dict[str, float]) -> str:
         """What an engineer can check."""

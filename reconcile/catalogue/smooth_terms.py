@@ -6,12 +6,15 @@ Each is a set of triangular splines over one coordinate, even in the direction o
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from kernels.arrays import Array
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, UnnamedTerm
+from reconcile.catalogue.table_of_knots import TABLES, tables_of
 
 KNOTS = 9
 PREFIX = "unknown:"
@@ -54,6 +57,22 @@ COORDINATES = {
 }
 
 
+def _columns(over: SplineCoordinate, data: RegressionData, shape: ShapeParameters) -> Array:
+    """Triangular splines, held beyond the knots, (n, KNOTS), less their mean: constant_force has that.
+
+    A third shape parameter is the number of knots of a plant's table, which has a mean of its own.
+    """
+    values, low, high = over.values(data), shape[0], shape[1]
+    count = int(shape[2]) if len(shape) > 2 else KNOTS
+    if over.decades:
+        values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
+    place = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0) * (count - 1)
+    found: Array = np.maximum(1.0 - np.abs(place[:, None] - np.arange(count)), 0.0)
+    if len(shape) == 2:
+        found -= 1.0 / count
+    return found if over.factor is None else over.factor(data)[:, None] * found
+
+
 def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:
     def first_and_last_knot(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
         values = np.concatenate([over.values(data) for data in datasets])
@@ -63,18 +82,9 @@ def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:
             low = high * 10.0**-over.decades
         return [(low, high)]
 
-    def columns(data: RegressionData, shape: ShapeParameters) -> Array:
-        """Triangular splines, held beyond the knots, (n, KNOTS), less their mean: constant_force has that."""
-        values, (low, high) = over.values(data), shape
-        if over.decades:
-            values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
-        place = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0) * (KNOTS - 1)
-        found = np.maximum(1.0 - np.abs(place[:, None] - np.arange(KNOTS)), 0.0) - 1.0 / KNOTS
-        return found if over.factor is None else over.factor(data)[:, None] * found
-
     def parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
         """Knots and heights above their mean, SI."""
-        found, (low, high) = {}, shape
+        found, low, high = {}, shape[0], shape[1]
         knots = np.geomspace(low, high, KNOTS) if over.decades else np.linspace(low, high, KNOTS)
         heights = coefficients - coefficients.mean()
         for number, (place, height) in enumerate(zip(knots, heights, strict=True), 1):
@@ -91,8 +101,23 @@ def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:
             f"{max(heights) - min(heights):.3g} (SI)"
         )
 
-    return UnnamedTerm(first_and_last_knot, columns, parameters, finding)
+    if (table := TABLES.get(name)) is None:
+        return UnnamedTerm(first_and_last_knot, partial(_columns, over), parameters, finding)
+    return UnnamedTerm(
+        first_and_last_knot,
+        partial(_columns, over),
+        parameters,
+        finding,
+        section=table.section,
+        to_plant=table.to_plant,
+    )
 
 
 SMOOTH_TERMS = {name: _splines(name, over) for name, over in COORDINATES.items()}
 """By the name of the coordinate."""
+
+
+def terms_of_tables(of: ModelEffect) -> list[ModelTerm]:
+    """The smooth terms that a plant's tables are; of tables of zeros none."""
+    terms = [table.from_plant(of, PREFIX + name) for name, table in tables_of(of.effect).items()]
+    return [one for one in terms if any(one.coefficients)]

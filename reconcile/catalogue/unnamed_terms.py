@@ -1,10 +1,11 @@
 """Candidate terms without a name, for what no entry explains; an accepted one is reported as `unknown`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
+from kernels.arrays import Array
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters, UnnamedTerm
-from reconcile.catalogue.registry import CATALOGUE
+from reconcile.catalogue.registry import CATALOGUE, family
 from reconcile.catalogue.relaxation_terms import RELAXATION, RINGING
 from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS
 from reconcile.catalogue.step_events import MOMENTS, SLIP
@@ -32,6 +33,16 @@ def every_shape(
 ) -> list[tuple[str, ShapeParameters]]:
     """Every candidate as (effect, shape)."""
     return [(PREFIX + name, shape) for name, of in TERMS[channel].items() for shape in of.shapes(datasets)]
+
+
+def columns_of(
+    effect: str, channel: ResidualChannel
+) -> Callable[[RegressionData, ShapeParameters], Array] | None:
+    """The columns of a term by its effect's name or `unknown:...`; None where the channel has none."""
+    if effect.startswith(PREFIX):
+        return TERMS[channel][effect.removeprefix(PREFIX)].columns
+    of = family(effect, channel)
+    return of.columns if of else None
 
 
 def meaning_of(effect: str) -> CatalogueEntry | UnnamedTerm:

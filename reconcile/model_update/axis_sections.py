@@ -12,6 +12,8 @@ from reconcile.catalogue.conversion import IdentifiedTerms, NotInAPlant, PlantVa
 from reconcile.catalogue.drive_compliance import CONTACT_DAMPING_RATIO, CONTACT_N_M
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import CATALOGUE
+from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.catalogue.unnamed_terms import term
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.explain import Explanation
 from reconcile.identification.findings import IdentifiedEffect
@@ -51,13 +53,15 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
         if explanation.channel is ResidualChannel.FORCE and is_changed:
             _write_base(explanation, axis, sections, notes)
         for finding in [*explanation.findings, *explanation.minor]:
-            if finding.effect in axis.model_effects.effects:
-                notes.append(f"{finding.effect} is in the model already, and is left as it was")
+            section = section_of_finding(finding)
+            if section in axis.model_effects.effects:
+                notes.append(f"{section} is in the model already, and is left as it was")
                 continue
             try:
                 values, remarks = plant_values(finding, explanation, base, axis)
                 notes += remarks
-                sections[finding.effect] = in_file_units(finding.effect, values, notes)
+                table = in_file_units(section, values, notes)
+                sections[section] = _joined(section, sections.get(section, {}), table)
             except NotInAPlant as reason:
                 notes.append(f"{finding.effect} is not in the model: {reason}")
                 left_out[finding.effect] = notes[-1]
@@ -73,6 +77,21 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
     return AxisSections(sections, [place + note for note in notes], by_effect)
 
 
+def section_of_finding(finding: IdentifiedEffect) -> str:
+    """The section of a plant file that a finding belongs to: its name, or that of the table without one."""
+    if finding.effect in CATALOGUE or not finding.candidates:
+        return finding.effect
+    effect = finding.candidates[0].effect
+    return (effect.startswith(PREFIX) and term(effect).section) or finding.effect
+
+
+def _joined(section: str, before: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
+    """Two findings of one section, which may differ in what they say, and not in where or when."""
+    if any(before[key] != table[key] for key in before.keys() & table.keys()):
+        raise NotInAPlant(f"the plant takes one {section}, and another was found as well")
+    return {**before, **table}
+
+
 def plant_values(
     finding: IdentifiedEffect, explanation: Explanation, base: Mapping[str, float], axis: NominalAxis
 ) -> tuple[PlantValues, list[str]]:
@@ -83,7 +102,10 @@ def plant_values(
 
     """
     if finding.effect not in CATALOGUE:
-        raise NotInAPlant("it is in no catalogue, so no plant has it")
+        if section_of_finding(finding) not in CATALOGUE:
+            raise NotInAPlant("it is in no catalogue, so no plant has it")
+        unnamed = term(finding.candidates[0].effect)
+        return unnamed.to_plant({key: of.value for key, of in finding.parameters.items()}), []
     entry, residuals = CATALOGUE[finding.effect], explanation.residuals
     notes: list[str] = []
     if len(residuals) > 1 and any(candidate.per_recording for candidate in finding.candidates):

@@ -1,6 +1,6 @@
 """The model effects as terms of the catalogue, the inverse of a model update.
 
-What no entry has columns for is left out: structural_mode, friction_ageing, lubrication_loss, the inductance
+What no entry has columns for is left out: friction_ageing, lubrication_loss, the inductance
 of a winding, the bow of a guide, the ripple of position_dependent_friction, damping of drive_compliance.
 """
 

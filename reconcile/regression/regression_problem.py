@@ -11,7 +11,7 @@ from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import OWN, SHARED, RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.registry import ENTRIES, family, has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.catalogue.unnamed_terms import term
+from reconcile.catalogue.unnamed_terms import columns_of, term
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.regression_data import low_pass_of, samples_in_use, stride, target_and_baseline
 from reconcile.regression.resolution import settled_travel_m
@@ -70,8 +70,8 @@ def predicted_by_model(
     """Prediction of the terms that the model has already (n,), unfiltered."""
     total = np.zeros(len(data.time_s))
     for one in model_terms:
-        if of := family(one.effect, channel):
-            total += of.columns(data, one.shape_parameters) @ np.array(one.coefficients)
+        if columns := columns_of(one.effect, channel):
+            total += columns(data, one.shape_parameters) @ np.array(one.coefficients)
     return total
 
 

@@ -151,3 +151,36 @@ def test_winding_moves_towards_its_final_current(
     final = volts / p.resistance_v_a
     after = effect.current_a(p, current, volts, 0.0, DT_S)
     assert min(current, final) - 1e-9 * abs(final) <= after <= max(current, final) + 1e-9 * abs(final)
+
+
+@of_kind(Kind.FRICTION_SPEED)
+@FEW
+@given(data=st.data(), velocity=st.floats(-5.0, 5.0))
+def test_level_of_a_velocity_is_finite(effect: ModuleType, data: Any, velocity: float) -> None:
+    p = data.draw(parameters(effect))
+    assert math.isfinite(effect.level_n(p, velocity))
+
+
+@of_kind(Kind.CHANGE_IN_TIME)
+@FEW
+@given(data=st.data(), time_s=st.floats(0.0, 1e5))
+def test_changes_in_time_are_finite(effect: ModuleType, data: Any, time_s: float) -> None:
+    p = data.draw(parameters(effect))
+    for change in (effect.force_n, effect.level_n, effect.damping_n_s_m, effect.added_kg):
+        assert math.isfinite(change(p, time_s))
+
+
+@of_kind(Kind.MEMORY_FORCE)
+@FEW
+@given(data=st.data(), moves=st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=40))
+def test_a_force_with_a_memory_is_zero_at_power_up_and_dies_away_at_rest(
+    effect: ModuleType, data: Any, moves: list[float]
+) -> None:
+    p, [s] = data.draw(parameters(effect)), own_state(effect)
+    assert effect.force_n(p, s) == 0.0
+    for velocity in moves:
+        effect.slide(p, s, velocity, DT_S)
+        assert math.isfinite(effect.force_n(p, s))
+    before = abs(effect.force_n(p, s))
+    effect.slide(p, s, 0.0, DT_S)
+    assert abs(effect.force_n(p, s)) <= before

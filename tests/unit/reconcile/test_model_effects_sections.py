@@ -7,7 +7,7 @@ from synthetic_findings import data, model_file
 
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.errors import ReconcileError
-from reconcile.formats.nominal_axis import ModelEffects, NominalAxis, baseline_parameters
+from reconcile.formats.nominal_axis import ModelEffects, NominalAxis
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model
 from reconcile.nominal_model.model_terms import terms_of_model
@@ -60,11 +60,9 @@ def test_neutral_or_uncatalogued_sections_are_left_out(tmp_path: Path, seen: Reg
         "[axis.x.transport_delay]\ndelay_ms = 0.0\n"
         "[axis.x.torque_constant_saturation]\nsaturation_a = 1e9\n"
         "[axis.x.cross_axis_coupling]\nother_axis = 'y'\n"
-        "[axis.x.structural_mode]\nmass_kg = 5.0\nfrequency_hz = 40.0\ndamping_ratio = 0.02\n"
         "[axis.x.something_of_mine]\nvalue = 1.0\n",
     )
     assert terms_of_model(axis._replace(model_effects=held), [seen]) == []
-    assert baseline_parameters(axis)["mass_kg"] == axis.mass_kg + 5.0
 
 
 def test_axis_that_was_not_recorded_moves_no_reading(tmp_path: Path, seen: RegressionData) -> None:

@@ -1,0 +1,48 @@
+"""Table of friction over position: what was measured along the travel and has no law or no name.
+
+Law: level += T(x), T linear between points that are evenly spaced from x1 to x2, held beyond them; the sum of
+    the levels is never below zero.
+Source: a look-up table, as drives hold them for compensation; friction along the travel of a robot's joints,
+    Armstrong-Helouvry (1991).
+Symbols: T `level_n` N, its first `points` values; x position m; x1 `first_m` m; x2 `last_m` m.
+Valid: along the travel it was found on.
+Confused with: force_table -> back and forth over the same places: friction changes its sign with the
+    direction, a force does not.
+"""
+
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.kinds import AxisContext, Kind
+from hil_sim.physics.lookup import POINTS, interpolated, share_of
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+KIND = Kind.FRICTION_POSITION
+NEEDS = "coulomb_friction"
+
+
+class Params(NamedTuple):
+    """Points at even distances."""
+
+    first_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x1 of the first point", "mm")]
+    last_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x2 of the last point", "mm")]
+    points: Annotated[float, Quantity("", 2.0, POINTS, "number of points")]
+    level_n: Annotated[
+        tuple[float, ...], Quantity("N", -1e4, 1e4, "friction T that a point has more", length=POINTS)
+    ]
+
+
+NEUTRAL = Params(first_m=-0.1, last_m=0.1, points=2.0, level_n=(0.0,) * POINTS)
+
+
+def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
+    """The points go upwards."""
+    if p.last_m <= p.first_m:
+        yield "last_m", "must be above that of the first point"
+
+
+@kernel
+def level_n(p: Any, position_m: float) -> float:
+    """What the friction level has more (N) at a position (m)."""
+    return interpolated(p.level_n, p.points, share_of(position_m, p.first_m, p.last_m))

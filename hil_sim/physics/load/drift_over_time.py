@@ -1,0 +1,73 @@
+"""Drift over time: force, friction and mass along the run, which follow no law or have no name.
+
+Law: F = T(t), level += L(t), m += M(t), each linear between points that are evenly spaced from t1 to t2, held
+    beyond them.
+Source: a look-up table; a slow disturbance that is only recorded has no other model.
+Symbols: F force on the table N; T `force_n` N; L `level_n` N; M `mass_kg` kg, the first `points` values of
+    each; t time since power-up s; t1 `first_s` s; t2 `last_s` s. Levels and masses are
+    never below zero in sum.
+Valid: in the run that it was found in; another run has another drift.
+Confused with: temperature_dependent_friction -> comes back with cooling; step_in_time -> at one moment.
+"""
+
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.kinds import AxisContext, Kind
+from hil_sim.physics.lookup import POINTS, interpolated, share_of
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+KIND = Kind.CHANGE_IN_TIME
+
+
+class Params(NamedTuple):
+    """Points at even distances."""
+
+    first_s: Annotated[float, Quantity("s", 0.0, 1e7, "time since power-up t1 of the first point")]
+    last_s: Annotated[float, Quantity("s", 0.0, 1e7, "time since power-up t2 of the last point")]
+    points: Annotated[float, Quantity("", 2.0, POINTS, "number of points")]
+    force_n: Annotated[
+        tuple[float, ...], Quantity("N", -1e4, 1e4, "force T on the table at each point", length=POINTS)
+    ] = (0.0,) * POINTS
+    level_n: Annotated[
+        tuple[float, ...], Quantity("N", -1e4, 1e4, "friction L that a point has more", length=POINTS)
+    ] = (0.0,) * POINTS
+    mass_kg: Annotated[
+        tuple[float, ...], Quantity("kg", -1e5, 1e5, "mass M that a point has more", length=POINTS)
+    ] = (0.0,) * POINTS
+
+
+NEUTRAL = Params(first_s=0.0, last_s=1.0, points=2.0)
+
+
+def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
+    """The points go upwards, and the mass stays above zero."""
+    if p.last_s <= p.first_s:
+        yield "last_s", "must be above that of the first point"
+    if min(p.mass_kg) <= -axis.moved_kg:
+        yield "mass_kg", f"takes away more than moves ({axis.moved_kg:g} kg)"
+
+
+@kernel
+def force_n(p: Any, time_s: float) -> float:
+    """Force on the table (N) at a time since power-up (s)."""
+    return interpolated(p.force_n, p.points, share_of(time_s, p.first_s, p.last_s))
+
+
+@kernel
+def level_n(p: Any, time_s: float) -> float:
+    """What the friction level has more (N)."""
+    return interpolated(p.level_n, p.points, share_of(time_s, p.first_s, p.last_s))
+
+
+@kernel
+def damping_n_s_m(_p: Any, _time_s: float) -> float:
+    """The damping stays."""
+    return 0.0
+
+
+@kernel
+def added_kg(p: Any, time_s: float) -> float:
+    """What the mass on the table has more (kg)."""
+    return interpolated(p.mass_kg, p.points, share_of(time_s, p.first_s, p.last_s))

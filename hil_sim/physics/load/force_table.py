@@ -1,0 +1,50 @@
+"""Table of force over position: what was measured along the travel and has no law or no name.
+
+Law: F = T(x), T linear between points that are evenly spaced from x1 to x2, held beyond them.
+Source: a look-up table, as drives hold them for compensation.
+Symbols: F force on the table N, positive towards positive positions; x table position m; x1 `first_m` m;
+    x2 `last_m` m; T `force_n` N, its first `points` values.
+Valid: along the travel it was found on. It depends on the position alone, so it makes no energy over a closed
+    path.
+Confused with: friction_table -> back and forth over the same places: a force is the same in both directions.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.kinds import AxisContext, Kind
+from hil_sim.physics.lookup import POINTS, interpolated, share_of
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+KIND = Kind.TABLE_FORCE
+
+
+class Params(NamedTuple):
+    """Points at even distances."""
+
+    first_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x1 of the first point", "mm")]
+    last_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x2 of the last point", "mm")]
+    points: Annotated[float, Quantity("", 2.0, POINTS, "number of points")]
+    force_n: Annotated[tuple[float, ...], Quantity("N", -1e4, 1e4, "force T at each point", length=POINTS)]
+
+
+NEUTRAL = Params(first_m=-0.1, last_m=0.1, points=2.0, force_n=(0.0,) * POINTS)
+
+
+def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
+    """The points go upwards, and the steepest slope is a stiffness that the substep must resolve."""
+    if p.last_m <= p.first_m:
+        yield "last_m", "must be above that of the first point"
+        return
+    steepest_n = max(abs(b - a) for a, b in pairwise(p.force_n[: int(p.points)]))
+    distance_m = (p.last_m - p.first_m) / (p.points - 1.0)
+    if steepest_n / distance_m * axis.dt_s**2 > axis.moved_kg:
+        yield "", "too steep for the table at this substep"
+
+
+@kernel
+def force_n(p: Any, position_m: float, _turn_rad_m: float) -> float:
+    """Force on the table (N)."""
+    return interpolated(p.force_n, p.points, share_of(position_m, p.first_m, p.last_m))

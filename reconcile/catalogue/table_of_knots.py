@@ -1,0 +1,61 @@
+"""Tables of a plant as smooth terms, and the other way round: both are linear between evenly spaced knots."""
+
+from collections.abc import Mapping
+from types import ModuleType
+from typing import NamedTuple
+
+from hil_sim.physics.friction import force_over_speed, friction_over_speed, friction_table
+from hil_sim.physics.load import drift_over_time, force_table
+from kernels.quantities import section_of
+from reconcile.catalogue.conversion import ModelEffect, ModelTerm, PlantValues
+
+
+class TableOfKnots(NamedTuple):
+    """Where a plant has what a smooth term over one coordinate is."""
+
+    physics: ModuleType
+    unit: str
+    """Of the coordinate, at the end of the names of the first and the last point."""
+    heights: str
+    sign: float = 1.0
+    """-1 of a force on the table: the motor needs the opposite."""
+
+    @property
+    def section(self) -> str:
+        """The effect's name."""
+        return section_of(self.physics)
+
+    def to_plant(self, p: Mapping[str, float]) -> PlantValues:
+        """The table with the knots and heights of a smooth term's parameters."""
+        places = [value for key, value in p.items() if key.startswith("at_")]
+        heights = [self.sign * value for key, value in p.items() if key.startswith("height_")]
+        return {
+            f"first_{self.unit}": places[0],
+            f"last_{self.unit}": places[-1],
+            "points": float(len(places)),
+            self.heights: heights,
+        }
+
+    def from_plant(self, of: ModelEffect, name: str) -> ModelTerm:
+        """The smooth term of this name with the table's points for knots."""
+        first, last = (getattr(of.params, f"{end}_{self.unit}") for end in ("first", "last"))
+        count = int(of.params.points)
+        heights = tuple(self.sign * value for value in getattr(of.params, self.heights)[:count])
+        return ModelTerm(name, (first, last, float(count)), heights)
+
+
+TABLES = {
+    "position": TableOfKnots(force_table, "m", "force_n", sign=-1.0),
+    "position_by_direction": TableOfKnots(friction_table, "m", "level_n"),
+    "velocity": TableOfKnots(force_over_speed, "m_s", "force_n"),
+    "speed_by_direction": TableOfKnots(friction_over_speed, "m_s", "level_n"),
+    "run_time": TableOfKnots(drift_over_time, "s", "force_n", sign=-1.0),
+    "run_time_by_direction": TableOfKnots(drift_over_time, "s", "level_n"),
+    "run_time_of_the_mass": TableOfKnots(drift_over_time, "s", "mass_kg"),
+}
+"""By the coordinate of the smooth term."""
+
+
+def tables_of(section: str) -> dict[str, TableOfKnots]:
+    """Those that one section of a plant file holds."""
+    return {name: table for name, table in TABLES.items() if table.section == section}
