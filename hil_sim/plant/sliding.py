@@ -20,6 +20,7 @@ LEVELS = of_kind(Kind.FRICTION_LEVEL, common=True)
 DAMPINGS = of_kind(Kind.DAMPING, common=True)
 LESS_COMMON_LEVELS = of_kind(Kind.FRICTION_LEVEL, common=False)
 SPEED_LEVELS = of_kind(Kind.FRICTION_SPEED)
+LOAD_LEVELS = of_kind(Kind.FRICTION_LOAD)
 CHANGES_IN_TIME = of_kind(Kind.CHANGE_IN_TIME)
 POSITION_LEVELS = of_kind(Kind.FRICTION_POSITION)
 DWELL_LEVELS = of_kind(Kind.FRICTION_DWELL)
@@ -72,12 +73,15 @@ def less_common_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
 
 @kernel
 @unrolled
-def unnamed_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
-    """Sum of the friction levels (N) of tables over the velocity (m/s) and of changes in time."""
+def further_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
+    """Sum of the friction levels (N) over the velocity (m/s), over the load, and of changes in time."""
     level = 0.0
     for effect in SPEED_LEVELS:
         if p[effect].enabled:
             level += effect.level_n(p[effect], s[effect], velocity_m_s)
+    for effect in LOAD_LEVELS:
+        if p[effect].enabled:
+            level += effect.level_n(p[effect], s[effect], s.transmitted_n - s.friction_n)
     for effect in CHANGES_IN_TIME:
         if p[effect].enabled:
             level += effect.level_n(p[effect], s[effect], s.time_s)
@@ -100,7 +104,7 @@ def less_common_friction(p: Any, s: Any, velocity_m_s: float, level_factor: floa
             level_n = level_factor * p[effect].level_n
             force_n, _ = effect.force_and_damping(p[effect], s[effect], velocity_m_s, level_n)
             spring += force_n
-    level_n = less_common_level_n(p, s, velocity_m_s) + unnamed_level_n(p, s, velocity_m_s)
+    level_n = less_common_level_n(p, s, velocity_m_s) + further_level_n(p, s, velocity_m_s)
     return LessCommon(level_n, damping, spring)
 
 

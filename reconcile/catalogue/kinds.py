@@ -42,6 +42,10 @@ class RegressionData(NamedTuple):
     """The other axes of the machine."""
     presliding_law_n: Array | float = 0.0
     """Force of a friction law that the model holds and that no column has."""
+    load_n: Array | float = 0.0
+    """What the model gives for this motion without friction and rotor: what a drive transmits."""
+    rotary: bool = False
+    """The coordinate is an angle: 1 m stands for 1 rad."""
 
 
 class Parameter(NamedTuple):

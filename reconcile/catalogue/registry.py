@@ -3,6 +3,7 @@
 import pkgutil
 from importlib import import_module
 
+from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import EFFECTS
 from kernels.arrays import Array
 from kernels.quantities import section_of
@@ -30,6 +31,9 @@ IMITATED_BY_PRESLIDING = frozenset(name for name, entry in ENTRIES.items() if en
 SHOWS_AFTER_PRESLIDING = frozenset(name for name, entry in ENTRIES.items() if entry.shows_after_presliding)
 DRIFTING_COLUMNS = {name: entry.drifting_columns for name, entry in ENTRIES.items() if entry.drifting_columns}
 """See the entry's fields of these names."""
+_FRICTION_KINDS = {kind for kind in Kind if kind.name.startswith(("FRICTION", "DAMPING", "PRESLIDING"))}
+FRICTION = frozenset(name for name, entry in ENTRIES.items() if entry.physics.KIND in _FRICTION_KINDS)
+"""Those that rub: they are no load that a drive has to transmit."""
 
 
 def family(effect: str, channel: ResidualChannel) -> TermFamily | None:

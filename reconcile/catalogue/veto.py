@@ -32,6 +32,8 @@ LEAST_NOTED = 1e-9
 """Relative excess over a bound that is rounding."""
 OPPOSES_MOTION = {
     Kind.FRICTION_LEVEL,
+    Kind.FRICTION_SPEED,
+    Kind.FRICTION_LOAD,
     Kind.FRICTION_POSITION,
     Kind.FRICTION_DWELL,
     Kind.DAMPING,

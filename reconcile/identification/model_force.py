@@ -6,15 +6,17 @@ import numpy as np
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData
-from reconcile.catalogue.registry import TIMING
+from reconcile.catalogue.registry import FRICTION, TIMING
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.regression_data import friction_direction
 from reconcile.regression.regression_problem import RegressionProblem, predicted_by_model
 
 LEAST_FRICTION_N = 1e-6
 """Friction level below which its share is not computed (division by zero)."""
-DELAYING_EFFECTS = (*TIMING, PREFIX + "moment_of_delay")
+DELAYING_EFFECTS = frozenset((*TIMING, PREFIX + "moment_of_delay"))
 """Effects that are not part of the force, because they delay it."""
+NO_LOAD = DELAYING_EFFECTS | FRICTION
+"""Effects that are not part of the load of a drive."""
 
 
 def with_identified_force(
@@ -45,17 +47,25 @@ def with_identified_force(
     # clipped, because a term in the cube of this force would diverge over the iterations
     largest_n = float(np.abs(data.force_n).max())
     model_force_n = np.clip(force_n(direction) + data.presliding_law_n, -largest_n, largest_n)
-    return data._replace(motion=m._replace(direction=direction), model_force_n=model_force_n)
+    nothing = np.zeros(len(m.position_m))
+    still = m._replace(velocity_m_s=nothing, direction=nothing, last_direction=nothing)
+    load_n = _force_n(problem, data._replace(motion=still), coefficients, friction=False)
+    load_n = np.clip(load_n - data.motor_mass_kg * m.acceleration_m_s2, -largest_n, largest_n)
+    return data._replace(motion=m._replace(direction=direction), model_force_n=model_force_n, load_n=load_n)
 
 
 def _force_n(
-    problem: RegressionProblem, data: RegressionData, coefficients: Sequence[tuple[int, float]]
+    problem: RegressionProblem,
+    data: RegressionData,
+    coefficients: Sequence[tuple[int, float]],
+    *,
+    friction: bool = True,
 ) -> Array:
     """Unfiltered force (n,) of baseline parameters, terms, and terms that the model has already."""
-    m = data.motion
+    m, without = data.motion, DELAYING_EFFECTS if friction else NO_LOAD
     columns = [m.acceleration_m_s2, m.velocity_m_s, m.direction]
     for effect, shape, columns_of, width in problem.terms:
-        is_used = effect not in DELAYING_EFFECTS and any(
+        is_used = effect not in without and any(
             len(columns) <= place < len(columns) + width for place, _ in coefficients
         )
         columns_of_term = columns_of(data, shape) if is_used else np.zeros((1, width))
@@ -63,4 +73,5 @@ def _force_n(
     total_n = np.zeros(len(m.position_m))
     for place, weight in coefficients:
         total_n = total_n + weight * columns[place]
-    return total_n + predicted_by_model(data, problem.channel, problem.model_terms)
+    model_terms = [one for one in problem.model_terms if friction or one.effect not in NO_LOAD]
+    return total_n + predicted_by_model(data, problem.channel, model_terms)

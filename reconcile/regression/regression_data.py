@@ -45,6 +45,7 @@ def regression_data(recording: AxisRecording, axis: NominalAxis) -> RegressionDa
             temperature_k=recording.temperature_k,
             others=others,
             presliding_law_n=0.0 if law_n is None else law_n,
+            rotary=getattr(axis, "rotary", False),
         )
     )
 
@@ -64,6 +65,7 @@ def with_model_force(data: RegressionData) -> RegressionData:
     return data._replace(
         motion=m._replace(direction=direction),
         model_force_n=frictionless_n + coulomb_n * direction + data.presliding_law_n,
+        load_n=(mass_kg - data.motor_mass_kg) * m.acceleration_m_s2 + offset_n,
     )
 
 

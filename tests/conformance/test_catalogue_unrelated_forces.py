@@ -27,10 +27,12 @@ FAMILIES = [(effect, channel) for effect in ENTRIES for channel in ResidualChann
 SHAPED_BY_WHAT_IS_THERE = {"voltage_saturation", "periodic_disturbance"}
 """Entries whose shapes are read off the force: without the effect there may be none to try."""
 
+OF_ROTARY_AXES = {"gravity"}
+
 
 def named(effect: str, channel: ResidualChannel, kind: str, seed: int) -> list[str]:
     """What is reported where the entry is the only one there is."""
-    datasets = recorded(kind, seed)
+    datasets = recorded(kind, seed, rotary=effect in OF_ROTARY_AXES)
     of = family(effect, channel)
     assert of is not None
     shapes = of.shapes(datasets)

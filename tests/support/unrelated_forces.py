@@ -21,6 +21,7 @@ UNRELATED_NOISES = 8.0
 """Size of what is unrelated, RMS, in the noise."""
 BAND_HZ = (0.3, 10.0)
 BLOCK_S = 0.5
+RAD_A_METRE = 80.0
 EMPS = Path(__file__).parents[3] / "shared" / "data" / "emps"
 
 
@@ -87,8 +88,11 @@ UNRELATED = {
 
 
 @functools.cache
-def recorded(kind: str, seed: int) -> list[RegressionData]:
-    """Two recordings of a rigid axis; in force and deviation noise, and beside it what is unrelated."""
+def recorded(kind: str, seed: int, *, rotary: bool = False) -> list[RegressionData]:
+    """Two recordings of a rigid axis; in force and deviation noise, and beside it what is unrelated.
+
+    A rotary axis turns by angles that are RAD_A_METRE times as large.
+    """
     datasets = []
     for number in range(2):
         own = 10 * seed + number
@@ -97,6 +101,8 @@ def recorded(kind: str, seed: int) -> list[RegressionData]:
         force_n = MASS_KG * m.acceleration_m_s2 + VISCOUS_N_S_M * m.velocity_m_s + COULOMB_N * m.direction
         unrelated = UNRELATED[kind](own, len(x))
         size = 0.0 if kind == "white noise" else UNRELATED_NOISES
+        if rotary:
+            x = x * RAD_A_METRE
         recording = AxisRecording(
             source=f"run_{number}.csv",
             axis="x",
@@ -109,5 +115,5 @@ def recorded(kind: str, seed: int) -> list[RegressionData]:
             temperature_k=293.0 + 8.0 * (1.0 - np.exp(-np.arange(len(x)) * PERIOD_S / 9.0)) + 4.0 * number,
             others={"y": np.roll(positions_m(own + 5), 333)},
         )
-        datasets.append(regression_data(recording, AXIS))
+        datasets.append(regression_data(recording, AXIS)._replace(rotary=rotary))
     return datasets

@@ -70,12 +70,18 @@ CASES: dict[str, Case] = {
     "encoder_eccentricity": Case(
         POSITION_DEVIATION, [{"amplitude": 2e-6, **PHASE}], {"amplitude_m": 2e-6, "phase_rad": 0.7}
     ),
+    "gravity": Case(
+        FORCE,
+        [{"amplitude_n": 4.0, "angle_rad_m": 1.0, **PHASE}],
+        {"amplitude_n": 4.0, "angle_rad_m": 1.0, "phase_rad": 0.7},
+    ),
     "lead_error_cumulative": Case(POSITION_DEVIATION, [{"relative_error": -3e-5}], {"relative_error": -3e-5}),
     "lead_error_periodic": Case(
         POSITION_DEVIATION,
         [{"harmonic": 2.0, "amplitude": 4e-6, **PHASE}],
         {"harmonic": 2.0, "amplitude_m": 4e-6, "phase_rad": 0.7},
     ),
+    "load_dependent_friction": Case(FORCE, [{"load_share": 0.12}], {"load_share": 0.12}),
     "payload_mass": Case(FORCE, [{"mass_kg": 8.0}], {"mass_kg": 8.0}),
     "periodic_disturbance": Case(
         FORCE,

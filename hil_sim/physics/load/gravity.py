@@ -1,0 +1,37 @@
+"""Gravity on a rotary axis: a centre of mass off the axis pulls with the sine of its angle.
+
+Law: F = A sin(k x + p).
+Source: the moment of a weight about an axis, m g r sin(angle); the pendulum.
+Symbols: F force on the table N, positive towards positive positions; A `amplitude_n` N, m g r at the lever of
+    the coordinate (N m where 1 m stands for 1 rad); x position m; k `angle_rad_m` angle of the axis by the
+    coordinate rad/m; p `phase_rad` rad, at the position zero.
+Valid: a rigid load on an axis that does not tilt. On a linear axis gravity is a constant_force.
+Confused with: position_dependent_force, over less than half a turn alike -> a weight repeats after a turn;
+    constant_force, about the horizontal.
+"""
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.kinds import Kind
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+KIND = Kind.TABLE_FORCE
+
+
+class Params(NamedTuple):
+    """Moment of the weight, and where it hangs."""
+
+    amplitude_n: Annotated[float, Quantity("N", -1e6, 1e6, "amplitude A")]
+    phase_rad: Annotated[float, Quantity("rad", -7.0, 7.0, "phase p at the position zero", "deg")]
+    angle_rad_m: Annotated[float, Quantity("rad/m", 1e-3, 1e3, "angle by the coordinate k")] = 1.0
+
+
+NEUTRAL = Params(amplitude_n=0.0, phase_rad=0.0)
+
+
+@kernel
+def force_n(p: Any, position_m: float, _turn_rad_m: float) -> float:
+    """Force on the table (N)."""
+    return float(p.amplitude_n * math.sin(p.angle_rad_m * position_m + p.phase_rad))
