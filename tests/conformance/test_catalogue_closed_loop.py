@@ -56,7 +56,7 @@ SECTIONS = {
     "stribeck_friction": "stribeck_n = 5.0\nstribeck_mm_s = 3.0\n",
     "structural_mode": "mass_kg = 5.0\nfrequency_hz = 20.0\ndamping_ratio = 0.05\n",
     "temperature_dependent_friction": "warm_level_share = 0.1\nwarm_damping_share = 0.1\n"
-    "warmth_scale_k = 2.0\nheat_capacity_j_k = 1.0\nresistance_k_w = 6.0\n",
+    "warmth_scale_k = 4.0\nheat_capacity_j_k = 1.0\nresistance_k_w = 6.0\n",
     "thermal_expansion": "expansion_um_m_k = 90.0\nfixed_end_mm = -200.0\nreference_degc = 20.0\n"
     "start_degc = 20.0\nambient_degc = 40.0\nheat_capacity_j_k = 6.0\nresistance_k_w = 1.0\n"
     "heat_share = 0.0\n",
@@ -67,8 +67,13 @@ SECTIONS = {
 }
 MOST_LEFT = 0.15
 """Share of the squares that the terms leave beside what the axis without the effect leaves."""
-FIRST_ORDER = {"dwell_dependent_breakaway": 0.75, "torque_constant_saturation": 0.3}
-"""The same of laws that the term has to first order only."""
+FIRST_ORDER = {
+    "dwell_dependent_breakaway": 0.75,
+    "temperature_dependent_friction": 0.9,
+    "torque_constant_saturation": 0.3,
+}
+"""The same of laws that the term has to first order only; without a recorded temperature an axis warms at its
+mean power, and not piece by piece as it moves."""
 ELSEWHERE = {"cross_axis_coupling", "payload_mass", "presliding_gms", "presliding_lugre"}
 """Axes that are coupled need the bus; a mass is the baseline's; the contacts are run along the motion
 (test_model_presliding)."""
