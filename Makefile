@@ -13,7 +13,7 @@ SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
-.PHONY: help setup demo test check check-fast tests tests-fast test-vcan vcan-fast system bench bench-reconcile bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit clean
+.PHONY: help setup demo test check check-fast tests tests-fast test-vcan vcan-fast system bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -73,6 +73,9 @@ bench: setup  ## measure the ratios; writes bench.json
 bench-reconcile: setup  ## reconcile beside PySINDy on concealed cases, and its time; writes bench-reconcile.json
 	$(BIN)/python -m tests.campaigns.bench.reconcile_main --json bench-reconcile.json
 
+bench-real: setup  ## reconcile and rivals on measured axes, each recording left out in turn; writes bench-real.json
+	$(BIN)/python -m tests.campaigns.bench.real_main --json bench-real.json
+
 bench-fleet: setup  ## axes a minute of reconcile fleet against workers; writes bench-fleet.json
 	$(BIN)/python -m tests.campaigns.bench.fleet_main --json bench-fleet.json
 
@@ -99,4 +102,4 @@ fuzz: setup  ## coverage-guided fuzzing of every parser, so many seconds each (S
 	$(BIN)/python -m tests.campaigns.hostile.fuzz --seconds $(SECONDS) --json fuzz.json
 
 clean:  ## remove the environment and everything that was made
-	rm -rf $(VENV) out bench.json bench-reconcile.json bench-fleet.json bench-hmi.json campaign.json soak.json load.json mutation.json hostile.json fuzz.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out bench.json bench-reconcile.json bench-real.json bench-fleet.json bench-hmi.json campaign.json soak.json load.json mutation.json hostile.json fuzz.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

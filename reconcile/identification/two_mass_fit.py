@@ -183,7 +183,8 @@ def fit_two_mass(
         beside.coordinates + np.append(np.log(factors), 0.0)
         for factors in itertools.product(*(u.grid for u in free_parameters))
     ]
-    coarse = min((search.at(place) for place in grid if search.allowed(place)), key=COST)
+    # where the start is beside the bounds, no place of the grid may be allowed
+    coarse = min((search.at(place) for place in grid if search.allowed(place)), key=COST, default=beside)
     first = second = search.minimise(coarse, 1.0, MOST_SIMULATIONS)
     moved = first.coordinates + RESTART_SHARE * np.array([*(u.step for u in free_parameters), DELAY_STEP])
     if search.allowed(moved):

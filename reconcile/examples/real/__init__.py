@@ -1,0 +1,1 @@
+"""Measured axes that others have published: their recordings and nominal models as an engineer has them."""

@@ -1,0 +1,98 @@
+"""A published machine: recordings with named columns, and a nominal model from data sheets, as files.
+
+A rotary axis is told as a linear one on a drum: a travel is the angle times `arm_m`, a force the torque
+over it.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kernels.arrays import Array
+from reconcile.errors import ReconcileError
+from reconcile.formats.toml_file import toml_text
+from servo_ctrl.files.whole_file import write_text_whole, write_whole
+
+Columns = dict[str, Array]
+
+
+class Joint(NamedTuple):
+    """One rotary axis as its data sheet tells it, SI; what it does not tell is 0."""
+
+    inertia_kg_m2: float
+    """All that the motor turns, at the joint, its rotor apart."""
+    rotor_kg_m2: float = 0.0
+    """At the joint."""
+    counts_1_turn: int = 0
+    torque_constant_nm_a: float = 1.0
+
+
+class Machine(NamedTuple):
+    """Recordings and nominal model of a published set."""
+
+    name: str
+    title: str
+    expected: str
+    """What is published of its physics."""
+    joints: Mapping[str, Joint]
+    recordings: Mapping[str, Columns]
+    """By name; `<joint>.<channel>` in rad, N m, A and s."""
+    arm_m: float = 0.1
+    """Chosen for masses and forces of a size that a feed drive has."""
+
+    def nominal(self) -> dict[str, Any]:
+        """The nominal model as the content of a model file."""
+        axes: dict[str, Any] = {}
+        for name, joint in self.joints.items():
+            motor = {
+                "inertia_kg_cm2": joint.rotor_kg_m2 * 1e4,
+                "torque_constant_nm_a": joint.torque_constant_nm_a,
+            }
+            axes[name] = {
+                "transmission": {"lead_mm": 2e3 * math.pi * self.arm_m},
+                "motor": motor,
+                "table": {"mass_kg": joint.inertia_kg_m2 / self.arm_m**2},
+            }
+            if joint.counts_1_turn:
+                axes[name]["encoder"] = {"counts_per_rev": joint.counts_1_turn}
+        return {"axis": axes}
+
+    def written(self, directory: Path) -> tuple[Path, list[Path]]:
+        """Write nominal.toml and a file for each recording. Raises OSError."""
+        directory.mkdir(parents=True, exist_ok=True)
+        nominal = directory / "nominal.toml"
+        write_text_whole(nominal, toml_text(self.nominal()))
+        return nominal, [self._written(directory, name) for name in self.recordings]
+
+    def _written(self, directory: Path, name: str) -> Path:
+        path = directory / f"{name}.npz"
+        linear = dict(self._linear(*item) for item in self.recordings[name].items())
+
+        def write(temporary: Path) -> None:
+            with temporary.open("wb") as file:
+                np.savez(file, **linear)  # type: ignore[arg-type]  # NumPy's stub takes the names for options
+
+        write_whole(path, write)
+        return path
+
+    def _linear(self, name: str, values: Array) -> tuple[str, Array]:
+        if name.endswith("_rad"):
+            return name.removesuffix("rad") + "m", values * self.arm_m
+        if name.endswith("_nm"):
+            return name.removesuffix("nm") + "n", values / self.arm_m
+        return name, values
+
+
+def arrays(file: Path, publisher: str) -> dict[str, Array]:
+    """Read the columns of a published recording. Raises ReconcileError: it is not there."""
+    if not file.is_file():
+        raise ReconcileError(file.parent, "", f"holds no {file.name}", publisher)
+    with np.load(file, allow_pickle=False) as content:
+        return {name: np.asarray(content[name], dtype=np.float64) for name in content.files}
+
+
+Read = Callable[[Path], Machine]
+"""Reads a machine from the directory of all sets. Raises ReconcileError."""

@@ -1,0 +1,16 @@
+"""The published machines by the names that `reconcile example` and the benchmark know them by."""
+
+from collections.abc import Mapping
+
+from reconcile.examples.real import bam, dfki, fditools, kinova, kuka
+from reconcile.examples.real.machine import Read
+
+MACHINES: Mapping[str, Read] = {
+    "fditools_motor": fditools.motor_only,
+    "fditools_load": fditools.with_load_encoder,
+    "kuka": kuka.robot,
+    "dfki_a": dfki.build_a,
+    "dfki_c": dfki.build_c,
+    "kinova": kinova.cobot,
+    "bam": bam.pendulum,
+}

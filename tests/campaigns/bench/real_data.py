@@ -1,0 +1,58 @@
+"""What every model of `make bench-real` is judged by: the filtered force of the samples in motion."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.arrays import Array
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.nominal_model.model_file import load_model
+from reconcile.recording.recording import AxisRecording, load_recordings
+from reconcile.regression.regression_data import (
+    low_pass_of,
+    regression_data,
+    samples_in_use,
+    stride,
+    target_and_baseline,
+)
+
+
+class Judged(NamedTuple):
+    """One axis in one recording; arrays (n,) or (n, k), in the files' units, behind the state filter."""
+
+    recording: AxisRecording
+    data: RegressionData
+    force_n: Array
+    rigid: Array
+    """Acceleration, velocity and direction, (n, 3)."""
+    position_m: Array
+    used: NDArray[np.bool_]
+
+    def error(self, predicted_n: Array) -> float:
+        """RMS of what a prediction (n,) leaves in the samples that count, N."""
+        return float(np.sqrt(np.mean((self.force_n - predicted_n)[self.used] ** 2)))
+
+    def kept(self) -> NDArray[np.int64]:
+        """Samples to fit on, at four times the bandwidth of the filter."""
+        return np.flatnonzero(self.used)[:: stride(self.data.period_s)]
+
+
+def judged(paths: Sequence[Path], nominal: Path) -> dict[str, list[list[Judged]]]:
+    """By axis, then by file: its recordings as they are judged; a file may lack an axis, or be in pieces."""
+    model = load_model(nominal)
+    by_file = [load_recordings([path], model.axes) for path in paths]
+    return {
+        name: [[_judged(one, nominal) for one in file if one.axis == name] for file in by_file]
+        for name in model.axes
+    }
+
+
+def _judged(recording: AxisRecording, nominal: Path) -> Judged:
+    data = regression_data(recording, load_model(nominal).axes[recording.axis])
+    force_n, rigid = target_and_baseline(data, ResidualChannel.FORCE)
+    position_m = low_pass_of(data)(data.motion.position_m)
+    used = samples_in_use(data, ResidualChannel.FORCE)
+    return Judged(recording, data, force_n, rigid, position_m, used)
