@@ -1,4 +1,7 @@
-"""Compliance of the drive: scale less motor in proportion to the transmitted force."""
+"""Compliance of the drive: scale less motor in proportion to the transmitted force.
+
+Where the motor alone is measured: the antiresonance and resonance of a load on a spring.
+"""
 
 import math
 
@@ -6,7 +9,7 @@ import numpy as np
 
 from hil_sim.physics.transmission import drive_compliance as physics
 from kernels.arrays import Array
-from reconcile.catalogue import backlash
+from reconcile.catalogue import backlash, spring_behind_motor
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
@@ -25,7 +28,13 @@ def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
     return np.stack((-data.force_n, acceleration), axis=1)
 
 
-def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+def _force_columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    return spring_behind_motor.column(data.motion.position_m, data.period_s, *shape)[:, None]
+
+
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    if shape:
+        return _from_the_motor(shape[0], shape[1], float(coefficients[0]))
     compliance_m_n = float(coefficients[0])
     return {
         "compliance_m_n": Parameter(compliance_m_n, "m/N"),
@@ -33,7 +42,23 @@ def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, Param
     }
 
 
+def _from_the_motor(frequency_hz: float, ratio: float, load_kg: float) -> dict[str, Parameter]:
+    w = 2.0 * math.pi * frequency_hz
+    return {
+        "stiffness_n_m": Parameter(load_kg * w**2, "N/m"),
+        "damping_n_s_m": Parameter(2.0 * ratio * load_kg * w, "N s/m"),
+        "load_mass_kg": Parameter(load_kg, "kg"),
+        "antiresonance_hz": Parameter(frequency_hz, "Hz"),
+    }
+
+
 def _sentence(p: dict[str, float]) -> str:
+    if "antiresonance_hz" in p:
+        return (
+            f"the motor feels {p['load_mass_kg']:.4g} kg on a spring of {p['stiffness_n_m'] * 1e-6:.4g} "
+            f"N/um: at {p['antiresonance_hz']:.1f} Hz the load takes all the force and the motor stands, "
+            "above it they resonate against each other; a filter or a delay would have no such pair"
+        )
     least = (1.0 - SYSTEMATIC["stiffness_n_m"][0]) * p["stiffness_n_m"]
     return (
         f"the scale lags the motor by {p['compliance_m_n'] * 1e6:.4f} um per newton of force (stiffness "
@@ -46,10 +71,17 @@ def _from_plant(of: ModelEffect) -> list[ModelTerm]:
     """Nothing for the contact that an updated model gives to a backlash."""
     if backlash.ENTRY.name in of.effects and math.isclose(_damping_ratio(of), CONTACT_DAMPING_RATIO):
         return []
+    load_kg = of.base["mass_kg"] - of.axis.motor_mass_kg
+    terms = []
+    if of.axis.motor_mass_kg > 0.0 and load_kg > 0.0:
+        w = math.sqrt(of.params.stiffness_n_m / load_kg)
+        shape = w / (2.0 * math.pi), of.params.damping_n_s_m / (2.0 * load_kg * w)
+        if shape[0] <= spring_behind_motor.highest_hz(of.datasets):
+            terms.append(ModelTerm(of.effect, shape, (load_kg,)))
     # the column of the rotor's inertia force, where its mass is not known
     rotor = () if of.datasets[0].motor_mass_kg > 0.0 else (0.0,)
     coefficients = (1.0 / of.params.stiffness_n_m, *rotor)
-    return [ModelTerm(of.effect, (), coefficients, ResidualChannel.POSITION_DEVIATION)]
+    return [*terms, ModelTerm(of.effect, (), coefficients, ResidualChannel.POSITION_DEVIATION)]
 
 
 def _damping_ratio(of: ModelEffect) -> float:
@@ -60,13 +92,18 @@ def _damping_ratio(of: ModelEffect) -> float:
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(_columns, channel=ResidualChannel.POSITION_DEVIATION),),
+    terms=(
+        TermFamily(_force_columns, spring_behind_motor.shapes),
+        TermFamily(_columns, channel=ResidualChannel.POSITION_DEVIATION),
+    ),
     parameters_of=_parameters,
     sentence=_sentence,
     physical=POSITIVE,
     systematic=SYSTEMATIC,
     indicators=(IndicatorKind(name="compliance_m_n", unit="m/N", words="compliance of the drive"),),
-    to_plant=lambda found, _notes: {"stiffness_n_m": found.terms[0]["stiffness_n_m"]},
+    to_plant=lambda found, _notes: {
+        key: found.terms[0][key] for key in ("stiffness_n_m", "damping_n_s_m") if key in found.terms[0]
+    },
     from_plant=_from_plant,
     rivals=(
         Rival("backlash"),

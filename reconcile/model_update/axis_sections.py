@@ -71,6 +71,7 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
         sections["amplifier"] = {"voltage_limit_v": sections.pop("voltage_saturation")["voltage_limit_v"]}
     if "backlash" in sections and "drive_compliance" not in {*sections, *given}:
         sections["drive_compliance"] = {"stiffness_n_um": CONTACT_N_M * 1e-6}
+    _split_at_the_spring(explanations, sections, axis)
     _give_the_spring_masses(sections, axis, float(substep_us) * 1e-6, notes)
     place = f"model.toml, axis {name}: "
     by_effect = {effect: place + note for effect, note in left_out.items()}
@@ -204,6 +205,19 @@ def _share_mass(sections: Sections, axis: NominalAxis) -> None:
     sections["table"] = {"mass_kg": whole_kg - payload_kg}
 
 
+def _split_at_the_spring(explanations: Sequence[Explanation], sections: Sections, axis: NominalAxis) -> None:
+    """The masses on either side of a spring that was found from the motor alone."""
+    named = [f for e in explanations for f in [*e.findings, *e.minor] if f.effect == "drive_compliance"]
+    loads = [f.parameters["load_mass_kg"].value for f in named if "load_mass_kg" in f.parameters]
+    if not loads or "drive_compliance" not in sections:
+        return
+    payload_kg = sections.get("payload_mass", {}).get("mass_kg", 0.0)
+    table_kg = sections.get("table", {}).get("mass_kg", axis.mass_kg - axis.motor_mass_kg)
+    motor_kg = axis.motor_mass_kg + table_kg + payload_kg - loads[0]
+    sections["motor"] = {"inertia_kg_cm2": motor_kg * (axis.lead_m / (2.0 * math.pi)) ** 2 * 1e4}
+    sections["table"] = {"mass_kg": max(loads[0] - payload_kg, LEAST_MASS_KG)}
+
+
 def _give_the_spring_masses(
     sections: Sections, axis: NominalAxis, substep_s: float, notes: list[str]
 ) -> None:
@@ -213,11 +227,14 @@ def _give_the_spring_masses(
     spring = sections["drive_compliance"]
     payload_kg = sections.get("payload_mass", {}).get("mass_kg", 0.0)
     table_kg = sections.get("table", {}).get("mass_kg", axis.mass_kg - axis.motor_mass_kg)
+    turn_m = axis.lead_m / (2.0 * math.pi)
     motor_kg = axis.motor_mass_kg
-    if motor_kg == 0.0:
+    if "motor" in sections:
+        motor_kg = sections["motor"]["inertia_kg_cm2"] * 1e-4 / turn_m**2
+    elif motor_kg == 0.0:
         motor_kg = MOTOR_SHARE * (table_kg + payload_kg)
         table_kg = max(table_kg - motor_kg, LEAST_MASS_KG)
-        sections["motor"] = {"inertia_kg_cm2": motor_kg * (axis.lead_m / (2.0 * math.pi)) ** 2 * 1e4}
+        sections["motor"] = {"inertia_kg_cm2": motor_kg * turn_m**2 * 1e4}
         sections["table"] = {"mass_kg": table_kg}
         notes.append(
             f"drive_compliance needs motor.inertia_kg_cm2, which the nominal model does not have: "
@@ -225,6 +242,8 @@ def _give_the_spring_masses(
         )
     reduced_kg = motor_kg * (table_kg + payload_kg) / (motor_kg + table_kg + payload_kg)
     ratio = CONTACT_DAMPING_RATIO if spring["stiffness_n_um"] == CONTACT_N_M * 1e-6 else DAMPING_RATIO
+    if "damping_n_s_m" in spring:
+        ratio = spring["damping_n_s_m"] / (2.0 * math.sqrt(spring["stiffness_n_um"] * 1e6 * reduced_kg))
     # k dt^2 + 2 c dt is at most the reduced mass, c = 2 ratio sqrt(k m)
     highest_n_m = reduced_kg * (0.99 * (math.hypot(2.0 * ratio, 1.0) - 2.0 * ratio) / substep_s) ** 2
     stiffness_n_m = spring["stiffness_n_um"] * 1e6

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.errors import ReconcileError
 from reconcile.identification.explain import Explanation
 from reconcile.identification.two_mass import (
@@ -35,6 +36,8 @@ def update_axis(explanations: Sequence[Explanation], model: NominalModel, name: 
     made = axis_sections(explanations, model, name)
     if SPRING not in made.sections:
         return AxisUpdate(made.sections, made.notes, list(explanations))
+    if all(explanation.channel is ResidualChannel.FORCE for explanation in explanations):
+        return AxisUpdate(made.sections, made.notes, list(explanations))  # the motor alone told it all
     note, why = f"model.toml, axis {name}: {SPRING}: ", "the recordings do not tell it"
     try:
         found = _two_mass(explanations, model, name, made)

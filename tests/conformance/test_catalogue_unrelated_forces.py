@@ -24,7 +24,7 @@ RULES = {
     ResidualChannel.POSITION_DEVIATION: SelectionRules(least_gain=DEVIATION_LEAST_GAIN),
 }
 FAMILIES = [(effect, channel) for effect in ENTRIES for channel in ResidualChannel if family(effect, channel)]
-SHAPED_BY_WHAT_IS_THERE = {"voltage_saturation", "periodic_disturbance"}
+SHAPED_BY_WHAT_IS_THERE = {"voltage_saturation", "periodic_disturbance", "drive_compliance"}
 """Entries whose shapes are read off the force: without the effect there may be none to try."""
 
 OF_ROTARY_AXES = {"gravity"}

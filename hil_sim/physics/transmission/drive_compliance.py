@@ -22,7 +22,7 @@ KIND = Kind.COUPLING
 class Params(NamedTuple):
     """Spring and damper of the drive train."""
 
-    stiffness_n_m: Annotated[float, Quantity("N/m", 1e3, 1e9, "axial stiffness k", "N/um")]
+    stiffness_n_m: Annotated[float, Quantity("N/m", 1.0, 1e9, "axial stiffness k", "N/um")]
     damping_n_s_m: Annotated[float, Quantity("N s/m", 0.0, 1e5, "damping c")]
 
 

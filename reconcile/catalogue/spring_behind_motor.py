@@ -1,0 +1,154 @@
+"""A load on a spring as the motor alone feels it: antiresonance, resonance, and the masses on either side.
+
+    F = (Jm + Jl) a + Jl (H(s) - 1) a,   H(s) = (2 z w s + w2) / (s2 + 2 z w s + w2)
+
+F force of the motor N, a its acceleration, Jm and Jl masses before and behind the spring kg, w antiresonance
+rad/s (of the load, the motor held), z its damping ratio: the equations of motion of the load, solved for its
+acceleration. Beside the rigid mass the term is linear in Jl; stiffness and damping are Jl w2 and 2 z Jl w.
+Derivatives and H are discretised by the bilinear transform, as the state filter is.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import minimize
+from scipy.signal import bilinear, lfilter, welch
+
+from kernels.arrays import Array
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters
+from reconcile.recording.kinematics import gaussian_width_s
+
+LOWEST_HZ, HIGHEST_HZ = 8.0, 120.0
+"""Of an antiresonance: below, gravity and friction look like springs; above, the 60 Hz state filter leaves
+an eleventh of it."""
+NYQUIST_SHARE = 0.5
+"""Highest antiresonance over the Nyquist frequency: the bilinear transform is off by a quarter there."""
+LEAST_EXCITED = 0.1
+"""Least share of the acceleration's power within a factor `AROUND` of an antiresonance; chosen: the low pass
+of the kinematics leaves noise at most a quarter of a per cent, and a multisine has nearly all there."""
+AROUND = 1.5
+RATIO_OF_SCAN = 1.06
+"""Ratio of neighbouring frequencies of the scan, half the width of a dip with `START_RATIO`."""
+START_RATIO = 0.06
+RATIO_BOUNDS = (1e-3, 0.7)
+LONGEST_S = 20.0
+"""Length of recordings that frequency and damping are sought on, s; more adds cost and little information."""
+MOST_EVALUATIONS = 120
+LOW_PASS_HZ = 60.0
+"""Corner of the low pass that force and columns have alike, that of the state filter."""
+SETTLED_S, END_S = 0.3, 0.02
+"""Times at the ends of a recording that are not fitted."""
+LEAST_GAIN = 0.2
+"""Least share of the rigid model's squares that the spring explains, for it to be tried at all."""
+
+
+def column(position_m: Array, period_s: float, frequency_hz: float, ratio: float) -> Array:
+    """Return the force of the motor per kilogram of load, beside that of a rigid load (n,)."""
+    w = 2.0 * math.pi * frequency_hz
+    b, a = bilinear([1.0, 0.0, 0.0], [1.0, 2.0 * ratio * w, w * w], 1.0 / period_s)
+    deflection_m = lfilter(b, a, position_m - position_m[0])
+    spring: Array = w * w * deflection_m + 2.0 * ratio * w * np.gradient(deflection_m, period_s)
+    return spring - _acceleration(position_m, period_s)
+
+
+def _acceleration(position_m: Array, period_s: float) -> Array:
+    """Second difference with the frequency response of the bilinear transform up to the fourth order (n,)."""
+    second = np.zeros(len(position_m))
+    second[1:-1] = np.diff(position_m, 2)
+    fourth = np.zeros(len(position_m))
+    fourth[2:-2] = np.diff(position_m, 4)
+    difference: Array = (second - 0.25 * fourth) / period_s**2
+    return difference
+
+
+def highest_hz(datasets: Sequence[RegressionData]) -> float:
+    """Highest antiresonance that these recordings and the filters show."""
+    return min(HIGHEST_HZ, NYQUIST_SHARE * 0.5 / max(data.period_s for data in datasets))
+
+
+def shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    """Frequency in Hz and damping ratio of the antiresonance; none where the recordings do not excite it."""
+    period_s, top_hz = datasets[0].period_s, highest_hz(datasets)
+    excited = [data for data in datasets if _excited_share(data, LOWEST_HZ, top_hz) >= LEAST_EXCITED]
+    if top_hz <= LOWEST_HZ:
+        return []
+    parts, left_s = [], LONGEST_S
+    for data in excited:
+        count = min(len(data.time_s), int(left_s / period_s))
+        if count * period_s >= 1.0:
+            parts.append(_Part(data, count))
+        left_s -= count * period_s
+    if not parts:
+        return []
+
+    def left(place: Array) -> float:
+        frequency_hz, ratio = np.exp(place)
+        if not LOWEST_HZ < frequency_hz < top_hz or not RATIO_BOUNDS[0] < ratio < RATIO_BOUNDS[1]:
+            return math.inf
+        return _fitted([one.with_spring(float(frequency_hz), float(ratio)) for one in parts])[0]
+
+    count = math.ceil(math.log(top_hz / LOWEST_HZ) / math.log(RATIO_OF_SCAN))
+    grid_hz = np.geomspace(LOWEST_HZ, top_hz, count)
+    starts = [np.log([hz, START_RATIO]) for hz in grid_hz[1:-1]]
+    best = minimize(
+        left,
+        min(starts, key=left),
+        method="Nelder-Mead",
+        options={"maxfev": MOST_EVALUATIONS, "xatol": 1e-4, "fatol": 1e-12},
+    )
+    frequency_hz, ratio = (float(value) for value in np.exp(best.x))
+    squares, theta = _fitted([one.with_spring(frequency_hz, ratio) for one in parts])
+    rigid_squares, _ = _fitted([one.rigid() for one in parts])
+    whole_kg, load_kg = theta[0], theta[-1]
+    seen = max(_excited_share(data, frequency_hz / AROUND, frequency_hz * AROUND) for data in excited)
+    if squares > (1.0 - LEAST_GAIN) * rigid_squares or not 0.0 < load_kg < whole_kg or seen < LEAST_EXCITED:
+        return []
+    return [(frequency_hz, ratio)]
+
+
+def _excited_share(data: RegressionData, low_hz: float, high_hz: float) -> float:
+    """Share of the acceleration's power between two frequencies."""
+    length = min(len(data.time_s), round(1.0 / data.period_s))
+    hertz, power = welch(data.motion.acceleration_m_s2, 1.0 / data.period_s, nperseg=length)
+    whole = float(power.sum())
+    return float(power[(hertz >= low_hz) & (hertz <= high_hz)].sum()) / whole if whole > 0.0 else 0.0
+
+
+class _Part:
+    """The smoothed force and rigid columns of the beginning of a recording, and what a spring adds."""
+
+    def __init__(self, data: RegressionData, count: int) -> None:
+        self._position_m, self._period_s = data.motion.position_m[:count], data.period_s
+        corner_hz = min(LOW_PASS_HZ, data.motion.corner_hz)
+        self._width = gaussian_width_s(corner_hz) / self._period_s
+        # the load's ringing from before the recording has died away, and samples between add no information
+        every = max(int(1.0 / (self._period_s * 4.0 * HIGHEST_HZ)), 1)
+        self._kept = np.arange(
+            round(SETTLED_S / self._period_s), count - round(END_S / self._period_s), every
+        )
+        acceleration = _acceleration(self._position_m, self._period_s)
+        velocity = np.gradient(self._position_m, self._period_s)
+        direction = data.motion.direction[:count]
+        self._rigid = self._smooth(np.stack((acceleration, velocity, direction, np.ones(count)), axis=1))
+        self._force_n = self._smooth(data.force_n[:count])
+
+    def _smooth(self, values: Array) -> Array:
+        smooth: Array = gaussian_filter1d(values, self._width, axis=0, mode="nearest")[self._kept]
+        return smooth
+
+    def rigid(self) -> tuple[Array, Array]:
+        return self._force_n, self._rigid
+
+    def with_spring(self, frequency_hz: float, ratio: float) -> tuple[Array, Array]:
+        spring = self._smooth(column(self._position_m, self._period_s, frequency_hz, ratio))
+        return self._force_n, np.column_stack((self._rigid, spring))
+
+
+def _fitted(parts: Sequence[tuple[Array, Array]]) -> tuple[float, Array]:
+    """Mean square that least squares leaves of all parts, and the coefficients."""
+    y = np.concatenate([target for target, _ in parts])
+    x = np.concatenate([columns for _, columns in parts])
+    theta, *_ = np.linalg.lstsq(x, y, rcond=None)
+    return float(np.mean((y - x @ theta) ** 2)), theta
