@@ -93,14 +93,21 @@ def _damping_ratio(of: ModelEffect) -> float:
 ENTRY = CatalogueEntry(
     physics=physics,
     terms=(
-        TermFamily(_force_columns, spring_behind_motor.shapes),
+        TermFamily(_force_columns, spring_behind_motor.shapes, if_excited=True),
         TermFamily(_columns, channel=ResidualChannel.POSITION_DEVIATION),
     ),
     parameters_of=_parameters,
     sentence=_sentence,
     physical=POSITIVE,
     systematic=SYSTEMATIC,
-    indicators=(IndicatorKind(name="compliance_m_n", unit="m/N", words="compliance of the drive"),),
+    indicators=(
+        IndicatorKind(
+            name="compliance_m_n",
+            unit="m/N",
+            words="compliance of the drive",
+            channel=ResidualChannel.POSITION_DEVIATION,
+        ),
+    ),
     to_plant=lambda found, _notes: {
         key: found.terms[0][key] for key in ("stiffness_n_m", "damping_n_s_m") if key in found.terms[0]
     },
@@ -115,6 +122,6 @@ ENTRY = CatalogueEntry(
     ),
     shown_by="the scale lags in proportion to the force",
     experiment="scale",
-    plausible=lambda _sizes: [PlausibleTerm((), (1e-8,))],
+    plausible=lambda _sizes: [PlausibleTerm((), (1e-8,), ResidualChannel.POSITION_DEVIATION)],
     rank=18,
 )

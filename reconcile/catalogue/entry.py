@@ -48,6 +48,8 @@ class PlausibleTerm(NamedTuple):
 
     shape_parameters: ShapeParameters
     coefficients: tuple[float, ...]
+    channel: ResidualChannel | None = None
+    """The only one that it shows in; None: any that the effect has terms in."""
 
 
 class IndicatorKind(NamedTuple):
@@ -63,6 +65,8 @@ class IndicatorKind(NamedTuple):
     """Fitted beside the others; else after them, so that it widens nobody's error."""
     effect: str = ""
     """Filled in from the entry; empty for a coefficient of the rigid model."""
+    channel: ResidualChannel | None = None
+    """The only one that it is measured in; None: any that the effect has terms in."""
 
 
 @dataclass(frozen=True, kw_only=True)

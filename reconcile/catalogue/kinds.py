@@ -74,6 +74,8 @@ class TermFamily(NamedTuple):
     channel: ResidualChannel = ResidualChannel.FORCE
     per_recording: tuple[bool, ...] = SHARED
     """Whether the coefficients are the recording's own (encoders are zeroed anew); EITHER: both are tried."""
+    if_excited: bool = False
+    """It is tried only where a recording excites it, which ordinary motions do not."""
 
 
 class UnnamedTerm(NamedTuple):

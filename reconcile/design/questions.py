@@ -164,6 +164,7 @@ def _plausible_terms(recorded: RecordedAxis, channel: ResidualChannel) -> list[A
         for entry in BY_RANK
         if entry.family(channel)
         for term in entry.plausible(sizes)
+        if term.channel in {None, channel}
     ]
 
 

@@ -15,9 +15,9 @@ from servo_ctrl.config.file_format import FORMAT
 SCALE_ONLY = [
     name
     for name, entry in ENTRIES.items()
-    if all(f.channel is ResidualChannel.POSITION_DEVIATION for f in entry.terms)
+    if all(f.channel is ResidualChannel.POSITION_DEVIATION or f.if_excited for f in entry.terms)
 ]
-"""Effects that cannot be observed without a scale."""
+"""Effects that ordinary motions do not show without a scale."""
 COMMON_EFFECT_RATIO = 4.0
 """Of variance, so twice the size: an effect that every axis has comes first only if it is so much larger."""
 
@@ -37,6 +37,7 @@ def verdict(
     known = any(finding["effect"] != "unknown" for finding in findings)
     word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
     blind = [name for name, explanations in axes.items() if len(explanations) == 1]
+    found = {(finding["axis"], finding["effect"]) for finding in findings}
     return {
         "format": FORMAT,
         "verdict": word,
@@ -49,7 +50,10 @@ def verdict(
             for name, e in everything
             for f in e.minor
         ],
-        "not_observable": [{"axis": name, "effects": SCALE_ONLY, "why": "no scale"} for name in blind],
+        "not_observable": [
+            {"axis": axis, "effects": [e for e in SCALE_ONLY if (axis, e) not in found], "why": "no scale"}
+            for axis in blind
+        ],
         "fit": {name: _fit(explanations, replayed, name) for name, explanations in axes.items()},
         "next_experiment": dict(following or {}),
     }

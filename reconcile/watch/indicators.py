@@ -48,7 +48,8 @@ def _of_effects(channel: ResidualChannel) -> tuple[IndicatorKind, ...]:
     """Return the catalogue's indicators: first those that are fitted together, then by rank."""
     entries = sorted((e for e in ENTRIES.values() if e.family(channel)), key=lambda entry: entry.rank)
     found = [indicator._replace(effect=entry.name) for entry in entries for indicator in entry.indicators]
-    return tuple(sorted(found, key=lambda indicator: not indicator.beside))
+    own = [indicator for indicator in found if indicator.channel in {None, channel}]
+    return tuple(sorted(own, key=lambda indicator: not indicator.beside))
 
 
 INDICATORS = {
