@@ -125,6 +125,8 @@ class CatalogueEntry:
     # the plant
     to_plant: Callable[[IdentifiedTerms, list[str]], PlantValues] = lambda found, _notes: dict(found.terms[0])
     """Parameters of the plant's effect; may raise NotInAPlant, and notes what is not as it was found."""
+    plant_effect: Callable[[IdentifiedTerms], str] | None = None
+    """The effect of hil_sim that holds what was found, by name, where it is not always the entry's own."""
     from_plant: Callable[[ModelEffect], Sequence[ModelTerm]] | None = None
     """The terms that the plant's effect is, where its parameters are not those of the term."""
     refused: Callable[[IdentifiedTerms], str] = lambda _found: ""
@@ -153,6 +155,10 @@ class CatalogueEntry:
     def bounds(self) -> dict[str, Quantity]:
         """By parameter of the plant's effect: unit, and what a plant takes."""
         return {parameter.name: parameter.quantity for parameter in fields_of(self.physics.Params)}
+
+    def written_as(self, found: IdentifiedTerms) -> str:
+        """The section of a plant file that holds what was found."""
+        return self.name if self.plant_effect is None else self.plant_effect(found)
 
     def family(self, channel: ResidualChannel) -> TermFamily | None:
         """The candidate terms in a residual channel."""

@@ -1,17 +1,17 @@
 """Presliding: friction builds up over the distance since the reversal (Dahl 1968; LuGre and GMS alike).
 
 Dahl's exponent tells how: 1 is the bristle's exponential, below it the contact gives way at last and at once,
-above it long before.
+above it long before. 0 is an element that slips at once; several of these are Maxwell slip, GMS's springs.
 """
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
+from hil_sim.physics.friction import presliding_elements
 from hil_sim.physics.friction import presliding_hysteresis as physics
 from kernels.arrays import Array
+from kernels.quantities import section_of
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelTerm, PlantValues
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
@@ -19,47 +19,46 @@ from reconcile.recording.kinematics import dahl_deflection
 
 DISTANCES_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)
 EXPONENTS = (1.0, 0.5, 2.0)
-COMPARED_M = np.geomspace(1e-7, 1e-3, 60)
-"""Distances since the reversal at which two curves are compared."""
+SLIP_DISTANCES_M = tuple(float(d) for d in np.geomspace(2.5e-7, 1.28e-4, 19))
+"""Of elements that slip at once, whose curve bends sharply."""
 
 
 def _shapes(_datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     """The distance over which 63 % build up from rest, and Dahl's exponent."""
-    return [(distance, exponent) for distance in DISTANCES_M for exponent in EXPONENTS]
+    smooth = [(distance, exponent) for distance in DISTANCES_M for exponent in EXPONENTS]
+    return [*smooth, *((distance, 0.0) for distance in SLIP_DISTANCES_M)]
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     m, (distance_m, exponent) = data.motion, shape
-    deflection_m = distance_m / _built_up_over(exponent)
+    deflection_m = presliding_elements.reach_m(distance_m, exponent)
     return (dahl_deflection(m.position_m, deflection_m, exponent) - m.direction)[:, None]
 
 
-def _built_up_over(exponent: float) -> float:
-    """Distance over which 1 - 1/e build up, for dz/dx = (1 - z)^exponent."""
-    power = 1.0 - exponent
-    return -math.expm1(-power) / power if power else 1.0
+def _plant_effect(found: IdentifiedTerms) -> str:
+    """One exponential is the plant's presliding_hysteresis; all else takes elements."""
+    simple = len(found.terms) == 1 and found.terms[0].get("exponent", 1.0) == 1.0
+    return section_of(physics if simple else presliding_elements)
 
 
 def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
-    """One level and distance: of several terms, those whose curve is nearest to the sum of the curves."""
-    levels_n = np.array([term["level_n"] for term in found.terms])
-    distances_m = np.array([term["way_m"] for term in found.terms])
-    if len(distances_m) == 1:
+    """Level, distance and exponent of each term; of more than the plant takes those of the highest level."""
+    if _plant_effect(found) == ENTRY.name:
         return dict(found.terms[0])
-    total_n = float(levels_n.sum())
-    wanted_n = -np.expm1(-COMPARED_M[:, None] / distances_m) @ levels_n
-
-    def misfit(logarithm: float) -> float:
-        one_n = -total_n * np.expm1(-COMPARED_M / math.exp(logarithm))
-        return float(np.sum((one_n - wanted_n) ** 2))
-
-    bounds = math.log(0.5 * distances_m.min()), math.log(2.0 * distances_m.max())
-    distance_m = math.exp(minimize_scalar(misfit, bounds=bounds, method="bounded").x)
-    notes.append(
-        f"{ENTRY.name}: {len(distances_m)} ways were found, the plant takes one; {distance_m * 1e6:.3g} um "
-        "comes nearest"
-    )
-    return {"level_n": total_n, "way_m": distance_m}
+    ordered = sorted(found.terms, key=lambda term: term["level_n"], reverse=True)
+    kept, left = ordered[: presliding_elements.ELEMENTS], ordered[presliding_elements.ELEMENTS :]
+    notes += [
+        f"{ENTRY.name}: {term['level_n']:.3g} N over {term['way_m'] * 1e6:.3g} um is left out, the plant "
+        f"takes {presliding_elements.ELEMENTS} elements"
+        for term in left
+    ]
+    level_n = sum(term["level_n"] for term in kept)
+    return {
+        "level_n": level_n,
+        "share": [term["level_n"] / level_n for term in kept],
+        "way_m": [term["way_m"] for term in kept],
+        "exponent": [term.get("exponent", 1.0) for term in kept],
+    }
 
 
 ENTRY = CatalogueEntry(
@@ -77,6 +76,7 @@ ENTRY = CatalogueEntry(
     ends_with_reversal=True,
     on_every_axis=True,
     to_plant=_to_plant,
+    plant_effect=_plant_effect,
     from_plant=lambda of: [ModelTerm(of.effect, (of.params.way_m, 1.0), (of.params.level_n,))],
     rivals=(
         Rival("stribeck_friction"),

@@ -19,7 +19,7 @@ from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.periodic import covers_turns
 from reconcile.catalogue.periodic_disturbance import NYQUIST_SHARE
-from reconcile.catalogue.registry import ENTRIES, has_levels
+from reconcile.catalogue.registry import CATALOGUE, ENTRIES, has_levels
 from reconcile.formats.nominal_axis import NominalAxis
 
 MOST_COLLINEAR = 0.995
@@ -138,7 +138,7 @@ def _bounds(entry: CatalogueEntry, found: IdentifiedTerms) -> str:
         values = entry.to_plant(found, [])
     except NotInAPlant:
         return ""
-    for name, quantity in entry.bounds.items():
+    for name, quantity in CATALOGUE[entry.written_as(found)].bounds.items():
         given = values.get(name)
         if given is None or isinstance(given, str):
             continue

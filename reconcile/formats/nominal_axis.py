@@ -37,7 +37,7 @@ class NominalAxis(NamedTuple):
     """Rotating inertia as a mass at the table; 0 = not known."""
     viscous_n_s_m: float
     coulomb_n: float
-    """Sharp Coulomb friction, without that of presliding_hysteresis."""
+    """Sharp Coulomb friction, without that of presliding."""
     encoder_resolution_m: float | None
     """One count of the motor encoder, at the table."""
     scale_resolution_m: float | None
@@ -57,6 +57,6 @@ def baseline_parameters(axis: NominalAxis) -> dict[str, float]:
     effects, mass_kg, coulomb_n = axis.model_effects.effects, axis.mass_kg, axis.coulomb_n
     for carrying in ("payload_mass", "structural_mode"):
         mass_kg += effects[carrying].mass_kg if carrying in effects else 0.0
-    if "presliding_hysteresis" in effects:  # its friction is beside the sharp one, not a share of it
-        coulomb_n += effects["presliding_hysteresis"].level_n
+    for late in ("presliding_hysteresis", "presliding_elements"):  # beside the sharp friction, no share of it
+        coulomb_n += effects[late].level_n if late in effects else 0.0
     return {"mass_kg": mass_kg, "viscous_n_s_m": axis.viscous_n_s_m, "coulomb_n": coulomb_n}

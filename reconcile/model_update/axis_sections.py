@@ -53,12 +53,13 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
         if explanation.channel is ResidualChannel.FORCE and is_changed:
             _write_base(explanation, axis, sections, notes)
         for finding in [*explanation.findings, *explanation.minor]:
-            section = section_of_finding(finding)
+            found = _identified(finding, explanation, base, axis)
+            section = section_of_finding(finding, found)
             if section in axis.model_effects.effects:
                 notes.append(f"{section} is in the model already, and is left as it was")
                 continue
             try:
-                values, remarks = plant_values(finding, explanation, base, axis)
+                values, remarks = plant_values(finding, explanation, found)
                 notes += remarks
                 table = in_file_units(section, values, notes)
                 sections[section] = _joined(section, sections.get(section, {}), table)
@@ -78,9 +79,11 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
     return AxisSections(sections, [place + note for note in notes], by_effect)
 
 
-def section_of_finding(finding: IdentifiedEffect) -> str:
+def section_of_finding(finding: IdentifiedEffect, found: IdentifiedTerms) -> str:
     """The section of a plant file that a finding belongs to: its name, or that of the table without one."""
-    if finding.effect in CATALOGUE or not finding.candidates:
+    if finding.effect in CATALOGUE:
+        return CATALOGUE[finding.effect].written_as(found)
+    if not finding.candidates:
         return finding.effect
     effect = finding.candidates[0].effect
     return (effect.startswith(PREFIX) and term(effect).section) or finding.effect
@@ -93,8 +96,16 @@ def _joined(section: str, before: Mapping[str, Any], table: Mapping[str, Any]) -
     return {**before, **table}
 
 
-def plant_values(
+def _identified(
     finding: IdentifiedEffect, explanation: Explanation, base: Mapping[str, float], axis: NominalAxis
+) -> IdentifiedTerms:
+    channel = ResidualChannel(finding.channel)
+    datasets = [residual.data for residual in explanation.residuals]
+    return IdentifiedTerms(finding.effect, channel, _terms_of(finding), datasets, base, axis)
+
+
+def plant_values(
+    finding: IdentifiedEffect, explanation: Explanation, found: IdentifiedTerms
 ) -> tuple[PlantValues, list[str]]:
     """Parameters of the plant's effect by their names in hil_sim, and what there is to say about them.
 
@@ -103,18 +114,15 @@ def plant_values(
 
     """
     if finding.effect not in CATALOGUE:
-        if section_of_finding(finding) not in CATALOGUE:
+        if section_of_finding(finding, found) not in CATALOGUE:
             raise NotInAPlant("it is in no catalogue, so no plant has it")
-        unnamed = term(finding.candidates[0].effect)
-        return unnamed.to_plant({key: of.value for key, of in finding.parameters.items()}), []
+        return term(finding.candidates[0].effect).to_plant(found.terms[0]), []
     entry, residuals = CATALOGUE[finding.effect], explanation.residuals
     notes: list[str] = []
     if len(residuals) > 1 and any(candidate.per_recording for candidate in finding.candidates):
         notes.append(f"{finding.effect} has its phase as in the first recording, {residuals[0].source}")
-    channel, datasets = ResidualChannel(finding.channel), [residual.data for residual in residuals]
-    found = IdentifiedTerms(finding.effect, channel, _terms_of(finding), datasets, base, axis)
-    values = entry.to_plant(found, notes)
-    return {key: value for key, value in values.items() if key in entry.bounds}, notes
+    values, bounds = entry.to_plant(found, notes), CATALOGUE[entry.written_as(found)].bounds
+    return {key: value for key, value in values.items() if key in bounds}, notes
 
 
 def _terms_of(finding: IdentifiedEffect) -> list[dict[str, float]]:
@@ -177,10 +185,12 @@ def _share_friction(sections: Sections, notes: list[str]) -> None:
     if "coulomb_friction" not in sections:
         return
     sharp_n = sections["coulomb_friction"]["coulomb_n"]
-    if late := sections.get("presliding_hysteresis"):
+    for name in ("presliding_hysteresis", "presliding_elements"):
+        if not (late := sections.get(name)):
+            continue
         if late["level_n"] > sharp_n:
             notes.append(
-                f"presliding_hysteresis.level_n was found to be {late['level_n']:.4g}; it is held to "
+                f"{name}.level_n was found to be {late['level_n']:.4g}; it is held to "
                 f"the Coulomb friction, {sharp_n:.4g} N"
             )
             late["level_n"] = sharp_n

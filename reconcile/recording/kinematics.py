@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from hil_sim.physics.friction.presliding_elements import deflected
 from kernels.arrays import Array
 from kernels.jit import kernel
 
@@ -112,16 +113,7 @@ def dahl_deflection(position_m: Array, deflection_m: float, exponent: float = 1.
     """Dahl's deflection (n,), -1 to 1, exact by step: dz/dx = (1 - z sign(dx))^exponent / deflection_m."""
     z = np.zeros(len(position_m))
     for i in range(1, len(position_m)):
-        step_m = position_m[i] - position_m[i - 1]
-        towards = 1.0 if step_m > 0.0 else -1.0
-        remaining = 1.0 - z[i - 1] * towards
-        if exponent == 1.0:
-            remaining *= np.exp(-abs(step_m) / deflection_m)
-        elif remaining > 0.0:
-            power = 1.0 - exponent
-            root = remaining**power - power * abs(step_m) / deflection_m
-            remaining = root ** (1.0 / power) if root > 0.0 else 0.0
-        z[i] = towards * (1.0 - remaining)
+        z[i] = deflected(z[i - 1], position_m[i] - position_m[i - 1], deflection_m, exponent)
     return z
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from kernels.arrays import Array
+from reconcile.catalogue import presliding_hysteresis
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.kinematics import gaussian_width_s, kinematics
@@ -23,6 +24,10 @@ FILTER_HZ = 60.0
 """Bandwidth of the state filter, that of the published figures on EMPS."""
 END_S = 0.02
 """Time at the end that is left out, s: the motion that follows it is unknown."""
+FIRST_EXPONENTS = (0.0, 1.0)
+"""Dahl's exponents of the friction that may build up in the first model's force."""
+BUILDS_UP_SHARE = 0.1
+"""Least share that it explains of what a rigid model leaves."""
 STICK_S = 1e-3
 """Width of the Gaussian over the force from which the friction of a sticking axis is computed, s."""
 
@@ -62,11 +67,36 @@ def with_model_force(data: RegressionData) -> RegressionData:
     (mass_kg, viscous_n_s_m, coulomb_n, offset_n), *_ = np.linalg.lstsq(rigid[used], y[used], rcond=None)
     frictionless_n = mass_kg * m.acceleration_m_s2 + viscous_n_s_m * m.velocity_m_s
     direction = friction_direction(data, frictionless_n + offset_n, max(coulomb_n, 1e-9))
+    rest = y - rigid @ np.array([mass_kg, viscous_n_s_m, coulomb_n, offset_n])
+    late_n = _building_up_n(data, rigid, rest, used, direction)
     return data._replace(
         motion=m._replace(direction=direction),
-        model_force_n=frictionless_n + coulomb_n * direction + data.presliding_law_n,
+        model_force_n=frictionless_n + coulomb_n * direction + late_n + data.presliding_law_n,
         load_n=(mass_kg - data.motor_mass_kg) * m.acceleration_m_s2 + offset_n,
     )
+
+
+def _building_up_n(
+    data: RegressionData, rigid: Array, rest: Array, used: NDArray[np.bool_], direction: Array
+) -> Array:
+    """Force (n,) of the presliding that explains most of what a rigid model leaves; 0 where that is little.
+
+    Without it a delay, or a torque constant, would be sought in a force that jumps where friction builds up.
+    """
+    kept = np.flatnonzero(used)[:: stride(data.period_s)]
+    base, left = rigid[kept], rest[kept]
+    low_pass, best, found = low_pass_of(data), BUILDS_UP_SHARE * float(left @ left), np.zeros(len(direction))
+    gram = np.linalg.pinv(base.T @ base) @ base.T
+    family = presliding_hysteresis.ENTRY.terms[0]
+    for shape in (shape for shape in family.shapes([data]) if shape[1] in FIRST_EXPONENTS):
+        column = family.columns(data, shape)[:, 0]
+        own = low_pass(column)[kept]
+        own = own - base @ (gram @ own)
+        level_n = float(own @ left) / max(float(own @ own), 1e-300)
+        gained = level_n * float(own @ left)
+        if level_n > 0.0 and gained > best:
+            best, found = gained, level_n * (column + data.motion.direction - direction)
+    return found
 
 
 def friction_direction(data: RegressionData, frictionless_n: Array, level_n: Array | float) -> Array:

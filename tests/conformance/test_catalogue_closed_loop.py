@@ -49,6 +49,8 @@ SECTIONS = {
     "position_dependent_force": "centre_mm = 0.0\nhalf_travel_mm = 16.0\npower_1_n = 8.0\npower_2_n = 4.0\n",
     "position_dependent_friction": "centre_mm = 0.0\nhalf_travel_mm = 16.0\npower_1_n = 6.0\n",
     "presliding_hysteresis": "level_n = 6.0\nway_um = 20.0\n",
+    "presliding_elements": "level_n = 8.0\nshare = [0.5, 0.3, 0.2]\nway_um = [3.0, 20.0, 60.0]\n"
+    "exponent = [0.0, 0.0, 2.0]\n",
     "quadratic_viscous_friction": "quadratic_n_s2_m2 = 1500.0\n",
     "relaxation": "damping_n_s_m = 300.0\ntime_s = 0.2\n",
     "scale_cyclic_error": "period_um = 200.0\namplitude_um = 1.0\nphase_deg = 30.0\n",

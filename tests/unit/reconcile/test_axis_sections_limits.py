@@ -34,16 +34,24 @@ def test_presliding_takes_its_share_of_the_friction_and_no_more(tmp_path: Path, 
     assert "found to be 13; it is held to the Coulomb friction, 12 N" in note
 
 
-def test_presliding_travels_are_merged(tmp_path: Path, seen: RegressionData) -> None:
-    """Two of one way are that way; one of hardly any friction does not count."""
+def test_presliding_of_any_curve_is_written_as_it_was_found(tmp_path: Path, seen: RegressionData) -> None:
+    """Several distances and exponents, each an element; so many as the plant takes, the highest first."""
     ways = [
-        {"level_n": 3.0, "way_m": 8e-6},
-        {"level_n": 4.0, "way_m": 8e-6},
-        {"level_n": 1e-3, "way_m": 1e-4},
+        {"level_n": 3.0, "way_m": 8e-6, "exponent": 0.5},
+        {"level_n": 5.0, "way_m": 3e-5, "exponent": 0.0},
     ]
-    axis, [note] = updated_axis(tmp_path, "presliding_hysteresis", FORCE, ways, seen)
-    assert axis.effects["presliding_hysteresis"] == pytest.approx((7.001, 8e-6), rel=1e-2)
-    assert "3 ways were found" in note
+    axis, notes = updated_axis(tmp_path, "presliding_hysteresis", FORCE, ways, seen)
+    assert not notes
+    assert "presliding_hysteresis" not in axis.effects
+    elements = axis.effects["presliding_elements"]
+    assert elements.level_n == pytest.approx(8.0)
+    assert elements.share[:3] == pytest.approx((0.625, 0.375, 0.0))
+    assert elements.way_m[:2] == pytest.approx((3e-5, 8e-6))
+    assert elements.exponent[:2] == (0.0, 0.5)
+    assert axis.effects["coulomb_friction"].coulomb_n == pytest.approx(BASE["coulomb_n"] - 8.0)
+    many = [{"level_n": 1.0 + 0.01 * k, "way_m": 1e-6 * k, "exponent": 0.0} for k in range(1, 10)]
+    axis, [note] = updated_axis(tmp_path, "presliding_hysteresis", FORCE, many, seen)
+    assert "1.01 N over 1 um is left out, the plant takes 8 elements" in note
 
 
 @pytest.mark.parametrize(

@@ -51,7 +51,7 @@ CASES: dict[str, Case] = {
     "periodic_disturbance": Case(FORCE, [((37.0,), (1.5, -2.0))]),
     "position_dependent_force": Case(FORCE, [((2.0, CENTRE_M, 0.03), (2.0, -1.0))]),
     "position_dependent_friction": Case(FORCE, [((3.0, CENTRE_M, 0.03), (2.0, -1.0, 0.7))]),
-    "presliding_hysteresis": Case(FORCE, [((8e-6, 1.0), (5.0,))]),
+    "presliding_hysteresis": Case(FORCE, [((8e-6, 0.0), (5.0,)), ((3e-5, 2.0), (3.0,))]),
     "quadratic_viscous_friction": Case(FORCE, [((), (-40.0,))]),
     "scale_cyclic_error": Case(POSITION_DEVIATION, [((2e-5,), (3e-7, -1e-7))]),
     "stribeck_friction": Case(FORCE, [((3e-3,), (-6.0,))]),

@@ -1,0 +1,124 @@
+"""Presliding of any curve: elements in parallel, each of which builds up over a distance of its own.
+
+Law: dz_i/dx = (1 - z_i s)^n_i / d_i,  F = L sum a_i z_i; s the direction of motion. n = 1 is Dahl's
+    exponential; n = 0 an elastic spring that slips at once, Jenkins' element, and several of these Maxwell
+    slip; n = 2 a long creep. For constant v each step is exact: (1 - z s)^(1 - n) is linear in the distance.
+Source: Dahl (1968) with its exponent; Iwan (1966), springs that slip in parallel, the elements of GMS
+    (Al-Bender, Lampaert, Swevers 2005) without frictional lag.
+Symbols: F friction force N, beside that of the other levels; L `level_n` N; a_i `share`, sum 1; w_i `way_m`
+    m, within which 63 % of an element build up from rest; d_i = w_i (1 - n) / (1 - exp(n - 1)), w_i for
+    n = 1; n_i `exponent`; z_i `deflection`, -1 to 1; x position m; v velocity m/s.
+Valid: up to eight elements. With n = 0 inner loops close; with others they drift, as those of
+    presliding_hysteresis do.
+Confused with: backlash (the loop is in force, not in position) -> encoder against scale; presliding_gms,
+    which shapes all of the other levels, and follows the level with a lag.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.kinds import AxisContext, Kind
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+KIND = Kind.PRESLIDING_LEVEL
+ELEMENTS = 8
+LIST_ENDS_AT = "share"
+SHARE_TOLERANCE = 1e-6  # of their sum, from rounding in the file
+NEGLIGIBLE_N = 1e-9  # a level below it is none
+EXPONENTIAL = 1e-9  # as near to 1 the exponent is
+SHORTEST_M = 1e-12  # far below any contact: keeps a division finite
+
+
+class Params(NamedTuple):
+    """Level, and the elements that share it; the list ends at the first share of zero."""
+
+    level_n: Annotated[float, Quantity("N", 0.0, 1e4, "friction L that builds up")]
+    share: Annotated[tuple[float, ...], Quantity("", 0.0, 1.0, "share a_i of the level", length=ELEMENTS)]
+    way_m: Annotated[
+        tuple[float, ...], Quantity("m", 0.0, 1e-2, "distance w_i of 63 % of it", "um", length=ELEMENTS)
+    ]
+    exponent: Annotated[
+        tuple[float, ...], Quantity("", 0.0, 2.0, "exponent n_i of its curve", length=ELEMENTS)
+    ]
+
+
+class State(NamedTuple):
+    """Deflection of each element, in that at which it slips."""
+
+    deflection: tuple[float, ...] = (0.0,) * ELEMENTS
+
+
+NEUTRAL = Params(
+    level_n=0.0,
+    share=(1.0,) + (0.0,) * (ELEMENTS - 1),
+    way_m=(1e-5,) * ELEMENTS,
+    exponent=(1.0,) * ELEMENTS,
+)
+
+
+def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
+    """The shares are those of one level, and each element has a distance."""
+    total = math.fsum(p.share)
+    if abs(total - 1.0) > SHARE_TOLERANCE:
+        yield "", f"the shares add up to {total:g}, not 1"
+    if any(share > 0.0 and way <= 0.0 for share, way in zip(p.share, p.way_m, strict=True)):
+        yield "way_m", "an element without a distance is Coulomb friction"
+
+
+def sticking_stiffness_n_m(p: Params) -> float:
+    """Largest stiffness (N/m), behind a reversal, where the curve is steepest."""
+    elements = zip(p.share, p.way_m, p.exponent, strict=True)
+    return math.fsum(
+        2.0**n * share * p.level_n / reach_m(way, n) for share, way, n in elements if share * way > 0.0
+    )
+
+
+@kernel
+def reach_m(way_m: float, exponent: float) -> float:
+    """Distance d (m) of an element by that of 63 % of it."""
+    power = 1.0 - exponent
+    return way_m if abs(power) < EXPONENTIAL else way_m * power / -math.expm1(-power)
+
+
+@kernel
+def deflected(deflection: float, step_m: float, distance_m: float, exponent: float) -> float:
+    """Deflection, -1 to 1, after a step (m) of an element of this distance (m)."""
+    if step_m == 0.0:
+        return deflection
+    towards = 1.0 if step_m > 0.0 else -1.0
+    remaining = 1.0 - deflection * towards
+    power = 1.0 - exponent
+    if abs(power) < EXPONENTIAL:
+        remaining *= math.exp(-abs(step_m) / distance_m)
+    elif remaining > 0.0:
+        root = remaining**power - power * abs(step_m) / distance_m
+        remaining = root ** (1.0 / power) if root > 0.0 else 0.0
+    return towards * (1.0 - remaining)
+
+
+@kernel
+def force_and_damping(p: Any, s: Any, _velocity_m_s: float, level: float) -> tuple[float, float]:
+    """Force (N) of the elements; no damping. `level` (N) is L as changed with use."""
+    if level < NEGLIGIBLE_N:
+        return 0.0, 0.0
+    force = 0.0
+    for i in range(ELEMENTS):
+        if p.share[i] == 0.0:
+            break
+        force += p.share[i] * s.deflection[i]
+    return level * force, 0.0
+
+
+@kernel
+def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> None:
+    """Move the elements for `dt_s` at constant velocity; the spring of an element is that of its level."""
+    for i in range(ELEMENTS):
+        if p.share[i] == 0.0:
+            break
+        if level < NEGLIGIBLE_N or p.level_n < NEGLIGIBLE_N:
+            s.deflection[i] = 0.0
+            continue
+        distance_m = max(reach_m(p.way_m[i], p.exponent[i]) * level / p.level_n, SHORTEST_M)
+        s.deflection[i] = deflected(s.deflection[i], velocity_m_s * dt_s, distance_m, p.exponent[i])
