@@ -19,7 +19,7 @@ from reconcile.recording.kinematics import dahl_deflection
 
 DISTANCES_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)
 EXPONENTS = (1.0, 0.5, 2.0)
-SLIP_DISTANCES_M = tuple(float(d) for d in np.geomspace(2.5e-7, 1.28e-4, 19))
+SLIP_DISTANCES_M = tuple(float(d) for d in np.geomspace(3.5e-7, 1.28e-4, 18))
 """Of elements that slip at once, whose curve bends sharply."""
 
 
