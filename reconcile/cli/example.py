@@ -1,6 +1,8 @@
 """`reconcile example`: measured data that others have published, their figures beside ours."""
 
+from collections.abc import Callable
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -12,10 +14,21 @@ class DataSet(Enum):
 
     EMPS = "emps"
     ODRIVE = "odrive"
+    FDITOOLS = "fditools"
+    KUKA = "kuka"
+    DFKI = "dfki"
+    KINOVA = "kinova"
+    BAM = "bam"
 
 
 def example(
-    name: Annotated[DataSet, typer.Argument(help="emps: a ball-screw axis; odrive: cogging of a motor.")],
+    name: Annotated[
+        DataSet,
+        typer.Argument(
+            help="emps: a ball-screw axis; odrive: cogging of a motor; fditools: two masses on a flexible "
+            "coupling; kuka: an industrial robot; dfki: a double pendulum; kinova: a cobot; bam: a servo."
+        ),
+    ],
     out: Annotated[Path, typer.Option(help="Where verdicts, models, reports and example.json go.")],
     data: Annotated[
         Path | None, typer.Option(help="Where the publisher's files are, if not in data/ or ../shared/data/.")
@@ -31,12 +44,19 @@ def example(
     from rich.table import Table
 
     from reconcile.examples import emps, odrive
-    from reconcile.examples.example import data_directory
+    from reconcile.examples.example import ExampleResult, data_directory
+    from reconcile.examples.real import study
+    from reconcile.examples.real.sets import SETS
 
-    study = {DataSet.EMPS: emps, DataSet.ODRIVE: odrive}[name]
+    examples: dict[DataSet, tuple[str, Callable[[Path, Path, Callable[[str], None]], ExampleResult]]] = {
+        DataSet.EMPS: (emps.NAME, emps.run),
+        DataSet.ODRIVE: (odrive.NAME, odrive.run),
+        **{DataSet(of): (study.NAME, partial(study.run, machines)) for of, machines in SETS.items()},
+    }
+    place, run = examples[name]
     progress = Console(stderr=True)
-    result = study.run(
-        data_directory(study.NAME, data), out, lambda text: progress.print(text, style="dim", highlight=False)
+    result = run(
+        data_directory(place, data), out, lambda text: progress.print(text, style="dim", highlight=False)
     )
     table = Table(title=result.title, title_justify="left", box=None, pad_edge=False)
     for heading in ("figure", "ours", "published, or the mark"):

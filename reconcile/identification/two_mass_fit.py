@@ -20,6 +20,7 @@ import numpy as np
 
 from hil_sim.config import PlantConfig, build_plant
 from kernels.arrays import Array
+from reconcile.errors import ReconcileError
 from reconcile.identification.two_mass_recording import SHORT_BLOCK_S, TwoMassRecording, short_block_errors
 from reconcile.identification.two_mass_rollout import Values, respond
 
@@ -183,8 +184,11 @@ def fit_two_mass(
         beside.coordinates + np.append(np.log(factors), 0.0)
         for factors in itertools.product(*(u.grid for u in free_parameters))
     ]
-    # where the start is beside the bounds, no place of the grid may be allowed
-    coarse = min((search.at(place) for place in grid if search.allowed(place)), key=COST, default=beside)
+    allowed = [place for place in grid if search.allowed(place)]
+    if not allowed:
+        reason = "its spring is beyond what the substeps or the plant's bounds allow"
+        raise ReconcileError("", "drive_compliance", reason, "shorten plant.substep_us")
+    coarse = min((search.at(place) for place in allowed), key=COST)
     first = second = search.minimise(coarse, 1.0, MOST_SIMULATIONS)
     moved = first.coordinates + RESTART_SHARE * np.array([*(u.step for u in free_parameters), DELAY_STEP])
     if search.allowed(moved):

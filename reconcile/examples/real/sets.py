@@ -14,3 +14,11 @@ MACHINES: Mapping[str, Read] = {
     "kinova": kinova.cobot,
     "bam": bam.pendulum,
 }
+SETS: Mapping[str, tuple[str, ...]] = {
+    "fditools": ("fditools_motor", "fditools_load"),
+    "kuka": ("kuka",),
+    "dfki": ("dfki_a", "dfki_c"),
+    "kinova": ("kinova",),
+    "bam": ("bam",),
+}
+"""The machines of each name of `reconcile example`."""

@@ -23,14 +23,15 @@ from rich.table import Table
 
 from reconcile.errors import ReconcileError
 from reconcile.examples.example import data_directory
+from reconcile.examples.real.judged import Judged, error_of, judged
 from reconcile.examples.real.machine import Machine
 from reconcile.examples.real.sets import MACHINES
+from reconcile.examples.real.textbook import Predict
 from reconcile.nominal_model.model_file import load_model
 from tests.campaigns.bench.main import machine_facts, write_whole
-from tests.campaigns.bench.real_data import Judged, judged
-from tests.campaigns.bench.real_rivals import RIVALS, Predict
+from tests.campaigns.bench.real_rivals import RIVALS
 from tests.campaigns.bench.real_sindy import pysindy
-from tests.campaigns.bench.real_tool import Said, ask, error_of
+from tests.campaigns.bench.real_tool import Said, ask
 
 MODELS = ("reconcile", *RIVALS, "pysindy")
 QUICK_LEFT_OUT = 2

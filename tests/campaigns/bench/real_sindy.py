@@ -9,10 +9,10 @@ import numpy as np
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
+from reconcile.examples.real.judged import Judged
+from reconcile.examples.real.textbook import Predict
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.regression.regression_problem import regression_problem
-from tests.campaigns.bench.real_data import Judged
-from tests.campaigns.bench.real_rivals import Predict
 from tests.campaigns.bench.sindy_peer import RULES, proposals
 
 

@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from reconcile.examples.real.judged import error_of, judged
 from reconcile.examples.real.machine import Joint, Machine
-from tests.campaigns.bench.real_data import judged
 from tests.campaigns.bench.real_main import lost_to, of_machine, summary
 from tests.campaigns.bench.real_rivals import RIVALS
-from tests.campaigns.bench.real_tool import error_of
 
 INERTIA_KG_M2, VISCOUS_NM_S, COULOMB_NM, CONSTANT_NM, PERIOD_S = 0.3, 0.8, 1.5, 2.0, 1e-3
 

@@ -1,4 +1,7 @@
-"""What every model of `make bench-real` is judged by: the filtered force of the samples in motion."""
+"""What models of a measured axis are judged by: the filtered force of the samples in motion.
+
+A model file is taken as it is written: what is left is `before` of a diagnosis with that model.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,8 +12,10 @@ from numpy.typing import NDArray
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.formats.nominal_axis import baseline_parameters
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import AxisRecording, load_recordings
+from reconcile.regression.model_presliding import regressed_terms
 from reconcile.regression.regression_data import (
     low_pass_of,
     regression_data,
@@ -18,6 +23,7 @@ from reconcile.regression.regression_data import (
     stride,
     target_and_baseline,
 )
+from reconcile.regression.regression_problem import regression_problem
 
 
 class Judged(NamedTuple):
@@ -56,3 +62,20 @@ def _judged(recording: AxisRecording, nominal: Path) -> Judged:
     position_m = low_pass_of(data)(data.motion.position_m)
     used = samples_in_use(data, ResidualChannel.FORCE)
     return Judged(recording, data, force_n, rigid, position_m, used)
+
+
+def left_by_model_n(model: Path, one: Judged) -> Array:
+    """What a model file leaves of a recording (n,), N; nothing is fitted. Raises ReconcileError."""
+    axis = load_model(model).axes[one.recording.axis]
+    data = regression_data(one.recording, axis)
+    terms = regressed_terms(axis, [data], ResidualChannel.FORCE)
+    problem = regression_problem([data], ResidualChannel.FORCE, only=True, model_terms=terms)
+    target, columns = problem.target_and_columns(0)
+    base = baseline_parameters(axis)
+    left: Array = target - columns @ np.array([base[name] for name in problem.baseline_names])
+    return left
+
+
+def error_of(model: Path, one: Judged) -> float:
+    """RMS of that in the samples that count, N. Raises ReconcileError."""
+    return float(np.sqrt(np.mean(left_by_model_n(model, one)[one.used] ** 2)))

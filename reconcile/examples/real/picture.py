@@ -1,0 +1,45 @@
+"""What models leave of a recording that was left out, over time, one row an axis."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from kernels.arrays import Array
+from reconcile.examples.real.judged import Judged
+from servo_ctrl.files.whole_file import write_whole
+from servo_ctrl.plots.matplotlib_agg import Figure
+
+COLOURS = {"rigid": "tab:orange", "textbook": "tab:green", "written model": "tab:blue"}
+LONGEST_S = 4.0
+"""Time that is drawn: of more, nothing could be seen."""
+
+
+class Traces(NamedTuple):
+    """One axis in the recording that was left out."""
+
+    axis: str
+    one: Judged
+    arm_m: float
+    left_n: Mapping[str, Array]
+    """By model (n,)."""
+
+
+def left_out(path: Path, title: str, source: str, traces: Sequence[Traces]) -> Path:
+    """Draw the torque and what the models leave of it."""
+    figure = Figure(figsize=(11.0, 1.5 + 3.0 * len(traces)), layout="constrained")
+    figure.suptitle(f"{title}: {source}, which was left out")
+    for axes, of in zip(np.atleast_1d(figure.subplots(len(traces), 1)), traces, strict=True):
+        time_s = of.one.data.time_s
+        seen = (time_s >= 0.2 * time_s[-1]) & (time_s <= 0.2 * time_s[-1] + LONGEST_S)
+        axes.plot(time_s[seen], of.arm_m * of.one.force_n[seen], color="0.7", lw=0.8, label="measured")
+        for name, left_n in of.left_n.items():
+            drawn = np.where(of.one.used, of.arm_m * left_n, np.nan)[seen]
+            rms = of.arm_m * float(np.sqrt(np.mean(left_n[of.one.used] ** 2)))
+            axes.plot(time_s[seen], drawn, color=COLOURS[name], lw=0.9, label=f"{name} leaves {rms:.3g} N m")
+        axes.set(ylabel=f"{of.axis}: torque / N m", xlabel="time / s")
+        axes.set_xlim(float(time_s[seen][0]), float(time_s[seen][-1]))
+        axes.legend(loc="upper right", ncols=2, fontsize=8)
+    write_whole(path, lambda temporary: figure.savefig(temporary, dpi=100, format="png"))
+    return path
