@@ -23,7 +23,7 @@ left out: nothing is fitted to that one. The rivals are fitted to the same other
 viscous and Coulomb friction), least squares with Stribeck and asymmetric friction and a constant force beside
 that, gradient boosting on position, velocity, acceleration and direction (scikit-learn's
 HistGradientBoostingRegressor), and PySINDy with the catalogue's columns{pysindy}. The error is the RMS of
-what is left of the torque behind the 60 Hz state filter, in the samples in motion, pooled over what was left out.
+what is left of the torque behind the 60 Hz state filter, in the samples in motion, pooled over all of them.
 
 The bars: no worse than the rigid refit, least squares and PySINDy, and at most {factor} times boosting. Where
 the tool refuses recordings it gives no model, and has lost; the rivals' errors then stand alone.
