@@ -40,6 +40,6 @@ def left_out(path: Path, title: str, source: str, traces: Sequence[Traces]) -> P
             axes.plot(time_s[seen], drawn, color=COLOURS[name], lw=0.9, label=f"{name} leaves {rms:.3g} N m")
         axes.set(ylabel=f"{of.axis}: torque / N m", xlabel="time / s")
         axes.set_xlim(float(time_s[seen][0]), float(time_s[seen][-1]))
-        axes.legend(loc="upper right", ncols=2, fontsize=8)
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, fontsize=8, frameon=False)
     write_whole(path, lambda temporary: figure.savefig(temporary, dpi=100, format="png"))
     return path

@@ -1,4 +1,4 @@
-"""Models that the tool is held against: rigid, and textbook friction, by least squares behind the filter."""
+"""Models that the tool is held against, by least squares behind the filter: rigid, and textbook friction."""
 
 from collections.abc import Callable, Sequence
 
@@ -11,6 +11,9 @@ from reconcile.regression.regression_data import low_pass_of
 Predict = Callable[[Judged], Array]
 """Force of a fitted model along a recording, N (n,)."""
 
+COLLINEAR = 1e-2
+"""Singular values of columns of unit size, over the largest, below which a direction is left out: motions in
+one direction alone do not tell Coulomb friction from a constant force."""
 STRIBECK_SHARES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4)
 """Stribeck speeds that are tried, of the 95th percentile of the speed."""
 
@@ -42,5 +45,6 @@ def _least_squares(train: Sequence[Judged], columns: Callable[[Judged], Array]) 
     """The fitted model, and its mean square on the samples that it was fitted on."""
     x = np.concatenate([columns(one)[one.kept()] for one in train])
     y = np.concatenate([one.force_n[one.kept()] for one in train])
-    theta, *_ = np.linalg.lstsq(x, y, rcond=None)
+    scale = np.sqrt(np.mean(x**2, axis=0)) + 1e-300
+    theta = np.linalg.lstsq(x / scale, y, rcond=COLLINEAR)[0] / scale
     return lambda one: columns(one) @ theta, float(np.mean((y - x @ theta) ** 2))
