@@ -103,7 +103,10 @@ def _errors(
             why = f"its own model.toml is refused: {refused}"
     fitted: dict[str, Predict] = {name: fit(train) for name, fit in RIVALS.items() if name in models}
     if "pysindy" in models:
-        fitted["pysindy"] = pysindy(train, load_model(nominal).axes[left_out[0].recording.axis])
+        try:
+            fitted["pysindy"] = pysindy(train, load_model(nominal).axes[left_out[0].recording.axis])
+        except ValueError as error:  # its library is the catalogue's, and fails where that does
+            why = f"{why}; PySINDy: {error}"
     for name, predict in fitted.items():
         errors[name] = _pooled(left_out, lambda one, predict=predict: one.error(predict(one)))  # type: ignore[misc]
     return errors, why
