@@ -13,6 +13,7 @@ from reconcile.design.program import write_program
 from reconcile.diagnosis.verdict import verdict
 from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.identification.explain import Explanation, explain
+from reconcile.identification.term_search import TermSearch
 from reconcile.location.residual_coordinates import ResidualAnalysis, residual_analyses
 from reconcile.model_update.axis_update import update_axis
 from reconcile.nominal_model.model_file import load_model, write_model
@@ -76,12 +77,13 @@ def diagnose(
         if not recordings:
             continue
         on_progress(f"axis {name}: force")
-        found = [explain(recordings, axis, ResidualChannel.FORCE, SelectionRules())]
+        found = [explain(TermSearch(recordings, axis, ResidualChannel.FORCE, SelectionRules()))]
         with_scale = [recording for recording in recordings if recording.scale_m is not None]
         if with_scale:
             on_progress(f"axis {name}: scale less motor")
             rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
-            found.append(explain(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
+            search = TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules)
+            found.append(explain(search))
         updated = update_axis(found, model, name)
         explanations[name] = updated.explanations
         updates[name] = updated.sections

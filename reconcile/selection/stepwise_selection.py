@@ -21,9 +21,11 @@ TIED_GAIN_RATIO = 0.97
 """Least gain of a term that is tied with the best one, as a share of the best gain."""
 
 
-def select(validation: CrossValidation, rules: SelectionRules) -> list[CandidateTerm]:
-    """Select terms, in the order of their addition; timing first, because it is no physics."""
-    context = _context(validation, rules, [])
+def select(
+    validation: CrossValidation, rules: SelectionRules, excluded: Container[str] = ()
+) -> list[CandidateTerm]:
+    """Select terms but for `excluded` effects, in the order of their addition; timing, no physics, first."""
+    context = _context(validation, rules, [], excluded)
     timing_terms = [c for c in context.named_terms if c.effect in TIMING]
     timing = _select_forward(context._replace(named_terms=timing_terms), [])
     context = context._replace(initial=initial_squares(validation, timing))
@@ -35,12 +37,15 @@ def select_beside_unnamed(
     rules: SelectionRules,
     previous: Sequence[CandidateTerm],
     unnamed: Sequence[CandidateTerm],
+    excluded: Container[str] = (),
 ) -> list[CandidateTerm]:
     """Select again beside `unnamed` terms, from the `previous` selection.
 
     Terms that presliding can imitate must be accepted again, and none of these is added.
     """
-    context = _context(validation, rules, unnamed)._replace(initial=initial_squares(validation, previous))
+    context = _context(validation, rules, unnamed, excluded)._replace(
+        initial=initial_squares(validation, previous)
+    )
     chosen = [*previous, *unnamed]
     for candidate in (c for c in previous if c.effect in IMITATED_BY_PRESLIDING):
         others = [c for c in chosen if c != candidate]
@@ -57,10 +62,13 @@ def initial_squares(validation: CrossValidation, chosen: Sequence[CandidateTerm]
 
 
 def _context(
-    validation: CrossValidation, rules: SelectionRules, unnamed: Sequence[CandidateTerm]
+    validation: CrossValidation,
+    rules: SelectionRules,
+    unnamed: Sequence[CandidateTerm],
+    excluded: Container[str],
 ) -> SelectionContext:
     candidates = validation.equations.candidates
-    named_terms = [c for c in candidates if not c.effect.startswith(PREFIX)]
+    named_terms = [c for c in candidates if not c.effect.startswith(PREFIX) and c.effect not in excluded]
     since_reversal_terms = [c for c in candidates if c.effect == SINCE_REVERSAL and c not in unnamed]
     initial = float(validation.cross_validated_squares([]).sum())
     return SelectionContext(validation, rules, named_terms, initial, since_reversal_terms)

@@ -9,6 +9,7 @@ from nominal_model_text import WITHOUT_SCALE
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.explain import explain
+from reconcile.identification.term_search import TermSearch
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import load_recordings
 from reconcile.selection.cross_validation import SelectionRules
@@ -33,7 +34,7 @@ def named(tmp_path: Path, drift_n: float) -> set[str]:
         header = "time_s,motor_position_m,motor_force_n"
         np.savetxt(files[-1], columns, delimiter=",", comments="", header=header)
     recordings = examine(load_recordings(files, model.axes), model.axes).recordings
-    found = explain(recordings, model.axes["x"], ResidualChannel.FORCE, SelectionRules())
+    found = explain(TermSearch(recordings, model.axes["x"], ResidualChannel.FORCE, SelectionRules()))
     return {finding.effect for finding in found.findings}
 
 

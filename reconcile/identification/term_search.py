@@ -1,0 +1,156 @@
+"""The search for terms in one residual channel of one axis, on all recordings or without one of them.
+
+The columns of all candidates are computed once. A search on fewer recordings uses the same columns and only
+the blocks of those, so that names, shapes and coefficients are what these alone tell.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from kernels.arrays import Index
+from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
+from reconcile.formats.nominal_axis import NominalAxis
+from reconcile.identification.findings import (
+    ReportedEffects,
+    RivalEffect,
+    compare_rivals,
+    report_findings,
+)
+from reconcile.identification.refinement import refine
+from reconcile.recording.recording import AxisRecording
+from reconcile.regression.model_presliding import regressed_terms
+from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.regression_data import regression_data
+from reconcile.regression.regression_problem import RegressionProblem, regression_problem
+from reconcile.regression.residual import residuals, rms
+from reconcile.regression.residual_noise import noise_floor
+from reconcile.selection.cross_validation import CrossValidation, SelectionRules
+from reconcile.selection.left_out import Withdrawn, predictive_terms
+from reconcile.selection.stepwise_selection import select, select_beside_unnamed
+from reconcile.selection.unnamed_selection import select_unnamed
+
+STRETCH_BLOCKS, HELD_OUT_EVERY = 4, 4
+"""Blocks of a stretch, and the period of held-out stretches: 25 % of the blocks judge the final model
+only."""
+NOISE_FLOOR_RATIO = 1.5
+"""Residual RMS over the noise floor up to which no unnamed terms are tried."""
+MOST_SEARCHES = 3
+"""Searches, each without the effects that were withdrawn after the one before. Chosen."""
+
+
+class FoundTerms(NamedTuple):
+    """The terms of a channel, and what they were found on."""
+
+    problem: RegressionProblem
+    """Of these terms alone, with their refined shape parameters."""
+    terms: list[CandidateTerm]
+    train: Index
+    held_out: Index
+    rivals: dict[str, tuple[float, list[RivalEffect]]]
+    withdrawn: list[Withdrawn]
+
+    def report(self) -> ReportedEffects:
+        """Parameters, rivals and confidence of each effect."""
+        return report_findings(self.problem, self.terms, self.rivals, self.train, self.held_out)
+
+
+class _Selection(NamedTuple):
+    found: FoundTerms
+    chosen: list[CandidateTerm]
+    """In the wide problem, before their shapes were refined."""
+
+
+class TermSearch:
+    """The recordings of an axis in one channel, with the columns of every candidate term."""
+
+    def __init__(
+        self,
+        recordings: Sequence[AxisRecording],
+        axis: NominalAxis,
+        channel: ResidualChannel,
+        rules: SelectionRules,
+    ) -> None:
+        self.axis, self.channel, self.rules = axis, channel, rules
+        self.sources = [recording.source for recording in recordings]
+        datasets = [regression_data(recording, axis) for recording in recordings]
+        model_terms = regressed_terms(axis, datasets, channel)
+        self.problem = regression_problem(datasets, channel, model_terms=model_terms)
+        self._train, self._held_out = _split(self.problem)
+
+    def found(self, left_out: Index | None = None) -> FoundTerms:
+        """Search the terms; on nothing of the blocks that are left out."""
+        train, held_out = (
+            blocks if left_out is None else blocks[~np.isin(blocks, left_out)]
+            for blocks in (self._train, self._held_out)
+        )
+        one = self._select(self.problem, train, held_out)
+        if self._is_noise(one.found):
+            return one.found
+        unnamed = select_unnamed(one.found.problem, one.found.terms, train, self.rules)
+        if not unnamed:
+            return one.found
+        beside = self._select_beside(unnamed, one, train, held_out)
+        named, before = ({f.effect for f in found.report().findings} for found in (beside, one.found))
+        # the second fit is kept only if no reported name is lost, or an unnamed term was accepted
+        return beside if "unknown" in named or named >= before else one.found
+
+    def _select(self, problem: RegressionProblem, train: Index, held_out: Index) -> _Selection:
+        """Select named terms, again without those that do not predict what is left out."""
+        validation = CrossValidation(problem.equations, train)
+        withdrawn: list[Withdrawn] = []
+        for _ in range(MOST_SEARCHES):
+            chosen = select(validation, self.rules, {one.effect for one in withdrawn})
+            refined, terms = refine(problem, chosen, train)
+            terms, more = predictive_terms(refined.equations, terms, train)
+            withdrawn += more
+            if not more:
+                break
+        kept = {c.effect for c in terms}
+        chosen = [c for c in chosen if c.effect in kept]
+        rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
+        return _Selection(FoundTerms(refined, terms, train, held_out, rivals, withdrawn), chosen)
+
+    def _select_beside(
+        self,
+        unnamed: Sequence[tuple[str, ShapeParameters]],
+        before: _Selection,
+        train: Index,
+        held_out: Index,
+    ) -> FoundTerms:
+        """Select named terms once more beside the `unnamed` ones."""
+        first = self.problem
+        wide = regression_problem(first.datasets, self.channel, unnamed, model_terms=first.model_terms)
+        validation = CrossValidation(wide.equations, train)
+        wide.equations.rows.clear()  # the validation has copies; they take most of the memory
+        own = wide.equations.by_key
+        previous, beside = [own[c.key] for c in before.chosen], [own[*one, False] for one in unnamed]
+        excluded = {one.effect for one in before.found.withdrawn}
+        chosen = select_beside_unnamed(validation, self.rules, previous, beside, excluded)
+        rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
+        del validation  # free its memory before the refinement
+        refined, terms = refine(wide, chosen, train)
+        terms, more = predictive_terms(refined.equations, terms, train)
+        withdrawn = [*before.found.withdrawn, *more]
+        return FoundTerms(refined, terms, train, held_out, rivals, withdrawn)
+
+    def _is_noise(self, found: FoundTerms) -> bool:
+        """Whether the residual is no more than the noise of the sensors."""
+        equations = found.problem.equations
+        theta = equations.solve(equations.slots(found.terms), equations.totals(found.train))
+        left = residuals(found.problem, self.sources, [(found.terms, theta)] * 3, found.held_out)
+        floor = noise_floor(left, self.channel, self.axis.mass_kg).rms
+        return rms(left, "after") <= NOISE_FLOOR_RATIO * floor
+
+
+def _split(problem: RegressionProblem) -> tuple[Index, Index]:
+    """Training and held-out blocks: of each recording every fourth stretch is held out."""
+    equations = problem.equations
+    train, held_out = [], []
+    for recording in range(equations.recordings):
+        own = np.flatnonzero((equations.recording_of_block == recording) & (equations.samples > 0))
+        is_held_out = np.arange(len(own)) // STRETCH_BLOCKS % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
+        train.append(own[~is_held_out])
+        held_out.append(own[is_held_out])
+    return np.concatenate(train), np.concatenate(held_out)
