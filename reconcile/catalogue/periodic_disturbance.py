@@ -24,6 +24,11 @@ SEGMENT_PERIODS = 2.0
 LEAST_COHERENCE = 0.6
 """Share of the squared amplitudes of the segments that one phase and amplitude have; a random force of one
 recording exceeds it in 0.2 % of the cases (Beta distribution of 1 and 7)."""
+MOTION_LINE_S = 2.0
+"""Half width of a line of the motion, in inverse lengths of the recording: a Hann window's."""
+MOST_OF_MOTION = 0.05
+"""Share of the power of the velocity in a line from which on the motion has it: what acts at that frequency
+may follow from the motion. Chosen."""
 PLAUSIBLE_HZ = 7.3
 """No multiple of a motion's frequency."""
 PEAKS = 8
@@ -52,7 +57,21 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     peaks = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
     highest = peaks[np.argsort(height[peaks])[::-1][:PEAKS]]
     found_hz = [float(frequency_hz[peak]) for peak in highest]
-    return [(f,) for f in found_hz if _coherence(residuals_n, f, period_s) >= LEAST_COHERENCE]
+    return [
+        (f,)
+        for f in found_hz
+        if _coherence(residuals_n, f, period_s) >= LEAST_COHERENCE
+        and not any(_moves_at(data, f) for data in datasets)
+    ]
+
+
+def _moves_at(data: RegressionData, frequency_hz: float) -> bool:
+    """Whether the motion itself has a line at a frequency."""
+    velocity_m_s = data.motion.velocity_m_s
+    power = np.abs(np.fft.rfft(velocity_m_s * np.hanning(len(velocity_m_s)))) ** 2
+    width_hz = MOTION_LINE_S / (len(velocity_m_s) * data.period_s)
+    line = np.abs(np.fft.rfftfreq(len(velocity_m_s), data.period_s) - frequency_hz) <= width_hz
+    return bool(power[line].sum() > MOST_OF_MOTION * power.sum())
 
 
 def _coherence(residuals_n: Sequence[Array], frequency_hz: float, period_s: float) -> float:

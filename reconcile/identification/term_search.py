@@ -22,6 +22,7 @@ from reconcile.identification.refinement import refine
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import regressed_terms
 from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.physical_veto import vetoed
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.regression.residual import residuals, rms
@@ -103,7 +104,7 @@ class TermSearch:
         for _ in range(MOST_SEARCHES):
             chosen = select(validation, self.rules, {one.effect for one in withdrawn})
             refined, terms = refine(problem, chosen, train)
-            terms, more = predictive_terms(refined.equations, terms, train)
+            terms, more = self._believable(refined, terms, train)
             withdrawn += more
             if not more:
                 break
@@ -131,9 +132,26 @@ class TermSearch:
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
         del validation  # free its memory before the refinement
         refined, terms = refine(wide, chosen, train)
-        terms, more = predictive_terms(refined.equations, terms, train)
+        terms, more = self._believable(refined, terms, train)
         withdrawn = [*before.found.withdrawn, *more]
         return FoundTerms(refined, terms, train, held_out, rivals, withdrawn)
+
+    def _believable(
+        self, refined: RegressionProblem, terms: list[CandidateTerm], train: Index
+    ) -> tuple[list[CandidateTerm], list[Withdrawn]]:
+        """The terms that physics admits and that predict what is left out, and the others with the reason."""
+        withdrawn: list[Withdrawn] = []
+        while True:
+            equations = refined.equations
+            slots = equations.slots(terms)
+            weights = equations.denormalised(slots, equations.solve(slots, equations.totals(train)))
+            impossible = vetoed(refined, terms, weights, self.axis)
+            if not impossible:
+                break
+            withdrawn += [Withdrawn(effect, why) for effect, why in impossible.items()]
+            terms = [c for c in terms if c.effect not in impossible]
+        terms, more = predictive_terms(equations, terms, train)
+        return terms, [*withdrawn, *more]
 
     def _is_noise(self, found: FoundTerms) -> bool:
         """Whether the residual is no more than the noise of the sensors."""

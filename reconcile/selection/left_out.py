@@ -22,13 +22,11 @@ LEAST_GAIN = 0.01
 
 
 class Withdrawn(NamedTuple):
-    """An effect that did not make the prediction of what was left out better."""
+    """An effect that fitted, and is not named."""
 
     effect: str
-    gain: float
-    """Share of the left-out squares that it removed; below zero it added some."""
-    parts: int
-    """Recordings, or stretches of an only one, that were left out in turn."""
+    why: str
+    """In words, for the report."""
 
 
 def left_out_parts(equations: BlockNormalEquations, blocks: Index) -> list[Index]:
@@ -68,6 +66,7 @@ def predictive_terms(
     """The terms without the effects that do not predict what is left out, the worst withdrawn first."""
     kept, withdrawn = list(chosen), []
     parts = left_out_parts(equations, blocks)
+    alone = len(np.unique(equations.recording_of_block[blocks])) == 1
     while len(parts) > 1:
         whole = float(left_out_squares(equations, kept, parts).sum())
         gains = {}
@@ -81,8 +80,18 @@ def predictive_terms(
         if worst is None or gains[worst] >= LEAST_GAIN:
             break
         kept = [c for c in kept if c.effect != worst]
-        withdrawn.append(Withdrawn(worst, gains[worst], len(parts)))
+        withdrawn.append(Withdrawn(worst, _why(gains[worst], len(parts), alone=alone)))
     return kept, withdrawn
+
+
+def _why(gain: float, parts: int, *, alone: bool) -> str:
+    what = f"{parts} stretches" if alone else f"{parts} recordings"
+    change = f"removes {100.0 * gain:.2g} %" if gain > 0.0 else f"adds {100.0 * min(-gain, 10.0):.2g} %"
+    more = " or more" if gain < -10.0 else ""
+    return (
+        f"each of {what} left out in turn and predicted from the others, it {change}{more} of the squared "
+        f"error; {100.0 * LEAST_GAIN:g} % less is the least"
+    )
 
 
 def _fit_own(
