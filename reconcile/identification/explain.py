@@ -1,6 +1,7 @@
 """Identification of one residual channel of one axis: select terms, refine them, judge on held-out blocks."""
 
 import math
+from collections.abc import Container
 from typing import NamedTuple
 
 import numpy as np
@@ -51,8 +52,20 @@ class Explanation(NamedTuple):
     """The nominal values are worse than refitted ones, beyond chance."""
     residuals: list[Residual]
     """By recording."""
+    rigid: dict[str, float] | None = None
+    """Baseline parameters fitted without effects, SI; None in the deviation."""
     withdrawn: tuple[Withdrawn, ...] = ()
     """Effects that were found and did not predict what was left out."""
+
+
+def without(explanation: Explanation, effects: Container[str]) -> Explanation:
+    """The explanation without some effects; without any it is the rigid model, fitted anew."""
+    findings, minor = (
+        [f for f in of if f.effect not in effects] for of in (explanation.findings, explanation.minor)
+    )
+    is_rigid = explanation.rigid is not None and not any(f.candidates for f in [*findings, *minor])
+    base = explanation.rigid if is_rigid and explanation.rigid else explanation.base
+    return explanation._replace(findings=findings, minor=minor, base=base)
 
 
 def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
@@ -74,9 +87,9 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
     ]
     before, refitted, after = (_residual_rms(equations, *model, train, found.held_out) for model in models)
     found_residuals = residuals(found.problem, search.sources, models, found.held_out)
-    mass_kg = axis.mass_kg
+    mass_kg, is_force = axis.mass_kg, channel is ResidualChannel.FORCE
     findings: list[IdentifiedEffect | None] = [*reported.findings]
-    if channel is ResidualChannel.FORCE:
+    if is_force:
         gains = (1.0 - (r / max(b, 1e-300)) ** 2 for b, r in zip(before, refitted, strict=True))
         findings.append(payload(reported.base, axis, *gains))
         mass_kg = reported.base["mass_kg"].value
@@ -94,6 +107,7 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
         timing_s=reported.timing_s,
         parameters_matter=_nominal_values_refuted(equations, *models[0], train, search.rules),
         residuals=found_residuals,
+        rigid=dict(zip(found.problem.baseline_names, fitted.tolist(), strict=True)) if is_force else None,
         withdrawn=tuple(found.withdrawn),
     )
 

@@ -1,0 +1,182 @@
+"""Each recording left out in turn: what the others tell, written, loaded, and held against it.
+
+An only recording is judged on its last third by what the first two thirds tell.
+"""
+
+import math
+import tempfile
+from collections.abc import Callable, Container, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from kernels.arrays import Array, Index
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.registry import CATALOGUE
+from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
+from reconcile.identification.explain import Explanation, explain, without
+from reconcile.identification.term_search import TermSearch
+from reconcile.model_update.axis_sections import axis_sections
+from reconcile.nominal_model.model_file import NominalModel, load_model, write_model
+from reconcile.proof.written_model import written_residual
+from reconcile.recording.recording import AxisRecording
+
+LAST_SHARE = 1.0 / 3.0
+"""Share of an only recording that is left out."""
+LEAST_BETTER = 0.98
+"""RMS of the written model over that of the rigid refit from which on it counts as no better: within 2 % no
+reader would see it. Chosen."""
+
+
+class LeftOut(NamedTuple):
+    """What two models leave of a recording that took no part in them, RMS, N or m."""
+
+    source: str
+    channel: ResidualChannel
+    samples: int
+    measured: float
+    """The channel itself."""
+    rigid: float
+    """Mass, viscous and Coulomb friction, fitted anew on the others."""
+    written: float
+    """The model file that a diagnosis of the others writes."""
+
+
+class Proof(NamedTuple):
+    """All that was left out of one axis in one channel."""
+
+    channel: ResidualChannel
+    parts: list[LeftOut]
+    last_third: bool
+    """There is one recording, and its last third was left out."""
+    dropped: tuple[str, ...] = ()
+    """Effects that the written model does without: with them it predicted worse than the rigid one."""
+
+    @property
+    def rigid(self) -> float:
+        """RMS over all parts, N or m."""
+        return _pooled([(part.samples, part.rigid) for part in self.parts])
+
+    @property
+    def written(self) -> float:
+        """RMS over all parts, N or m."""
+        return _pooled([(part.samples, part.written) for part in self.parts])
+
+    @property
+    def improves(self) -> bool:
+        """Whether the written model predicts what was left out better than the rigid one."""
+        return self.written < LEAST_BETTER * self.rigid
+
+
+def prove(
+    recordings: Sequence[AxisRecording],
+    searches: Sequence[TermSearch],
+    explanations: Sequence[Explanation],
+    model: NominalModel,
+    on_progress: Callable[[str], None] = lambda _text: None,
+) -> list[Proof]:
+    """Leave each recording of an axis out in turn; a proof for each channel that was searched.
+
+    `explanations`, of all recordings, in the order of the searches: effects that make the written model
+    predict worse than the rigid one are dropped, the one that is worth least first.
+    """
+    folds: list[_Fold] = []
+    for number, recording in enumerate(recordings, start=1):
+        on_progress(f"axis {recording.axis}: {number} of {len(recordings)} recordings left out")
+        blocks = [_blocks_of(search, recording.source) for search in searches]
+        made = [explain(search, of) for search, of in zip(searches, blocks, strict=True)]
+        folds.append(_Fold(recording, blocks, made))
+    dropped: dict[ResidualChannel, tuple[str, ...]] = {search.channel: () for search in searches}
+    proofs: list[Proof] = []
+    for place, (search, explanation) in enumerate(zip(searches, explanations, strict=True)):
+        of_all = sorted([*explanation.findings, *explanation.minor], key=lambda f: f.heldout_gain)
+        of_folds = [f for fold in folds for f in [*fold.made[place].findings, *fold.made[place].minor]]
+        known = [f.effect for f in of_all]
+        remaining = [*(f.effect for f in of_folds if f.effect not in known), *known]
+        remaining = [name for name in dict.fromkeys(remaining) if name in CATALOGUE]
+        while True:
+            parts = [
+                _judged(fold, place, search, model, dropped) for fold in folds if len(fold.blocks[place])
+            ]
+            proof = Proof(search.channel, parts, len(recordings) == 1, dropped[search.channel])
+            if proof.improves or not remaining:
+                break
+            dropped[search.channel] += (remaining.pop(0),)
+        proofs.append(proof)
+    return proofs
+
+
+class _Fold(NamedTuple):
+    """One recording left out, and what the others tell."""
+
+    recording: AxisRecording
+    blocks: list[Index]
+    """By channel: what is left out."""
+    made: list[Explanation]
+
+
+def _blocks_of(search: TermSearch, source: str) -> Index:
+    """Blocks of the recording that is left out; of an only one, those of its last third."""
+    if source not in search.sources:
+        return np.zeros(0, dtype=np.int64)
+    of = search.problem.equations.recording_of_block
+    own = np.flatnonzero(of == search.sources.index(source))
+    return own if len(search.sources) > 1 else own[math.floor(len(own) * (1.0 - LAST_SHARE)) :]
+
+
+def _written_axis(made: Sequence[Explanation], model: NominalModel, name: str) -> NominalAxis:
+    """The axis of the model file that the explanations make, written and read again."""
+    sections = axis_sections(made, model, name).sections
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "model.toml"
+        write_model(model, {name: sections}, file)
+        return load_model(file).axes[name]
+
+
+def _judged(
+    fold: _Fold,
+    place: int,
+    search: TermSearch,
+    model: NominalModel,
+    dropped: Mapping[ResidualChannel, Container[str]],
+) -> LeftOut:
+    """The residuals of both models in the blocks that were left out."""
+    recording, blocks = fold.recording, fold.blocks[place]
+    kept = [without(made, dropped[made.channel]) for made in fold.made]
+    written, rigid = _written_axis(kept, model, recording.axis), model.axes[recording.axis]
+    if values := fold.made[place].rigid:
+        rigid = _with_base(rigid, values)
+    ours, theirs = (
+        written_residual(recording, axis, search.channel, fold.made[place].timing_s)
+        for axis in (written, rigid)
+    )
+    number = search.sources.index(recording.source)
+    used = ours.used & np.isin(search.problem.block_of[number], blocks)
+    return LeftOut(
+        source=recording.source,
+        channel=search.channel,
+        samples=int(used.sum()),
+        measured=_rms(ours.measured[used]),
+        rigid=_rms(theirs.left[used]),
+        written=_rms(ours.left[used]),
+    )
+
+
+def _with_base(axis: NominalAxis, values: Mapping[str, float]) -> NominalAxis:
+    """The axis with mass and friction as fitted; effects of the model that carry some of either keep it."""
+    held = baseline_parameters(axis)
+    return axis._replace(
+        mass_kg=axis.mass_kg + values["mass_kg"] - held["mass_kg"],
+        viscous_n_s_m=values["viscous_n_s_m"],
+        coulomb_n=axis.coulomb_n + values["coulomb_n"] - held["coulomb_n"],
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+
+
+def _pooled(parts: Sequence[tuple[int, float]]) -> float:
+    samples = sum(count for count, _ in parts)
+    return math.sqrt(sum(count * rms**2 for count, rms in parts) / samples) if samples else 0.0
