@@ -15,7 +15,9 @@ DONE = "done"
 
 def steps_of(axes: Sequence[str]) -> list[str]:
     """The steps that `reconcile.diagnosis.diagnose` may report, in order; it may leave one out."""
-    of_axes = [f"axis {axis}: {channel}" for axis in axes for channel in ("force", "scale less motor")]
+    of_axes = [
+        f"axis {axis}: {channel}" for axis in axes for channel in ("force", "scale less motor", "proof")
+    ]
     return ["reading", "checking timing and sensors", *of_axes, "replaying", "locating", "report"]
 
 

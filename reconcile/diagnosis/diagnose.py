@@ -6,17 +6,16 @@ from collections.abc import Mapping as ByName
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.design.limits import AxisLimits
 from reconcile.design.next_experiment import NOTHING, NextExperiment, next_experiment
 from reconcile.design.program import write_program
+from reconcile.diagnosis.axis_diagnosis import diagnose_axis
 from reconcile.diagnosis.verdict import verdict
 from reconcile.formats.mapping import NO_MAPPING, Mapping
-from reconcile.identification.explain import Explanation, explain
-from reconcile.identification.term_search import TermSearch
+from reconcile.identification.explain import Explanation
 from reconcile.location.residual_coordinates import ResidualAnalysis, residual_analyses
-from reconcile.model_update.axis_update import update_axis
 from reconcile.nominal_model.model_file import load_model, write_model
+from reconcile.proof.left_out import Proof
 from reconcile.recording.recording import load_recordings
 from reconcile.replay.controller import load_controllers
 from reconcile.replay.model_replays import control_loop, replay_models
@@ -24,12 +23,6 @@ from reconcile.report.report import write_report
 from reconcile.selection.cross_validation import SelectionRules
 from reconcile.sensing.checks import examine
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
-
-DEVIATION_LEAST_GAIN = 0.2
-"""Least share of squares that a term explains in the deviation: the wander of a scale resembles a term.
-
-Chosen; no calibration of its own is recorded.
-"""
 
 
 class Diagnosis(NamedTuple):
@@ -57,12 +50,15 @@ def diagnose(
     *,
     with_report: bool = True,
     with_next: bool = True,
+    with_proof: bool = True,
+    matters: float = SelectionRules().matters,
     limits: ByName[str, AxisLimits] | None = None,
     made: Sequence[str] = (),
 ) -> Diagnosis:
     """Read, check and explain each axis; write verdict.json, model.toml, report.html. Raises ReconcileError.
 
-    The next experiment stays within `limits` by axis; `made` are the kinds of motions made so far.
+    The next experiment stays within `limits` by axis; `made` are the kinds of motions made so far. With a
+    proof each recording is left out in turn. Below `matters`, a share of the force, no effect is named.
     """
     model = load_model(model_file)
     controllers = load_controllers(model.file)
@@ -71,23 +67,15 @@ def diagnose(
     on_progress("checking timing and sensors")
     checked = examine(loaded, model.axes)
     explanations: dict[str, list[Explanation]] = {}
+    proofs: dict[str, list[Proof]] = {}
     updates, notes = {}, [str(finding) for finding in checked.findings]
-    for name, axis in model.axes.items():
+    for name in model.axes:
         recordings = [recording for recording in checked.recordings if recording.axis == name]
         if not recordings:
             continue
-        on_progress(f"axis {name}: force")
-        found = [explain(TermSearch(recordings, axis, ResidualChannel.FORCE, SelectionRules()))]
-        with_scale = [recording for recording in recordings if recording.scale_m is not None]
-        if with_scale:
-            on_progress(f"axis {name}: scale less motor")
-            rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
-            search = TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules)
-            found.append(explain(search))
-        updated = update_axis(found, model, name)
-        explanations[name] = updated.explanations
-        updates[name] = updated.sections
-        notes += updated.notes
+        one = diagnose_axis(recordings, model, matters, on_progress, with_proof=with_proof)
+        explanations[name], proofs[name], updates[name] = one.explanations, one.proofs, one.sections
+        notes += one.notes
     if controllers:
         on_progress("replaying")
     led = [name for name in controllers if name in explanations]
@@ -98,7 +86,12 @@ def diagnose(
     analyses = residual_analyses(explanations, model.axes)
     following = next_experiment(explanations, model.axes, limits, made) if with_next else NOTHING
     content = verdict(
-        explanations, analyses, notes=notes, replayed=replayed.comparisons, following=following.content
+        explanations,
+        analyses,
+        notes=notes,
+        replayed=replayed.comparisons,
+        proofs=proofs,
+        following=following.content,
     )
     out.mkdir(parents=True, exist_ok=True)
     text = json.dumps(content, indent=1) + "\n"

@@ -9,6 +9,7 @@ from reconcile.catalogue.registry import CATALOGUE, ENTRIES
 from reconcile.identification.explain import Explanation
 from reconcile.identification.findings import IdentifiedEffect
 from reconcile.location.residual_coordinates import ResidualAnalysis, verdict_noise, verdict_places
+from reconcile.proof.left_out import Proof, proof_json
 from reconcile.replay.model_replays import ReplayComparison, replays_json
 from servo_ctrl.config.file_format import FORMAT
 
@@ -28,9 +29,10 @@ def verdict(
     *,
     notes: Sequence[str] = (),
     replayed: Sequence[ReplayComparison] = (),
+    proofs: Mapping[str, Sequence[Proof]] | None = None,
     following: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Return the content of verdict.json; `following` is the next experiment."""
+    """Return the content of verdict.json; `proofs` by axis, `following` is the next experiment."""
     everything = [(name, e) for name, explanations in axes.items() for e in explanations]
     findings = _ranked([_finding(name, f) for name, e in everything for f in e.findings])
     matter = any(e.parameters_matter for _, e in everything)
@@ -42,6 +44,13 @@ def verdict(
         "format": FORMAT,
         "verdict": word,
         "notes": list(notes),
+        "proof": {name: [proof_json(one) for one in of] for name, of in (proofs or {}).items()},
+        "accounted": {name: _accounted(explanations) for name, explanations in axes.items()},
+        "withdrawn": [
+            {"axis": name, "effect": one.effect, "why": one.why}
+            for name, e in everything
+            for one in e.withdrawn
+        ],
         "noise_floor": verdict_noise(analyses),
         "located": verdict_places(analyses),
         "findings": findings,
@@ -56,6 +65,14 @@ def verdict(
         ],
         "fit": {name: _fit(explanations, replayed, name) for name, explanations in axes.items()},
         "next_experiment": dict(following or {}),
+    }
+
+
+def _accounted(explanations: Sequence[Explanation]) -> dict[str, Any]:
+    return {
+        e.channel.value: e.accounted.as_json("N" if e.channel is ResidualChannel.FORCE else "m")
+        for e in explanations
+        if e.accounted is not None
     }
 
 

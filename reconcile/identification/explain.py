@@ -9,15 +9,15 @@ import numpy as np
 from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
-from reconcile.identification.findings import (
-    IdentifiedEffect,
-)
+from reconcile.identification.accounted import Accounted, accounted
+from reconcile.identification.findings import IdentifiedEffect
 from reconcile.identification.payload import payload
 from reconcile.identification.term_search import TermSearch
 from reconcile.identification.unexplained_residual import unexplained_residual
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.regression.residual import Residual, residuals
+from reconcile.regression.residual_noise import noise_floor
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules, paired, threshold
 from reconcile.selection.left_out import Withdrawn
 
@@ -54,6 +54,8 @@ class Explanation(NamedTuple):
     """By recording."""
     rigid: dict[str, float] | None = None
     """Baseline parameters fitted without effects, SI; None in the deviation."""
+    accounted: Accounted | None = None
+    """What each part of the model gives; None where nothing was fitted."""
     withdrawn: tuple[Withdrawn, ...] = ()
     """Effects that were found and did not predict what was left out."""
 
@@ -88,17 +90,24 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
     before, refitted, after = (_residual_rms(equations, *model, train, found.held_out) for model in models)
     found_residuals = residuals(found.problem, search.sources, models, found.held_out)
     mass_kg, is_force = axis.mass_kg, channel is ResidualChannel.FORCE
-    findings: list[IdentifiedEffect | None] = [*reported.findings]
+    extra: list[IdentifiedEffect | None] = []
     if is_force:
         gains = (1.0 - (r / max(b, 1e-300)) ** 2 for b, r in zip(before, refitted, strict=True))
-        findings.append(payload(reported.base, axis, *gains))
+        extra.append(payload(reported.base, axis, *gains))
         mass_kg = reported.base["mass_kg"].value
-    if not any(finding.effect == "unknown" for finding in reported.findings):
-        findings.append(unexplained_residual(found_residuals, channel, mass_kg, axis.encoder_resolution_m))
+    weights = equations.denormalised(equations.slots(found.terms), models[-1][1])
+    floor = noise_floor(found_residuals, channel, mass_kg).rms
+    sizes = accounted(
+        found.problem, found.terms, weights, noise=floor, share=search.rules.matters if is_force else 0.0
+    )
+    large = [f for f in reported.findings if sizes.matter(f.effect)]
+    if not any(finding.effect == "unknown" for finding in large):
+        alone = not large and not any(extra)
+        extra.append(unexplained_residual(found_residuals, sizes, axis.encoder_resolution_m, alone=alone))
     return Explanation(
         channel=channel,
-        findings=[finding for finding in findings if finding],
-        minor=reported.minor,
+        findings=[*large, *(finding for finding in extra if finding)],
+        minor=[*reported.minor, *(f for f in reported.findings if f not in large)],
         before=before,
         refitted=refitted,
         after=after,
@@ -109,6 +118,7 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
         residuals=found_residuals,
         rigid=dict(zip(found.problem.baseline_names, fitted.tolist(), strict=True)) if is_force else None,
         withdrawn=tuple(found.withdrawn),
+        accounted=sizes,
     )
 
 

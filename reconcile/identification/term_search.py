@@ -11,6 +11,7 @@ import numpy as np
 
 from kernels.arrays import Index
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
+from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.findings import (
     ReportedEffects,
@@ -39,6 +40,11 @@ NOISE_FLOOR_RATIO = 1.5
 """Residual RMS over the noise floor up to which no unnamed terms are tried."""
 MOST_SEARCHES = 3
 """Searches, each without the effects that were withdrawn after the one before. Chosen."""
+
+
+LEAST_MASS_SHARE = 0.3
+"""Mass beside the effects, over that of a rigid model: less, and an effect stands in its place. Chosen: the
+inertia of a plausible clutter of forces is well below the mass itself."""
 
 
 class FoundTerms(NamedTuple):
@@ -146,12 +152,35 @@ class TermSearch:
             slots = equations.slots(terms)
             weights = equations.denormalised(slots, equations.solve(slots, equations.totals(train)))
             impossible = vetoed(refined, terms, weights, self.axis)
+            impossible = impossible or self._in_place_of_mass(refined, terms, train)
             if not impossible:
                 break
             withdrawn += [Withdrawn(effect, why) for effect, why in impossible.items()]
             terms = [c for c in terms if c.effect not in impossible]
         terms, more = predictive_terms(equations, terms, train)
         return terms, [*withdrawn, *more]
+
+    def _in_place_of_mass(
+        self, refined: RegressionProblem, terms: Sequence[CandidateTerm], train: Index
+    ) -> dict[str, str]:
+        """The effect beside which hardly a mass is left, if there is one, and why it is none."""
+        if self.channel is not ResidualChannel.FORCE:
+            return {}
+        equations = refined.equations
+        totals = equations.totals(train)
+
+        def mass_kg(chosen: Sequence[CandidateTerm]) -> float:
+            slots = equations.slots(chosen)
+            return float(equations.denormalised(slots, equations.solve(slots, totals))[0])
+
+        named = [effect for effect in effect_names(terms) if not effect.startswith(PREFIX)]
+        rigid_kg = mass_kg([])
+        if not named or mass_kg(terms) >= LEAST_MASS_SHARE * rigid_kg:
+            return {}
+        others_kg = {effect: mass_kg([c for c in terms if c.effect != effect]) for effect in named}
+        worst = max(others_kg, key=lambda effect: others_kg[effect])
+        why = f"beside it the mass would be {mass_kg(terms):.3g} kg, {rigid_kg:.3g} kg without any effect"
+        return {worst: why}
 
     def _is_noise(self, found: FoundTerms) -> bool:
         """Whether the residual is no more than the noise of the sensors."""

@@ -1,31 +1,40 @@
-"""Unexplained residual: far above the noise floor, coloured, and explained by no term."""
+"""Unexplained residual: above the noise floor and above what matters, and explained by no term."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.identification.accounted import Accounted
 from reconcile.identification.findings import Estimate, IdentifiedEffect
 from reconcile.regression.residual import Residual, rms
-from reconcile.regression.residual_noise import LAGS, noise_floor, spectral_density, whiteness
+from reconcile.regression.residual_noise import LAGS, spectral_density, whiteness
 
 LEAST_FLOOR_RATIO = 20.0
-"""Least RMS in noise floors."""
+"""Least RMS in noise floors beside named effects: less is their misfit, which `accounted` states."""
 LEAST_COLOUR = 40.0
 """Least Ljung-Box statistic over its degrees of freedom; white noise has 1."""
 LEAST_SHARE = 0.25
-"""Least share of the refitted model's variance: less is the misfit of an identified effect."""
+"""Least share of the refitted model's variance beside named effects: less is their misfit."""
+
+MOST_CONFIDENT = 0.99
+"""Of a residual far above the noise: the floor itself is estimated."""
 
 
 def unexplained_residual(
-    residuals: Sequence[Residual], channel: ResidualChannel, mass_kg: float, resolution_m: float | None
+    residuals: Sequence[Residual], sizes: Accounted, resolution_m: float | None, *, alone: bool
 ) -> IdentifiedEffect | None:
-    """Report a large residual as `unknown`; a deviation below `resolution_m`, one encoder count, is none."""
-    after, refitted = rms(residuals, "after"), rms(residuals, "refitted")
-    floor = noise_floor(residuals, channel, mass_kg).rms
-    visible_m = (resolution_m or 0.0) if channel is ResidualChannel.POSITION_DEVIATION else 0.0
-    least = max(LEAST_FLOOR_RATIO * floor, visible_m)
-    if after < least or after**2 < LEAST_SHARE * refitted**2:
+    """Report a residual that is more than noise as `unknown`; `alone`: nothing else was found.
+
+    A deviation below `resolution_m`, one count of the encoder, is none.
+    """
+    after, refitted, floor = sizes.left, rms(residuals, "refitted"), sizes.noise
+    is_force = sizes.matters > 0.0
+    if sizes.is_noise or (not is_force and after < (resolution_m or 0.0)):
+        return None
+    if not (alone and is_force) and (
+        after < LEAST_FLOOR_RATIO * floor or after**2 < LEAST_SHARE * refitted**2
+    ):
         return None
     values = [residual.after for residual in residuals]
     if whiteness(residuals, values).q < LEAST_COLOUR * LAGS:
@@ -33,15 +42,15 @@ def unexplained_residual(
     frequency_hz, density = spectral_density(residuals, values)
     cumulative = np.cumsum(density) / max(float(density.sum()), 1e-300)
     half_hz = float(frequency_hz[int(np.searchsorted(cumulative, 0.5))])
-    factor, unit = (1.0, "N") if channel is ResidualChannel.FORCE else (1e6, "um")
+    factor, unit = (1.0, "N") if is_force else (1e6, "um")
     return IdentifiedEffect(
         effect="unknown",
-        channel=channel.value,
-        confidence=1.0 - LEAST_SHARE * refitted**2 / after**2,
+        channel=(ResidualChannel.FORCE if is_force else ResidualChannel.POSITION_DEVIATION).value,
+        confidence=min(max(1.0 - (sizes.noise / after) ** 2, 0.0), MOST_CONFIDENT),
         equivalent=[],
         rivals=[],
         candidates=[],
-        parameters={"rms": Estimate(after, after, after, "N" if channel is ResidualChannel.FORCE else "m")},
+        parameters={"rms": Estimate(after, after, after, "N" if is_force else "m")},
         gain=0.0,
         heldout_gain=0.0,
         explanation=(

@@ -7,13 +7,12 @@ import math
 import tempfile
 from collections.abc import Callable, Container, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.catalogue.registry import CATALOGUE
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.explain import Explanation, explain, without
 from reconcile.identification.term_search import TermSearch
@@ -21,6 +20,7 @@ from reconcile.model_update.axis_sections import axis_sections
 from reconcile.nominal_model.model_file import NominalModel, load_model, write_model
 from reconcile.proof.written_model import written_residual
 from reconcile.recording.recording import AxisRecording
+from reconcile.selection.left_out import Withdrawn
 
 LAST_SHARE = 1.0 / 3.0
 """Share of an only recording that is left out."""
@@ -94,7 +94,7 @@ def prove(
         of_folds = [f for fold in folds for f in [*fold.made[place].findings, *fold.made[place].minor]]
         known = [f.effect for f in of_all]
         remaining = [*(f.effect for f in of_folds if f.effect not in known), *known]
-        remaining = [name for name in dict.fromkeys(remaining) if name in CATALOGUE]
+        remaining = list(dict.fromkeys(remaining))
         while True:
             parts = [
                 _judged(fold, place, search, model, dropped) for fold in folds if len(fold.blocks[place])
@@ -105,6 +105,41 @@ def prove(
             dropped[search.channel] += (remaining.pop(0),)
         proofs.append(proof)
     return proofs
+
+
+def proven(explanation: Explanation, proof: Proof) -> Explanation:
+    """The explanation without the effects that the proof dropped, which are withdrawn.
+
+    An effect with a phase of its own in each recording keeps its name: no file can hold its phase.
+    """
+    own_phase = {
+        finding.effect
+        for finding in [*explanation.findings, *explanation.minor]
+        if any(candidate.per_recording for candidate in finding.candidates)
+    }
+    dropped = [name for name in proof.dropped if name not in {*own_phase, "unknown"}]
+    found = {finding.effect for finding in [*explanation.findings, *explanation.minor]}
+    why = "the model that holds it predicts what was left out no better than a rigid one"
+    more = [Withdrawn(name, why) for name in dropped if name in found]
+    kept = without(explanation, dropped)
+    return kept._replace(withdrawn=(*explanation.withdrawn, *more))
+
+
+def proof_json(proof: Proof) -> dict[str, Any]:
+    """An entry of `proof` in verdict.json."""
+    return {
+        "channel": proof.channel.value,
+        "unit": "N" if proof.channel is ResidualChannel.FORCE else "m",
+        "left_out": "the last third" if proof.last_third else "each recording in turn",
+        "rigid": proof.rigid,
+        "written": proof.written,
+        "improves": proof.improves,
+        "dropped": list(proof.dropped),
+        "parts": [
+            {"recording": one.source, "measured": one.measured, "rigid": one.rigid, "written": one.written}
+            for one in proof.parts
+        ],
+    }
 
 
 class _Fold(NamedTuple):

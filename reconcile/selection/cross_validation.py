@@ -58,6 +58,8 @@ class SelectionRules(NamedTuple):
     """Least share of the initial variance of an unnamed term."""
     most_unknown: int = 2
     """Unnamed terms in one channel."""
+    matters: float = 0.01
+    """Share of the force that the motion needs below which nobody cares what makes it."""
 
 
 class Score(NamedTuple):

@@ -17,6 +17,8 @@ from reconcile.regression.normal_equations import BlockNormalEquations, Candidat
 
 PARTS_OF_ONE = 3
 """Stretches that an only recording is cut into."""
+STRETCH_BLOCKS = 4
+"""Blocks of a stretch of a left-out recording, by which its own coefficients are fitted and judged."""
 LEAST_GAIN = 0.01
 """Least share of the left-out squares that an effect removes: that of a term in `SelectionRules`."""
 
@@ -43,7 +45,8 @@ def left_out_squares(
 ) -> Array:
     """Squared residuals of each part, predicted from the others, (parts,).
 
-    What a recording has of its own (an origin, a phase) is fitted on one half of it, and predicts the other.
+    What a recording has of its own (an origin, a phase, a level) is fitted on every other stretch of it, and
+    predicts those in between.
     """
     slots = equations.slots(chosen)
     found = np.zeros(len(parts))
@@ -52,7 +55,7 @@ def left_out_squares(
         elsewhere = set(equations.recording_of_block[others].tolist())
         theta = equations.solve(slots, equations.totals(others))
         own = [i for i, (_, recording) in enumerate(slots) if recording not in {-1, *elsewhere}]
-        halves = np.array_split(part, 2) if own else [part]
+        halves = _interleaved(part) if own else [part]
         for number, half in enumerate(halves):
             if own:
                 _fit_own(equations, slots, theta, own, halves[1 - number])
@@ -82,6 +85,12 @@ def predictive_terms(
         kept = [c for c in kept if c.effect != worst]
         withdrawn.append(Withdrawn(worst, _why(gains[worst], len(parts), alone=alone)))
     return kept, withdrawn
+
+
+def _interleaved(part: Index) -> list[Index]:
+    """Every other stretch of a recording, and those in between."""
+    odd = np.arange(len(part)) // STRETCH_BLOCKS % 2 == 1
+    return [part[~odd], part[odd]] if odd.any() else np.array_split(part, 2)
 
 
 def _why(gain: float, parts: int, *, alone: bool) -> str:

@@ -69,7 +69,7 @@ def judge(seal: Seal, beside: str | None = None) -> dict[str, Any]:
     started = time.perf_counter()
     try:
         model, out = seal.directory / "model.toml", seal.directory / "out"
-        found = diagnose(seal.recordings, model, out, with_report=False, with_next=False)
+        found = diagnose(seal.recordings, model, out, with_report=False, with_next=False, with_proof=False)
     except Exception as error:  # noqa: BLE001  # one case that fails is a result, not the end of the trials
         content: dict[str, Any] = {
             "verdict": "failed",

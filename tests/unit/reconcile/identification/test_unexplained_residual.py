@@ -7,7 +7,11 @@ import pytest
 from formula_residuals import MASS_KG, T, residual
 
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.identification.accounted import Accounted
+from reconcile.identification.findings import IdentifiedEffect
 from reconcile.identification.unexplained_residual import LEAST_SHARE, unexplained_residual
+from reconcile.regression.residual import Residual, rms
+from reconcile.regression.residual_noise import noise_floor
 
 AMPLITUDE_N, SINE_HZ = 6.0, 5.0
 
@@ -20,32 +24,49 @@ def residual_after(amplitude_n: float, refitted_n: float | None = None, noise_n:
     return [clean._replace(after=clean.after + amplitude_n * sine, refitted=clean.refitted + before)]
 
 
+def unexplained(
+    left: list[Residual], *, matters: float = 0.5, resolution_m: float | None = None, alone: bool = False
+) -> IdentifiedEffect | None:
+    """What is reported of a residual; a deviation where nothing matters by its force."""
+    channel = ResidualChannel.FORCE if matters else ResidualChannel.POSITION_DEVIATION
+    noise = noise_floor(left, channel, MASS_KG).rms
+    sizes = Accounted(
+        measured=100.0 * matters, rigid=0.0, effects={}, left=rms(left, "after"), noise=noise, matters=matters
+    )
+    return unexplained_residual(left, sizes, resolution_m, alone=alone)
+
+
 def test_a_residual_sine_is_reported_with_amplitude_and_frequency() -> None:
-    found = unexplained_residual(residual_after(AMPLITUDE_N), ResidualChannel.FORCE, MASS_KG, None)
+    found = unexplained(residual_after(AMPLITUDE_N))
     assert found is not None
     assert (found.effect, found.channel) == ("unknown", "force")
     assert found.parameters["rms"].value == pytest.approx(AMPLITUDE_N / math.sqrt(2.0), rel=0.02)
-    assert found.confidence == pytest.approx(1.0 - LEAST_SHARE)  # the effects have explained nothing
+    assert found.confidence > 0.95
     assert "half of it below 5" in found.explanation
 
 
 def test_white_noise_is_no_unexplained_residual() -> None:
-    assert unexplained_residual([residual()], ResidualChannel.FORCE, MASS_KG, None) is None
+    assert unexplained([residual()]) is None
+    assert unexplained([residual()], alone=True) is None
 
 
-def test_a_small_share_is_no_unexplained_residual() -> None:
+def test_beside_named_effects_a_small_share_is_their_misfit() -> None:
     below, above = (AMPLITUDE_N / math.sqrt(LEAST_SHARE * factor) for factor in (0.9, 1.1))
-    assert (
-        unexplained_residual(residual_after(AMPLITUDE_N, below), ResidualChannel.FORCE, MASS_KG, None) is None
-    )
-    assert (
-        unexplained_residual(residual_after(AMPLITUDE_N, above), ResidualChannel.FORCE, MASS_KG, None)
-        is not None
-    )
+    assert unexplained(residual_after(AMPLITUDE_N, below)) is None
+    assert unexplained(residual_after(AMPLITUDE_N, above)) is not None
+
+
+def test_alone_it_is_reported_from_the_size_that_matters_on() -> None:
+    small = residual_after(0.2 * AMPLITUDE_N, AMPLITUDE_N)
+    assert unexplained(small) is None
+    found = unexplained(small, alone=True)
+    assert found is not None
+    assert found.parameters["rms"].value == pytest.approx(0.2 * AMPLITUDE_N / math.sqrt(2.0), rel=0.05)
+    assert unexplained(small, alone=True, matters=0.2 * AMPLITUDE_N) is None
 
 
 def test_a_deviation_below_an_encoder_count_is_no_unexplained_residual() -> None:
     left = residual_after(AMPLITUDE_N * 1e-6, noise_n=1e-9)
     rms_m = AMPLITUDE_N * 1e-6 / math.sqrt(2.0)
-    assert unexplained_residual(left, ResidualChannel.POSITION_DEVIATION, MASS_KG, 1.1 * rms_m) is None
-    assert unexplained_residual(left, ResidualChannel.POSITION_DEVIATION, MASS_KG, 0.9 * rms_m) is not None
+    assert unexplained(left, matters=0.0, resolution_m=1.1 * rms_m) is None
+    assert unexplained(left, matters=0.0, resolution_m=0.9 * rms_m) is not None

@@ -1,0 +1,78 @@
+"""One axis of a diagnosis: its channels explained, held against what was left out, and written."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.identification.explain import Explanation, explain, without
+from reconcile.identification.term_search import TermSearch
+from reconcile.model_update.axis_sections import Sections
+from reconcile.model_update.axis_update import update_axis
+from reconcile.nominal_model.model_file import NominalModel
+from reconcile.proof.left_out import Proof, prove, proven
+from reconcile.recording.recording import AxisRecording
+from reconcile.selection.cross_validation import SelectionRules
+
+DEVIATION_LEAST_GAIN = 0.2
+"""Least share of squares that a term explains in the deviation: the wander of a scale resembles a term.
+
+Chosen; no calibration of its own is recorded.
+"""
+
+
+class AxisDiagnosis(NamedTuple):
+    """What was found of an axis."""
+
+    explanations: list[Explanation]
+    """One for each residual channel."""
+    proofs: list[Proof]
+    """In their order; empty without a proof."""
+    sections: Sections
+    """Of the axis' table in the model file, in the file's units."""
+    notes: list[str]
+
+
+def diagnose_axis(
+    recordings: Sequence[AxisRecording],
+    model: NominalModel,
+    matters: float,
+    on_progress: Callable[[str], None],
+    *,
+    with_proof: bool,
+) -> AxisDiagnosis:
+    """Explain each channel of an axis, prove it, and write what holds; `recordings` are all of one axis."""
+    name = recordings[0].axis
+    axis = model.axes[name]
+    on_progress(f"axis {name}: force")
+    searches = [TermSearch(recordings, axis, ResidualChannel.FORCE, SelectionRules(matters=matters))]
+    found = [explain(searches[0])]
+    with_scale = [recording for recording in recordings if recording.scale_m is not None]
+    if with_scale:
+        on_progress(f"axis {name}: scale less motor")
+        rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
+        searches.append(TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
+        found.append(explain(searches[1]))
+    if not with_proof:
+        updated = update_axis(found, model, name)
+        return AxisDiagnosis(updated.explanations, [], updated.sections, updated.notes)
+    on_progress(f"axis {name}: proof")
+    proofs = prove(recordings, searches, found, model)
+    del searches  # their columns take most of the memory
+    named = [proven(one, proof) for one, proof in zip(found, proofs, strict=True)]
+    held = [without(one, proof.dropped) for one, proof in zip(found, proofs, strict=True)]
+    updated = update_axis(held, model, name)
+    explanations = [
+        one._replace(
+            findings=[*one.findings, *(f for f in whole.findings if f not in kept.findings)],
+            minor=[*one.minor, *(f for f in whole.minor if f not in kept.minor)],
+            withdrawn=whole.withdrawn,
+        )
+        for one, whole, kept in zip(updated.explanations, named, held, strict=True)
+    ]
+    notes = [
+        f"model.toml, axis {name}: it does without {effect}: with it, what was left out was predicted no "
+        "better than a rigid one"
+        for proof in proofs
+        for effect in proof.dropped
+    ]
+    return AxisDiagnosis(explanations, proofs, updated.sections, [*updated.notes, *notes])

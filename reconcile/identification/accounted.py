@@ -1,0 +1,92 @@
+"""Every newton accounted for: rigid model, each effect, terms without a name, sensor noise, unexplained."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kernels.arrays import Array
+from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.regression_problem import RegressionProblem
+
+NOISE_RATIO = 1.5
+"""RMS of a residual over the noise floor up to which it is noise: what the floor's spectrum does not show."""
+UNNAMED = "unnamed terms"
+
+
+class Accounted(NamedTuple):
+    """RMS in the samples in use of all recordings, N or m."""
+
+    measured: float
+    """The channel itself, behind the filter."""
+    rigid: float
+    """What mass, viscous and Coulomb friction give; of the deviation, origin and delay."""
+    effects: dict[str, float]
+    """What each effect gives beside the others; all terms without a name together are `UNNAMED`."""
+    left: float
+    """What no part of the model explains."""
+    noise: float
+    """Noise floor of the sensors."""
+    matters: float
+    """Below this nobody cares: a share of what is measured."""
+
+    @property
+    def unexplained(self) -> float:
+        """What is left beside the noise, N or m."""
+        return math.sqrt(max(self.left**2 - self.noise**2, 0.0))
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether what is left is sensor noise, or less than matters."""
+        return self.left <= max(NOISE_RATIO * self.noise, self.matters)
+
+    def matter(self, effect: str) -> bool:
+        """Whether an effect of the catalogue, or `unknown`, gives as much as matters."""
+        return self.effects.get(UNNAMED if effect == "unknown" else effect, math.inf) >= self.matters
+
+    def as_json(self, unit: str) -> dict[str, Any]:
+        """An entry of `accounted` in verdict.json; shares are of the squares of what is measured."""
+        size = max(self.measured, 1e-300)
+        rows = {"rigid": self.rigid, **self.effects, "noise": self.noise, "unexplained": self.unexplained}
+        return {
+            "unit": unit,
+            "measured": self.measured,
+            "parts": {name: {"rms": rms, "share": (rms / size) ** 2} for name, rms in rows.items()},
+            "left": self.left,
+            "unexplained_floors": self.unexplained / max(self.noise, 1e-300),
+            "matters": self.matters,
+            "is_noise": self.is_noise,
+        }
+
+
+def accounted(
+    problem: RegressionProblem, terms: Sequence[CandidateTerm], weights: Array, *, noise: float, share: float
+) -> Accounted:
+    """Split what was measured; `weights` before normalisation, `share` of the measured RMS that matters."""
+    slots = problem.equations.slots(terms)
+    places: dict[str, list[int]] = {"": [*range(len(problem.equations.slots([])))]}
+    first = len(places[""])
+    for candidate in terms:
+        name = UNNAMED if candidate.effect.startswith(PREFIX) else candidate.effect
+        count = problem.equations.coefficients(candidate)
+        places.setdefault(name, []).extend(range(first, first + count))
+        first += count
+    squares = dict.fromkeys((*places, "measured", "left"), 0.0)
+    samples = 0
+    for recording in range(problem.equations.recordings):
+        target, columns = problem.target_and_columns(recording)
+        used = problem.used[recording]
+        left, samples = target[used].copy(), samples + int(used.sum())
+        squares["measured"] += float(left @ left)
+        for name, own in places.items():
+            here = [(slots[i][0], weights[i]) for i in own if slots[i][1] in (-1, recording)]
+            weighted = columns[:, [column for column, _ in here]] @ np.array([weight for _, weight in here])
+            part = weighted[used]
+            squares[name] += float(part @ part)
+            left -= part
+        squares["left"] += float(left @ left)
+    rms = {name: math.sqrt(value / max(samples, 1)) for name, value in squares.items()}
+    named = {name: rms[name] for name in (*effect_names(terms), UNNAMED) if name in places}
+    return Accounted(rms["measured"], rms[""], named, rms["left"], noise, share * rms["measured"])
