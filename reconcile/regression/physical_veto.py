@@ -7,7 +7,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.catalogue.registry import ENTRIES
+from reconcile.catalogue.registry import DRIFTING_COLUMNS, ENTRIES
 from reconcile.catalogue.veto import VetoContext, veto
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.regression.normal_equations import CandidateTerm, effect_names
@@ -21,7 +21,8 @@ def vetoed(
     """Return why effects among the `chosen` terms are impossible; those that physics admits are not in it.
 
     `weights` (k,): coefficients of the columns before normalisation, as `equations.slots(chosen)`.
-    Coefficients that are free in each recording are judged by those of the first one.
+    Coefficients that are free in each recording are judged by those of the first one. A level of a recording
+    is Coulomb friction there; only what drifts is held against the baseline.
     """
     slots = problem.equations.slots(chosen)
     first = len(problem.equations.slots([]))
@@ -33,7 +34,9 @@ def vetoed(
             own = tuple(float(value) for value in weights[first : first + len(candidate.columns)])
             term = ModelTerm(candidate.effect, candidate.shape_parameters, own, problem.channel)
             terms.setdefault(candidate.effect, []).append(term)
-            places.setdefault(candidate.effect, []).extend(range(first, first + count))
+            changing = candidate.columns[: DRIFTING_COLUMNS.get(candidate.effect)]
+            own_places = [i for i in range(first, first + count) if slots[i][0] in changing]
+            places.setdefault(candidate.effect, []).extend(own_places)
         first += count
     base = {}
     if problem.channel is ResidualChannel.FORCE:
