@@ -28,6 +28,16 @@ def diagnose(
         typer.Option("--map", help="Which column is what: time=t_s,position=q_m,force=F_N; may be repeated."),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
+    proof: Annotated[
+        bool,
+        typer.Option(
+            "--proof/--no-proof", help="Leave each recording out in turn; hold the written model against it."
+        ),
+    ] = True,
+    matters: Annotated[
+        float,
+        typer.Option(min=0.0, max=0.5, help="Share of the motor force below which no effect is named."),
+    ] = 0.01,
     progress: Annotated[
         ProgressFormat,
         typer.Option(help="On standard error: words, or for a program a line of JSON a step."),
@@ -64,7 +74,14 @@ def diagnose(
     steps = steps_of(list(load_model(model).axes))
     with show_progress(steps, as_json=progress is ProgressFormat.JSON) as on_progress:
         result = run_diagnosis(
-            recordings, model, out, parse_mapping(mapping or []), on_progress, with_report=report
+            recordings,
+            model,
+            out,
+            parse_mapping(mapping or []),
+            on_progress,
+            with_report=report,
+            with_proof=proof,
+            matters=matters,
         )
     show(result.verdict, Console())
     typer.echo(f"\nverdict: {result.verdict_file}\nrepaired model: {result.model_file}")

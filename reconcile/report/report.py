@@ -40,6 +40,8 @@ def write_report(
     body = (
         sections.verdict_card(verdict, sources),
         sections.findings(verdict),
+        sections.proof(verdict),
+        sections.accounted(verdict),
         sections.locations(verdict),
         sections.fit(verdict),
         sections.replays(verdict, replay_cards),

@@ -113,6 +113,48 @@ def fit(verdict: Mapping[str, Any]) -> str:
     return section("Fit", table([*head, "noise floor"], rows, numeric=range(2, len(head) + 1)))
 
 
+def proof(verdict: Mapping[str, Any]) -> str:
+    """Return the errors on what was left out, part by part; empty without a proof."""
+    rows = []
+    for axis, proofs in verdict.get("proof", {}).items():
+        for one in proofs:
+            for part in one["parts"]:
+                factor, unit = display_unit(one["unit"], part["measured"])
+                cells = [axis, f"{CHANNEL_NAMES[one['channel']]} ({unit})", part["recording"]]
+                errors = [f"{part[key] / factor:.3g}" for key in ("measured", "rigid", "written")]
+                rows.append([*map(escape, cells), *errors])
+    if not rows:
+        return ""
+    explained = note(
+        "Each recording is left out in turn, of an only one its last third: what the others tell is written "
+        "as a model file and loaded again, and no value is fitted to what was left out. The rigid model is "
+        "mass, viscous and Coulomb friction, fitted anew on the same recordings."
+    )
+    head = ["axis", "RMS of", "left out", "measured", "rigid", "model.toml"]
+    return section("Proof on what was left out", table(head, rows, numeric=range(3, 6)), explained)
+
+
+def accounted(verdict: Mapping[str, Any]) -> str:
+    """Return what each part of the model gives, and what remains unexplained."""
+    rows = []
+    for axis, of_axis in verdict.get("accounted", {}).items():
+        for channel, sizes in of_axis.items():
+            factor, unit = display_unit(sizes["unit"], sizes["measured"])
+            for name, part in sizes["parts"].items():
+                cells = [axis, f"{CHANNEL_NAMES[channel]} ({unit})", display_name(name)]
+                share = percent(part["share"])
+                rows.append([*map(escape, cells), f"{part['rms'] / factor:.3g}", escape(share)])
+    if not rows:
+        return ""
+    explained = note("Shares are of the squares of what was measured. Parts overlap: they need not add up.")
+    head = ["axis", "RMS of", "part", "RMS", "share"]
+    withdrawn = [
+        f"{display_name(one['effect'])} (axis {one['axis']}): {one['why']}" for one in verdict["withdrawn"]
+    ]
+    beside = f"<h3>Fitted, and not named</h3>{bullets(withdrawn)}" if withdrawn else ""
+    return section("Every newton accounted for", table(head, rows, numeric=(3, 4)), explained, beside)
+
+
 def replays(verdict: Mapping[str, Any], cards: Sequence[str]) -> str:
     """Return the errors of the closed-loop replays; empty where no controller is known."""
     rows = []

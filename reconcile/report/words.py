@@ -87,26 +87,24 @@ def percent(share: float) -> str:
 
 
 def headline(verdict: Mapping[str, Any]) -> Headline:
-    """Put the whole verdict into a sentence, with what to do next."""
+    """Put the whole verdict into a sentence, with the proof and what to do next."""
     word, findings = verdict["verdict"], verdict["findings"]
-    improved = join_words(_improvements(verdict["fit"])) or "nothing that was held out"
     if word == "effects":
         known = dict.fromkeys((f["effect"], f["axis"]) for f in findings if f["effect"] != "unknown")
-        count, it = ("one effect", "it") if len(known) == 1 else (f"{len(known)} effects", "them")
+        count = "one effect" if len(known) == 1 else f"{len(known)} effects"
         named = join_words(f"{display_name(effect)} on axis {axis}" for effect, axis in known)
         sentence = f"The model leaves out {count}: {named}."
         if len(known) < len({(f["effect"], f["axis"]) for f in findings}):
             sentence += " Beside that is something real that no effect of the catalogue explains."
-        advice = f"Use model.toml, which holds {it}: on blocks that it was not fitted to {improved}."
         doubtful = [f for f in findings if f["equivalent"]]
+        advice = ""
         if doubtful:
             alike = join_words(display_name(name) for name in doubtful[0]["equivalent"])
-            advice += f" {display_name(doubtful[0]['effect']).capitalize()} could also be {alike}: see there."
+            advice = f"{display_name(doubtful[0]['effect']).capitalize()} could also be {alike}: see there."
     elif word == "parameters":
-        sentence = "The physics of the model is right; only its values are off."
-        advice = f"Use model.toml, which holds the fitted values: on blocks not fitted to {improved}."
+        sentence, advice = "The physics of the model is right; only its values are off.", ""
     elif word == "consistent":
-        sentence = "Model and recordings agree: the residual is noise."
+        sentence = "Model and recordings agree: the residual is noise, or less than matters."
         advice = "Nothing needs to be done; model.toml is the model as it was, made complete."
     else:
         sentence = "The recordings hold something real that no effect of the catalogue explains."
@@ -114,10 +112,51 @@ def headline(verdict: Mapping[str, Any]) -> Headline:
             f"the {display_name(entry['coordinate'])} (axis {entry['axis']})"
             for entry in verdict["located"][:2]
         )
-        advice = f"Look at it over {where or 'the run time'}; model.toml carries it as a smooth term."
+        advice = f"Look at it over {where or 'the run time'}."
+    parts = [*proof_sentences(verdict), *remaining_sentences(verdict), advice]
+    if not verdict.get("proof") and word in {"effects", "parameters"}:
+        improved = join_words(_improvements(verdict["fit"])) or "nothing that was held out"
+        parts.insert(0, f"Use model.toml: on blocks that it was not fitted to {improved}.")
     if verdict.get("next_experiment"):
-        advice += " The experiment that would decide more is described below."
-    return Headline(sentence, advice)
+        parts.append("The experiment that would decide more is described below.")
+    return Headline(sentence, " ".join(part for part in parts if part))
+
+
+def proof_sentences(verdict: Mapping[str, Any]) -> Iterator[str]:
+    """Say what the written model leaves of recordings that took no part, beside a rigid model."""
+    for axis, proofs in verdict.get("proof", {}).items():
+        for proof in proofs:
+            if not proof["parts"] or not proof["rigid"]:
+                continue
+            factor, unit = display_unit(proof["unit"], proof["rigid"])
+            what = f"{CHANNEL_NAMES[proof['channel']]} of axis {axis}"
+            errors = f"{proof['written'] / factor:.3g} {unit} RMS"
+            rigid = f"{proof['rigid'] / factor:.3g} {unit}"
+            out = "Its last third" if proof["left_out"] == "the last third" else "Each recording"
+            if proof["improves"]:
+                yield (
+                    f"{out} left out, model.toml, made from the rest and loaded again, leaves {errors} in "
+                    f"the {what}; a rigid model fitted anew leaves {rigid}."
+                )
+            elif proof["channel"] == "force":
+                yield (
+                    f"{out} left out, nothing that was found predicts the {what} better than a rigid model "
+                    f"fitted anew ({rigid} RMS), so model.toml holds that."
+                )
+
+
+def remaining_sentences(verdict: Mapping[str, Any]) -> Iterator[str]:
+    """Say what is left unexplained of each axis' force, where it is more than noise and than what matters."""
+    for axis, of_axis in verdict.get("accounted", {}).items():
+        sizes = of_axis.get("force")
+        if sizes and not sizes["is_noise"]:
+            part = sizes["parts"]["unexplained"]
+            left, floors = quantity(part["rms"], sizes["unit"]), f"{sizes['unexplained_floors']:.2g}"
+            share = percent(part["share"])
+            yield (
+                f"On axis {axis} {left} RMS remain unexplained, {floors} noise floors and {share} of the "
+                "force's square."
+            )
 
 
 def residual_levels(fit: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
