@@ -114,12 +114,18 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
         base={name: estimate.value for name, estimate in reported.base.items()},
         timing=reported.timing,
         timing_s=reported.timing_s,
-        parameters_matter=_nominal_values_refuted(equations, *models[0], train, search.rules),
+        parameters_matter=_rms_between(before, refitted) >= sizes.matters
+        and _nominal_values_refuted(equations, *models[0], train, search.rules),
         residuals=found_residuals,
         rigid=dict(zip(found.problem.baseline_names, fitted.tolist(), strict=True)) if is_force else None,
         withdrawn=tuple(found.withdrawn),
         accounted=sizes,
     )
+
+
+def _rms_between(before: ResidualRms, refitted: ResidualRms) -> float:
+    """RMS of what fitting the values anew removes, N or m."""
+    return math.sqrt(max(before.train**2 - refitted.train**2, 0.0))
 
 
 def _nominal(axis: NominalAxis, problem: RegressionProblem, fitted: Array) -> Array:

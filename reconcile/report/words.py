@@ -138,7 +138,7 @@ def proof_sentences(verdict: Mapping[str, Any]) -> Iterator[str]:
                     f"{out} left out, model.toml, made from the rest and loaded again, leaves {errors} in "
                     f"the {what}; a rigid model fitted anew leaves {rigid}."
                 )
-            elif proof["channel"] == "force":
+            elif proof["channel"] == "force" and verdict["verdict"] != "consistent":
                 yield (
                     f"{out} left out, nothing that was found predicts the {what} better than a rigid model "
                     f"fitted anew ({rigid} RMS), so model.toml holds that."
