@@ -3,14 +3,19 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from reconcile.catalogue.backlash import ENTRY as BACKLASH
+from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.explain import Explanation, explain, without
 from reconcile.identification.term_search import TermSearch
+from reconcile.identification.unexplained_residual import is_misfit
 from reconcile.model_update.axis_sections import Sections
 from reconcile.model_update.axis_update import update_axis
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.proof.left_out import Proof, prove, proven
 from reconcile.recording.recording import AxisRecording
+from reconcile.regression.regression_problem import SINCE_REVERSAL
+from reconcile.regression.residual import rms
 from reconcile.selection.cross_validation import SelectionRules
 
 DEVIATION_LEAST_GAIN = 0.2
@@ -52,6 +57,7 @@ def diagnose_axis(
         rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
         searches.append(TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
         found.append(explain(searches[1]))
+        found = [_beside(one, found) for one in found]
     if not with_proof:
         updated = update_axis(found, model, name)
         return AxisDiagnosis(updated.explanations, [], updated.sections, updated.notes)
@@ -76,3 +82,19 @@ def diagnose_axis(
         for effect in proof.dropped
     ]
     return AxisDiagnosis(explanations, proofs, updated.sections, [*updated.notes, *notes])
+
+
+def _beside(one: Explanation, found: Sequence[Explanation]) -> Explanation:
+    """The explanation without what effects named in another channel leave in this one.
+
+    That is a residual which is their misfit; and what a spring or a play between the motor and the scale does
+    to the motor's force after each reversal, which is over where presliding would be.
+    """
+    named = {f.effect for other in found if other is not one for f in other.findings} - {"unknown"}
+    findings, minor = list(one.findings), list(one.minor)
+    if named and one.accounted and is_misfit(one.accounted, rms(one.residuals, "refitted")):
+        findings = [f for f in findings if f.effect != "unknown" or f.candidates]
+    if named & {BACKLASH.name, DRIVE_COMPLIANCE.name}:
+        images = [f for f in findings if any(c.effect == SINCE_REVERSAL for c in f.candidates)]
+        findings, minor = [f for f in findings if f not in images], [*minor, *images]
+    return one._replace(findings=findings, minor=minor)

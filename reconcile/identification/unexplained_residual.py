@@ -59,3 +59,8 @@ def unexplained_residual(
             "and no smooth term over a coordinate explains"
         ),
     )
+
+
+def is_misfit(sizes: Accounted, refitted: float) -> bool:
+    """Whether what is left beside named effects is their misfit; `refitted`: RMS without any effect."""
+    return sizes.left < LEAST_FLOOR_RATIO * sizes.noise or sizes.left**2 < LEAST_SHARE * refitted**2

@@ -46,7 +46,11 @@ def test_the_generator_imports_nothing_of_what_it_tests(file: Path) -> None:
 
 
 def test_every_entry_of_the_catalogue_is_drawn() -> None:
-    assert {*ENTRIES} - {"payload_mass"} <= {*CATALOGUE}
+    of_rotary_and_geared_axes = {
+        "gravity",
+        "load_dependent_friction",
+    }  # this generator has screws and linear motors
+    assert {*ENTRIES} - {"payload_mass"} - of_rotary_and_geared_axes <= {*CATALOGUE}
 
 
 def test_a_seed_is_a_case_and_kinds_come_in_their_shares() -> None:
