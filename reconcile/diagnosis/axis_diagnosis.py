@@ -12,7 +12,7 @@ from reconcile.identification.unexplained_residual import is_misfit
 from reconcile.model_update.axis_sections import Sections
 from reconcile.model_update.axis_update import update_axis
 from reconcile.nominal_model.model_file import NominalModel
-from reconcile.proof.left_out import Proof, prove, proven
+from reconcile.proof.left_out import Proof, prove, proven, written_explanations
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_problem import SINCE_REVERSAL
 from reconcile.regression.residual import rms
@@ -58,30 +58,35 @@ def diagnose_axis(
         searches.append(TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
         found.append(explain(searches[1]))
         found = [_beside(one, found) for one in found]
-    if not with_proof:
-        updated = update_axis(found, model, name)
-        return AxisDiagnosis(updated.explanations, [], updated.sections, updated.notes)
-    on_progress(f"axis {name}: proof")
-    proofs = prove(recordings, searches, found, model)
+    proofs: list[Proof] = []
+    if with_proof:
+        on_progress(f"axis {name}: proof")
+        proofs = prove(recordings, searches, found, model)
     del searches  # their columns take most of the memory
-    named = [proven(one, proof) for one, proof in zip(found, proofs, strict=True)]
-    held = [without(one, proof.dropped) for one, proof in zip(found, proofs, strict=True)]
+    dropped = [proof.dropped for proof in proofs] or [() for _ in found]
+    named = [proven(one, proof) for one, proof in zip(found, proofs, strict=True)] if proofs else found
+    held = [without(one, effects) for one, effects in zip(found, dropped, strict=True)]
+    held, sections = written_explanations(held, model, name)
     updated = update_axis(held, model, name)
-    explanations = [
-        one._replace(
-            findings=[*one.findings, *(f for f in whole.findings if f not in kept.findings)],
-            minor=[*one.minor, *(f for f in whole.minor if f not in kept.minor)],
-            withdrawn=whole.withdrawn,
-        )
-        for one, whole, kept in zip(updated.explanations, named, held, strict=True)
-    ]
+    explanations = [_named_too(one, whole) for one, whole in zip(updated.explanations, named, strict=True)]
+    left_out = [note for effect, note in sections.left_out.items() if note not in updated.notes]
     notes = [
         f"model.toml, axis {name}: it does without {effect}: with it, what was left out was predicted no "
         "better than a rigid one"
-        for proof in proofs
-        for effect in proof.dropped
+        for effects in dropped
+        for effect in effects
     ]
-    return AxisDiagnosis(explanations, proofs, updated.sections, [*updated.notes, *notes])
+    return AxisDiagnosis(explanations, proofs, updated.sections, [*updated.notes, *left_out, *notes])
+
+
+def _named_too(written: Explanation, whole: Explanation) -> Explanation:
+    """The explanation that is written, with the findings that no file holds."""
+    own = {f.effect for f in [*written.findings, *written.minor]}
+    return written._replace(
+        findings=[*written.findings, *(f for f in whole.findings if f.effect not in own)],
+        minor=[*written.minor, *(f for f in whole.minor if f.effect not in own)],
+        withdrawn=whole.withdrawn,
+    )
 
 
 def _beside(one: Explanation, found: Sequence[Explanation]) -> Explanation:

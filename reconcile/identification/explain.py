@@ -12,7 +12,7 @@ from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.accounted import Accounted, accounted
 from reconcile.identification.findings import IdentifiedEffect
 from reconcile.identification.payload import payload
-from reconcile.identification.term_search import TermSearch
+from reconcile.identification.term_search import FoundTerms, TermSearch
 from reconcile.identification.unexplained_residual import unexplained_residual
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.regression_problem import RegressionProblem
@@ -57,22 +57,28 @@ class Explanation(NamedTuple):
     accounted: Accounted | None = None
     """What each part of the model gives; None where nothing was fitted."""
     withdrawn: tuple[Withdrawn, ...] = ()
+    found: FoundTerms | None = None
+    """What it was made of, to be fitted anew without some of it."""
     """Effects that were found and did not predict what was left out."""
 
 
 def without(explanation: Explanation, effects: Container[str]) -> Explanation:
-    """The explanation without some effects; without any it is the rigid model, fitted anew."""
-    findings, minor = (
-        [f for f in of if f.effect not in effects] for of in (explanation.findings, explanation.minor)
-    )
-    is_rigid = explanation.rigid is not None and not any(f.candidates for f in [*findings, *minor])
-    base = explanation.rigid if is_rigid and explanation.rigid else explanation.base
-    return explanation._replace(findings=findings, minor=minor, base=base)
+    """The explanation without some effects, the rest fitted anew; `unknown` are those without a name."""
+    found = explanation.found
+    if found is None or not any(f.effect in effects for f in [*explanation.findings, *explanation.minor]):
+        return explanation
+    again = _explained(found.without(effects))
+    findings = [f for f in again.findings if f.effect not in effects]
+    return again._replace(findings=findings, minor=[f for f in again.minor if f.effect not in effects])
 
 
 def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
     """Identify the effects of one channel, from nothing of the blocks that are left out."""
-    found, channel, axis = search.found(left_out), search.channel, search.axis
+    return _explained(search.found(left_out))
+
+
+def _explained(found: FoundTerms) -> Explanation:
+    axis, channel, rules, sources = found.of
     reported = found.report()
     equations, train = found.problem.equations, found.train
     baseline, totals = equations.slots([]), equations.totals(train)
@@ -88,7 +94,7 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
         (found.terms, equations.solve(equations.slots(found.terms), totals)),
     ]
     before, refitted, after = (_residual_rms(equations, *model, train, found.held_out) for model in models)
-    found_residuals = residuals(found.problem, search.sources, models, found.held_out)
+    found_residuals = residuals(found.problem, sources, models, found.held_out)
     mass_kg, is_force = axis.mass_kg, channel is ResidualChannel.FORCE
     extra: list[IdentifiedEffect | None] = []
     if is_force:
@@ -98,7 +104,7 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
     weights = equations.denormalised(equations.slots(found.terms), models[-1][1])
     floor = noise_floor(found_residuals, channel, mass_kg).rms
     sizes = accounted(
-        found.problem, found.terms, weights, noise=floor, share=search.rules.matters if is_force else 0.0
+        found.problem, found.terms, weights, noise=floor, share=rules.matters if is_force else 0.0
     )
     large = [f for f in reported.findings if sizes.matter(f.effect)]
     if not any(finding.effect == "unknown" for finding in large):
@@ -115,11 +121,12 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
         timing=reported.timing,
         timing_s=reported.timing_s,
         parameters_matter=_rms_between(before, refitted) >= sizes.matters
-        and _nominal_values_refuted(equations, *models[0], train, search.rules),
+        and _nominal_values_refuted(equations, *models[0], train, rules),
         residuals=found_residuals,
         rigid=dict(zip(found.problem.baseline_names, fitted.tolist(), strict=True)) if is_force else None,
         withdrawn=tuple(found.withdrawn),
         accounted=sizes,
+        found=found,
     )
 
 

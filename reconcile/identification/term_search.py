@@ -4,7 +4,7 @@ The columns of all candidates are computed once. A search on fewer recordings us
 the blocks of those, so that names, shapes and coefficients are what these alone tell.
 """
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -47,8 +47,20 @@ LEAST_MASS_SHARE = 0.3
 inertia of a plausible clutter of forces is well below the mass itself."""
 
 
+class Searched(NamedTuple):
+    """What was searched."""
+
+    axis: NominalAxis
+    channel: ResidualChannel
+    rules: SelectionRules
+    sources: list[str]
+    """By recording."""
+
+
 class FoundTerms(NamedTuple):
     """The terms of a channel, and what they were found on."""
+
+    of: Searched
 
     problem: RegressionProblem
     """Of these terms alone, with their refined shape parameters."""
@@ -57,6 +69,12 @@ class FoundTerms(NamedTuple):
     held_out: Index
     rivals: dict[str, tuple[float, list[RivalEffect]]]
     withdrawn: list[Withdrawn]
+
+    def without(self, effects: Container[str]) -> "FoundTerms":
+        """The same without the terms of some effects; `unknown` are all that have no name."""
+        kept = [c for c in self.terms if _name(c) not in effects]
+        rivals = {effect: of for effect, of in self.rivals.items() if any(c.effect == effect for c in kept)}
+        return self._replace(terms=kept, rivals=rivals)
 
     def report(self) -> ReportedEffects:
         """Parameters, rivals and confidence of each effect."""
@@ -81,6 +99,7 @@ class TermSearch:
     ) -> None:
         self.axis, self.channel, self.rules = axis, channel, rules
         self.sources = [recording.source for recording in recordings]
+        self._of = Searched(axis, channel, rules, self.sources)
         datasets = [regression_data(recording, axis) for recording in recordings]
         model_terms = regressed_terms(axis, datasets, channel)
         self.problem = regression_problem(datasets, channel, model_terms=model_terms)
@@ -117,7 +136,7 @@ class TermSearch:
         kept = {c.effect for c in terms}
         chosen = [c for c in chosen if c.effect in kept]
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
-        return _Selection(FoundTerms(refined, terms, train, held_out, rivals, withdrawn), chosen)
+        return _Selection(FoundTerms(self._of, refined, terms, train, held_out, rivals, withdrawn), chosen)
 
     def _select_beside(
         self,
@@ -140,7 +159,7 @@ class TermSearch:
         refined, terms = refine(wide, chosen, train)
         terms, more = self._believable(refined, terms, train)
         withdrawn = [*before.found.withdrawn, *more]
-        return FoundTerms(refined, terms, train, held_out, rivals, withdrawn)
+        return FoundTerms(self._of, refined, terms, train, held_out, rivals, withdrawn)
 
     def _believable(
         self, refined: RegressionProblem, terms: list[CandidateTerm], train: Index
@@ -189,6 +208,10 @@ class TermSearch:
         left = residuals(found.problem, self.sources, [(found.terms, theta)] * 3, found.held_out)
         floor = noise_floor(left, self.channel, self.axis.mass_kg).rms
         return rms(left, "after") <= NOISE_FLOOR_RATIO * floor
+
+
+def _name(candidate: CandidateTerm) -> str:
+    return "unknown" if candidate.effect.startswith(PREFIX) else candidate.effect
 
 
 def _split(problem: RegressionProblem) -> tuple[Index, Index]:

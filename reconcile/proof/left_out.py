@@ -16,7 +16,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.explain import Explanation, explain, without
 from reconcile.identification.term_search import TermSearch
-from reconcile.model_update.axis_sections import axis_sections
+from reconcile.model_update.axis_sections import AxisSections, axis_sections
 from reconcile.nominal_model.model_file import NominalModel, load_model, write_model
 from reconcile.proof.written_model import written_residual
 from reconcile.recording.recording import AxisRecording
@@ -160,9 +160,20 @@ def _blocks_of(search: TermSearch, source: str) -> Index:
     return own if len(search.sources) > 1 else own[math.floor(len(own) * (1.0 - LAST_SHARE)) :]
 
 
+def written_explanations(
+    made: Sequence[Explanation], model: NominalModel, name: str
+) -> tuple[list[Explanation], AxisSections]:
+    """The explanations fitted anew without what no file can hold, and the sections that they make."""
+    sections = axis_sections(made, model, name)
+    if not sections.left_out:
+        return list(made), sections
+    held = [without(one, sections.left_out) for one in made]
+    return held, axis_sections(held, model, name)._replace(left_out=sections.left_out)
+
+
 def _written_axis(made: Sequence[Explanation], model: NominalModel, name: str) -> NominalAxis:
     """The axis of the model file that the explanations make, written and read again."""
-    sections = axis_sections(made, model, name).sections
+    sections = written_explanations(made, model, name)[1].sections
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.toml"
         write_model(model, {name: sections}, file)
