@@ -36,6 +36,8 @@ Answer = TypeVar("Answer")
 
 SDO_TIMEOUT_S = 0.3
 """Answer time granted to one SDO request, wall clock, seconds; chosen."""
+LOCKSTEP_SDO_TIMEOUT_S = 1.0
+"""The same of a simulator in lockstep, which gets the processor when others leave it; chosen."""
 SDO_TRIES = 3
 """Requests sent before a node counts as silent; chosen."""
 ADDRESSED = {2, 3, 4}

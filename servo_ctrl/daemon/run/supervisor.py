@@ -10,7 +10,7 @@ from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
 from servo_ctrl.canopen.node import ControllerNode, own_dictionary
 from servo_ctrl.canopen.plan import plan_machine
-from servo_ctrl.canopen.stack import Network
+from servo_ctrl.canopen.stack import LOCKSTEP_SDO_TIMEOUT_S, SDO_TIMEOUT_S, Network
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
@@ -145,7 +145,8 @@ class _Supervisor:
             await self._boot
             if not others:
                 bus.node.boot_up()
-                self._boot = asyncio.create_task(boot_nodes(bus.network, self._plans))
+                patience_s = LOCKSTEP_SDO_TIMEOUT_S if self._lockstep else SDO_TIMEOUT_S
+                self._boot = asyncio.create_task(boot_nodes(bus.network, self._plans, patience_s))
                 async with beating(bus.node):
                     await self._boot
         except asyncio.CancelledError:
