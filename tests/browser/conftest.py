@@ -12,7 +12,8 @@ from page_server import OUTSIDE_PYTEST, ROOT, Server, Stub, free_tcp_port, start
 from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, expect, sync_playwright
 
 PICTURES = ROOT / "out" / "browser"
-expect.set_options(timeout=20_000)  # a busy computer is slow, which is no failure
+LIMIT_MS = 90_000  # a busy computer is slow, which is no failure
+expect.set_options(timeout=LIMIT_MS)
 
 
 @pytest.fixture(scope="session")
@@ -75,6 +76,7 @@ class Watched(NamedTuple):
 @contextmanager
 def _watched(chromium: Browser, url: str, **options: Any) -> Iterator[Watched]:
     context = chromium.new_context(**options)
+    context.set_default_timeout(LIMIT_MS)
     problems: list[str] = []
     home = urlsplit(url).netloc
 
@@ -142,6 +144,7 @@ def visit(
 def stub(chromium: Browser, stub_server: Server) -> Iterator[Stub]:
     """The machine behind `visit`; ready, as it began, at the end of each test."""
     context = chromium.new_context()
+    context.set_default_timeout(LIMIT_MS)
     machine = Stub(stub_server.url, context)
     machine.link(reset=True)
     yield machine

@@ -18,7 +18,7 @@ FRAMES = "document.querySelector('[data-testid=contour-{}]').dataset.frames"
 
 
 def wait_for_frames(page: Page, chart: str, wanted: int) -> None:
-    page.wait_for_function(f"Number({FRAMES.format(chart)} || 0) >= {wanted}", timeout=20_000)
+    page.wait_for_function(f"Number({FRAMES.format(chart)} || 0) >= {wanted}")
 
 
 def test_a_circle_is_found_drawn_and_measured(
@@ -27,7 +27,7 @@ def test_a_circle_is_found_drawn_and_measured(
     page = visit("/contour")
     table = page.get_by_test_id("contour-table")
     row = table.get_by_role("row", name="WFC: without")
-    expect(row).to_be_visible(timeout=20_000)
+    expect(row).to_be_visible()
     about = page.get_by_test_id("contour-about")
     # the stub's circle: R 25 mm in 4 s a turn, and its bumps of 5 um
     expect(about).to_contain_text(re.compile("R 25[.]0000 mm, 2.356[.]2 mm/min, counterclockwise"))
@@ -41,7 +41,7 @@ def test_a_circle_is_found_drawn_and_measured(
     choose(page.get_by_test_id("contour-factor"), "\N{MULTIPLICATION SIGN} 500")
     expect(about).to_contain_text("Error drawn 500 times")
     choose(page.get_by_test_id("contour-path-factor"), "\N{MULTIPLICATION SIGN} 1000")
-    page.wait_for_function(f"Math.max(...{arrays}[2]) > 0.0275", timeout=20_000)
+    page.wait_for_function(f"Math.max(...{arrays}[2]) > 0.0275")
     picture(page, "contour")
 
 
@@ -50,7 +50,7 @@ def test_it_fits_a_narrow_dark_screen_in_inches(
 ) -> None:
     page = visit("/contour", width=360, dark=True)
     choose(page.get_by_label("Units"), "inch")
-    expect(page.get_by_test_id("contour-about")).to_contain_text("0.98425 in", timeout=20_000)
+    expect(page.get_by_test_id("contour-about")).to_contain_text("0.98425 in")
     wait_for_frames(page, "polar", 1)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     picture(page, "contour_narrow_dark")

@@ -25,7 +25,7 @@ def frames(page: Page) -> int:
 def wait_for_more_frames(page: Page, more: int) -> None:
     wanted = frames(page) + more
     chart = "document.querySelector('[data-testid=scope-chart]')"
-    page.wait_for_function(f"Number({chart}.dataset.frames || 0) >= {wanted}", timeout=20_000)
+    page.wait_for_function(f"Number({chart}.dataset.frames || 0) >= {wanted}")
 
 
 def test_channels_are_drawn_live_and_no_peak_is_lost(
@@ -53,7 +53,7 @@ def test_a_single_picture_of_a_reversal_is_measured_and_saved(
     choose(page.get_by_test_id("scope-span-s"), "200 ms")
     choose(page.get_by_test_id("scope-kind"), "reversal of an axis")
     page.get_by_role("button", name="Single").click()
-    expect(page.get_by_test_id("scope-state")).to_have_text("taken", timeout=15_000)
+    expect(page.get_by_test_id("scope-state")).to_have_text("taken")
     page.get_by_label("Cursor A").fill("0")
     page.get_by_label("Cursor B").fill("100")
     readings = page.get_by_test_id("scope-readings")
@@ -63,7 +63,7 @@ def test_a_single_picture_of_a_reversal_is_measured_and_saved(
     expect(readings.get_by_role("row", name="1 /")).to_contain_text("10")
     page.get_by_test_id("scope-save").click()
     saved = page.get_by_test_id("scope-saved")
-    expect(saved).to_be_visible(timeout=15_000)
+    expect(saved).to_be_visible()
     picture(page, "scope_reversal")
     recording = load_recording(Path(saved.inner_text().removeprefix("Saved in ")))
     assert len(recording.columns["cycle"]) == 200
@@ -94,7 +94,7 @@ def test_a_stop_of_the_machine_triggers_the_scope(
     page.get_by_role("button", name="Normal").click()
     expect(page.get_by_test_id("scope-state")).to_have_text("waiting for the trigger")
     stub.status(stage="quick_stopping", reason="following error of x")
-    expect(page.get_by_test_id("scope-state")).to_contain_text("triggered", timeout=10_000)
+    expect(page.get_by_test_id("scope-state")).to_contain_text("triggered")
     wait_for_more_frames(page, 0)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     picture(page, "scope_narrow_dark")
