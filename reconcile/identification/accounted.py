@@ -7,9 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
+from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.normal_equations import CandidateTerm, effect_names
 from reconcile.regression.regression_problem import RegressionProblem
+from reconcile.sensing.channel import quantum
 
 NOISE_RATIO = 1.5
 """RMS of a residual over the noise floor up to which it is noise: what the floor's spectrum does not show."""
@@ -30,7 +32,9 @@ class Accounted(NamedTuple):
     noise: float
     """Noise floor of the sensors."""
     matters: float
-    """Below this nobody cares: a share of what is measured."""
+    """Below this nobody cares: a share of the measured force; of the deviation, the rounding."""
+    rounding: float = 0.0
+    """Of the sensors, before any filter."""
 
     @property
     def unexplained(self) -> float:
@@ -39,8 +43,8 @@ class Accounted(NamedTuple):
 
     @property
     def is_noise(self) -> bool:
-        """Whether what is left is sensor noise, or less than matters."""
-        return self.left <= max(NOISE_RATIO * self.noise, self.matters)
+        """Whether what is left is sensor noise, rounding, or less than matters."""
+        return self.left <= max(NOISE_RATIO * self.noise, self.matters, self.rounding)
 
     def matter(self, effect: str) -> bool:
         """Whether an effect of the catalogue, or `unknown`, gives as much as matters."""
@@ -57,12 +61,18 @@ class Accounted(NamedTuple):
             "left": self.left,
             "unexplained_floors": self.unexplained / max(self.noise, 1e-300),
             "matters": self.matters,
+            "rounding": self.rounding,
             "is_noise": self.is_noise,
         }
 
 
 def accounted(
-    problem: RegressionProblem, terms: Sequence[CandidateTerm], weights: Array, *, noise: float, share: float
+    problem: RegressionProblem,
+    terms: Sequence[CandidateTerm],
+    weights: Array,
+    *,
+    noise: float,
+    share: float,
 ) -> Accounted:
     """Split what was measured; `weights` before normalisation, `share` of the measured RMS that matters."""
     slots = problem.equations.slots(terms)
@@ -87,6 +97,26 @@ def accounted(
             squares[name] += float(part @ part)
             left -= part
         squares["left"] += float(left @ left)
+    rounding = _rounding(problem)
     rms = {name: math.sqrt(value / max(samples, 1)) for name, value in squares.items()}
     named = {name: rms[name] for name in (*effect_names(terms), UNNAMED) if name in places}
-    return Accounted(rms["measured"], rms[""], named, rms["left"], noise, share * rms["measured"])
+    return Accounted(
+        measured=rms["measured"],
+        rigid=rms[""],
+        effects=named,
+        left=rms["left"],
+        noise=noise,
+        matters=share * rms["measured"] if problem.channel is ResidualChannel.FORCE else rounding,
+        rounding=rounding,
+    )
+
+
+def _rounding(problem: RegressionProblem) -> float:
+    """RMS of the sensors' rounding, N or m: of slow motion the filter takes nothing away."""
+    datasets = problem.datasets
+    if problem.channel is ResidualChannel.FORCE:
+        steps = [max(quantum(data.force_n) for data in datasets)]
+    else:
+        scales = [data.scale_m for data in datasets if data.scale_m is not None]
+        steps = [max(map(quantum, of)) for of in ([data.motion.position_m for data in datasets], scales)]
+    return math.sqrt(sum(step**2 for step in steps) / 12.0)

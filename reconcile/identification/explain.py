@@ -104,12 +104,18 @@ def _explained(found: FoundTerms) -> Explanation:
     weights = equations.denormalised(equations.slots(found.terms), models[-1][1])
     floor = noise_floor(found_residuals, channel, mass_kg).rms
     sizes = accounted(
-        found.problem, found.terms, weights, noise=floor, share=rules.matters if is_force else 0.0
+        found.problem,
+        found.terms,
+        weights,
+        noise=floor,
+        share=rules.matters,
     )
     large = [f for f in reported.findings if sizes.matter(f.effect)]
     if not any(finding.effect == "unknown" for finding in large):
         alone = not large and not any(extra)
-        extra.append(unexplained_residual(found_residuals, sizes, axis.encoder_resolution_m, alone=alone))
+        extra.append(
+            unexplained_residual(found_residuals, channel, sizes, axis.encoder_resolution_m, alone=alone)
+        )
     return Explanation(
         channel=channel,
         findings=[*large, *(finding for finding in extra if finding)],

@@ -22,14 +22,19 @@ MOST_CONFIDENT = 0.99
 
 
 def unexplained_residual(
-    residuals: Sequence[Residual], sizes: Accounted, resolution_m: float | None, *, alone: bool
+    residuals: Sequence[Residual],
+    channel: ResidualChannel,
+    sizes: Accounted,
+    resolution_m: float | None,
+    *,
+    alone: bool,
 ) -> IdentifiedEffect | None:
     """Report a residual that is more than noise as `unknown`; `alone`: nothing else was found.
 
     A deviation below `resolution_m`, one count of the encoder, is none.
     """
     after, refitted, floor = sizes.left, rms(residuals, "refitted"), sizes.noise
-    is_force = sizes.matters > 0.0
+    is_force = channel is ResidualChannel.FORCE
     if sizes.is_noise or (not is_force and after < (resolution_m or 0.0)):
         return None
     if not (alone and is_force) and (
@@ -45,7 +50,7 @@ def unexplained_residual(
     factor, unit = (1.0, "N") if is_force else (1e6, "um")
     return IdentifiedEffect(
         effect="unknown",
-        channel=(ResidualChannel.FORCE if is_force else ResidualChannel.POSITION_DEVIATION).value,
+        channel=channel.value,
         confidence=min(max(1.0 - (sizes.noise / after) ** 2, 0.0), MOST_CONFIDENT),
         equivalent=[],
         rivals=[],

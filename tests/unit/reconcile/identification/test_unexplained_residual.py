@@ -33,7 +33,7 @@ def unexplained(
     sizes = Accounted(
         measured=100.0 * matters, rigid=0.0, effects={}, left=rms(left, "after"), noise=noise, matters=matters
     )
-    return unexplained_residual(left, sizes, resolution_m, alone=alone)
+    return unexplained_residual(left, channel, sizes, resolution_m, alone=alone)
 
 
 def test_a_residual_sine_is_reported_with_amplitude_and_frequency() -> None:
