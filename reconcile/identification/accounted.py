@@ -47,8 +47,10 @@ class Accounted(NamedTuple):
         return self.left <= max(NOISE_RATIO * self.noise, self.matters, self.rounding)
 
     def matter(self, effect: str) -> bool:
-        """Whether an effect of the catalogue, or `unknown`, gives as much as matters."""
-        return self.effects.get(UNNAMED if effect == "unknown" else effect, math.inf) >= self.matters
+        """Whether an effect of the catalogue gives as much as matters, `unknown` as much as rounding too."""
+        if effect == "unknown":
+            return self.effects.get(UNNAMED, math.inf) >= max(self.matters, self.rounding)
+        return self.effects.get(effect, math.inf) >= self.matters
 
     def as_json(self, unit: str) -> dict[str, Any]:
         """An entry of `accounted` in verdict.json; shares are of the squares of what is measured."""
