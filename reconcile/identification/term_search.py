@@ -45,6 +45,8 @@ MOST_SEARCHES = 3
 LEAST_MASS_SHARE = 0.3
 """Mass beside the effects, over that of a rigid model: less, and an effect stands in its place. Chosen: the
 inertia of a plausible clutter of forces is well below the mass itself."""
+LEAST_NOMINAL_SHARE = 0.01
+"""The same over the nominal mass, which may be far off; chosen."""
 
 
 class Searched(NamedTuple):
@@ -100,7 +102,11 @@ class TermSearch:
         self.axis, self.channel, self.rules = axis, channel, rules
         self.sources = [recording.source for recording in recordings]
         self._of = Searched(axis, channel, rules, self.sources)
-        datasets = [regression_data(recording, axis) for recording in recordings]
+        common = set.intersection(*(set(recording.others) for recording in recordings))
+        datasets = [
+            regression_data(one._replace(others={name: one.others[name] for name in sorted(common)}), axis)
+            for one in recordings
+        ]  # a term of another axis has the same columns in all
         model_terms = regressed_terms(axis, datasets, channel)
         self.problem = regression_problem(datasets, channel, model_terms=model_terms)
         self._train, self._held_out = _split(self.problem)
@@ -194,7 +200,8 @@ class TermSearch:
 
         named = [effect for effect in effect_names(terms) if not effect.startswith(PREFIX)]
         rigid_kg = mass_kg([])
-        if not named or mass_kg(terms) >= LEAST_MASS_SHARE * rigid_kg:
+        least_kg = max(LEAST_MASS_SHARE * rigid_kg, LEAST_NOMINAL_SHARE * self.axis.mass_kg)
+        if not named or mass_kg(terms) >= least_kg:
             return {}
         others_kg = {effect: mass_kg([c for c in terms if c.effect != effect]) for effect in named}
         worst = max(others_kg, key=lambda effect: others_kg[effect])

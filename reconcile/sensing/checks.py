@@ -32,16 +32,26 @@ class SensorReport(NamedTuple):
 def examine(recordings: Sequence[AxisRecording], model: ByName[str, NominalAxis]) -> SensorReport:
     """Run all checks; findings, with those of reading, are sorted by severity.
 
+    An unusable recording among good ones of its axis is set aside, and a warning says so.
+
     Raises:
-        ReconcileError: unusable data; the first finding, with its place.
+        ReconcileError: no recording of an axis is usable; its first finding, with its place.
 
     """
     usable_recordings: list[AxisRecording] = []
     findings: list[SensorFinding] = []
+    refused: list[tuple[AxisRecording, list[SensorFinding]]] = []
     for recording in recordings:
         found, usable = _examine_one(recording, model[recording.axis])
-        usable_recordings.append(usable)
-        findings += [*recording.findings, *found]
+        whole = [*recording.findings, *found]
+        if any(finding.severity == "unusable" for finding in whole):
+            refused.append((recording, whole))
+        else:
+            usable_recordings.append(usable)
+            findings += whole
+    good = {recording.axis for recording in usable_recordings}
+    for recording, whole in refused:
+        findings += map(_set_aside, whole) if recording.axis in good else whole
     for axis, nominal in model.items():
         own = [recording for recording in usable_recordings if recording.axis == axis]
         findings += rezeroed(own, nominal.lead_m)
@@ -51,6 +61,13 @@ def examine(recordings: Sequence[AxisRecording], model: ByName[str, NominalAxis]
         where = ", ".join(part for part in (f"axis {first.axis}", first.channel) if part)
         raise ReconcileError(first.source, where, first.message, first.remedy)
     return SensorReport(usable_recordings, findings)
+
+
+def _set_aside(finding: SensorFinding) -> SensorFinding:
+    """A finding that no longer refuses all: its recording is left out."""
+    if finding.severity != "unusable":
+        return finding
+    return finding._replace(severity="warning", message=f"the recording is set aside: {finding.message}")
 
 
 def _examine_one(recording: AxisRecording, model: NominalAxis) -> tuple[list[SensorFinding], AxisRecording]:

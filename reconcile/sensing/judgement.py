@@ -30,7 +30,7 @@ LARGEST_DELAY_SAMPLES, LARGEST_COMMAND_DELAY_SAMPLES = 0.2, 3.0
 """Delays that are reported, samples; a force lags its command by the bus and the current loop."""
 LEAST_HOLD_SAMPLES = 1.3
 """Samples for which a value is repeated from which on the channel counts as sampled too slowly."""
-SLOPE_NOTED, SLOPE_REFUSED, SLOPE_OF_DAMAGED = 0.005, 0.05, 0.5
+SLOPE_NOTED, SLOPE_REFUSED, SLOPE_OF_DAMAGED = 0.005, 0.2, 0.5
 """Deviations from a slope of 1 of two positions: reported, refused, reported of a damaged channel."""
 LEAST_UNIT_FACTOR = 20.0
 """Factor from which on a wrong unit is certain."""
@@ -185,7 +185,7 @@ class Judge(NamedTuple):
     def signs_and_units(self, damaged: set[str]) -> Iterator[SensorFinding]:
         """Positions against each other, force against acceleration; wider tolerance if `damaged`."""
         yield from self._position_slope("scale_m", SLOPE_OF_DAMAGED if "scale_m" in damaged else SLOPE_NOTED)
-        yield from self._position_slope("reference_m", 4.0 * SLOPE_REFUSED)
+        yield from self._position_slope("reference_m", SLOPE_REFUSED)
         yield from self._force_unit()
 
     def _position_slope(self, channel: str, noted: float) -> Iterator[SensorFinding]:
@@ -218,7 +218,7 @@ class Judge(NamedTuple):
         ratio = fit.mass_kg / stated_kg
         if certain and not 1.0 / LARGEST_MASS_RATIO < ratio < LARGEST_MASS_RATIO:
             meaning = factor_meaning(ratio, self.model)
-            severity: Severity = "unusable" if _is_another_unit(ratio) else "warning"
+            severity: Severity = "unusable" if meaning and _is_another_unit(ratio) else "warning"
             message = (
                 f"force over acceleration is {fit.mass_kg:.4g} kg; the model file says {stated_kg:.4g} kg"
             )

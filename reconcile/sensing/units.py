@@ -18,6 +18,8 @@ LARGEST_MASS_RATIO = 3.0
 """Largest ratio of masses that a payload explains; beyond it a unit is wrong."""
 LEAST_STANDARD_ERRORS = 8.0
 """Significance of a fitted mass that is compared with the model's."""
+LEAST_SWING_RAD = 0.3
+"""Swing from which on gravity is no straight line over the angle, where 1 m stands for 1 rad."""
 VELOCITY_SAMPLES = 9
 """Moving average of the velocity, samples."""
 
@@ -32,7 +34,10 @@ class RigidFit(NamedTuple):
 
 
 def rigid_fit(motor_m: Array, force_n: Array, period_s: float) -> RigidFit | None:
-    """Fit mass, viscous and Coulomb friction, and a constant force; None where the axis does not move."""
+    """Fit mass, friction, and forces at a place (springs, gravity); None where the axis does not move.
+
+    Without the forces at a place, a pendulum that swings below its frequency has a negative mass.
+    """
     low_pass = butter(2, min(CORNER_HZ * 2.0 * period_s, 0.5), output="sos")
     smooth_m, smooth_n = sosfiltfilt(low_pass, np.stack([motor_m - motor_m[0], force_n]))
     velocity_m_s = np.gradient(smooth_m, period_s)
@@ -41,7 +46,10 @@ def rigid_fit(motor_m: Array, force_n: Array, period_s: float) -> RigidFit | Non
     if fast <= 0.0 or not np.ptp(smooth_n):
         return None
     direction = np.tanh(velocity_m_s / (0.02 * fast))
-    matrix = np.column_stack([acceleration_m_s2, velocity_m_s, direction, np.ones_like(direction)])
+    places = [np.ones_like(direction), smooth_m]
+    if np.ptp(smooth_m) > LEAST_SWING_RAD:
+        places += [np.sin(motor_m), np.cos(motor_m)]
+    matrix = np.column_stack([acceleration_m_s2, velocity_m_s, direction, *places])
     scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     masses = []
     for rows in np.array_split(np.arange(len(matrix)), 8):
