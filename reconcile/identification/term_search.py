@@ -109,7 +109,7 @@ class TermSearch:
         ]  # a term of another axis has the same columns in all
         model_terms = regressed_terms(axis, datasets, channel)
         self.problem = regression_problem(datasets, channel, model_terms=model_terms)
-        self._train, self._held_out = _split(self.problem)
+        self._train, self._held_out = split(self.problem)
 
     def found(self, left_out: Index | None = None) -> FoundTerms:
         """Search the terms; on nothing of the blocks that are left out."""
@@ -221,7 +221,7 @@ def _name(candidate: CandidateTerm) -> str:
     return "unknown" if candidate.effect.startswith(PREFIX) else candidate.effect
 
 
-def _split(problem: RegressionProblem) -> tuple[Index, Index]:
+def split(problem: RegressionProblem) -> tuple[Index, Index]:
     """Training and held-out blocks: of each recording every fourth stretch is held out."""
     equations = problem.equations
     train, held_out = [], []

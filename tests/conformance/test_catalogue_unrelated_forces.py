@@ -10,9 +10,9 @@ from unrelated_forces import EMPS, UNRELATED, recorded
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import ENTRIES, family
 from reconcile.catalogue.unnamed_terms import term
-from reconcile.diagnosis.diagnose import DEVIATION_LEAST_GAIN
-from reconcile.identification.explain import _split
+from reconcile.diagnosis.axis_diagnosis import DEVIATION_LEAST_GAIN
 from reconcile.identification.findings import compare_rivals, report_findings
+from reconcile.identification.term_search import split
 from reconcile.regression.normal_equations import effect_names
 from reconcile.regression.regression_problem import SINCE_REVERSAL, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
@@ -40,7 +40,7 @@ def named(effect: str, channel: ResidualChannel, kind: str, seed: int) -> list[s
     tried = [(effect, shape) for shape in shapes]
     tried += [(SINCE_REVERSAL, shape) for shape in term(SINCE_REVERSAL).shapes(datasets)]
     problem = regression_problem(datasets, channel, tried, only=True)
-    train, held_out = _split(problem)
+    train, held_out = split(problem)
     validation = CrossValidation(problem.equations, train)
     chosen = select(validation, RULES[channel])
     rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
