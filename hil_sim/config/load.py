@@ -19,6 +19,8 @@ SENSORS = {section_of(module) for module in of_kind(Kind.SENSOR)}
 """Sections of their own, with their place on the bus."""
 EFFECT_PARAMS = {section_of(module): module.Params for module in EFFECTS if section_of(module) not in SENSORS}
 NO_OTHERS: Mapping[str, int] = {}
+MOTIONS = ("linear", "rotary")
+"""What an axis may be; the laws ask for neither: on a rotary one 1 m stands for 1 rad, 1 N for 1 N m."""
 FORMAT = 1
 """Of plant files; raised when a key changes its meaning."""
 
@@ -92,6 +94,8 @@ def _table(file: Path, key: str, value: Any) -> dict[str, Any]:
 def _axis(file: Path, own_name: str, value: Any, numbers: dict[str, int]) -> dict[str, Any]:
     key = f"axis.{own_name}"
     axis = _table(file, key, value)
+    if (motion := axis.pop("motion", MOTIONS[0])) not in MOTIONS:
+        raise ConfigError(file, f"{key}.motion", f"{motion!r} is neither of {', '.join(MOTIONS)}")
     others = {name: number for name, number in numbers.items() if name != own_name}
     axis["effects"] = {
         name: read_params(file, f"{key}.{name}", params, axis.pop(name), others)

@@ -6,6 +6,7 @@ from typing import Any
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import CATALOGUE, ENTRIES
+from reconcile.formats.rotary_units import unit_of
 from reconcile.identification.explain import Explanation
 from reconcile.identification.findings import IdentifiedEffect
 from reconcile.location.residual_coordinates import ResidualAnalysis, verdict_noise, verdict_places
@@ -34,7 +35,10 @@ def verdict(
 ) -> dict[str, Any]:
     """Return the content of verdict.json; `proofs` by axis, `following` is the next experiment."""
     everything = [(name, e) for name, explanations in axes.items() for e in explanations]
-    findings = _ranked([_finding(name, f) for name, e in everything for f in e.findings])
+    rotary = {one.axis for one in analyses if one.nominal.rotary}
+    findings = _ranked(
+        [_finding(name, f, rotary=name in rotary) for name, e in everything for f in e.findings]
+    )
     matter = any(e.parameters_matter for _, e in everything)
     known = any(finding["effect"] != "unknown" for finding in findings)
     word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
@@ -116,7 +120,7 @@ def _fit(
     return {**fit, "replay": replays} if replays else fit
 
 
-def _finding(axis: str, finding: IdentifiedEffect) -> dict[str, Any]:
+def _finding(axis: str, finding: IdentifiedEffect, *, rotary: bool) -> dict[str, Any]:
     return {
         "axis": axis,
         "effect": finding.effect,
@@ -124,7 +128,7 @@ def _finding(axis: str, finding: IdentifiedEffect) -> dict[str, Any]:
         "equivalent": finding.equivalent,
         "where": {"sensor": finding.channel, "axis": axis},
         "parameters": {
-            key: {"value": p.value, "ci95": [p.low, p.high], "unit": p.unit}
+            key: {"value": p.value, "ci95": [p.low, p.high], "unit": unit_of(p.unit, rotary=rotary)}
             for key, p in finding.parameters.items()
         },
         "share": finding.share,

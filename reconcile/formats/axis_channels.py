@@ -9,7 +9,16 @@ from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.mapping import MapEntry, Mapping
 from reconcile.formats.nominal_axis import NominalAxis
-from reconcile.formats.quantities import REQUIRED, ROLES, UNITS, Role, normal_unit, unit_of_name
+from reconcile.formats.quantities import (
+    ANGULAR,
+    REQUIRED,
+    ROLES,
+    TORQUES,
+    UNITS,
+    Role,
+    normal_unit,
+    unit_of_name,
+)
 from reconcile.formats.table import Column, Table, short_list
 
 DEFAULT_AXIS = "x"
@@ -50,6 +59,7 @@ def axis_channels(table: Table, mapping: Mapping, model: ByName[str, NominalAxis
     _check_lengths(table, time_s, axes, origin)
     if len(model) == 1 and len(axes) == 1 and default not in axes:
         axes = {default: axes.popitem()[1]}
+    _check_angles(table, mapping, origin, model)
     constant = _force_per_volt(table, mapping)
     for name, channels in axes.items():
         if name in model:
@@ -79,6 +89,8 @@ def _role_of(name: str, column: Column | None) -> Role | None:
         if stem.lower() not in role.stems:
             continue
         if role.dimension in {dimension, "number"} or role.name == "time":
+            return role
+        if unit in UNITS[role.dimension]:
             return role
         if not unit and column is not None and normal_unit(column.unit) in UNITS[role.dimension]:
             return role
@@ -142,6 +154,24 @@ def _time(table: Table, mapping: Mapping, time_s: Array | None, axes: dict[str, 
         remedy = "name it (--map time=NAME) or say the sample time (--map period=0.001)"
         raise ReconcileError(table.source, "", f"has no time; it has: {have}", remedy)
     return time_s
+
+
+def _check_angles(
+    table: Table, mapping: Mapping, origin: dict[str, dict[str, str]], model: ByName[str, NominalAxis]
+) -> None:
+    """Raise ReconcileError for an angle or a torque of a linear axis that no factor converts."""
+    converted = {entry.column for entry in mapping.entries if entry.factor is not None}
+    for axis, columns in origin.items():
+        if axis not in model or model[axis].rotary:
+            continue
+        for role, column in columns.items():
+            _, unit, _ = unit_of_name(column)
+            rotary = unit in ANGULAR or (ROLES[role].dimension == "force" and unit in TORQUES)
+            if rotary and column not in converted:
+                remedy = (
+                    f'say [axis.{axis}] motion = "rotary" in the model file, or --map {role}={column}*FACTOR'
+                )
+                raise ReconcileError(table.source, f"column {column!r}", "is that of a rotary axis", remedy)
 
 
 def _check_lengths(

@@ -50,6 +50,8 @@ class NominalAxis(NamedTuple):
     """Nodes for logs of the CAN bus."""
     model_effects: ModelEffects = ModelEffects({}, "")
     """The effects that the model has already."""
+    rotary: bool = False
+    """1 m stands for 1 rad, 1 N for 1 N m, 1 kg for 1 kg m^2."""
 
 
 def baseline_parameters(axis: NominalAxis) -> dict[str, float]:

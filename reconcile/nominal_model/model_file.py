@@ -16,6 +16,7 @@ from reconcile.errors import ReconcileError
 from reconcile.formats.nominal_axis import BusNodes, NominalAxis
 from reconcile.formats.toml_file import document_of, toml_text
 from reconcile.nominal_model.model_effects import model_effects_of
+from reconcile.nominal_model.rotary_axis import as_linear, is_rotary
 from servo_ctrl.config.file_format import FORMAT, format_problem
 
 EDS = Path(hil_sim.__file__).resolve().parents[1] / "eds"
@@ -54,6 +55,9 @@ def load_model(path: Path) -> NominalModel:
     tables = document.get("axis")
     if not isinstance(tables, dict) or not tables:
         raise ReconcileError(file, "axis", "no axis", "describe at least one as [axis.x.table] mass_kg = ...")
+    for name, table in tables.items():
+        if isinstance(table, dict) and is_rotary(file, name, table):
+            tables[name] = as_linear(file, name, table)
     return NominalModel(file, document, {name: _axis(file, name, tables) for name in tables})
 
 
@@ -87,6 +91,7 @@ def _axis(file: Path, name: str, tables: Mapping[str, Any]) -> NominalAxis:
         grating_m=number("scale", "grating_um", 0.0) * 1e-6 or None,
         bus=_nodes(file, table),
         model_effects=model_effects_of(file, name, tables),
+        rotary=is_rotary(file, name, table),
     )
 
 

@@ -50,7 +50,7 @@ def regression_data(recording: AxisRecording, axis: NominalAxis) -> RegressionDa
             temperature_k=recording.temperature_k,
             others=others,
             presliding_law_n=0.0 if law_n is None else law_n,
-            rotary=getattr(axis, "rotary", False),
+            rotary=axis.rotary,
         )
     )
 

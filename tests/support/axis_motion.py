@@ -23,6 +23,7 @@ class Axis(NamedTuple):
     encoder_resolution_m: float | None = COUNT_M
     scale_resolution_m: float | None = SCALE_COUNT_M
     bus: BusNodes | None = None
+    rotary: bool = False
 
 
 class Motion(NamedTuple):
