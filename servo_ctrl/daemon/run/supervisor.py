@@ -146,7 +146,7 @@ class _Supervisor:
             if not others:
                 bus.node.boot_up()
                 patience_s = LOCKSTEP_SDO_TIMEOUT_S if self._lockstep else SDO_TIMEOUT_S
-                self._boot = asyncio.create_task(boot_nodes(bus.network, self._plans, patience_s))
+                self._boot = asyncio.create_task(boot_nodes(bus.network, self._plans, timeout_s=patience_s))
                 async with beating(bus.node):
                     await self._boot
         except asyncio.CancelledError:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from hil_sim.runner.bench import Bench
 from hil_sim.runner.pacing import Lockstep, RealTime
-from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.daemon.learning import pulse_learning
 from servo_ctrl.daemon.run import changed_files, run_recording, session, supervisor
 from servo_ctrl.daemon.run.services import Services
@@ -116,7 +115,7 @@ class Stand:
             (supervisor, "open_port", lambda spec: CanPort(self.wire.end, spec)),  # type: ignore[arg-type]
             (supervisor, "stop_signals", self._signals),
             (supervisor, "uninterrupted", _uninterrupted),
-            (supervisor, "boot_nodes", partial(boot_nodes, timeout_s=self.sdo_timeout_s)),
+            (supervisor, "LOCKSTEP_SDO_TIMEOUT_S", self.sdo_timeout_s),
             (session, "TimerfdClock", clock),
             (run_recording, "Recorder", _recorder),
             (pulse_learning, "LearningRun", TwoStrokes),
