@@ -134,9 +134,10 @@ async def test_simulator_that_dies_is_noticed_in_real_time(
 ) -> None:
     simulator = bench.simulate(xy_table, "realtime")
     report, _ = await run_circle(bench, xy_table, tmp_path, simulator.kill, "realtime")
-    assert report.failed  # by the inputs, or by a computer too busy for real time: either way it ends
+    # By the inputs, or by a computer too busy for real time, perhaps at once: either way the run ends.
+    assert report.failed
     assert report.lateness is not None
-    assert report.lateness.count > 100
+    assert report.lateness.count > 0
 
 
 async def test_bus_that_dies_ends_the_run_and_keeps_the_recording(
