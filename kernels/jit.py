@@ -78,7 +78,14 @@ def _room(root: Path, module: str) -> Path:
 
 
 def _files(root: Path, room: Path) -> list[Path]:
-    return sorted(room.glob("*.py") if room.parent == root else room.rglob("*.py"))
+    """Of a room and the folders in it, but for caches: another process may be deleting folders there."""
+    if room.parent == root:
+        return sorted(room.glob("*.py"))
+    found = []
+    for folder, inner, names in os.walk(room):
+        inner[:] = [name for name in inner if name != "__pycache__"]
+        found += [Path(folder, name) for name in names if name.endswith(".py")]
+    return sorted(found)
 
 
 @cache

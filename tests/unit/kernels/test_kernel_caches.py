@@ -48,6 +48,16 @@ def test_what_a_room_imports_is_part_of_its_content() -> None:
     assert rooms("hil_sim/plant") == {"hil_sim/plant", "hil_sim/physics", "kernels"}
 
 
+def test_caches_are_not_looked_into_while_another_process_deletes_them(tmp_path: Path) -> None:
+    room = tmp_path / "package" / "room"
+    (room / "inner").mkdir(parents=True)
+    for file in (room / "a.py", room / "inner" / "b.py"):
+        file.write_text("")
+    old = folder(room, "__pycache__", 0)
+    (old / "room-kernels-old.py").write_text("")
+    assert reachable_files(tmp_path, room) == [room / "a.py", room / "inner" / "b.py"]
+
+
 MODULES = {
     "kernels/__init__.py": "",
     "kernels/jit.py": (ROOT / "kernels" / "jit.py").read_text(encoding="utf-8"),
