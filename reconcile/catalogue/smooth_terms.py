@@ -67,10 +67,14 @@ def _columns(over: SplineCoordinate, data: RegressionData, shape: ShapeParameter
     if over.decades:
         values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
     place = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0) * (count - 1)
-    found: Array = np.maximum(1.0 - np.abs(place[:, None] - np.arange(count)), 0.0)
+    found: Array = place[:, None] - np.arange(count)
+    np.abs(found, out=found)  # in place: of a long recording each copy takes a hundred megabytes
+    np.maximum(np.subtract(1.0, found, out=found), 0.0, out=found)
     if len(shape) == 2:
         found -= 1.0 / count
-    return found if over.factor is None else over.factor(data)[:, None] * found
+    if over.factor is not None:
+        found *= over.factor(data)[:, None]
+    return found
 
 
 def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:

@@ -4,8 +4,6 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import PREFIX
@@ -88,14 +86,12 @@ def accounted(
     squares = dict.fromkeys((*places, "measured", "left"), 0.0)
     samples = 0
     for recording in range(problem.equations.recordings):
-        target, columns = problem.target_and_columns(recording)
         used = problem.used[recording]
-        left, samples = target[used].copy(), samples + int(used.sum())
+        left, samples = problem.target(recording)[used], samples + int(used.sum())
         squares["measured"] += float(left @ left)
         for name, own in places.items():
-            here = [(slots[i][0], weights[i]) for i in own if slots[i][1] in (-1, recording)]
-            weighted = columns[:, [column for column, _ in here]] @ np.array([weight for _, weight in here])
-            part = weighted[used]
+            here = [(slots[i][0], float(weights[i])) for i in own if slots[i][1] in (-1, recording)]
+            part = problem.prediction(recording, here)[used]
             squares[name] += float(part @ part)
             left -= part
         squares["left"] += float(left @ left)

@@ -63,15 +63,20 @@ def _force_n(
 ) -> Array:
     """Unfiltered force (n,) of baseline parameters, terms, and terms that the model has already."""
     m, without = data.motion, DELAYING_EFFECTS if friction else NO_LOAD
-    columns = [m.acceleration_m_s2, m.velocity_m_s, m.direction]
-    for effect, shape, columns_of, width in problem.terms:
-        is_used = effect not in without and any(
-            len(columns) <= place < len(columns) + width for place, _ in coefficients
-        )
-        columns_of_term = columns_of(data, shape) if is_used else np.zeros((1, width))
-        columns += [columns_of_term[:, k] for k in range(width)]
+    base = (m.acceleration_m_s2, m.velocity_m_s, m.direction)
+    firsts = np.cumsum([len(base), *(one.width for one in problem.terms)])
+    computed, columns = -1, np.zeros((0, 0))
     total_n = np.zeros(len(m.position_m))
     for place, weight in coefficients:
-        total_n = total_n + weight * columns[place]
+        number = int(np.searchsorted(firsts, place, side="right")) - 1
+        if number < 0:
+            total_n = total_n + weight * base[place]
+            continue
+        one = problem.terms[number]
+        if one.effect in without:
+            continue
+        if number != computed:
+            computed, columns = number, one.columns(data, one.shape_parameters)
+        total_n = total_n + weight * columns[:, place - firsts[number]]
     model_terms = [one for one in problem.model_terms if friction or one.effect not in NO_LOAD]
     return total_n + predicted_by_model(data, problem.channel, model_terms)

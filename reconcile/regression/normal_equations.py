@@ -64,9 +64,9 @@ class BlockNormalEquations:
         self.settled_travel_m: list[Array] = []
         """(n,) of each recording: distance since the last reversal or standstill."""
 
-    def add(self, y: Array, columns: Array, block: Index, settled_travel_m: Array) -> None:
-        """Add the next recording: target `y` (n,), `columns` (n, c), block and settled travel (n,)."""
-        self.rows.append(np.ascontiguousarray(np.concatenate((y[:, None], columns), axis=1).T))
+    def add(self, rows: Array, block: Index, settled_travel_m: Array) -> None:
+        """Add the next recording: target and columns (c + 1, n), block and settled travel (n,)."""
+        self.rows.append(rows)
         self.block.append(block)
         self.settled_travel_m.append(settled_travel_m)
         for b in np.unique(block):
@@ -79,7 +79,8 @@ class BlockNormalEquations:
         squares = np.einsum("bii->i", self.gram) / max(int(self.samples.sum()), 1)
         self.unit = np.where(squares > 0.0, np.sqrt(squares), 1.0)
         self.gram /= self.unit[:, None] * self.unit
-        self.rows = [rows / self.unit[:, None] for rows in self.rows]
+        for rows in self.rows:
+            np.divide(rows, self.unit[:, None], out=rows)
 
     def slots(self, chosen: Sequence[CandidateTerm]) -> list[tuple[int, int]]:
         """(column, recording) of each coefficient: base columns, then each term's; recording -1 is all."""

@@ -11,7 +11,7 @@ from reconcile.catalogue.registry import DRIFTING_COLUMNS, ENTRIES
 from reconcile.catalogue.veto import VetoContext, veto
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.regression.normal_equations import CandidateTerm, effect_names
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.regression_data import FILTER_HZ, target_and_baseline
 from reconcile.regression.regression_problem import RegressionProblem
 
 
@@ -67,14 +67,9 @@ def _filtered(
     """Prediction (n,) of each effect, and the baseline's columns (n, k) by "", in the samples in use."""
     found: dict[str, list[Array]] = {effect: [] for effect in ("", *places)}
     for recording in range(problem.equations.recordings):
-        _, columns = problem.target_and_columns(recording)
-        used = columns[problem.used[recording]]
-        found[""].append(used[:, : len(problem.baseline_names)])
+        used, data = problem.used[recording], problem.datasets[recording]
+        found[""].append(target_and_baseline(data, problem.channel)[1][used])
         for effect, own in places.items():
-            prediction = np.zeros(len(used))
-            for place in own:
-                column, owner = slots[place]
-                if owner in (-1, recording):
-                    prediction += weights[place] * used[:, column]
-            found[effect].append(prediction)
+            here = [(slots[i][0], float(weights[i])) for i in own if slots[i][1] in (-1, recording)]
+            found[effect].append(problem.prediction(recording, here)[used])
     return {effect: np.concatenate(parts) for effect, parts in found.items()}

@@ -1,6 +1,6 @@
 """The regression problem of a residual channel: filtered columns of all terms, blocks, normal equations."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -59,9 +59,36 @@ class RegressionProblem(NamedTuple):
         """Parameters of every model of the channel, which have the first columns."""
         return BASELINE_PARAMETERS[self.channel]
 
+    def target(self, recording: int) -> Array:
+        """Target (n,) of a recording, filtered, less what the model predicts already."""
+        return _target(self.datasets[recording], self.channel, self.model_terms)
+
     def target_and_columns(self, recording: int) -> tuple[Array, Array]:
-        """Target (n,) and columns (n, c) of a recording, filtered, not normalised."""
-        return _target_and_columns(self.datasets[recording], self.channel, self.terms, self.model_terms)
+        """Target (n,) and all columns (n, c) of a recording, filtered, not normalised; for few terms."""
+        data = self.datasets[recording]
+        columns = [column for _, column in _filtered_columns(data, self.channel, self.terms)]
+        return self.target(recording), np.stack(columns, axis=1)
+
+    def prediction(self, recording: int, coefficients: Sequence[tuple[int, float]]) -> Array:
+        """Sum (n,) of filtered columns, each (column, weight) before normalisation, in a recording.
+
+        One term's columns are in memory at a time: those of a long recording would take gigabytes.
+        """
+        data, total = self.datasets[recording], np.zeros(len(self.used[recording]))
+        _, base = target_and_baseline(data, self.channel)
+        low_pass = low_pass_of(data)
+        firsts = np.cumsum([base.shape[1], *(one.width for one in self.terms)])
+        computed, columns = -1, base
+        for column, weight in coefficients:
+            number = int(np.searchsorted(firsts, column, side="right")) - 1
+            if number < 0:
+                total += weight * base[:, column]
+                continue
+            if number != computed:
+                one = self.terms[number]
+                computed, columns = number, one.columns(data, one.shape_parameters)
+            total += weight * low_pass(columns[:, column - firsts[number]])
+        return total
 
 
 def predicted_by_model(
@@ -99,28 +126,33 @@ def regression_problem(
         candidates += [CandidateTerm(effect, shape, own, places) for own in variants]
     equations = BlockNormalEquations(free, candidates, recording_of_block)
     for data, counts, block in zip(datasets, used, block_of, strict=True):
-        y, columns = _target_and_columns(data, channel, terms, model_terms)
         kept = np.flatnonzero(counts)[:: stride(data.period_s)]
-        equations.add(y[kept], columns[kept], block[kept], settled_travel_m(data)[kept])
+        rows = np.empty((1 + place, len(kept)))
+        rows[0] = _target(data, channel, model_terms)[kept]
+        for number, column in _filtered_columns(data, channel, terms):
+            rows[1 + number] = column[kept]
+        equations.add(rows, block[kept], settled_travel_m(data)[kept])
     equations.normalise()
     return RegressionProblem(channel, datasets, equations, terms, used, block_of, model_terms)
 
 
-def _target_and_columns(
-    data: RegressionData,
-    channel: ResidualChannel,
-    terms: Sequence[TermColumns],
-    model_terms: Sequence[ModelTerm],
-) -> tuple[Array, Array]:
-    """Target (n,) and columns (n, c) of a recording, filtered alike."""
-    y, base = target_and_baseline(data, channel)
-    low_pass = low_pass_of(data)
-    if model_terms:
-        y = y - low_pass(predicted_by_model(data, channel, model_terms))
-    if not terms:
-        return y, base
-    unfiltered = np.concatenate([one.columns(data, one.shape_parameters) for one in terms], axis=1)
-    return y, np.concatenate((base, low_pass(unfiltered)), axis=1)
+def _target(data: RegressionData, channel: ResidualChannel, model_terms: Sequence[ModelTerm]) -> Array:
+    y, _ = target_and_baseline(data, channel)
+    return y - low_pass_of(data)(predicted_by_model(data, channel, model_terms)) if model_terms else y
+
+
+def _filtered_columns(
+    data: RegressionData, channel: ResidualChannel, terms: Sequence[TermColumns]
+) -> Iterator[tuple[int, Array]]:
+    """Number and values (n,) of each column, baseline first; all but one term's are not in memory."""
+    _, base = target_and_baseline(data, channel)
+    yield from enumerate(base.T)
+    number, low_pass = base.shape[1], low_pass_of(data)
+    for one in terms:
+        columns = one.columns(data, one.shape_parameters)
+        for k in range(one.width):
+            yield number + k, low_pass(columns[:, k])
+        number += one.width
 
 
 def _terms(

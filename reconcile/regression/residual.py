@@ -43,16 +43,16 @@ def residuals(
     """
     found_residuals = []
     for index, (source, data) in enumerate(zip(sources, found.datasets, strict=True)):
-        y, columns = found.target_and_columns(index)
-        by_model = []
+        y, by_model = found.target(index), []
         for chosen, theta in models:
             slots = found.equations.slots(chosen)
-            prediction = np.zeros(len(y))
             weights = found.equations.denormalised(slots, theta)
-            for (column, recording), weight in zip(slots, weights, strict=True):
-                if recording in (-1, index):
-                    prediction += weight * columns[:, column]
-            by_model.append(y - prediction)
+            own = [
+                (column, float(weight))
+                for (column, recording), weight in zip(slots, weights, strict=True)
+                if recording in (-1, index)
+            ]
+            by_model.append(y - found.prediction(index, own))
         before, refitted, after = by_model
         held_out = np.isin(found.block_of[index], held_out_blocks)
         found_residuals.append(

@@ -67,7 +67,8 @@ def _ledger(
     candidates = [CandidateTerm(f"e{i}", (), own, (i,)) for i in range(1, 12) for own in (False, True)]
     equations = BlockNormalEquations([False], candidates, recording)
     for part in (slice(0, 2000), slice(2000, None)):
-        equations.add(y[part], columns[part], block[part], np.zeros(len(y[part])))
+        rows = np.concatenate((y[part][None], columns[part].T))
+        equations.add(rows, block[part], np.zeros(len(y[part])))
     equations.normalise()
     return equations, y, columns
 

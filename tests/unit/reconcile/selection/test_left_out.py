@@ -19,7 +19,7 @@ def equations(signs: tuple[float, ...], *, own: bool = False) -> tuple[BlockNorm
     for number, sign in enumerate(signs):
         y = 2.0 * base[number] + sign * column[number] + 0.1 * rng.normal(size=BLOCKS * SAMPLES)
         block = number * BLOCKS + np.arange(BLOCKS * SAMPLES) // SAMPLES
-        of.add(y, np.stack((base[number], column[number]), axis=1), block, np.zeros(len(y)))
+        of.add(np.stack((y, base[number], column[number])), block, np.zeros(len(y)))
     of.normalise()
     return of, base, column
 
