@@ -55,7 +55,7 @@ class LocalCanBus(can.BusABC):
         self._socket = _attach(self.channel, packets, attach_timeout_s)
         self._socket_send = self._socket.send
         self._receive_into = self._socket.recv_into
-        self._buffer = bytearray(wire.FRAME_BYTES)
+        self._buffer = bytearray(wire.MOST_FRAMES * wire.FRAME_BYTES)
         super().__init__(channel, can_filters=can_filters, **kwargs)  # sends the hub the filters once more
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
@@ -69,16 +69,10 @@ class LocalCanBus(can.BusABC):
         """
         deadline_s = None if not timeout else time.monotonic() + timeout
         while True:
-            try:
-                size = self._receive_into(self._buffer)
-            except BlockingIOError:
+            if not self._receive():
                 if timeout == 0 or not self._wait(select.POLLIN, deadline_s):
                     return None
                 continue
-            except OSError as error:
-                raise can.CanOperationError(f"{self.channel_info} has gone: {error.strerror}") from error
-            if not size:
-                raise can.CanOperationError(f"{self.channel_info} has gone")
             message = self._unpack()
             if not self._filters_itself or message.is_error_frame or self._matches_filters(message):
                 return message
@@ -90,6 +84,26 @@ class LocalCanBus(can.BusABC):
             can.CanOperationError: The bus stayed too busy, the hub has gone, or it is no classic CAN frame.
         """
         self._hand_over(pack(msg), timeout)
+
+    def start_bursts(self) -> None:
+        """Have the hub send several frames in one packet: `receive_burst` alone is called from now on."""
+        self._hand_over(wire.BURSTS, None)
+
+    def receive_burst(self) -> bytearray:
+        """Frames as they lie on the wire, those of one packet of the hub; none where nothing waits.
+
+        Filters beyond those that the hub accepts are not applied, and error frames are the reader's.
+
+        Raises:
+            can.CanOperationError: The hub has gone.
+        """
+        return self._buffer[: self._receive()]
+
+    def send_burst(self, frames: bytes, timeout: float | None = None) -> None:
+        """Hand frames as they lie on the wire to the hub; `timeout` and errors are those of `send`."""
+        most_bytes = wire.MOST_FRAMES * wire.FRAME_BYTES
+        for start in range(0, len(frames), most_bytes):
+            self._hand_over(frames[start : start + most_bytes], timeout)
 
     def fileno(self) -> int:
         """File descriptor to wait on; -1 after `shutdown`."""
@@ -123,6 +137,18 @@ class LocalCanBus(can.BusABC):
                 raise can.CanOperationError(f"{self.channel_info} has gone: {error.strerror}") from error
             else:
                 return
+
+    def _receive(self) -> int:
+        """Read a packet into the buffer; return its size, 0 where none waits."""
+        try:
+            size = self._receive_into(self._buffer)
+        except BlockingIOError:
+            return 0
+        except OSError as error:
+            raise can.CanOperationError(f"{self.channel_info} has gone: {error.strerror}") from error
+        if not size:
+            raise can.CanOperationError(f"{self.channel_info} has gone")
+        return size
 
     def _wait(self, event: int, deadline_s: float | None) -> bool:
         """Wait until the socket is ready for `event` or the deadline has passed; whether it is ready."""

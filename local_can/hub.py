@@ -8,6 +8,7 @@ import select
 import socket
 import stat
 import time
+from collections import deque
 from pathlib import Path
 
 from local_can.port import Port
@@ -15,12 +16,14 @@ from local_can.wire import (
     ATTACH,
     ATTACH_WITH_OWN,
     ATTACHED,
+    BURSTS,
     FILTERS_BYTES,
     FRAME_BYTES,
     HEADER,
     MARK_OWN,
     arbitration_rank,
     frame_bits,
+    frames_of,
     passes,
     unpack_filters,
 )
@@ -42,9 +45,10 @@ class Hub:
     """A CAN bus at a Unix socket.
 
     Of the frames at the heads of its clients' sockets the one with the lowest identifier goes first, then
-    the heads are looked at again. At `bitrate` 0 the bus is as fast as its slowest reader; a reader that
-    makes the others wait longer than `patience_s` loses frames. At a set bitrate (bit/s) every frame takes
-    its exact length in bit times, and nobody waits for a reader whose `queue_frames` are full.
+    the heads are looked at again. Frames of one packet go one by one too, and what goes to a client meanwhile
+    goes in one packet where the client takes that. At `bitrate` 0 the bus is as fast as its slowest reader; a
+    reader that makes the others wait longer than `patience_s` loses frames. At a set bitrate (bit/s) every
+    frame takes its exact length in bit times, and nobody waits for a reader whose `queue_frames` are full.
 
     As an adapter does, it hands each client only what passes that client's filters.
     """
@@ -56,7 +60,9 @@ class Hub:
         self._patience_s = 0.0 if bitrate else patience_s
         self._free_at_s = 0.0  # when the frame that is on the paced bus ends
         self._ports: dict[int, Port] = {}
-        self._heads: dict[Port, bytes] = {}  # the frame each client wants to send, in order of arrival
+        self._heads: dict[Port, deque[bytes]] = {}  # what each client wants to send, in order of arrival
+        self._due: list[Port] = []  # to be flushed: who got frames in this turn
+        self._contended = False  # whether the frames read next were waiting during the frame before
         self._routes: dict[tuple[Port, bytes], tuple[Port, ...]] = {}  # to whom by sender and header
         self._listener = _listen(path)
         self._inode = path.stat().st_ino
@@ -65,24 +71,30 @@ class Hub:
 
     def run(self) -> None:
         """Serve until an exception, such as a signal handler's, ends it."""
-        poll, ports, heads, paced = self._epoll.poll, self._ports, self._heads, bool(self._bitrate)
-        contended = False  # whether the frames read now were waiting during the frame before
         while True:
-            for fileno, event in poll(0 if contended else IDLE_S):
-                port = ports.get(fileno)
-                if port is None:
-                    self._accept()
-                else:
-                    if event & select.EPOLLOUT:
-                        port.flush()
-                    if event != select.EPOLLOUT and port not in heads:
-                        self._read(port)
-            sending = bool(heads)
-            if sending:
-                self._transmit(contended)
-            # On a paced bus a frame that is there at the end of the one before has waited for it, even one of
-            # the same client: the hub reads one frame of a client at a time.
-            contended = bool(heads) or (sending and paced)
+            self.turn(IDLE_S)
+
+    def turn(self, wait_s: float) -> None:
+        """Read what clients send, waiting at most `wait_s` for it, and pass on until one may have more."""
+        heads, ports, paced = self._heads, self._ports, bool(self._bitrate)
+        for fileno, event in self._epoll.poll(0 if self._contended else wait_s):
+            port = ports.get(fileno)
+            if port is None:
+                self._accept()
+            else:
+                if event & select.EPOLLOUT:
+                    port.flush()
+                if event != select.EPOLLOUT and port not in heads:
+                    self._read(port)
+        sending = bool(heads)
+        while heads and not self._transmit() and not paced:
+            pass
+        for port in self._due:
+            port.flush()
+        self._due.clear()
+        # On a paced bus a frame that is there at the end of the one before has waited for it, even one of
+        # the same client: the hub reads one packet of a client at a time.
+        self._contended = bool(heads) or (sending and paced)
 
     def close(self) -> None:
         """Leave: close every connection and remove the socket, unless another hub has replaced it."""
@@ -94,17 +106,24 @@ class Hub:
             if self._path.stat().st_ino == self._inode:
                 self._path.unlink()
 
-    def _transmit(self, contended: bool) -> None:
+    def _transmit(self) -> bool:
+        """Pass on the frame that wins; return whether it was the last of its sender that is here."""
         heads = self._heads
         sender = min(heads, key=self._rank) if len(heads) > 1 else next(iter(heads))
-        frame = heads.pop(sender)
+        frames = heads[sender]
+        frame = frames.popleft()
+        if not frames:
+            del heads[sender]
         if self._bitrate:
-            self._occupy(frame, contended)
+            self._occupy(frame)
         route = self._routes.get((sender, frame[:4]))
         for receiver in self._find_route(sender, frame) if route is None else route:
             receiver.deliver(frame)
+            self._due.append(receiver)
         if sender.wants_own and passes(HEADER.unpack_from(frame)[0], sender.filters):
             sender.deliver(frame[:5] + bytes((MARK_OWN,)) + frame[6:])
+            self._due.append(sender)
+        return not frames
 
     def _find_route(self, sender: Port, frame: bytes) -> tuple[Port, ...]:
         """All others, in order of their connection, whose filters `frame` passes.
@@ -120,16 +139,16 @@ class Hub:
         return route
 
     def _rank(self, port: Port) -> int:
-        return arbitration_rank(self._heads[port])
+        return arbitration_rank(self._heads[port][0])
 
-    def _occupy(self, frame: bytes, contended: bool) -> None:
+    def _occupy(self, frame: bytes) -> None:
         """Wait until `frame` has been on the bus for its bit times.
 
         A frame that was waiting already starts where the last one ended, so lateness of this process does
         not add up.
         """
         now_s = time.monotonic()
-        start_s = self._free_at_s if contended else max(self._free_at_s, now_s)
+        start_s = self._free_at_s if self._contended else max(self._free_at_s, now_s)
         self._free_at_s = start_s + frame_bits(frame) / self._bitrate
         if self._free_at_s > now_s:
             time.sleep(self._free_at_s - now_s)
@@ -148,13 +167,15 @@ class Hub:
             packet = port.sock.recv(_PACKET_AND_MORE)
         except (BlockingIOError, ConnectionResetError):
             return  # a client that left without reading everything; what it sent before comes next
-        if len(packet) == FRAME_BYTES and packet[4] <= 8 and port.attached:
-            self._heads[port] = packet
+        if port.attached and (frames := frames_of(packet)) is not None:
+            self._heads[port] = deque(frames)
         elif packet in {ATTACH, ATTACH_WITH_OWN} and not port.attached:
             port.attached = True
             port.wants_own = packet == ATTACH_WITH_OWN
-            port.deliver(ATTACHED)
+            port.answer(ATTACHED)
             self._routes.clear()
+        elif packet == BURSTS:
+            port.take_bursts()
         elif (filters := unpack_filters(packet)) is not None:
             port.filters = filters
             self._routes.clear()

@@ -4,8 +4,9 @@ import logging
 import select
 import socket
 from collections import deque
+from itertools import islice
 
-from local_can.wire import PASS_ALL, overrun_frame
+from local_can.wire import MOST_FRAMES, PASS_ALL, overrun_frame
 
 _LOG = logging.getLogger(__name__)
 
@@ -13,10 +14,10 @@ _LOG = logging.getLogger(__name__)
 class Port:
     """A client's socket with a bounded output queue.
 
-    A frame goes to the socket while it has room, else to the queue. When the queue is full too, the whole bus
-    waits for this reader up to `patience_s`; then the reader loses frames until it has read all that was
-    sent to it. The loss is logged, and the client gets an error frame that counts it, at the
-    place where the frames are missing.
+    Frames wait in the queue until the hub flushes it, or longer where the socket has no room. When the
+    queue is full, the whole bus waits for this reader up to `patience_s`; then the reader loses frames
+    until it has read all that was sent to it. The loss is logged, and the client gets an error frame that
+    counts it, at the place where the frames are missing.
     """
 
     __slots__ = (
@@ -25,9 +26,11 @@ class Port:
         "_queue",
         "_queue_frames",
         "_send",
+        "_waits_for_room",
         "attached",
         "filters",
         "lost_frames",
+        "most_frames",
         "sock",
         "wants_own",
     )
@@ -39,53 +42,61 @@ class Port:
         self.attached = False  # whether the client is on the bus
         self.wants_own = False  # whether its own frames go back to it too
         self.filters = PASS_ALL  # of the frames that go to it
+        self.most_frames = 1  # in a packet that goes to it
         self.lost_frames = 0  # of the loss that is going on; 0 if there is none
         self._send = sock.send
         self._epoll = epoll
         self._queue: deque[bytes] = deque()
         self._queue_frames = max(queue_frames, 1)
         self._patience_ms = patience_s * 1000.0
+        self._waits_for_room = False
+
+    def take_bursts(self) -> None:
+        """Send several frames in one packet from now on."""
+        self.most_frames = MOST_FRAMES
 
     def deliver(self, frame: bytes) -> None:
-        """Send `frame` to the client, or queue it; count it as lost when neither is possible."""
-        if self._queue or self.lost_frames:
-            if not self._has_room():
-                self.lost_frames += 1
-                return
-            if self._queue:
-                self._queue.append(frame)
-                return
-        try:
-            self._send(frame)
-        except BlockingIOError:
-            self._epoll.modify(self.sock, select.EPOLLIN | select.EPOLLOUT)
+        """Queue `frame` for the client; count it as lost when there is no room."""
+        if self.lost_frames or (len(self._queue) >= self._queue_frames and not self._make_room()):
+            self.lost_frames += 1
+        else:
             self._queue.append(frame)
+
+    def answer(self, packet: bytes) -> None:
+        """Send what is no frame, ahead of all frames."""
+        try:
+            self._send(packet)
         except OSError:
-            # The client went away; the hub learns so by reading, and closes the port there.
-            return
+            return  # it went away already
 
     def flush(self) -> None:
         """Send the queue as far as the socket has room, and report a loss once it is empty."""
         queue = self._queue
         try:
             while queue:
-                self._send(queue[0])
-                queue.popleft()
+                count = min(len(queue), self.most_frames)
+                self._send(queue[0] if count == 1 else b"".join(islice(queue, count)))
+                for _ in range(count):
+                    queue.popleft()
             if self.lost_frames:
                 self._send(overrun_frame(self.lost_frames))
         except BlockingIOError:
+            if not self._waits_for_room:
+                self._epoll.modify(self.sock, select.EPOLLIN | select.EPOLLOUT)
+                self._waits_for_room = True
             return
         except OSError:
-            queue.clear()
+            queue.clear()  # the client went away; the hub learns so by reading, and closes the port there
         if self.lost_frames:
             _LOG.warning("client %d lost %d frames, reading too late", self.sock.fileno(), self.lost_frames)
             self.lost_frames = 0
-        self._epoll.modify(self.sock, select.EPOLLIN)
+        if self._waits_for_room:
+            self._epoll.modify(self.sock, select.EPOLLIN)
+            self._waits_for_room = False
 
-    def _has_room(self) -> bool:
+    def _make_room(self) -> bool:
         """Whether one more frame may wait; this is where the bus waits for a slow reader."""
-        if self.lost_frames:
-            return False
+        self.flush()
         if len(self._queue) < self._queue_frames:
             return True
         writable = select.poll()

@@ -1,4 +1,4 @@
-"""The wire format: the 16-byte SocketCAN frame, its rank, its length in bits, and filters.
+"""The wire format: the 16-byte SocketCAN frame, its rank, its length in bits, filters and bursts.
 
 The layouts are `struct can_frame` and `struct can_filter` of Linux' `linux/can.h`. The bits of a frame are
 those of ISO 11898-1.
@@ -29,6 +29,10 @@ ATTACH_WITH_OWN = b"o"
 """The same, and send me my own frames too once they were on the bus."""
 ATTACHED = b"!"
 """The hub's answer: from here on every frame that passes your filters comes to you."""
+BURSTS = b"b"
+"""A client's packet: from here on several frames may come to me in one packet. Any client may send so."""
+MOST_FRAMES = 64
+"""Bounds a packet of frames, one behind the other (chosen)."""
 FILTERS = b"f"
 """Begins a client's packet of filters, which replace those it had; before `ATTACH` or at any time."""
 FILTER = struct.Struct("=II")
@@ -149,6 +153,15 @@ def unpack_filters(packet: bytes) -> Filters | None:
         return None
     filters = tuple(FILTER.iter_unpack(body))
     return None if any((can_id | mask) & ERROR for can_id, mask in filters) else filters
+
+
+def frames_of(packet: bytes) -> list[bytes] | None:
+    """The frames of a packet; None where it is none of frames, or has a frame that says more than 8 bytes."""
+    if not packet or len(packet) % FRAME_BYTES or len(packet) > MOST_FRAMES * FRAME_BYTES:
+        return None
+    if max(packet[4::FRAME_BYTES]) > 8:
+        return None
+    return [packet[at : at + FRAME_BYTES] for at in range(0, len(packet), FRAME_BYTES)]
 
 
 def overrun_frame(lost_frames: int) -> bytes:

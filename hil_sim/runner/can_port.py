@@ -1,18 +1,27 @@
 """The simulator's CAN port: python-can, opened from `INTERFACE:CHANNEL`, read without threads."""
 
-import errno
-import time
 from collections.abc import Callable
 
+from can_frames.frame import (
+    DATA_AT,
+    ERROR,
+    FRAME_BYTES,
+    HEADER,
+    IDENTIFIER_MASK,
+    LARGEST_STANDARD,
+    pack_frame,
+)
+from can_frames.frame_bus import Patience, frame_bus
 from kernels.lean_import import as_if_absent
 
 with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas with it: 0.5 s of every start
     import can
 
-SEND_TIMEOUT_S = 1.0
-"""How long a full transmit queue may stay full before the bus counts as lost (chosen)."""
-FRAME_S = 130e-6
-"""The longest frame at 1 Mbit/s, 8 bytes and its stuff bits."""
+PATIENCE = Patience(queue_s=1.0, interface_s=1.0)
+"""How long a full transmit queue may stay full before the bus counts as lost (chosen).
+
+An adapter's queue holds ten frames, a block of an SDO upload has 127.
+"""
 CONTROLLER_PROBLEM = 0x004  # class of an error frame
 OVERRUN = 0x03  # in its byte 1: receive, transmit
 FRAMES_PER_WAKE = 256
@@ -56,9 +65,9 @@ class CanPort:
     """Sends and receives standard data frames; calls `on_overrun` when frames were lost."""
 
     def __init__(self, bus: can.BusABC) -> None:
-        self._bus = bus
+        self._bus, self._frames = bus, frame_bus(bus, PATIENCE)
         self.on_overrun: Callable[[], None] = lambda: None
-        self._messages: dict[int, can.Message] = {}  # reused: a send has copied the frame when it returns
+        self._burst: list[bytes] = []
 
     def fileno(self) -> int:
         """Descriptor to wait on. Raises BusError if the interface has none."""
@@ -71,41 +80,47 @@ class CanPort:
         return descriptor
 
     def send(self, can_id: int, data: bytes) -> None:
-        """Send one frame; wait up to SEND_TIMEOUT_S for room. Raises BusError when the bus refuses it."""
-        message = self._messages.get(can_id)
-        if message is None:
-            message = self._messages[can_id] = can.Message(arbitration_id=can_id, is_extended_id=False)
-        message.data = data  # type: ignore[assignment]  # senders only read it
-        message.dlc = len(data)
-        deadline_s = None
-        while True:
-            try:
-                self._bus.send(message, SEND_TIMEOUT_S)
-            except can.CanError as error:
-                deadline_s = deadline_s or time.monotonic() + SEND_TIMEOUT_S
-                if error.error_code != errno.ENOBUFS or time.monotonic() > deadline_s:
-                    raise BusError(f"bus {self._bus.channel_info}: {error}") from error
-                time.sleep(FRAME_S)  # an adapter's queue holds ten frames, a block of an SDO upload has 127
-            else:
-                return
+        """Send a frame with the next `flush`."""
+        self._burst.append(pack_frame(can_id, data))
 
-    def drain(self, handle: Callable[[int, bytes], None]) -> None:
-        """Pass FRAMES_PER_WAKE received frames at most to `handle`. Raises BusError when the bus is lost."""
-        receive = self._bus.recv
+    def flush(self) -> None:
+        """Send what has come together; wait a bounded time for room. Raises BusError when it is refused."""
+        if not self._burst:
+            return
+        burst = b"".join(self._burst)
+        self._burst.clear()
         try:
-            for _ in range(FRAMES_PER_WAKE):
-                message = receive(0)
-                if message is None:
-                    return
-                if message.is_error_frame:
-                    self._check_overrun(message)
-                elif not (message.is_extended_id or message.is_remote_frame or message.is_fd):
-                    handle(message.arbitration_id, bytes(message.data))
-        except can.CanError as error:
+            self._frames.send(burst)
+        except (can.CanError, OSError) as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
 
-    def _check_overrun(self, message: can.Message) -> None:
+    def drain(self, handle: Callable[[int, bytes], None]) -> None:
+        """Pass what has come to `handle`, FRAMES_PER_WAKE or one burst more.
+
+        Raises:
+            BusError: the bus is lost.
+        """
+        taken = 0
+        try:
+            for burst in self._frames.waiting():
+                self._dispatch(burst, handle)
+                taken += len(burst) // FRAME_BYTES
+                if taken >= FRAMES_PER_WAKE:
+                    break
+        except (can.CanError, OSError) as error:
+            raise BusError(f"bus {self._bus.channel_info}: {error}") from error
+
+    def _dispatch(self, burst: bytearray, handle: Callable[[int, bytes], None]) -> None:
+        for start in range(0, len(burst), FRAME_BYTES):
+            header, size = HEADER.unpack_from(burst, start)
+            data = bytes(burst[start + DATA_AT : start + DATA_AT + size])
+            if header <= LARGEST_STANDARD:
+                handle(header, data)
+            elif header & ERROR:
+                self._check_overrun(header & IDENTIFIER_MASK, data)
+
+    def _check_overrun(self, error_class: int, data: bytes) -> None:
         """Call `on_overrun` where an error frame (SocketCAN's layout) reports an overrun."""
-        flags = message.data[1] if len(message.data) > 1 else 0
-        if message.arbitration_id & CONTROLLER_PROBLEM and flags & OVERRUN:
+        flags = data[1] if len(data) > 1 else 0
+        if error_class & CONTROLLER_PROBLEM and flags & OVERRUN:
             self.on_overrun()

@@ -51,6 +51,7 @@ async def serve(
         def run() -> None:
             try:
                 action()
+                port.flush()
             except Exception as failure:  # noqa: BLE001  # asyncio would log it and go on
                 end(failure)
 
@@ -62,6 +63,7 @@ async def serve(
     timer = asyncio.create_task(_quiet(pacing, guarded(pacing.on_quiet)))
     try:
         bench.start()
+        port.flush()
         on_ready(bench)
         gc.collect()
         gc.freeze()  # the long-lived dictionaries would cost milliseconds in every full collection

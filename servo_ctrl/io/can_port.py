@@ -10,6 +10,16 @@ import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from can_frames.frame import (
+    DATA_AT,
+    ERROR,
+    FRAME_BYTES,
+    HEADER,
+    IDENTIFIER_MASK,
+    LARGEST_STANDARD,
+    pack_frame,
+)
+from can_frames.frame_bus import Patience, error_code, frame_bus
 from kernels.lean_import import as_if_absent
 from servo_ctrl.errors import ServoCtrlError
 
@@ -34,8 +44,10 @@ ERROR_CLASSES: tuple[tuple[int, str], ...] = (
     (0x010, "transceiver fault"),
 )
 """SocketCAN error classes (linux/can/error.h), the most severe first."""
-QUEUE_PATIENCE_S = 0.02
+PATIENCE = Patience(queue_s=0.02, interface_s=None)
 """How long a full transmit queue may stay full (chosen); SocketCAN queues ten frames by default."""
+SIZE_AT = 4
+"""Where a frame has its data length."""
 FRAME_BITS = tuple(47 + 8 * size + (34 + 8 * size - 1) // 4 for size in range(9))
 """Bits of a data frame on the wire by its bytes, with as many stuff bits as it may have."""
 BUS_OFF = 0x040
@@ -73,22 +85,14 @@ class BusNews(NamedTuple):
 
 
 class TxFrame:
-    """A frame that is sent again and again with new data: one `can.Message`, made once."""
+    """A frame that is sent again and again with new data."""
 
-    def __init__(self, port: "CanPort", bus: can.BusABC, can_id: int, size: int) -> None:
-        self._port, self._bus = port, bus
-        self._message = can.Message(arbitration_id=can_id, data=bytes(size), is_extended_id=False)
-        self._bits = FRAME_BITS[size]
+    def __init__(self, burst: list[bytes], can_id: int) -> None:
+        self._burst, self._can_id = burst, can_id
 
     def send(self, payload: bytes) -> None:
-        """Send `payload`, which has the size of the frame. A failure goes to the port's `on_down`."""
-        self._message.data[:] = payload
-        self._port.frames += 1
-        self._port.bits += self._bits
-        try:
-            transmit(self._bus, self._message)
-        except (can.CanError, OSError) as error:
-            self._port.fail(error)
+        """Send `payload` with the port's next `flush`."""
+        self._burst.append(pack_frame(self._can_id, payload))
 
 
 class CanPort:
@@ -102,7 +106,9 @@ class CanPort:
         self.fallback: Callable[[int, bytearray, float], None] = _ignore
         self.on_error_frame: Callable[[BusNews], None] = _ignore
         self.on_down: Callable[[BusError], None] = _ignore
-        self._bus = bus
+        self._bus, self._frames = bus, frame_bus(bus, PATIENCE)
+        self._burst: list[bytes] = []
+        """Cyclic frames that the next `flush` sends."""
         self._loop: asyncio.AbstractEventLoop | None = None
         self._fileno = -1
 
@@ -125,8 +131,10 @@ class CanPort:
 
     def finish(self) -> None:
         """Take what has arrived, `FRAMES_PER_WAKE` at most, and read no more."""
-        if self._loop is not None:
-            self._drain()
+        taken, before = 0, -1
+        while self._loop is not None and before < taken < FRAMES_PER_WAKE:
+            before = taken
+            taken += self._drain()
         self.detach()
 
     def detach(self) -> None:
@@ -140,19 +148,31 @@ class CanPort:
         self.detach()
         self._bus.shutdown()
 
-    def frame(self, can_id: int, size: int) -> TxFrame:
+    def frame(self, can_id: int) -> TxFrame:
         """Make a frame that is sent every cycle."""
-        return TxFrame(self, self._bus, can_id, size)
+        return TxFrame(self._burst, can_id)
+
+    def flush(self) -> None:
+        """Send the cyclic frames in one go. A failure goes to `on_down`."""
+        burst = b"".join(self._burst)
+        self._burst.clear()
+        try:
+            self._send(burst)
+        except (can.CanError, OSError) as error:
+            self.fail(error)
 
     def send(self, can_id: int, payload: bytes) -> None:
-        """Send one frame; also from a worker thread. Raises BusError."""
-        message = can.Message(arbitration_id=can_id, data=payload, is_extended_id=False)
-        self.frames += 1
-        self.bits += FRAME_BITS[len(payload)]
+        """Send one frame at once; also from a worker thread. Raises BusError."""
         try:
-            transmit(self._bus, message)
+            self._send(pack_frame(can_id, payload))
         except (can.CanError, OSError) as error:
             raise BusError(f"bus {self.name}: cannot send: {_with_advice(error)}") from None
+
+    def _send(self, burst: bytes) -> None:
+        self.frames += len(burst) // FRAME_BYTES
+        for size in burst[SIZE_AT::FRAME_BYTES]:
+            self.bits += FRAME_BITS[size]
+        self._frames.send(burst)
 
     def fail(self, error: Exception) -> None:
         """Read no more and call `on_down`, as the bus has failed."""
@@ -161,42 +181,34 @@ class CanPort:
             error = BusError(f"bus {self.name} failed: {_with_advice(error)}")
         self.on_down(error)
 
-    def _drain(self) -> None:
-        receive, handlers = self._bus.recv, self.handlers
+    def _drain(self) -> int:
+        """Take what has come, `FRAMES_PER_WAKE` or one burst more; return how many frames that were."""
+        taken = 0
         try:
-            for _ in range(FRAMES_PER_WAKE):
-                message = receive(0)
-                if message is None:
-                    return
-                if message.is_error_frame:
-                    self.on_error_frame(describe_error_frame(message.arbitration_id, message.data))
-                elif not (message.is_remote_frame or message.is_extended_id or message.is_fd):
-                    # CANopen has none of them
-                    self.frames += 1
-                    self.bits += FRAME_BITS[len(message.data)]
-                    handler = handlers.get(message.arbitration_id)
-                    if handler is not None:
-                        handler(message.data, message.timestamp)
-                    else:
-                        self.fallback(message.arbitration_id, message.data, message.timestamp)
+            for burst in self._frames.waiting():
+                self._dispatch(burst)
+                taken += len(burst) // FRAME_BYTES
+                if taken >= FRAMES_PER_WAKE:
+                    break
         except (can.CanError, OSError, BusError) as error:  # a handler's answer may be what cannot be sent
             self.fail(error)
+        return taken
 
-
-def transmit(bus: can.BusABC, message: can.Message) -> None:
-    """Send, waiting a little for a full transmit queue. Raises what python-can or the system raises."""
-    deadline_s = 0.0
-    while True:
-        try:
-            bus.send(message)
-        except (can.CanError, OSError) as error:
-            now_s = time.monotonic()
-            deadline_s = deadline_s or now_s + QUEUE_PATIENCE_S
-            if _code(error) != errno.ENOBUFS or now_s > deadline_s:
-                raise
-            time.sleep(QUEUE_PATIENCE_S / 100.0)
-        else:
-            return
+    def _dispatch(self, burst: bytearray) -> None:
+        handlers, now_s = self.handlers, time.time()
+        for start in range(0, len(burst), FRAME_BYTES):
+            header, size = HEADER.unpack_from(burst, start)
+            payload = burst[start + DATA_AT : start + DATA_AT + size]
+            if header <= LARGEST_STANDARD:  # CANopen has no extended and no remote frames
+                self.frames += 1
+                self.bits += FRAME_BITS[size]
+                handler = handlers.get(header)
+                if handler is not None:
+                    handler(payload, now_s)
+                else:
+                    self.fallback(header, payload, now_s)
+            elif header & ERROR:
+                self.on_error_frame(describe_error_frame(header & IDENTIFIER_MASK, payload))
 
 
 def open_port(spec: str, only: Sequence[int] = ()) -> CanPort:
@@ -236,13 +248,8 @@ def describe_error_frame(error_class: int, payload: bytes | bytearray) -> BusNew
 def _with_advice(error: Exception) -> str:
     """Return the first line of python-can's message, and what to do where the errno says it."""
     reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-    advice = ADVICE.get(_code(error))
+    advice = ADVICE.get(error_code(error))
     return f"{reason}; {advice}" if advice else reason
-
-
-def _code(error: Exception) -> int:
-    """Return the errno of an error of the system or of python-can, 0 without one."""
-    return getattr(error, "errno", None) or getattr(error, "error_code", None) or 0
 
 
 def _ignore(*_arguments: object) -> None:

@@ -11,7 +11,8 @@ NAMED = re.compile(r"(?<![\w/.])((?:[a-z_0-9]+/)+[a-z_0-9]+\.py)\b")
 
 
 def sources() -> list[str]:
-    rooms = ("kernels", "servo_ctrl", "hil_sim", "local_can", "twin", "reconcile", "studies", "tests")
+    ours = ("kernels", "servo_ctrl", "hil_sim", "local_can", "can_frames", "twin", "reconcile", "studies")
+    rooms = (*ours, "tests")
     return [f"/{path.relative_to(ROOT)}" for room in rooms for path in (ROOT / room).rglob("*.py")]
 
 

@@ -41,6 +41,7 @@ class CycleDialogue:
 
     def __init__(self, *, lockstep: bool, give_up_after: int = 1, off_at: int = 10**9) -> None:
         self.log: list[Tx | Tick] = []
+        self._burst: list[Tx] = []
         self.elapsed: list[int] = []
         self.anomalies: list[tuple[str, int]] = []
         self.ended = 0
@@ -51,6 +52,7 @@ class CycleDialogue:
             self.sender("sync"),
             [self.sender("rpdo")],
             [struct.Struct("<h"), struct.Struct("<i")],
+            self._flush,
             lockstep=lockstep,
             on_begin=self.elapsed.append,
             on_end=self._on_end,
@@ -58,7 +60,7 @@ class CycleDialogue:
         self._handlers = [self.cycle.handler(0), self.cycle.handler(1)]
 
     def sender(self, name: str) -> Sender:
-        return Sender(self.log, name)
+        return Sender(self._burst, name)
 
     def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
         self.log.append(Tick(cycle, elapsed, tuple(inputs)))
@@ -82,15 +84,19 @@ class CycleDialogue:
         log, self.log[:] = list(self.log), []
         return log
 
+    def _flush(self) -> None:
+        self.log += self._burst
+        self._burst.clear()
+
     def _on_end(self) -> None:
         self.ended += 1
 
 
 class Sender:
-    """Logs the frames that are sent."""
+    """Keeps the frames of a burst until they are sent together."""
 
-    def __init__(self, log: list[Tx | Tick], name: str) -> None:
-        self._log, self._name = log, name
+    def __init__(self, burst: list[Tx], name: str) -> None:
+        self._burst, self._name = burst, name
 
     def send(self, payload: bytes) -> None:
-        self._log.append(Tx(self._name, payload))
+        self._burst.append(Tx(self._name, payload))

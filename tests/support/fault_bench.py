@@ -101,8 +101,11 @@ class FaultBench:
 
     # --- the interface of a CAN port --------------------------------------------------------------
 
-    def frame(self, can_id: int, _size: int) -> _Frame:
+    def frame(self, can_id: int) -> _Frame:
         return _Frame(self, can_id)
+
+    def flush(self) -> None:
+        """Frames are on the wire as soon as they are sent."""
 
     def send(self, can_id: int, payload: bytes) -> None:
         if can_id & 0x780 == 0x200:

@@ -23,7 +23,7 @@ class Sender(Protocol):
     """A frame that can be sent with a payload."""
 
     def send(self, payload: bytes) -> None:
-        """Send it now."""
+        """Send it with the next flush."""
 
 
 class Core(Protocol):
@@ -51,6 +51,7 @@ class Cycle:
         sync: Sender,
         rpdos: Sequence[Sender],
         layouts: Sequence[struct.Struct],
+        flush: Callable[[], None],
         *,
         lockstep: bool,
         on_begin: Callable[[int], None],
@@ -63,7 +64,7 @@ class Cycle:
         self.open = False
         """A SYNC went out and what follows from it did not; where no node is expected, until the next one."""
         self._core, self._sync, self._rpdos, self._lockstep = core, sync, tuple(rpdos), lockstep
-        self._on_begin, self._on_end = on_begin, on_end
+        self._flush, self._on_begin, self._on_end = flush, on_begin, on_end
         self._layouts = tuple(layouts)
         self._expected = (1 << len(self._layouts)) - 1
         self._inputs: Inputs = [None] * len(self._layouts)
@@ -91,6 +92,7 @@ class Cycle:
         self.waiting, self.open = self._expected, True
         self._before, self._inputs = self._inputs, [None] * len(self._layouts)
         self._sync.send(b"")
+        self._flush()
         self._on_begin(elapsed)
 
     def handler(self, node: int) -> Callable[[bytearray, float], None]:
@@ -172,3 +174,5 @@ class Cycle:
             rpdo.send(payload)
         if self._lockstep:
             self.begin()
+        else:
+            self._flush()

@@ -78,9 +78,10 @@ def connect(
 
     cycle = Cycle(
         machine,
-        port.frame(SYNC_COB_ID, 0),
-        [port.frame(plan.rpdo.cob_id, plan.rpdo.codec.size) for plan in plans if len(plan.pdos) > 1],
+        port.frame(SYNC_COB_ID),
+        [port.frame(plan.rpdo.cob_id) for plan in plans if len(plan.pdos) > 1],
         [plan.tpdo.codec.layout for plan in plans],
+        port.flush,
         lockstep=lockstep,
         on_begin=on_begin,
         on_end=on_end,

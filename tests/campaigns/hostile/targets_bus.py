@@ -71,12 +71,13 @@ def frames_to_the_controller(data: bytes) -> None:
     bench = own_node()
     port.fallback = bench.network.notify
     watch = HeartbeatWatch(plans, 100, reports.append)
-    rpdos = [port.frame(plan.rpdo.cob_id, 7) for plan in plans if len(plan.pdos) > 1]
+    rpdos = [port.frame(plan.rpdo.cob_id) for plan in plans if len(plan.pdos) > 1]
     cycle_ = Cycle(
         Core(),
-        port.frame(0x80, 0),
+        port.frame(0x80),
         rpdos,
         [plan.tpdo.codec.layout for plan in plans],
+        port.flush,
         lockstep=False,
         on_begin=bench.node.count_cycles,
         on_end=lambda: None,

@@ -20,6 +20,7 @@ COPIED = (
     "servo_ctrl",
     "hil_sim",
     "local_can",
+    "can_frames",
     "reconcile",
     "tests",
     "docs",

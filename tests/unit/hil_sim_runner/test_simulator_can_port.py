@@ -7,6 +7,7 @@ from typing import cast
 import can
 import pytest
 
+from can_frames.frame_bus import Patience
 from hil_sim.runner.can_port import BusError, CanPort, open_bus
 
 
@@ -33,6 +34,7 @@ def drained(port: CanPort, frames: int) -> list[tuple[int, bytes]]:
 def test_frames_go_out_as_standard_data_frames(port: CanPort, other: can.BusABC) -> None:
     port.send(0x181, b"\x01\x02")
     port.send(0x181, b"")
+    port.flush()
     first, second = other.recv(1), other.recv(1)
     assert (first.arbitration_id, bytes(first.data), first.dlc, first.is_extended_id) == (
         0x181,
@@ -82,8 +84,9 @@ def test_an_overrun_is_reported(
 
 def test_a_bus_that_fails_is_one_error(port: CanPort) -> None:
     port._bus.shutdown()
+    port.send(0x80, b"")
     with pytest.raises(BusError, match="bus Virtual bus channel port"):
-        port.send(0x80, b"")
+        port.flush()
     with pytest.raises(BusError, match="closed"):
         port.drain(lambda _can_id, _data: None)
 
@@ -105,20 +108,26 @@ class FullBus:
         self.sent += 1
 
 
+def put(bus: FullBus) -> None:
+    port = CanPort(cast("can.BusABC", bus))
+    port.send(0x581, bytes(8))
+    port.flush()
+
+
 def test_sending_waits_for_a_full_transmit_queue() -> None:
     bus = FullBus(20, errno.ENOBUFS)
-    CanPort(cast("can.BusABC", bus)).send(0x581, bytes(8))
+    put(bus)
     assert bus.sent == 1
 
 
 def test_sending_does_not_wait_for_a_bus_that_is_down() -> None:
     bus = FullBus(1, errno.ENETDOWN)
     with pytest.raises(BusError, match="bus full: Failed to transmit"):
-        CanPort(cast("can.BusABC", bus)).send(0x581, bytes(8))
+        put(bus)
     assert bus.sent == 0
 
 
 def test_a_queue_that_stays_full_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hil_sim.runner.can_port.SEND_TIMEOUT_S", 0.01)
+    monkeypatch.setattr("hil_sim.runner.can_port.PATIENCE", Patience(queue_s=0.01, interface_s=0.01))
     with pytest.raises(BusError, match="bus full"):
-        CanPort(cast("can.BusABC", FullBus(10**9, errno.ENOBUFS))).send(0x581, bytes(8))
+        put(FullBus(10**9, errno.ENOBUFS))

@@ -36,7 +36,7 @@ def test_the_present_and_the_last_used_stay(tmp_path: Path) -> None:
 def test_every_package_that_may_hold_kernels_is_part_of_the_content() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     packages = set(project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"])
-    assert packages - set(HOUSE) == {"local_can"}  # a plugin of python-can, without a kernel
+    assert packages - set(HOUSE) == {"local_can", "can_frames"}  # frames alone, without a kernel
 
 
 def test_what_a_room_imports_is_part_of_its_content() -> None:

@@ -2,6 +2,7 @@
 
 import os
 import re
+import select
 import signal
 import socket
 import stat
@@ -15,6 +16,8 @@ from typing import Any
 
 import can
 import pytest
+
+from local_can.bus import pack
 
 Attach = Callable[..., Any]
 FRAMES = 300_000
@@ -54,6 +57,35 @@ def test_the_lowest_identifier_among_the_heads_goes_first(hub: Any, attach: Atta
     # Each client's own frames stay in order; of the heads the lowest wins every time.
     expected = [0x200, 0x300, 0x100, 0x500, 0x080, 0x600]
     assert [frame.arbitration_id for frame in receive(listener, 6)] == expected
+
+
+def test_frames_of_one_packet_compete_one_by_one(hub: Any, attach: Attach) -> None:
+    listener, *senders = (attach(hub) for _ in range(3))
+    hub.signal(signal.SIGSTOP)
+    os.waitid(os.P_PID, hub.process.pid, os.WSTOPPED | os.WNOWAIT)
+    for sender, identifiers in zip(senders, ([0x300, 0x100], [0x200, 0x600]), strict=True):
+        sender.send_burst(b"".join(pack(message(identifier)) for identifier in identifiers))
+    hub.signal(signal.SIGCONT)
+    expected = [0x200, 0x300, 0x100, 0x600]
+    assert [frame.arbitration_id for frame in receive(listener, 4)] == expected
+
+
+def test_who_takes_bursts_gets_a_burst_in_one_packet_and_others_frame_by_frame(
+    hub: Any, attach: Attach
+) -> None:
+    sender, other, taker = (attach(hub) for _ in range(3))
+    taker.start_bursts()
+    taker.send(message(0x001))  # the hub has read what was before it, once this has come
+    receive(other, 1)
+    frames = [pack(message(0x181, number.to_bytes(2, "little"))) for number in range(100)]
+    sender.send_burst(b"".join(frames))
+    assert [pack(frame) for frame in receive(other, 100)] == frames
+    bursts: list[bytes] = []
+    while sum(map(len, bursts)) < 1600:
+        select.select([taker], [], [], 10.0)
+        bursts.append(bytes(taker.receive_burst()))
+    assert b"".join(bursts) == b"".join(frames)
+    assert [len(burst) for burst in bursts] == [64 * 16, 36 * 16]
 
 
 def test_all_clients_receive_the_same_order(hub: Any, attach: Attach) -> None:

@@ -67,7 +67,7 @@ class FullQueue:
     def __init__(self, refusals: int, code: int) -> None:
         self.refusals, self.code, self.sent = refusals, code, 0
 
-    def __call__(self, _message: can.Message) -> None:
+    def __call__(self, _message: can.Message, _timeout_s: float | None) -> None:
         if self.refusals:
             self.refusals -= 1
             raise can.CanOperationError("Failed to transmit: refused", self.code)
@@ -79,7 +79,8 @@ def test_sending_waits_for_a_full_transmit_queue(
 ) -> None:
     queue = FullQueue(3, errno.ENOBUFS)
     monkeypatch.setattr(bus, "send", queue)
-    port.frame(0x080, 0).send(b"")
+    port.frame(0x080).send(b"")
+    port.flush()
     port.send(0x601, bytes(8))
     assert queue.sent == 2
 
@@ -97,7 +98,8 @@ def test_bus_that_accepts_no_frames_is_an_error_with_advice(
     errors: list[str] = []
     port.on_down = lambda error: errors.append(str(error))
     monkeypatch.setattr(bus, "send", FullQueue(10**9, code))
-    port.frame(0x080, 0).send(b"")
+    port.frame(0x080).send(b"")
+    port.flush()
     assert len(errors) == 1
     assert advice in errors[0]
 
@@ -181,9 +183,10 @@ async def test_bus_that_fails_is_reported_once_and_read_no_more(bus: SocketBus, 
 
 
 def test_cyclic_frame_carries_each_payload(bus: SocketBus, port: CanPort) -> None:
-    frame = port.frame(0x201, 3)
+    frame = port.frame(0x201)
     frame.send(b"abc")
     frame.send(b"xyz")
+    port.flush()
     assert [bus.take_sent(), bus.take_sent()] == [(0x201, b"abc"), (0x201, b"xyz")]
 
 
@@ -191,7 +194,8 @@ def test_frame_that_cannot_be_sent_takes_the_port_down(bus: SocketBus, port: Can
     errors: list[BusError] = []
     port.on_down = errors.append
     bus.far.close()
-    port.frame(0x080, 0).send(b"")
+    port.frame(0x080).send(b"")
+    port.flush()
     assert len(errors) == 1
     with pytest.raises(BusError, match="bus pair: cannot send"):
         port.send(0x601, bytes(8))

@@ -1,0 +1,137 @@
+"""Bursts of frames through a python-can bus: whole ones over localcan, its own socket for SocketCAN.
+
+Every other interface of python-can takes and gives its frames one by one. Who waits does so on the bus' file.
+"""
+
+import errno
+import socket
+import time
+from collections.abc import Callable, Iterator
+from typing import NamedTuple, Protocol
+
+from can_frames.frame import ERROR, EXTENDED, FRAME, FRAME_BYTES, IDENTIFIER_MASK, REMOTE
+from kernels.lean_import import as_if_absent
+
+with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas with it: 0.5 s of every start
+    import can
+    from can.interfaces.socketcan import SocketcanBus
+
+PAUSE_S = 2e-4
+"""Before another try while a transmit queue is full: a frame and a half at 1 Mbit/s."""
+FULL = frozenset({errno.ENOBUFS, errno.EAGAIN})
+"""SocketCAN has ten frames' room by default, and says the first where they are taken."""
+
+
+class Patience(NamedTuple):
+    """How long a send waits, seconds: for a full transmit queue, and within the interface (None: its own)."""
+
+    queue_s: float
+    interface_s: float | None
+
+
+class FrameBus(Protocol):
+    """What a CAN port reads from and writes to. All of it raises what python-can or the system raises."""
+
+    def waiting(self) -> Iterator[bytearray]:
+        """Bursts of what has come; what comes meanwhile may be among them or make the file readable again."""
+
+    def send(self, frames: bytes) -> None:
+        """Send the frames of a burst in their order."""
+
+
+def frame_bus(bus: can.BusABC, patience: Patience) -> FrameBus:
+    """Find the way through this bus, which nobody else reads."""
+    if hasattr(bus, "start_bursts"):
+        bus.start_bursts()
+        return _BurstBus(bus, patience)
+    if isinstance(bus, SocketcanBus):
+        return _SocketBus(bus.socket, patience)
+    return _MessageBus(bus, patience)
+
+
+class _BurstBus:
+    """An interface that carries bursts itself, as localcan does."""
+
+    def __init__(self, bus: can.BusABC, patience: Patience) -> None:
+        self._receive, self._send = bus.receive_burst, bus.send_burst  # type: ignore[attr-defined]  # it has
+        self._timeout_s = patience.interface_s
+
+    def waiting(self) -> Iterator[bytearray]:
+        burst = self._receive()
+        if burst:
+            yield burst
+
+    def send(self, frames: bytes) -> None:
+        self._send(frames, self._timeout_s)
+
+
+class _SocketBus:
+    """SocketCAN: its socket gives and takes these very bytes, one frame a call."""
+
+    def __init__(self, sock: socket.socket, patience: Patience) -> None:
+        self._receive, self._give, self._patience_s = sock.recv, sock.send, patience.queue_s
+
+    def waiting(self) -> Iterator[bytearray]:
+        while True:
+            try:
+                frame = self._receive(FRAME_BYTES, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                return
+            yield bytearray(frame)
+
+    def send(self, frames: bytes) -> None:
+        for start in range(0, len(frames), FRAME_BYTES):
+            _send_patiently(self._send_one, frames[start : start + FRAME_BYTES], self._patience_s)
+
+    def _send_one(self, frame: bytes) -> None:
+        self._give(frame, socket.MSG_DONTWAIT)
+
+
+class _MessageBus:
+    """Any other interface: a message object a frame."""
+
+    def __init__(self, bus: can.BusABC, patience: Patience) -> None:
+        self._bus, self._patience = bus, patience
+
+    def waiting(self) -> Iterator[bytearray]:
+        while (message := self._bus.recv(0)) is not None:
+            yield bytearray(_packed(message))
+
+    def send(self, frames: bytes) -> None:
+        for start in range(0, len(frames), FRAME_BYTES):
+            _send_patiently(self._send_one, frames[start : start + FRAME_BYTES], self._patience.queue_s)
+
+    def _send_one(self, frame: bytes) -> None:
+        can_id, size, data = FRAME.unpack(frame)
+        message = can.Message(arbitration_id=can_id, data=data[:size], is_extended_id=False)
+        self._bus.send(message, self._patience.interface_s)
+
+
+def _packed(message: can.Message) -> bytes:
+    """Pack a message; one of CAN FD, which CANopen has none of, as an extended frame without data."""
+    header = message.arbitration_id & IDENTIFIER_MASK
+    if message.is_fd:
+        return FRAME.pack(header | EXTENDED, 0, b"")
+    header |= EXTENDED * message.is_extended_id | REMOTE * message.is_remote_frame
+    return FRAME.pack(header | ERROR * message.is_error_frame, len(message.data), message.data)
+
+
+def _send_patiently(send: Callable[[bytes], None], frame: bytes, patience_s: float) -> None:
+    """Send, waiting at most `patience_s` for room in a transmit queue that is full."""
+    deadline_s = 0.0
+    while True:
+        try:
+            send(frame)
+        except (can.CanError, OSError) as error:
+            now_s = time.monotonic()
+            deadline_s = deadline_s or now_s + patience_s
+            if error_code(error) not in FULL or now_s > deadline_s:
+                raise
+            time.sleep(PAUSE_S)
+        else:
+            return
+
+
+def error_code(error: Exception) -> int:
+    """Return the errno of an error of the system or of python-can, 0 without one."""
+    return getattr(error, "errno", None) or getattr(error, "error_code", None) or 0
