@@ -22,9 +22,9 @@ from kernels.quantities import Quantity, record_dtype, section_of
 class Mechanics(NamedTuple):
     """What every axis has: masses, screw, force constant, and where it stands at power-up."""
 
-    lead_m: Annotated[float, Quantity("m", 1e-5, 1.0, "travel per turn of the screw", "mm")]
+    lead_m: Annotated[float, Quantity("m", 1e-5, 10.0, "travel per turn of the screw", "mm")]
     motor_mass_kg: Annotated[float, Quantity("kg", 0.0, 1e6, "rotating inertia J (2 pi / lead)^2")]
-    table_mass_kg: Annotated[float, Quantity("kg", 1e-3, 1e6, "moving mass")]
+    table_mass_kg: Annotated[float, Quantity("kg", 1e-7, 1e6, "moving mass")]
     force_constant_n_a: Annotated[
         float, Quantity("N/A", 1e-6, 1e9, "motor force per current, Kt 2 pi / lead")
     ]

@@ -16,6 +16,8 @@ from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel
 
 CONTACT_N_M, CONTACT_DAMPING_RATIO = 2e8, 0.05
 """Contact of a backlash without an identified compliance in an updated model: too stiff to be seen."""
+SOFT_N_M = 1e5
+"""Stiffness below which it is said in N/m: those of small rotary joints."""
 SYSTEMATIC = {"compliance_m_n": (0.0, 1.5), "stiffness_n_m": (0.6, 0.0)}
 """Friction in front of the spring (nut, bearings) is not transmitted: up to 60 % of it may act there."""
 
@@ -55,16 +57,20 @@ def _from_the_motor(frequency_hz: float, ratio: float, load_kg: float) -> dict[s
 def _sentence(p: dict[str, float]) -> str:
     if "antiresonance_hz" in p:
         return (
-            f"the motor feels {p['load_mass_kg']:.4g} kg on a spring of {p['stiffness_n_m'] * 1e-6:.4g} "
-            f"N/um: at {p['antiresonance_hz']:.1f} Hz the load takes all the force and the motor stands, "
+            f"the motor feels {p['load_mass_kg']:.4g} kg on a spring of {_stiffness(p['stiffness_n_m'])}"
+            f": at {p['antiresonance_hz']:.1f} Hz the load takes all the force and the motor stands, "
             "above it they resonate against each other; a filter or a delay would have no such pair"
         )
     least = (1.0 - SYSTEMATIC["stiffness_n_m"][0]) * p["stiffness_n_m"]
     return (
         f"the scale lags the motor by {p['compliance_m_n'] * 1e6:.4f} um per newton of force (stiffness "
-        f"{p['stiffness_n_m'] * 1e-6:.0f} N/um, or down to {least * 1e-6:.0f} where friction acts in front "
+        f"{_stiffness(p['stiffness_n_m'])}, or down to {_stiffness(least)} where friction acts in front "
         "of the spring): compliance of the drive; backlash would step whatever the force"
     )
+
+
+def _stiffness(stiffness_n_m: float) -> str:
+    return f"{stiffness_n_m * 1e-6:.3g} N/um" if stiffness_n_m >= SOFT_N_M else f"{stiffness_n_m:.4g} N/m"
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:

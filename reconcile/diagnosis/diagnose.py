@@ -12,6 +12,7 @@ from reconcile.design.program import write_program
 from reconcile.diagnosis.axis_diagnosis import diagnose_axis
 from reconcile.diagnosis.verdict import verdict
 from reconcile.formats.mapping import NO_MAPPING, Mapping
+from reconcile.formats.rotary_units import sentence_of
 from reconcile.identification.explain import Explanation
 from reconcile.location.residual_coordinates import ResidualAnalysis, residual_analyses
 from reconcile.nominal_model.model_file import load_model, write_model
@@ -75,7 +76,7 @@ def diagnose(
             continue
         one = diagnose_axis(recordings, model, matters, on_progress, with_proof=with_proof)
         explanations[name], proofs[name], updates[name] = one.explanations, one.proofs, one.sections
-        notes += one.notes
+        notes += [sentence_of(note, rotary=model.axes[name].rotary) for note in one.notes]
     if controllers:
         on_progress("replaying")
     led = [name for name in controllers if name in explanations]

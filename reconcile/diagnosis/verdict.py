@@ -1,12 +1,12 @@
 """verdict.json: identified effects, locations of the residual, fit, and the next experiment."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import CATALOGUE, ENTRIES
-from reconcile.formats.rotary_units import unit_of
+from reconcile.formats.rotary_units import in_units_of
 from reconcile.identification.explain import Explanation
 from reconcile.identification.findings import IdentifiedEffect
 from reconcile.location.residual_coordinates import ResidualAnalysis, verdict_noise, verdict_places
@@ -35,16 +35,13 @@ def verdict(
 ) -> dict[str, Any]:
     """Return the content of verdict.json; `proofs` by axis, `following` is the next experiment."""
     everything = [(name, e) for name, explanations in axes.items() for e in explanations]
-    rotary = {one.axis for one in analyses if one.nominal.rotary}
-    findings = _ranked(
-        [_finding(name, f, rotary=name in rotary) for name, e in everything for f in e.findings]
-    )
+    findings = _ranked([_finding(name, f) for name, e in everything for f in e.findings])
     matter = any(e.parameters_matter for _, e in everything)
     known = any(finding["effect"] != "unknown" for finding in findings)
     word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
     blind = [name for name, explanations in axes.items() if len(explanations) == 1]
     found = {(finding["axis"], finding["effect"]) for finding in findings}
-    return {
+    content = {
         "format": FORMAT,
         "verdict": word,
         "notes": list(notes),
@@ -70,6 +67,20 @@ def verdict(
         "fit": {name: _fit(explanations, replayed, name) for name, explanations in axes.items()},
         "next_experiment": dict(following or {}),
     }
+    rotary = {one.axis for one in analyses if one.nominal.rotary}
+    return {key: _in_units_of(of, rotary) for key, of in content.items()} if rotary else content
+
+
+def _in_units_of(content: Any, rotary: Container[str]) -> Any:
+    """A part of the verdict, a list of entries or one by axis, in the units of the axes."""
+    if isinstance(content, Mapping):
+        return {name: in_units_of(of, rotary=name in rotary) for name, of in content.items()}
+    if isinstance(content, list):
+        return [
+            in_units_of(one, rotary=one["axis"] in rotary) if isinstance(one, Mapping) else one
+            for one in content
+        ]
+    return content
 
 
 def _accounted(explanations: Sequence[Explanation]) -> dict[str, Any]:
@@ -120,7 +131,7 @@ def _fit(
     return {**fit, "replay": replays} if replays else fit
 
 
-def _finding(axis: str, finding: IdentifiedEffect, *, rotary: bool) -> dict[str, Any]:
+def _finding(axis: str, finding: IdentifiedEffect) -> dict[str, Any]:
     return {
         "axis": axis,
         "effect": finding.effect,
@@ -128,7 +139,7 @@ def _finding(axis: str, finding: IdentifiedEffect, *, rotary: bool) -> dict[str,
         "equivalent": finding.equivalent,
         "where": {"sensor": finding.channel, "axis": axis},
         "parameters": {
-            key: {"value": p.value, "ci95": [p.low, p.high], "unit": unit_of(p.unit, rotary=rotary)}
+            key: {"value": p.value, "ci95": [p.low, p.high], "unit": p.unit}
             for key, p in finding.parameters.items()
         },
         "share": finding.share,

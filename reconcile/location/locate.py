@@ -170,6 +170,7 @@ def located_json(name: str, one: LocatedResidual) -> dict[str, Any]:
         "share": one.share,
         "by_direction": one.by_direction,
         "peak": one.peak,
+        "peak_unit": "N" if one.channel is ResidualChannel.FORCE else "m",
         "at": one.peak_at,
         "label": one.label,
     }

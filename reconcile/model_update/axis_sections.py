@@ -20,7 +20,7 @@ from reconcile.identification.findings import IdentifiedEffect
 from reconcile.nominal_model.model_file import NominalModel
 
 COARSEST_SUBSTEP_US = 50.0
-LEAST_MASS_KG = 1e-3
+LEAST_MASS_KG = 1e-7
 DAMPING_RATIO = 0.03
 """Of a spring whose damping was not identified; chosen."""
 MOTOR_SHARE = 0.3

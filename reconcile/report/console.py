@@ -7,13 +7,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from reconcile.report.experiment_text import paragraph
+from reconcile.formats.rotary_units import unit_of
+from reconcile.report.experiment_text import following_text
 from reconcile.report.words import (
     CHANNEL_NAMES,
     display_name,
     display_unit,
     headline,
     interval,
+    is_rotary,
     minor_effects,
     parameter_names,
     percent,
@@ -50,16 +52,17 @@ def show(verdict: Mapping[str, Any], console: Console) -> None:
     for axis, of_axis in verdict["fit"].items():
         for one in of_axis.get("replay", ()):
             force, motor_m = one["force_error"], one["motor_rms_m"]
+            unit = unit_of("m", rotary=is_rotary(verdict, axis))
             console.print(
                 Text(
                     f"axis {axis}, closed-loop replay of {one['recording']}: force error "
                     f"{100.0 * force['before']:.2f} -> {100.0 * force['after']:.2f} %, position "
-                    f"{quantity(motor_m['before'], 'm')} -> {quantity(motor_m['after'], 'm')}"
+                    f"{quantity(motor_m['before'], unit)} -> {quantity(motor_m['after'], unit)}"
                 )
             )
     if verdict["next_experiment"]:
         console.print()
-        console.print(Text(f"next experiment: {paragraph(verdict['next_experiment'])}"))
+        console.print(Text(f"next experiment: {following_text(verdict)}"))
         console.print()
     for note in verdict["notes"]:
         console.print(Text(f"note: {note}", style="dim"))

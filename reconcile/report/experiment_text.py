@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from reconcile.report.words import capitalised, display_name, join_words
+from reconcile.formats.rotary_units import sentence_of
+from reconcile.report.words import capitalised, display_name, is_rotary, join_words
 
 PROSE_KEYS = (
     *("why", "separates", "axis", "motion", "tells"),
@@ -31,7 +32,13 @@ PHRASES = {
 }
 
 
-def paragraph(following: Mapping[str, Any]) -> str:
+def following_text(verdict: Mapping[str, Any]) -> str:
+    """Return the next experiment of a verdict in the units of its axis."""
+    following = verdict["next_experiment"]
+    return paragraph(following, rotary=is_rotary(verdict, following.get("axis", "")))
+
+
+def paragraph(following: Mapping[str, Any], *, rotary: bool = False) -> str:
     """Return the text of `next_experiment` of verdict.json; empty where nothing is open."""
     if not following:
         return ""
@@ -48,7 +55,7 @@ def paragraph(following: Mapping[str, Any]) -> str:
         parts.append(f"That shows {following['tells']}.")
     if "evidence_nats" in following:
         parts.append(_expected(following))
-    return " ".join(parts)
+    return sentence_of(" ".join(parts), rotary=rotary)
 
 
 def _expected(following: Mapping[str, Any]) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.formats.rotary_units import unit_of
 from reconcile.location.coordinates import Coordinate
 from reconcile.location.locate import in_phase
 from reconcile.location.pitches import order_bands, over_turns, periods
@@ -58,9 +59,11 @@ class _Plotter:
     """Draws one residual in the unit that suits its size."""
 
     def __init__(self, analysis: ResidualAnalysis) -> None:
-        self._analysis = analysis
+        self._analysis, self._rotary = analysis, analysis.nominal.rotary
         nominal = np.concatenate([one.before[one.used] for one in analysis.residuals])
-        self._factor, self._unit = display_unit(analysis.floor.unit, float(np.abs(nominal).max(initial=0.0)))
+        self._factor, self._unit = display_unit(
+            unit_of(analysis.floor.unit, rotary=self._rotary), float(np.abs(nominal).max(initial=0.0))
+        )
         self._floor = analysis.floor.rms / self._factor
 
     def over_time(self, residual: Residual, number: int, buckets: int) -> Figure:
@@ -69,11 +72,12 @@ class _Plotter:
         for model in MODELS:
             y = np.where(residual.used, getattr(residual, model) / self._factor, np.nan)
             data.append(line(model, *thinned(t, y, buckets), name=MODEL_NAMES[model]))
-        x, y = thinned(t, residual.data.motion.position_m * 1e3, buckets // 2)
+        size, unit = (1.0, "rad") if self._rotary else (1e-3, "mm")
+        x, y = thinned(t, residual.data.motion.position_m / size, buckets // 2)
         data.append({**line("position", x, y, name="position"), "yaxis": "y2", "showlegend": False})
         force = self._analysis.channel is ResidualChannel.FORCE
-        title = f"{'force' if force else 'deviation'} missed ({self._unit})"
-        drawing = stacked(title, "position (mm)", lower_height=0.22)
+        title = f"{('torque' if self._rotary else 'force') if force else 'deviation'} missed ({self._unit})"
+        drawing = stacked(title, f"position ({unit})", lower_height=0.22)
         held_out = [
             interval_band(float(t[first]), float(t[last - 1]), "--held-out")
             for first, last in _intervals(residual.held_out)
@@ -85,7 +89,7 @@ class _Plotter:
 
     def over_coordinate(self, profile: ResidualProfile) -> Figure:
         coordinate = profile.coordinate
-        factor, unit = _coordinate_unit(coordinate)
+        factor, unit = self._coordinate_unit(coordinate)
         x: Any = packed(coordinate.centres / factor)
         if coordinate.labels:
             x = [html.escape(label) for label in coordinate.labels]
@@ -200,7 +204,7 @@ class _Plotter:
         self, direction: str, profile: ResidualProfile, y: Array, role: str, name: str
     ) -> dict[str, Any]:
         """Return a line over the filled bins; forwards solid, backwards dashed."""
-        factor, _ = _coordinate_unit(profile.coordinate)
+        factor, _ = self._coordinate_unit(profile.coordinate)
         filled = profile.counts > 0.0
         trace = line(role, profile.coordinate.centres[filled] / factor, y[filled], name=name)
         trace["mode"] = "lines+markers"
@@ -209,8 +213,13 @@ class _Plotter:
         trace["line"]["dash"] = "solid" if forwards else "dash"
         return trace
 
+    def _coordinate_unit(self, coordinate: Coordinate) -> tuple[float, str]:
+        edges = coordinate.edges
+        size = float(np.sqrt(edges[0] * edges[-1])) if edges[0] > 0.0 else float(np.abs(edges).max())
+        return display_unit(unit_of(coordinate.unit, rotary=self._rotary), size)
+
     def _over_unit(self, coordinate: Coordinate) -> dict[str, Any]:
-        _, unit = _coordinate_unit(coordinate)
+        _, unit = self._coordinate_unit(coordinate)
         return self._over(coordinate, f"{display_name(coordinate.name)} ({unit})", f"mean ({self._unit})")
 
     def _over(self, coordinate: Coordinate, x: str, y: str) -> dict[str, Any]:
@@ -218,12 +227,6 @@ class _Plotter:
         if coordinate.logarithmic:
             drawing["xaxis"].update(LOGARITHMIC)
         return drawing
-
-
-def _coordinate_unit(coordinate: Coordinate) -> tuple[float, str]:
-    edges = coordinate.edges
-    size = float(np.sqrt(edges[0] * edges[-1])) if edges[0] > 0.0 else float(np.abs(edges).max())
-    return display_unit(coordinate.unit, size)
 
 
 def _intervals(mask: NDArray[np.bool_]) -> Sequence[tuple[int, int]]:

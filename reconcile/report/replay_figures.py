@@ -1,9 +1,10 @@
 """The closed-loop replay as a figure: recorded force and both models, where the nominal model is worst."""
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 
 import numpy as np
 
+from reconcile.formats.rotary_units import unit_of
 from reconcile.replay.model_replays import ReplayComparison
 from reconcile.report.traces import MODEL_NAMES, Figure, line, stacked
 from servo_ctrl.recording.min_max import thinned
@@ -12,16 +13,21 @@ SHOWN_S = 4.0
 """Long enough for several reversals, short enough to see a single one."""
 
 
-def replay_figures(comparisons: Sequence[ReplayComparison], buckets: int) -> dict[str, Figure]:
-    """Return a figure by axis, of its first recording; lines have at most `buckets` of two points."""
+def replay_figures(
+    comparisons: Sequence[ReplayComparison], buckets: int, rotary: Container[str] = ()
+) -> dict[str, Figure]:
+    """Return a figure by axis, of its first recording; lines have at most `buckets` of two points.
+
+    `rotary`: the axes of angles and torques.
+    """
     found: dict[str, Figure] = {}
     for one in comparisons:
         if one.axis not in found:
-            found[one.axis] = _figure(one, buckets)
+            found[one.axis] = _figure(one, buckets, unit_of("N", rotary=one.axis in rotary))
     return found
 
 
-def _figure(one: ReplayComparison, buckets: int) -> Figure:
+def _figure(one: ReplayComparison, buckets: int, unit: str) -> Figure:
     nominal, repaired = one.nominal, one.repaired
     start, end = _worst_interval(one)
     time_s = nominal.time_s[start:end]
@@ -45,7 +51,7 @@ def _figure(one: ReplayComparison, buckets: int) -> Figure:
         "model along the recorded reference; nothing else of the recording goes in but where and "
         "how fast the axis began."
     )
-    drawing = stacked("motor force (N)", "error (N)", lower_height=0.34)
+    drawing = stacked(f"motor force ({unit})", f"error ({unit})", lower_height=0.34)
     return Figure("replay", "Force in the closed loop", note, data, drawing)
 
 

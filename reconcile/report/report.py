@@ -32,9 +32,10 @@ def write_report(
     series = max(sum(len(analysis.residuals) for analysis in analyses), 1)
     buckets = min(max(MAX_SERIES_BYTES // (BYTES_PER_BUCKET * series), BUCKETS[0]), BUCKETS[1])
     residual_figures = [_residual_figures(analysis, buckets, page) for analysis in analyses]
+    rotary = {analysis.axis for analysis in analyses if analysis.nominal.rotary}
     replay_cards = [
         page.card(f"{axis}-replay", figure, wide=True)
-        for axis, figure in replay_figures(replays, buckets).items()
+        for axis, figure in replay_figures(replays, buckets, rotary).items()
     ]
     sources = list(dict.fromkeys(one.source for analysis in analyses for one in analysis.residuals))
     body = (

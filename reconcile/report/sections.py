@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from reconcile.report.experiment_text import paragraph
+from reconcile.formats.rotary_units import sentence_of, unit_of
+from reconcile.report.experiment_text import following_text
 from reconcile.report.html_page import answer, bar, bullets, grid, note, section
 from reconcile.report.words import (
     CHANNEL_NAMES,
@@ -12,6 +13,7 @@ from reconcile.report.words import (
     display_unit,
     headline,
     interval,
+    is_rotary,
     minor_effects,
     parameter_names,
     percent,
@@ -152,7 +154,9 @@ def accounted(verdict: Mapping[str, Any]) -> str:
         f"{display_name(one['effect'])} (axis {one['axis']}): {one['why']}" for one in verdict["withdrawn"]
     ]
     beside = f"<h3>Fitted, and not named</h3>{bullets(withdrawn)}" if withdrawn else ""
-    return section("Every newton accounted for", table(head, rows, numeric=(3, 4)), explained, beside)
+    of_all = all(is_rotary(verdict, axis) for axis in verdict["accounted"])
+    heading = f"Every {sentence_of('newton', rotary=of_all)} accounted for"
+    return section(heading, table(head, rows, numeric=(3, 4)), explained, beside)
 
 
 def replays(verdict: Mapping[str, Any], cards: Sequence[str]) -> str:
@@ -160,7 +164,9 @@ def replays(verdict: Mapping[str, Any], cards: Sequence[str]) -> str:
     rows = []
     for axis, of_axis in verdict["fit"].items():
         for one in of_axis.get("replay", ()):
-            factor, unit = display_unit("m", one["motor_rms_m"]["before"])
+            factor, unit = display_unit(
+                unit_of("m", rotary=is_rotary(verdict, axis)), one["motor_rms_m"]["before"]
+            )
             cells = [escape(axis), escape(one["recording"])]
             cells += [f"{100.0 * one['force_error'][model]:.2f} %" for model in ("before", "after")]
             cells += [f"{one['motor_rms_m'][model] / factor:.3g} {unit}" for model in ("before", "after")]
@@ -192,7 +198,7 @@ def remarks(verdict: Mapping[str, Any]) -> str:
         ]
         parts.append(f"<h3>Not observable with these sensors</h3>{bullets(items)}")
     if verdict["next_experiment"]:
-        parts.append(f"<h3>The next experiment</h3><p>{escape(paragraph(verdict['next_experiment']))}</p>")
+        parts.append(f"<h3>The next experiment</h3><p>{escape(following_text(verdict))}</p>")
     return section("Sensors and limits", *parts)
 
 
@@ -215,7 +221,7 @@ def _coordinate(entry: Mapping[str, Any]) -> str:
 
 def _range(entry: Mapping[str, Any]) -> str:
     """Return `12.3 to 18.0 mm`, the name of a phase, or the size of a level."""
-    unit = "N" if entry["sensor"] == "force" else "m"
+    unit = entry.get("peak_unit", "N" if entry["sensor"] == "force" else "m")
     peak = entry.get("peak")
     size = quantity(peak, unit) if peak is not None else ""
     if entry["coordinate"] in {"constant", "direction"} or "range" not in entry:

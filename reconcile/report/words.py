@@ -4,6 +4,8 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
+from reconcile.formats.rotary_units import unit_of
+
 CHANNEL_NAMES = {"force": "motor force", "deviation": "scale less motor"}
 """Residual channel of a verdict -> what it is called."""
 UNIT_LADDERS = {
@@ -13,6 +15,10 @@ UNIT_LADDERS = {
     "m/N": ((1e-3, "mm/N"), (1e-6, "µm/N"), (1e-9, "nm/N")),
     "N/m": ((1e6, "N/µm"), (1e3, "N/mm"), (1.0, "N/m")),
     "m/s^2": ((1.0, "m/s²"), (1e-3, "mm/s²")),
+    "rad": ((1.0, "rad"), (1e-3, "mrad"), (1e-6, "µrad")),
+    "rad/s": ((1.0, "rad/s"), (1e-3, "mrad/s")),
+    "rad/(N m)": ((1.0, "rad/(N m)"), (1e-3, "mrad/(N m)"), (1e-6, "µrad/(N m)"), (1e-9, "nrad/(N m)")),
+    "rad/s^2": ((1.0, "rad/s²"), (1e-3, "mrad/s²")),
 }
 """SI unit -> the units it is shown in with their size, the largest first."""
 SUPERSCRIPTS = str.maketrans({"^": "", "2": "²"})
@@ -65,6 +71,7 @@ def parameter_names(parameters: Mapping[str, Mapping[str, Any]]) -> dict[str, st
     names = {key: _stem(key) for key in parameters}
     often = [name for name in names.values() if list(names.values()).count(name) > 1]
     kinds = {"N": "force", "m/s": "speed", "m": "distance", "s": "time"}
+    kinds |= {unit_of(unit, rotary=True): kind for unit, kind in kinds.items()}
     return {
         key: f"{name} {kinds.get(parameters[key]['unit'], '')}".rstrip() if name in often else name
         for key, name in names.items()
@@ -157,6 +164,13 @@ def remaining_sentences(verdict: Mapping[str, Any]) -> Iterator[str]:
                 f"On axis {axis} {left} RMS remain unexplained, {floors} noise floors and {share} of the "
                 "force's square."
             )
+
+
+def is_rotary(verdict: Mapping[str, Any], axis: str) -> bool:
+    """Whether an axis is one of angles and torques."""
+    return bool(
+        verdict.get("fit", {}).get(axis, {}).get("force", {}).get("unit") == unit_of("N", rotary=True)
+    )
 
 
 def residual_levels(fit: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[str, Any]]]:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from reconcile.errors import ReconcileError
 from reconcile.formats.nominal_axis import NominalAxis
+from reconcile.formats.rotary_units import sentence_of, unit_of
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding, worst_first
 from reconcile.sensing.channel import clips, hold_samples, quantum
@@ -55,12 +56,21 @@ def examine(recordings: Sequence[AxisRecording], model: ByName[str, NominalAxis]
     for axis, nominal in model.items():
         own = [recording for recording in usable_recordings if recording.axis == axis]
         findings += rezeroed(own, nominal.lead_m)
-    findings = worst_first(dict.fromkeys(findings))
+    findings = worst_first(dict.fromkeys(_in_units_of(one, model) for one in findings))
     if findings and findings[0].severity == "unusable":
         first = findings[0]
         where = ", ".join(part for part in (f"axis {first.axis}", first.channel) if part)
         raise ReconcileError(first.source, where, first.message, first.remedy)
     return SensorReport(usable_recordings, findings)
+
+
+def _in_units_of(finding: SensorFinding, model: ByName[str, NominalAxis]) -> SensorFinding:
+    rotary = finding.axis in model and model[finding.axis].rotary
+    return finding._replace(
+        unit=unit_of(finding.unit, rotary=rotary),
+        message=sentence_of(finding.message, rotary=rotary),
+        remedy=sentence_of(finding.remedy, rotary=rotary),
+    )
 
 
 def _set_aside(finding: SensorFinding) -> SensorFinding:

@@ -27,7 +27,7 @@ KIND = Kind.COUPLING
 class Params(NamedTuple):
     """The carried mass, and how it swings."""
 
-    mass_kg: Annotated[float, Quantity("kg", 1e-3, 1e4, "carried mass mc, besides the table's")]
+    mass_kg: Annotated[float, Quantity("kg", 1e-7, 1e4, "carried mass mc, besides the table's")]
     frequency_hz: Annotated[float, Quantity("Hz", 0.1, 2e3, "natural frequency f, table held")]
     damping_ratio: Annotated[float, Quantity("", 0.0, 1.0, "damping ratio zeta")]
 

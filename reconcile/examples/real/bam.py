@@ -20,7 +20,8 @@ GAINS, MOTIONS = (100, 200, 400), ("lift_and_drop", "sin_sin", "sin_time_square"
 KT_NM_A, RESISTANCE_OHM = 0.303609876267925, 2.444951107725838
 """published_xl330_m6.json."""
 MASS_KG, LENGTH_M, ARMATURE_KG_M2 = 0.49, 0.1, 0.0020566024734211697
-COUNTS_1_TURN = 4096
+COUNTS_1_TURN, GEAR = 4096, 288.4
+"""By the data sheet of the servo."""
 
 
 def pendulum(data: Path) -> Machine:
@@ -30,7 +31,7 @@ def pendulum(data: Path) -> Machine:
         "bam",
         "pendulum on a hobby servo",
         "gravity 0.48 N m times the sine of the angle, load-dependent and Stribeck friction",
-        {"servo": Joint(MASS_KG * LENGTH_M**2, ARMATURE_KG_M2, COUNTS_1_TURN)},
+        {"servo": Joint(MASS_KG * LENGTH_M**2, ARMATURE_KG_M2, COUNTS_1_TURN, GEAR)},
         {name: _columns(data, name) for name in names},
     )
 

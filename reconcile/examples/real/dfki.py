@@ -19,6 +19,7 @@ BUILD_C = ("00", "02", "04", "06", "12", "13")
 COUNTS_1_TURN = round(65536 * 2.0 * math.pi / 25.0)
 ROTOR_KG_M2 = 0.0028
 """Published: 36 times the rotor's own."""
+GEAR = 6.0
 EXPECTED = "gravity, coupling of the two joints, Coulomb friction of 0.08 to 0.12 N m, viscous friction"
 
 
@@ -37,7 +38,9 @@ def build_c(data: Path) -> Machine:
 def _build(
     data: Path, name: str, title: str, stem: str, numbers: tuple[str, ...], inertias: tuple[float, float]
 ) -> Machine:
-    joints = {f"j{k}": Joint(own, ROTOR_KG_M2, COUNTS_1_TURN) for k, own in enumerate(inertias, start=1)}
+    joints = {
+        f"j{k}": Joint(own, ROTOR_KG_M2, COUNTS_1_TURN, GEAR) for k, own in enumerate(inertias, start=1)
+    }
     recordings = {f"{stem}{number}": _columns(data, f"{stem}{number}") for number in numbers}
     return Machine(name, title, EXPECTED, joints, recordings)
 

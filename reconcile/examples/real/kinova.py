@@ -14,6 +14,8 @@ PUBLISHER = (
     f"put them as npz into {FOLDER}, or say where they are with --data"
 )
 INERTIA_KG_M2 = {1: 1.2, 2: 2.0, 4: 1.0, 6: 0.5}
+GEAR = 100.0
+"""Of the strain-wave gears, by the data sheet of the arm."""
 RUNS = ("multi_opti1", "multi_quadratic")
 
 
@@ -25,7 +27,7 @@ def cobot(data: Path) -> Machine:
         "kinova",
         "cobot, joints 1, 2, 4 and 6",
         "gravity on joints 2, 4 and 6, friction of strain-wave gears; nothing in numbers",
-        {f"j{k}": Joint(inertia) for k, inertia in INERTIA_KG_M2.items()},
+        {f"j{k}": Joint(inertia, gear_ratio=GEAR) for k, inertia in INERTIA_KG_M2.items()},
         recordings,
     )
 

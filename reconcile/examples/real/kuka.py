@@ -22,14 +22,16 @@ LINKS_KG_M2 = {1: 1300.0, 2: 1800.0, 3: 1100.0}
 
 def robot(data: Path) -> Machine:
     """The robot. Raises ReconcileError."""
-    joints = {f"a{axis}": Joint(LINKS_KG_M2[axis], ROTOR_KG_M2[axis] * GEAR[axis] ** 2) for axis in GEAR}
+    joints = {
+        f"a{axis}": Joint(LINKS_KG_M2[axis], ROTOR_KG_M2[axis] * gear**2, gear_ratio=gear)
+        for axis, gear in GEAR.items()
+    }
     return Machine(
         "kuka",
         "industrial robot, axes 1 to 3, link-side encoders",
         "gravity on axes 2 and 3, Coulomb, viscous and asymmetric friction, elastic gears, late encoders",
         joints,
         {name: _columns(data, name) for name in TRAJECTORIES},
-        arm_m=1.0,
     )
 
 

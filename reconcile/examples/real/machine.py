@@ -1,10 +1,5 @@
-"""A published machine: recordings with named columns, and a nominal model from data sheets, as files.
+"""A published machine: recordings with named columns, and a nominal model of rotary axes from data sheets."""
 
-A rotary axis is told as a linear one on a drum: a travel is the angle times `arm_m`, a force the torque
-over it.
-"""
-
-import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,7 +22,8 @@ class Joint(NamedTuple):
     rotor_kg_m2: float = 0.0
     """At the joint."""
     counts_1_turn: int = 0
-    torque_constant_nm_a: float = 1.0
+    """Of the joint."""
+    gear_ratio: float = 1.0
 
 
 class Machine(NamedTuple):
@@ -40,24 +36,19 @@ class Machine(NamedTuple):
     joints: Mapping[str, Joint]
     recordings: Mapping[str, Columns]
     """By name; `<joint>.<channel>` in rad, N m, A and s."""
-    arm_m: float = 0.1
-    """Chosen for masses and forces of a size that a feed drive has."""
 
     def nominal(self) -> dict[str, Any]:
         """The nominal model as the content of a model file."""
         axes: dict[str, Any] = {}
         for name, joint in self.joints.items():
-            motor = {
-                "inertia_kg_cm2": joint.rotor_kg_m2 * 1e4,
-                "torque_constant_nm_a": joint.torque_constant_nm_a,
-            }
             axes[name] = {
-                "transmission": {"lead_mm": 2e3 * math.pi * self.arm_m},
-                "motor": motor,
-                "table": {"mass_kg": joint.inertia_kg_m2 / self.arm_m**2},
+                "motion": "rotary",
+                "transmission": {"gear_ratio": joint.gear_ratio},
+                "motor": {"inertia_kg_cm2": 1e4 * joint.rotor_kg_m2 / joint.gear_ratio**2},
+                "table": {"inertia_kg_m2": joint.inertia_kg_m2},
             }
             if joint.counts_1_turn:
-                axes[name]["encoder"] = {"counts_per_rev": joint.counts_1_turn}
+                axes[name]["encoder"] = {"counts_per_rev": joint.counts_1_turn / joint.gear_ratio}
         return {"axis": axes}
 
     def written(self, directory: Path) -> tuple[Path, list[Path]]:
@@ -69,21 +60,13 @@ class Machine(NamedTuple):
 
     def _written(self, directory: Path, name: str) -> Path:
         path = directory / f"{name}.npz"
-        linear = dict(self._linear(*item) for item in self.recordings[name].items())
 
         def write(temporary: Path) -> None:
             with temporary.open("wb") as file:
-                np.savez(file, **linear)  # type: ignore[arg-type]  # NumPy's stub takes the names for options
+                np.savez(file, **self.recordings[name])  # type: ignore[arg-type]  # NumPy's stub takes the names for options
 
         write_whole(path, write)
         return path
-
-    def _linear(self, name: str, values: Array) -> tuple[str, Array]:
-        if name.endswith("_rad"):
-            return name.removesuffix("rad") + "m", values * self.arm_m
-        if name.endswith("_nm"):
-            return name.removesuffix("nm") + "n", values / self.arm_m
-        return name, values
 
 
 def arrays(file: Path, publisher: str) -> dict[str, Array]:

@@ -21,7 +21,6 @@ class Traces(NamedTuple):
 
     axis: str
     one: Judged
-    arm_m: float
     left_n: Mapping[str, Array]
     """By model (n,)."""
 
@@ -33,10 +32,10 @@ def left_out(path: Path, title: str, source: str, traces: Sequence[Traces]) -> P
     for axes, of in zip(np.atleast_1d(figure.subplots(len(traces), 1)), traces, strict=True):
         time_s = of.one.data.time_s
         seen = (time_s >= 0.2 * time_s[-1]) & (time_s <= 0.2 * time_s[-1] + LONGEST_S)
-        axes.plot(time_s[seen], of.arm_m * of.one.force_n[seen], color="0.7", lw=0.8, label="measured")
+        axes.plot(time_s[seen], of.one.force_n[seen], color="0.7", lw=0.8, label="measured")
         for name, left_n in of.left_n.items():
-            drawn = np.where(of.one.used, of.arm_m * left_n, np.nan)[seen]
-            rms = of.arm_m * float(np.sqrt(np.mean(left_n[of.one.used] ** 2)))
+            drawn = np.where(of.one.used, left_n, np.nan)[seen]
+            rms = float(np.sqrt(np.mean(left_n[of.one.used] ** 2)))
             axes.plot(time_s[seen], drawn, color=COLOURS[name], lw=0.9, label=f"{name} leaves {rms:.3g} N m")
         axes.set(ylabel=f"{of.axis}: torque / N m", xlabel="time / s")
         axes.set_xlim(float(time_s[seen][0]), float(time_s[seen][-1]))

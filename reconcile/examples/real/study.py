@@ -67,11 +67,11 @@ def _shown(
         if found is not None:
             left["written model"] = left_by_model_n(found.model_file, one)
         named = [] if found is None else [f["effect"] for f in found.verdict["findings"] if f["axis"] == axis]
-        errors = {name: machine.arm_m * _rms(one, of) for name, of in left.items()}
+        errors = {name: _rms(one, of) for name, of in left.items()}
         values["axes"][axis] = {"named": named, "left_nm": errors}
         figures = ", ".join(f"{name} {error:.4g}" for name, error in errors.items())
         rows += [Row(f"{axis}: named", ", ".join(named)), Row(f"{axis}: left of {left_name} / N m", figures)]
-        traces.append(Traces(axis, one, machine.arm_m, left))
+        traces.append(Traces(axis, one, left))
     files = [left_out(out / "left_out.png", machine.title, left_name, traces)]
     if found is not None:
         files += [found.model_file, *reports(found.verdict_file)]

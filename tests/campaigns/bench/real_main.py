@@ -72,9 +72,8 @@ def of_machine(
                 "axis": axis,
                 "left_out": path.stem,
                 "samples": int(sum(one.used.sum() for one in files[number])),
-                "measured_nm": machine.arm_m
-                * _pooled(files[number], lambda one: one.error(0.0 * one.force_n)),
-                "errors_nm": {name: error * machine.arm_m for name, error in errors.items()},
+                "measured_nm": _pooled(files[number], lambda one: one.error(0.0 * one.force_n)),
+                "errors_nm": errors,
                 "verdict": said.verdict,
                 "named": said.names(axis),
                 "failure": "; ".join(filter(None, (said.failure, why))),

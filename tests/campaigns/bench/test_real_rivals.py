@@ -33,11 +33,11 @@ def test_rivals_leave_what_they_have_no_term_for(tmp_path: Path) -> None:
     nominal, paths = one.written(tmp_path)
     files = judged(paths, nominal)["j"]
     train, left_out = [files[0][0], files[2][0]], files[1][0]
-    errors = {name: one.arm_m * left_out.error(fit(train)(left_out)) for name, fit in RIVALS.items()}
+    errors = {name: left_out.error(fit(train)(left_out)) for name, fit in RIVALS.items()}
     assert errors["rigid"] == pytest.approx(CONSTANT_NM, rel=0.05)
     assert errors["least_squares"] < 0.05
     # between the paces that it has seen it is no better than a table; in those that it has seen it is
-    between, seen = errors["boosting"], one.arm_m * train[0].error(RIVALS["boosting"](train)(train[0]))
+    between, seen = errors["boosting"], train[0].error(RIVALS["boosting"](train)(train[0]))
     assert seen < 0.5 < between < CONSTANT_NM
 
 
@@ -46,12 +46,12 @@ def test_a_written_model_is_judged_as_it_stands_in_its_file(tmp_path: Path) -> N
     nominal, paths = one.written(tmp_path)
     (left_out,) = judged(paths[:1], nominal)["j"][0]
     friction = f"""[axis.j.coulomb_friction]
-coulomb_n = {COULOMB_NM / one.arm_m}
+coulomb_n = {COULOMB_NM}
 [axis.j.viscous_friction]
-viscous_n_s_m = {VISCOUS_NM_S / one.arm_m**2}
+viscous_n_s_m = {VISCOUS_NM_S}
 """
     nominal.write_text(nominal.read_text(encoding="utf-8") + friction, encoding="utf-8")
-    assert one.arm_m * error_of(nominal, left_out) == pytest.approx(CONSTANT_NM, rel=0.02)
+    assert error_of(nominal, left_out) == pytest.approx(CONSTANT_NM, rel=0.02)
 
 
 def test_every_recording_of_every_axis_has_a_row(tmp_path: Path) -> None:

@@ -41,20 +41,21 @@ def swing(data: Path) -> Machine:
             "j.motor_position_rad": np.sin(pace * t),
             "j.motor_force_nm": torque,
         }
-    return Machine("swing", "a swing", "a constant torque", {"j": Joint(0.3, 0.1, 4096)}, recordings)
+    return Machine("swing", "a swing", "a constant torque", {"j": Joint(0.3, 0.1, 4096, 8.0)}, recordings)
 
 
-def test_files_hold_the_joint_on_a_drum(tmp_path: Path) -> None:
+def test_files_hold_a_rotary_joint(tmp_path: Path) -> None:
     machine = swing(Path("nowhere"))
     nominal, paths = machine.written(tmp_path)
     axis = load_model(nominal).axes["j"]
-    assert axis.mass_kg * machine.arm_m**2 == pytest.approx(0.4)
-    assert axis.motor_mass_kg * machine.arm_m**2 == pytest.approx(0.1)
+    assert axis.rotary
+    assert axis.lead_m == pytest.approx(2.0 * math.pi / 8.0)
+    assert axis.mass_kg == pytest.approx(0.4)
+    assert axis.motor_mass_kg == pytest.approx(0.1)
     assert axis.encoder_resolution_m is not None
-    assert axis.encoder_resolution_m / machine.arm_m == pytest.approx(2.0 * math.pi / 4096)
+    assert axis.encoder_resolution_m == pytest.approx(2.0 * math.pi / 4096)
     recording = load_recordings(paths[:1], load_model(nominal).axes)[0]
-    torque_nm = recording.force_n * machine.arm_m
-    assert torque_nm == pytest.approx(machine.recordings["r0"]["j.motor_force_nm"])
+    assert recording.force_n == pytest.approx(machine.recordings["r0"]["j.motor_force_nm"])
 
 
 def test_the_example_tells_what_the_written_model_leaves_of_the_first_recording(

@@ -1,16 +1,20 @@
 """A rotary axis: its model file, its columns, its units; what is written is a plant and is read again."""
 
 import math
+import re
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from hil_sim.config import load_plant
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import load_model
+from reconcile.report.console import show
 
 T, N = 2e-3, 8_000
 GEAR, INERTIA_KG_M2, GRAVITY_NM = 10.0, 0.05, 1.2
@@ -59,6 +63,27 @@ def test_gravity_is_named_in_newton_metres_and_the_written_plant_is_consistent(t
     assert again.mass_kg == pytest.approx(INERTIA_KG_M2, rel=0.05)
     second = diagnose(files, found.model_file, tmp_path / "second", **options)
     assert second.verdict["verdict"] == "consistent"
+
+
+def test_nothing_that_is_said_is_in_newtons_or_metres(tmp_path: Path) -> None:
+    files = [recorded(tmp_path / f"r{number}.csv", number) for number in range(2)]
+    wrong = MODEL.replace("0.06", "0.9") + "encoder.counts_per_rev = 1000\n"
+    found = diagnose(files, model(tmp_path, wrong), tmp_path / "out", with_next=False)
+    console = Console(record=True, width=200, file=StringIO())
+    show(found.verdict, console)
+    assert found.report_file is not None
+    page = found.report_file.read_text(encoding="utf-8")
+    page = re.sub(r"<(script|style).*?</\1>", "", page, flags=re.DOTALL)
+    said = {
+        "verdict": found.verdict_file.read_text(encoding="utf-8"),
+        "terminal": console.export_text(),
+        "report": re.sub(r"<[^>]*>", " ", page),
+    }
+    for where, text in said.items():
+        assert "N m" in text, where
+        linear = re.findall(r'.{30}[\d("] ?(?:N(?! m)|kg(?! m\^?[2²])|[umµn]?m(?:/s)?)\b.{9}', text)
+        assert not linear, where
+        assert not re.search(r"newtons?\b(?! metre)|(?<!newton )metres?\b", text), where
 
 
 def test_an_angle_of_a_linear_axis_is_refused(tmp_path: Path) -> None:
