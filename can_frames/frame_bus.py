@@ -32,6 +32,10 @@ class Patience(NamedTuple):
 class FrameBus(Protocol):
     """What a CAN port reads from and writes to. All of it raises what python-can or the system raises."""
 
+    @property
+    def more(self) -> bool:
+        """Whether frames wait that make the file to wait on readable no more."""
+
     def waiting(self) -> Iterator[bytearray]:
         """Bursts of what has come; what comes meanwhile may be among them or make the file readable again."""
 
@@ -53,8 +57,13 @@ class _BurstBus:
     """An interface that carries bursts itself, as localcan does."""
 
     def __init__(self, bus: can.BusABC, patience: Patience) -> None:
+        self._bus = bus
         self._receive, self._send = bus.receive_burst, bus.send_burst  # type: ignore[attr-defined]  # it has
         self._timeout_s = patience.interface_s
+
+    @property
+    def more(self) -> bool:
+        return bool(self._bus.more)  # type: ignore[attr-defined]  # the same
 
     def waiting(self) -> Iterator[bytearray]:
         burst = self._receive()
@@ -67,6 +76,8 @@ class _BurstBus:
 
 class _SocketBus:
     """SocketCAN: its socket gives and takes these very bytes, one frame a call."""
+
+    more = False
 
     def __init__(self, sock: socket.socket, patience: Patience) -> None:
         self._receive, self._give, self._patience_s = sock.recv, sock.send, patience.queue_s
@@ -89,6 +100,8 @@ class _SocketBus:
 
 class _MessageBus:
     """Any other interface: a message object a frame."""
+
+    more = False
 
     def __init__(self, bus: can.BusABC, patience: Patience) -> None:
         self._bus, self._patience = bus, patience

@@ -4,11 +4,14 @@ import logging
 import select
 import socket
 import time
+from pathlib import Path
 
 import can
 from can.typechecking import CanFilters
 
 from local_can import wire
+from local_can.hub import HubError, HubPresentError
+from local_can.served_hub import ServedHub
 
 _LOG = logging.getLogger(__name__)
 _ATTACH_TIMEOUT_S = 5.0
@@ -37,13 +40,18 @@ class LocalCanBus(can.BusABC):
         receive_own_messages: bool = False,
         can_filters: CanFilters | None = None,
         fd: bool = False,
+        serve: bool = False,
         attach_timeout_s: float = _ATTACH_TIMEOUT_S,
         **kwargs: object,
     ) -> None:
         """Attach to the hub, waiting at most `attach_timeout_s` for its answer.
 
+        With `serve` the hub is in this process where nobody serves it yet, and passes frames on while this
+        bus is read; the file to wait on is readable for that too. What it is not readable for, `more` tells.
+
         Raises:
-            can.CanInitializationError: No hub is at `channel`, it does not answer, or `fd` is asked for.
+            can.CanInitializationError: No hub is at `channel`, it does not answer, none can be there, or `fd`
+                is asked for.
         """
         if fd:
             raise can.CanInitializationError("localcan carries classic CAN frames only, not CAN FD")
@@ -52,7 +60,8 @@ class LocalCanBus(can.BusABC):
         self.lost_frames = 0
         own = wire.ATTACH_WITH_OWN if receive_own_messages else wire.ATTACH
         packets = (wire.pack_filters(hub_filters(can_filters or None)), own)
-        self._socket = _attach(self.channel, packets, attach_timeout_s)
+        served = _served(self.channel, packets) if serve else None
+        self._socket = served or _attach(self.channel, packets, attach_timeout_s)
         self._socket_send = self._socket.send
         self._receive_into = self._socket.recv_into
         self._buffer = bytearray(wire.MOST_FRAMES * wire.FRAME_BYTES)
@@ -104,6 +113,16 @@ class LocalCanBus(can.BusABC):
         most_bytes = wire.MOST_FRAMES * wire.FRAME_BYTES
         for start in range(0, len(frames), most_bytes):
             self._hand_over(frames[start : start + most_bytes], timeout)
+
+    @property
+    def serves(self) -> bool:
+        """Whether the hub is in this process."""
+        return isinstance(self._socket, ServedHub)
+
+    @property
+    def more(self) -> bool:
+        """Whether frames wait that make the file readable no more: it is read until there are none."""
+        return isinstance(self._socket, ServedHub) and self._socket.more
 
     def fileno(self) -> int:
         """File descriptor to wait on; -1 after `shutdown`."""
@@ -238,6 +257,16 @@ def _connect(client: socket.socket, channel: str, deadline_s: float) -> None:
             return
 
 
+def _served(channel: str, packets: tuple[bytes, ...]) -> ServedHub | None:
+    """The hub at `channel`, in this process; None where another one is there already."""
+    try:
+        return ServedHub(Path(channel), packets)
+    except HubPresentError:
+        return None
+    except HubError as error:
+        raise can.CanInitializationError(str(error)) from error
+
+
 def _attach(channel: str, packets: tuple[bytes, ...], timeout_s: float) -> socket.socket:
     """A non-blocking socket that the hub at `channel` has attached to the bus, at the request `packets`."""
     client = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
@@ -255,8 +284,9 @@ def _attach(channel: str, packets: tuple[bytes, ...], timeout_s: float) -> socke
         ) from None
     except OSError as error:
         client.close()
+        advice = f"a simulator serves one, or: python -m local_can {channel}"
         raise can.CanInitializationError(
-            f"no hub at {channel} ({error.strerror or error}); start one with: python -m local_can {channel}"
+            f"no hub at {channel} ({error.strerror or error}); {advice}"
         ) from error
     client.setblocking(False)
     return client

@@ -11,7 +11,7 @@ import time
 from collections import deque
 from pathlib import Path
 
-from local_can.port import Port
+from local_can.port import Party, Port
 from local_can.wire import (
     ATTACH,
     ATTACH_WITH_OWN,
@@ -41,6 +41,10 @@ class HubError(Exception):
     """The hub cannot be at that path."""
 
 
+class HubPresentError(HubError):
+    """Another hub serves it already."""
+
+
 class Hub:
     """A CAN bus at a Unix socket.
 
@@ -60,10 +64,11 @@ class Hub:
         self._patience_s = 0.0 if bitrate else patience_s
         self._free_at_s = 0.0  # when the frame that is on the paced bus ends
         self._ports: dict[int, Port] = {}
-        self._heads: dict[Port, deque[bytes]] = {}  # what each client wants to send, in order of arrival
-        self._due: list[Port] = []  # to be flushed: who got frames in this turn
+        self._parties: list[Party] = []  # in order of their connection
+        self._heads: dict[Party, deque[bytes]] = {}  # what each client wants to send, in order of arrival
+        self._due: list[Party] = []  # to be flushed: who got frames in this turn
         self._contended = False  # whether the frames read next were waiting during the frame before
-        self._routes: dict[tuple[Port, bytes], tuple[Port, ...]] = {}  # to whom by sender and header
+        self._routes: dict[tuple[Party, bytes], tuple[Party, ...]] = {}  # to whom by sender and header
         self._listener = _listen(path)
         self._inode = path.stat().st_ino
         self._epoll = select.epoll()
@@ -73,6 +78,41 @@ class Hub:
         """Serve until an exception, such as a signal handler's, ends it."""
         while True:
             self.turn(IDLE_S)
+
+    def fileno(self) -> int:
+        """A file that is readable while a client wants something."""
+        return self._epoll.fileno()
+
+    @property
+    def busy(self) -> bool:
+        """Whether frames that have come wait for the next turn."""
+        return bool(self._heads)
+
+    def waiting(self, party: Party) -> int:
+        """How many frames of a party wait for the next turns."""
+        return len(self._heads.get(party, ()))
+
+    def join(self, party: Party) -> None:
+        """Let somebody send packets, the first of which attach it to the bus."""
+        self._parties.append(party)
+
+    def take(self, party: Party, packet: bytes) -> bool:
+        """Take what a party sends; return whether it was something."""
+        if party.attached and (frames := frames_of(packet)) is not None:
+            self._heads.setdefault(party, deque()).extend(frames)
+        elif packet in {ATTACH, ATTACH_WITH_OWN} and not party.attached:
+            party.attached = True
+            party.wants_own = packet == ATTACH_WITH_OWN
+            party.answer(ATTACHED)
+            self._routes.clear()
+        elif packet == BURSTS:
+            party.bursts = True
+        elif (filters := unpack_filters(packet)) is not None:
+            party.filters = filters
+            self._routes.clear()
+        else:
+            return False
+        return True
 
     def turn(self, wait_s: float) -> None:
         """Read what clients send, waiting at most `wait_s` for it, and pass on until one may have more."""
@@ -89,8 +129,8 @@ class Hub:
         sending = bool(heads)
         while heads and not self._transmit() and not paced:
             pass
-        for port in self._due:
-            port.flush()
+        for party in self._due:
+            party.flush()
         self._due.clear()
         # On a paced bus a frame that is there at the end of the one before has waited for it, even one of
         # the same client: the hub reads one packet of a client at a time.
@@ -98,8 +138,8 @@ class Hub:
 
     def close(self) -> None:
         """Leave: close every connection and remove the socket, unless another hub has replaced it."""
-        for port in self._ports.values():
-            port.sock.close()
+        for party in self._parties:
+            party.close()
         self._epoll.close()
         self._listener.close()
         with contextlib.suppress(FileNotFoundError):
@@ -125,20 +165,20 @@ class Hub:
             self._due.append(sender)
         return not frames
 
-    def _find_route(self, sender: Port, frame: bytes) -> tuple[Port, ...]:
+    def _find_route(self, sender: Party, frame: bytes) -> tuple[Party, ...]:
         """All others, in order of their connection, whose filters `frame` passes.
 
         It is kept until a filter or who is there changes: how many filters there are costs a frame nothing.
         """
         header = HEADER.unpack_from(frame)[0]
-        others = (port for port in self._ports.values() if port.attached and port is not sender)
-        route = tuple(port for port in others if passes(header, port.filters))
+        others = (party for party in self._parties if party.attached and party is not sender)
+        route = tuple(party for party in others if passes(header, party.filters))
         if len(self._routes) >= _MOST_ROUTES:
             self._routes.clear()
         self._routes[sender, frame[:4]] = route
         return route
 
-    def _rank(self, port: Port) -> int:
+    def _rank(self, port: Party) -> int:
         return arbitration_rank(self._heads[port][0])
 
     def _occupy(self, frame: bytes) -> None:
@@ -159,7 +199,9 @@ class Hub:
         except (BlockingIOError, ConnectionError):
             return  # it went away before it was let in
         sock.setblocking(False)
-        self._ports[sock.fileno()] = Port(sock, self._epoll, self._queue_frames, self._patience_s)
+        port = Port(sock, self._epoll, self._queue_frames, self._patience_s)
+        self._ports[sock.fileno()] = port
+        self.join(port)
         self._epoll.register(sock, select.EPOLLIN)
 
     def _read(self, port: Port) -> None:
@@ -167,24 +209,13 @@ class Hub:
             packet = port.sock.recv(_PACKET_AND_MORE)
         except (BlockingIOError, ConnectionResetError):
             return  # a client that left without reading everything; what it sent before comes next
-        if port.attached and (frames := frames_of(packet)) is not None:
-            self._heads[port] = deque(frames)
-        elif packet in {ATTACH, ATTACH_WITH_OWN} and not port.attached:
-            port.attached = True
-            port.wants_own = packet == ATTACH_WITH_OWN
-            port.answer(ATTACHED)
-            self._routes.clear()
-        elif packet == BURSTS:
-            port.take_bursts()
-        elif (filters := unpack_filters(packet)) is not None:
-            port.filters = filters
-            self._routes.clear()
-        else:
+        if not self.take(port, packet):
             if packet:
                 begin = packet[: FRAME_BYTES + 1]
                 _LOG.warning("client %d is cut off: it sent no CAN frame but %r", port.sock.fileno(), begin)
             del self._ports[port.sock.fileno()]
-            port.sock.close()
+            self._parties.remove(port)
+            port.close()
             self._routes.clear()
 
 
@@ -227,4 +258,4 @@ def _refuse_to_replace(path: Path) -> None:
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
         probe.settimeout(1.0)
         if probe.connect_ex(str(path)) != errno.ECONNREFUSED:
-            raise HubError(f"a hub is at {path} already")
+            raise HubPresentError(f"a hub is at {path} already")

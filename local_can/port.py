@@ -1,8 +1,9 @@
-"""One client of the hub: its socket, and the queue of frames for it."""
+"""Who is on the bus: a party, and the one behind a socket with the queue of frames for it."""
 
 import logging
 import select
 import socket
+from abc import ABC, abstractmethod
 from collections import deque
 from itertools import islice
 
@@ -11,7 +12,36 @@ from local_can.wire import MOST_FRAMES, PASS_ALL, overrun_frame
 _LOG = logging.getLogger(__name__)
 
 
-class Port:
+class Party(ABC):
+    """Somebody on the bus, or about to be."""
+
+    __slots__ = ("attached", "bursts", "filters", "lost_frames", "wants_own")
+
+    def __init__(self) -> None:
+        self.attached = False  # whether it is on the bus
+        self.wants_own = False  # whether its own frames go back to it too
+        self.bursts = False  # whether it takes several frames in one packet
+        self.filters = PASS_ALL  # of the frames that go to it
+        self.lost_frames = 0  # of the loss that is going on; 0 if there is none
+
+    @abstractmethod
+    def deliver(self, frame: bytes) -> None:
+        """Keep `frame` for the next flush; count it as lost when there is no room."""
+
+    @abstractmethod
+    def answer(self, packet: bytes) -> None:
+        """Send what is no frame, ahead of all frames."""
+
+    @abstractmethod
+    def flush(self) -> None:
+        """Hand over what was kept."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let it go."""
+
+
+class Port(Party):
     """A client's socket with a bounded output queue.
 
     Frames wait in the queue until the hub flushes it, or longer where the socket has no room. When the
@@ -27,33 +57,20 @@ class Port:
         "_queue_frames",
         "_send",
         "_waits_for_room",
-        "attached",
-        "filters",
-        "lost_frames",
-        "most_frames",
         "sock",
-        "wants_own",
     )
 
     def __init__(
         self, sock: socket.socket, epoll: select.epoll, queue_frames: int, patience_s: float
     ) -> None:
+        super().__init__()
         self.sock = sock
-        self.attached = False  # whether the client is on the bus
-        self.wants_own = False  # whether its own frames go back to it too
-        self.filters = PASS_ALL  # of the frames that go to it
-        self.most_frames = 1  # in a packet that goes to it
-        self.lost_frames = 0  # of the loss that is going on; 0 if there is none
         self._send = sock.send
         self._epoll = epoll
         self._queue: deque[bytes] = deque()
         self._queue_frames = max(queue_frames, 1)
         self._patience_ms = patience_s * 1000.0
         self._waits_for_room = False
-
-    def take_bursts(self) -> None:
-        """Send several frames in one packet from now on."""
-        self.most_frames = MOST_FRAMES
 
     def deliver(self, frame: bytes) -> None:
         """Queue `frame` for the client; count it as lost when there is no room."""
@@ -71,10 +88,10 @@ class Port:
 
     def flush(self) -> None:
         """Send the queue as far as the socket has room, and report a loss once it is empty."""
-        queue = self._queue
+        queue, most_frames = self._queue, MOST_FRAMES if self.bursts else 1
         try:
             while queue:
-                count = min(len(queue), self.most_frames)
+                count = min(len(queue), most_frames)
                 self._send(queue[0] if count == 1 else b"".join(islice(queue, count)))
                 for _ in range(count):
                     queue.popleft()
@@ -93,6 +110,10 @@ class Port:
         if self._waits_for_room:
             self._epoll.modify(self.sock, select.EPOLLIN)
             self._waits_for_room = False
+
+    def close(self) -> None:
+        """Close the connection."""
+        self.sock.close()
 
     def _make_room(self) -> bool:
         """Whether one more frame may wait; this is where the bus waits for a slow reader."""

@@ -42,7 +42,8 @@ def run(
     """Simulate a machine's drives and scales on a CAN bus.
 
     The plant file names the nodes and their EDS files. Once they are on the bus they boot, answer SDO and
-    wait for an NMT start; the first line printed says so. SIGINT or SIGTERM ends the simulation.
+    wait for an NMT start; a line says so. SIGINT or SIGTERM ends the simulation. A bus on a socket (localcan)
+    is served here where nobody serves it yet, for all who open it.
 
     A machine may have more than one plant file: machines/xy_table/plant_lubrication_loss.toml is the X-Y
     table whose x axis runs dry after a minute.
@@ -62,23 +63,25 @@ def run(
         nodes = ", ".join(f"{device.slave.node_id} {type(device).__name__}" for device in bench.devices)
         typer.echo(f"hil-sim: on the bus: {nodes}")
 
+    def open_port() -> CanPort:
+        port = CanPort(open_bus(bus))
+        if port.serves:
+            typer.echo(f"hil-sim: serves the bus {bus}")
+        return port
+
     try:
         config = load_plant(machine)
         faults = [read_fault(text) for text in fault or ()]
-        opened = open_bus(bus)
-        try:
-            asyncio.run(
-                serve(
-                    config,
-                    CanPort(opened),
-                    realtime=pacing is Pacing.REALTIME,
-                    state_directory=state_dir,
-                    on_ready=announce,
-                    faults=faults,
-                )
+        asyncio.run(
+            serve(
+                config,
+                open_port,
+                realtime=pacing is Pacing.REALTIME,
+                state_directory=state_dir,
+                on_ready=announce,
+                faults=faults,
             )
-        finally:
-            opened.shutdown()
+        )
     except (ConfigError, FaultError, BusError) as error:
         typer.echo(f"hil-sim: {error}", err=True)
         raise typer.Exit(1) from error

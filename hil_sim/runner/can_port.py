@@ -1,6 +1,7 @@
 """The simulator's CAN port: python-can, opened from `INTERFACE:CHANNEL`, read without threads."""
 
 from collections.abc import Callable
+from typing import Any
 
 from can_frames.frame import (
     DATA_AT,
@@ -36,12 +37,19 @@ Not only those received now: a frame could overtake the filter that follows an S
 """
 
 
+LOCALCAN = "localcan"
+SERVE: dict[str, Any] = {"serve": True}
+"""What makes our own interface serve the bus in this process, if nobody does so yet."""
+
+
 class BusError(Exception):
     """The bus cannot be opened or used. `str()` is one line for the user."""
 
 
 def open_bus(address: str) -> can.BusABC:
     """Open a bus, for example `socketcan:vcan0` or `localcan:/tmp/bus.sock`.
+
+    One of localcan is served in this process where nobody serves it yet.
 
     Raises:
         BusError: the address is malformed, the interface unknown, or the bus not there.
@@ -55,6 +63,7 @@ def open_bus(address: str) -> can.BusABC:
             channel=channel,
             receive_own_messages=False,
             can_filters=RECEIVED_IDENTIFIERS,
+            **(SERVE if interface == LOCALCAN else {}),
         )
     except (can.CanError, OSError, ValueError, ImportError, NotImplementedError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
@@ -69,6 +78,15 @@ class CanPort:
         self.on_overrun: Callable[[], None] = lambda: None
         self._burst: list[bytes] = []
 
+    @property
+    def serves(self) -> bool:
+        """Whether others reach the bus through this process."""
+        return bool(getattr(self._bus, "serves", False))
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()
+
     def fileno(self) -> int:
         """Descriptor to wait on. Raises BusError if the interface has none."""
         try:
@@ -78,6 +96,11 @@ class CanPort:
         if descriptor < 0:
             raise BusError(f"bus {self._bus.channel_info}: this interface cannot be waited on")
         return descriptor
+
+    @property
+    def more(self) -> bool:
+        """Whether frames wait that make the descriptor readable no more."""
+        return self._frames.more
 
     def send(self, can_id: int, data: bytes) -> None:
         """Send a frame with the next `flush`."""

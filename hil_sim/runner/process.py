@@ -17,7 +17,7 @@ from hil_sim.runner.pacing import Lockstep, RealTime
 
 async def serve(
     config: PlantConfig,
-    port: CanPort,
+    open_port: Callable[[], CanPort],
     *,
     realtime: bool,
     state_directory: Path | None,
@@ -26,44 +26,58 @@ async def serve(
 ) -> None:
     """Simulate until SIGTERM or SIGINT; calls `on_ready` when the nodes are on the bus.
 
+    The bus is opened once the plant is compiled, for who serves a bus keeps nobody waiting.
+
     Raises:
         ConfigError, FaultError: see `Bench`.
         BusError: the bus is lost, or cannot be waited on.
     """
+
+    def send(can_id: int, data: bytes) -> None:
+        port.send(can_id, data)
+
+    bench = Bench(config, send, state_directory, faults)
+    with contextlib.closing(open_port()) as port:
+        port.on_overrun = bench.on_overrun
+        pacing = RealTime(bench) if realtime else Lockstep(bench)
+        if not realtime:
+            _schedule_as_batch()
+        await _run(bench, port, pacing, on_ready)
+
+
+async def _run(
+    bench: Bench, port: CanPort, pacing: Lockstep | RealTime, on_ready: Callable[[Bench], None]
+) -> None:
     descriptor = port.fileno()
-    bench = Bench(config, port.send, state_directory, faults)
-    port.on_overrun = bench.on_overrun
-    pacing = RealTime(bench) if realtime else Lockstep(bench)
-    if not realtime:
-        _schedule_as_batch()
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[None] = loop.create_future()
 
-    def end(failure: Exception | None = None) -> None:
+    def end() -> None:
+        if not ended.done():
+            ended.set_result(None)
+
+    def act(action: Callable[[], None]) -> None:
+        """Do something, then send what comes of it; a failure ends the simulation."""
         if ended.done():
             return
-        if failure is None:
-            ended.set_result(None)
-        else:
+        try:
+            action()
+            port.flush()
+        except Exception as failure:  # noqa: BLE001  # asyncio would log it and go on
             ended.set_exception(failure)
+        else:
+            if port.more:
+                loop.call_soon(receive)
 
-    def guarded(action: Callable[[], None]) -> Callable[[], None]:
-        def run() -> None:
-            try:
-                action()
-                port.flush()
-            except Exception as failure:  # noqa: BLE001  # asyncio would log it and go on
-                end(failure)
-
-        return run
+    def receive() -> None:
+        act(lambda: port.drain(bench.handle))
 
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, end)
-    loop.add_reader(descriptor, guarded(lambda: port.drain(bench.handle)))
-    timer = asyncio.create_task(_quiet(pacing, guarded(pacing.on_quiet)))
+    loop.add_reader(descriptor, receive)
+    timer = asyncio.create_task(_quiet(pacing, lambda: act(pacing.on_quiet)))
     try:
-        bench.start()
-        port.flush()
+        act(bench.start)
         on_ready(bench)
         gc.collect()
         gc.freeze()  # the long-lived dictionaries would cost milliseconds in every full collection

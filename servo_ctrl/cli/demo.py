@@ -20,7 +20,7 @@ def demo(
 ) -> None:
     """Run circles R = 25 mm at F = 500, 1000, 2000 and 3000 mm/min on the simulated X-Y table.
 
-    Starts the CAN hub and the simulator as processes of their own, boots the drives over the bus, moves,
+    Starts the simulator as a process of its own, which serves the bus, boots the drives over the bus, moves,
     and shows the errors that friction leaves at the reversals. Nothing but this program is needed.
 
     The operator's bench shows it in a browser meanwhile. In a terminal the table stays there afterwards, in
@@ -42,7 +42,7 @@ def demo(
         address = free_address(hmi)
         page = page_at(address, recordings=out)
         console.print(f"operator's bench: {url_of(address)}", highlight=False)
-    console.print("starting the CAN hub and hil-sim (the first start compiles the kernels) ...")
+    console.print("starting hil-sim (the first start compiles the kernels) ...")
     with progress_bar() as show:
         program = machine / "programs" / "circles.toml"
         run = asyncio.run(simulated_run(machine, program, out, show, page=page))

@@ -1,1 +1,1 @@
-"""A simulated machine beside the controller: hub and `hil-sim` as processes, and one program run on it."""
+"""A simulated machine beside the controller: `hil-sim` as a process, and one program run on it."""

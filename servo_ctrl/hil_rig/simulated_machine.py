@@ -1,4 +1,4 @@
-"""A simulated machine on an embedded bus of its own: the hub and `hil-sim`, two processes beside ours."""
+"""A simulated machine on an embedded bus of its own: `hil-sim`, a process beside ours that serves the bus."""
 
 import asyncio
 import contextlib
@@ -20,31 +20,24 @@ LINES_KEPT = 1000
 
 
 class SimulatorError(ServoCtrlError):
-    """The hub or the simulator did not start."""
+    """The simulator did not start."""
 
 
 @contextlib.asynccontextmanager
 async def simulated_machine(machine: Path, pacing: str) -> AsyncIterator[str]:
-    """Start hub and simulator for a machine directory or a plant file; yield the bus; stop both.
+    """Start the simulator for a machine directory or a plant file; yield the bus that it serves; stop it.
 
     Raises:
-        SimulatorError: one of them ended or was not ready within its bound; carries what it printed.
+        SimulatorError: it ended or was not ready within its bound; carries what it printed.
 
     """
     with tempfile.TemporaryDirectory(prefix="servo-ctrl-") as folder:
-        socket = Path(folder) / "can.sock"
-        bus = f"localcan:{socket}"
-        hub = [sys.executable, "-m", "local_can", str(socket)]
-        if pacing == "lockstep":
-            hub.append("--batch")
+        bus = f"localcan:{Path(folder) / 'can.sock'}"
         simulator = [
             str(Path(sys.executable).with_name("hil-sim")),
             *("run", "--machine", str(machine), "--bus", bus, "--pacing", pacing),
         ]
-        async with (
-            running("the CAN hub", hub, "bus at"),
-            running("hil-sim", simulator, "on the bus"),
-        ):
+        async with running("hil-sim", simulator, "on the bus"):
             yield bus
 
 

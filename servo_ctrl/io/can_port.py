@@ -64,7 +64,7 @@ CONTROLLER_PROBLEMS: tuple[tuple[int, str], ...] = (
 
 
 ADVICE: dict[int, str] = {
-    errno.EAFNOSUPPORT: "this kernel has no SocketCAN; use localcan:SOCKET with `python -m local_can SOCKET`",
+    errno.EAFNOSUPPORT: "this kernel has no SocketCAN; use localcan:SOCKET, which `hil-sim run` serves",
     errno.ENODEV: "there is no such interface; `ip link` lists them",
     errno.ENETDOWN: "the interface is down; `ip link set ... up` (with its bitrate) switches it on",
     errno.ENOBUFS: "nobody takes the frames; check that a node is on, the cable, termination and bit rate",

@@ -1,10 +1,10 @@
 """Lockstep cycles a second with two axes and two scales on localcan, against the stock canopen exchange.
 
-Ours: the hub and `hil-sim run` as processes, the daemon's `run_machine` in this one: boot, enable, a circle,
-controlled stop, with control law, plant and all checks. Stock: the same seven frames a cycle over a hub of
-its own, written with canopen's PDO objects and a Notifier on both ends (`stock_canopen.py`), without a law
-and without a plant. Bare: the same frames as ready-made bytes on bare sockets (`bare_exchange.py`), which is
-what the hub lets through. They take turns.
+Ours: `hil-sim run`, which serves the bus, as a process, the daemon's `run_machine` in this one: boot,
+enable, a circle, controlled stop, with control law, plant and all checks. Stock: the same seven frames a
+cycle over a hub of its own, written with canopen's PDO objects and a Notifier on both ends
+(`stock_canopen.py`), without a law and without a plant. Bare: the same frames as ready-made bytes on bare
+sockets (`bare_exchange.py`), which is what the hub lets through. They take turns.
 """
 
 import asyncio
@@ -46,7 +46,7 @@ class Run(NamedTuple):
 
 
 async def run_ours(bus: str, pids: dict[str, int]) -> Run:
-    """One run of the circle on a bus where `hil-sim` is; `pids` are the other two processes."""
+    """One run of the circle on a bus where `hil-sim` is; `pids` are the other processes."""
     machine = load_machine(MACHINE)
     program = load_program(PROGRAM, machine)
     before_s = {role: processor_s(pid) for role, pid in pids.items()}

@@ -67,13 +67,13 @@ async def main(machine: Path, bus: str) -> None:
         asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, windows[0].tell)
         print("on the bus", flush=True)
 
-    opened = open_bus(bus)
-    try:
-        await serve(
-            load_plant(machine), CanPort(opened), realtime=False, state_directory=None, on_ready=ready
-        )
-    finally:
-        opened.shutdown()
+    await serve(
+        load_plant(machine),
+        lambda: CanPort(open_bus(bus)),
+        realtime=False,
+        state_directory=None,
+        on_ready=ready,
+    )
     windows[0].tell()
 
 

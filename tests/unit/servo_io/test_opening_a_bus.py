@@ -70,5 +70,5 @@ def test_without_socketcan_the_error_advises_the_embedded_bus(monkeypatch: pytes
         raise OSError(errno.EAFNOSUPPORT, "Address family not supported by protocol")
 
     monkeypatch.setattr(can, "Bus", refuse)
-    with pytest.raises(BusError, match=r"has no SocketCAN; use localcan:SOCKET with `python -m local_can"):
+    with pytest.raises(BusError, match=r"has no SocketCAN; use localcan:SOCKET, which `hil-sim run"):
         open_port("socketcan:vcan0")
