@@ -17,7 +17,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
+from kernels.lean_import import as_if_absent
+
+with as_if_absent("scipy"):  # for linear algebra within kernels, of which there is none: 17 MB and 0.4 s
+    import numba
+    import numba.np.arraymath
 
 F = TypeVar("F", bound="Callable[..., Any]")
 

@@ -14,11 +14,15 @@ from functools import cache
 from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 import numpy as np
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic, overload
-from numba.np.arrayobj import populate_array
 from numpy.typing import NDArray
+
+from kernels.lean_import import as_if_absent
+
+with as_if_absent("scipy"):  # as in `jit`
+    from numba import types
+    from numba.core import cgutils
+    from numba.extending import intrinsic, overload
+    from numba.np.arrayobj import populate_array
 
 T = TypeVar("T")
 Table = NDArray[np.float64]

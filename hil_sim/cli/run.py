@@ -31,6 +31,9 @@ def run(
         Path | None,
         typer.Option(help="Where nodes keep stored parameters (object 1010h). Without it: in memory only."),
     ] = None,
+    fifo: Annotated[
+        bool, typer.Option("--fifo", help="SCHED_FIFO and locked memory; needs permission (root, or limits).")
+    ] = False,
     fault: Annotated[
         list[str] | None,
         typer.Option(
@@ -58,6 +61,7 @@ def run(
     from hil_sim.runner.bench import Bench
     from hil_sim.runner.can_port import BusError, CanPort, open_bus
     from hil_sim.runner.process import serve
+    from hil_sim.runner.realtime import RealtimeError
 
     def announce(bench: Bench) -> None:
         nodes = ", ".join(f"{device.slave.node_id} {type(device).__name__}" for device in bench.devices)
@@ -77,11 +81,12 @@ def run(
                 config,
                 open_port,
                 realtime=pacing is Pacing.REALTIME,
+                fifo=fifo,
                 state_directory=state_dir,
                 on_ready=announce,
                 faults=faults,
             )
         )
-    except (ConfigError, FaultError, BusError) as error:
+    except (ConfigError, FaultError, BusError, RealtimeError) as error:
         typer.echo(f"hil-sim: {error}", err=True)
         raise typer.Exit(1) from error

@@ -13,6 +13,7 @@ from hil_sim.faults.schedule import Fault
 from hil_sim.runner.bench import Bench
 from hil_sim.runner.can_port import CanPort
 from hil_sim.runner.pacing import Lockstep, RealTime
+from hil_sim.runner.realtime import take_priority
 
 
 async def serve(
@@ -20,6 +21,7 @@ async def serve(
     open_port: Callable[[], CanPort],
     *,
     realtime: bool,
+    fifo: bool = False,
     state_directory: Path | None,
     on_ready: Callable[[Bench], None],
     faults: Sequence[Fault] = (),
@@ -31,6 +33,7 @@ async def serve(
     Raises:
         ConfigError, FaultError: see `Bench`.
         BusError: the bus is lost, or cannot be waited on.
+        RealtimeError: `fifo` is not permitted.
     """
 
     def send(can_id: int, data: bytes) -> None:
@@ -40,7 +43,9 @@ async def serve(
     with contextlib.closing(open_port()) as port:
         port.on_overrun = bench.on_overrun
         pacing = RealTime(bench) if realtime else Lockstep(bench)
-        if not realtime:
+        if fifo:
+            take_priority()
+        elif not realtime:
             _schedule_as_batch()
         await _run(bench, port, pacing, on_ready)
 
@@ -79,7 +84,7 @@ async def _run(
     try:
         act(bench.start)
         on_ready(bench)
-        gc.collect()
+        gc.collect(1)  # of the start; a whole one takes half a second
         gc.freeze()  # the long-lived dictionaries would cost milliseconds in every full collection
         await ended
     finally:

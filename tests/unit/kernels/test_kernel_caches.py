@@ -61,6 +61,7 @@ def test_caches_are_not_looked_into_while_another_process_deletes_them(tmp_path:
 MODULES = {
     "kernels/__init__.py": "",
     "kernels/jit.py": (ROOT / "kernels" / "jit.py").read_text(encoding="utf-8"),
+    "kernels/lean_import.py": (ROOT / "kernels" / "lean_import.py").read_text(encoding="utf-8"),
     "servo_ctrl/__init__.py": "",
     "servo_ctrl/upper/__init__.py": "",
     "servo_ctrl/upper/caller.py": (
