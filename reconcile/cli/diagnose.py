@@ -17,7 +17,10 @@ class ProgressFormat(StrEnum):
 def diagnose(
     recordings: Annotated[
         list[Path],
-        typer.Argument(help="Directories of servo-ctrl; Parquet, CSV, npz, mat, MDF4 or candump files."),
+        typer.Argument(
+            help="Directories of servo-ctrl; Parquet, CSV, JSON, npz, mat, MDF4 or candump files; folders of them, "
+            "or a pattern such as 'runs/*.csv'."
+        ),
     ],
     model: Annotated[Path, typer.Option(help="Nominal model: a plant.toml, or as much of one as is known.")],
     out: Annotated[Path, typer.Option(help="Directory for verdict.json, model.toml and report.html.")] = Path(
@@ -45,7 +48,10 @@ def diagnose(
 ) -> None:
     """Say what the model has left out, how sure that is, and write the repaired model.
 
-    The recordings may be of any motion; several together tell more than one. For a CSV file with the columns
+    The recordings may be of any motion; several together tell more than one. A folder stands for all that it
+    holds, and 'runs/**/circle*.csv' in quotes for what matches at any depth; a file that cannot be used among
+    good ones is set aside, and said. What stands above the names of a CSV file is skipped, a row of units
+    below them is understood. For a CSV file with the columns
     t (s), q (m, motor encoder at the table) and i (A), and a model that knows lead, torque constant and mass:
 
         reconcile diagnose run1.csv --map time=t,position=q,current=i --model axis.toml --out out/axis

@@ -1,6 +1,5 @@
 """Parquet and CSV through Arrow, and tables of records as Parquet: pyarrow behind one file."""
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,8 @@ MISSING = ["", "nan", "NaN", "NAN", "null", "NULL", "NA", "n/a", "-", "inf", "-i
 ROW_GROUP = 10_000
 """Rows of a Parquet row group, and so in memory at a time; chosen."""
 
+pa.set_memory_pool(pa.system_memory_pool())  # Arrow's own keeps what a long file took
+
 
 def read_parquet(path: Path) -> Table:
     """Read a Parquet file; units are those of the field metadata (key `unit`). Raises ReconcileError."""
@@ -29,14 +30,21 @@ def read_parquet(path: Path) -> Table:
     return _table(path, content, first_row=0)
 
 
-def parse_csv(path: Path, body: str, names: list[str], delimiter: str, first_row: int) -> Table:
-    """Parse the rows of a CSV file; the first is line `first_row`. Raises ReconcileError."""
+def parse_csv(
+    path: Path, body: memoryview, names: list[str], delimiter: str, first_row: int, decimal: str
+) -> Table:
+    """Parse the rows of a CSV file in UTF-8; the first is line `first_row`. Raises ReconcileError."""
     try:
         content = pa.csv.read_csv(
-            io.BytesIO(body.encode()),
+            pa.BufferReader(pa.py_buffer(body)),
             read_options=pa.csv.ReadOptions(column_names=names, use_threads=False),
-            parse_options=pa.csv.ParseOptions(delimiter=delimiter),
-            convert_options=pa.csv.ConvertOptions(null_values=MISSING, strings_can_be_null=True),
+            parse_options=pa.csv.ParseOptions(
+                delimiter=delimiter,
+                invalid_row_handler=lambda row: "skip" if (row.text or "").startswith("#") else "error",
+            ),
+            convert_options=pa.csv.ConvertOptions(
+                null_values=MISSING, strings_can_be_null=True, decimal_point=decimal
+            ),
         )
     except pa.ArrowException as error:
         where = f"rows from {first_row} on"
@@ -71,7 +79,10 @@ def _table(path: Path, content: Any, first_row: int) -> Table:
     text: dict[str, list[str]] = {}
     for field in content.schema:
         chunks = content.column(field.name)
-        if _is_numeric(field.type):
+        if pa.types.is_timestamp(field.type):
+            instants_ns = chunks.cast(pa.timestamp("ns"), safe=False).cast(pa.int64()).to_numpy()
+            columns[field.name] = Column((instants_ns - instants_ns[:1]) * 1e-9, "s")
+        elif _is_numeric(field.type):
             unit = (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace")
             values = np.asarray(chunks.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
             columns[field.name] = Column(values, unit)

@@ -77,6 +77,11 @@ def normal_unit(unit: str) -> str:
     return plain.replace("/", "_").replace(" ", "").lower()
 
 
+def is_unit(unit: str) -> bool:
+    """Whether a cell of a file is a unit that is known."""
+    return any(normal_unit(unit) in units for units in UNITS.values())
+
+
 def unit_of_name(name: str) -> tuple[str, str, str]:
     """Split a name such as `motor_position_mm` into stem, unit and dimension, empty without a unit."""
     lower = name.lower()

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from reconcile.errors import ReconcileError
-from reconcile.formats import array_files, arrow_files, candump_log, csv_file, mdf4_file
+from reconcile.formats import array_files, arrow_files, candump_log, csv_file, json_file, mdf4_file
 from reconcile.formats.mapping import Mapping
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.formats.table import Column, Table
@@ -18,6 +18,9 @@ READERS: dict[str, Callable[[Path], Table]] = {
     ".parquet": arrow_files.read_parquet,
     ".csv": csv_file.read,
     ".tsv": csv_file.read,
+    ".json": json_file.read,
+    ".jsonl": json_file.read,
+    ".ndjson": json_file.read,
     ".npz": array_files.read_npz,
     ".mat": array_files.read_mat,
     ".mf4": mdf4_file.read,

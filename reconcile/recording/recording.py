@@ -1,5 +1,6 @@
 """Load recordings of any format as evenly sampled, complete pieces by axis."""
 
+import math
 from collections.abc import Mapping as ByName
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.axis_channels import Channels, axis_channels, missing
+from reconcile.formats.files import recordings_of
 from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.formats.readers import read_table
@@ -47,29 +49,53 @@ class AxisRecording(NamedTuple):
     """Defects found while reading: gaps, jitter, spikes."""
     ignored: tuple[str, ...] = ()
     """Columns of the file that were not used."""
+    samples_in_a_mean: int = 1
+    """Samples of which the mean is explained: more than one where memory asks for it."""
 
 
 def load_recordings(
     paths: Sequence[Path], model: ByName[str, NominalAxis], mapping: Mapping = NO_MAPPING
 ) -> list[AxisRecording]:
-    """Load every axis of the model from every file, split where samples are missing.
+    """Load every axis of the model from every file, folder or pattern, split where samples are missing.
+
+    A file that cannot be used among good ones is set aside, and a finding of the first good one says so.
 
     Raises:
-        ReconcileError: a file cannot be used; it names the file, the place and what to do.
+        ReconcileError: no file can be used; the first one's place, and what to do.
 
     """
     found: list[AxisRecording] = []
-    for path in paths:
-        table = read_table(path, mapping, model)
-        channels = axis_channels(table, mapping, model)
-        axes_present = [name for name in model if name in channels.axes]
-        if not axes_present:
-            present = short_list(channels.axes) if channels.axes else f"columns {short_list(table.columns)}"
-            reason = f"holds none of the model's axes ({short_list(model)}); it has {present}"
-            raise ReconcileError(path, "", reason, "name the columns: --map position=NAME,force=NAME")
-        for name in axes_present:
-            found += _axis_recordings(table, channels, name, model[name])
+    refused: list[ReconcileError] = []
+    for path in recordings_of(paths):
+        try:
+            found += _load(path, model, mapping)
+        except ReconcileError as error:
+            refused.append(error)
+    if refused and not found:
+        raise refused[0]
+    if refused:
+        aside = tuple(_set_aside(error) for error in refused)
+        found[0] = found[0]._replace(findings=(*found[0].findings, *aside))
     return found
+
+
+def _load(path: Path, model: ByName[str, NominalAxis], mapping: Mapping) -> list[AxisRecording]:
+    """Load every axis of the model from one file. Raises ReconcileError."""
+    table = read_table(path, mapping, model)
+    channels = axis_channels(table, mapping, model)
+    axes_present = [name for name in model if name in channels.axes]
+    if not axes_present:
+        present = short_list(channels.axes) if channels.axes else f"columns {short_list(table.columns)}"
+        reason = f"holds none of the model's axes ({short_list(model)}); it has {present}"
+        raise ReconcileError(path, "", reason, "name the columns: --map position=NAME,force=NAME")
+    return [one for name in axes_present for one in _axis_recordings(table, channels, name, model[name])]
+
+
+def _set_aside(error: ReconcileError) -> SensorFinding:
+    place = f"{error.where}: " if error.where else ""
+    message = f"the recording is set aside: {place}{error.reason}"
+    where = (error.file, "", "", math.nan, math.nan)
+    return SensorFinding("unreadable", "warning", *where, 0.0, "", message, error.remedy)
 
 
 def _axis_recordings(table: Table, channels: Channels, axis: str, model: NominalAxis) -> list[AxisRecording]:

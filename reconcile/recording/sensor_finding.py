@@ -1,6 +1,8 @@
 """A defect that a check of timing or of a sensor found."""
 
-from collections.abc import Iterable
+import math
+import re
+from collections.abc import Iterable, Sequence
 from typing import Literal, NamedTuple
 
 Severity = Literal["note", "warning", "unusable"]
@@ -31,6 +33,34 @@ class SensorFinding(NamedTuple):
         place = ": ".join(part for part in (self.source, self.axis, self.channel) if part)
         text = f"{place}: {self.message}"
         return f"{text}; {self.remedy}" if self.remedy else text
+
+
+def notes_of(findings: Iterable[SensorFinding]) -> list[str]:
+    """Findings in words; those that differ in their numbers alone are one note, with the largest, counted."""
+    alike: dict[tuple[str, ...], list[SensorFinding]] = {}
+    for one in findings:
+        key = (
+            one.severity,
+            one.check,
+            one.axis,
+            one.channel,
+            _file(one),
+            re.sub(r"[\d.+-]+", "", one.message),
+        )
+        alike.setdefault(key, []).append(one)
+    return [str(own[0]) if len(own) == 1 else _counted(own) for own in alike.values()]
+
+
+def _counted(alike: Sequence[SensorFinding]) -> str:
+    largest = max(alike, key=lambda one: abs(one.size))
+    times_s = [at for one in alike for at in (one.start_s, one.end_s) if math.isfinite(at)]
+    span = f", {min(times_s):.3f} to {max(times_s):.3f} s" if times_s else ""
+    return f"{largest._replace(source=_file(largest))} (x {len(alike)}{span}; the largest is told)"
+
+
+def _file(one: SensorFinding) -> str:
+    """The file of a recording that was split, without the range of time."""
+    return re.sub(r" \[[^\]]* to [^\]]* s\]$", "", one.source)
 
 
 def worst_first(findings: Iterable[SensorFinding]) -> list[SensorFinding]:

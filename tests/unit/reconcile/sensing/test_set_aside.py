@@ -9,6 +9,7 @@ from nominal_model_text import WITHOUT_SCALE
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import NominalModel, load_model
 from reconcile.recording.recording import load_recordings
+from reconcile.recording.sensor_finding import SensorFinding, notes_of
 from reconcile.sensing.checks import examine
 
 T, N = 1e-3, 8_000
@@ -54,3 +55,20 @@ def test_a_spring_that_outweighs_the_inertia_is_no_wrong_sign(tmp_path: Path, mo
     report = examine(load_recordings(files, model.axes), model.axes)
     assert len(report.recordings) == 1
     assert not any(one.check == "sign" for one in report.findings)
+
+
+def test_findings_that_differ_in_numbers_alone_are_one_note_with_their_count() -> None:
+    def gap(start_s: float, lost: int) -> SensorFinding:
+        message = f"{lost} samples are missing after {start_s:.4f} s; the recording is split there"
+        source = f"run.csv [{start_s:.3f} to {start_s + 1.0:.3f} s]"
+        return SensorFinding("gap", "warning", source, "x", "", start_s, start_s, lost, "samples", message)
+
+    other = SensorFinding(
+        "gap", "note", "run.csv", "y", "", 0.0, 0.0, 2.0, "samples", "2 samples are missing"
+    )
+    found = notes_of([gap(1.0, 7), gap(2.0, 9), other, gap(3.5, 8)])
+    assert found == [
+        "run.csv: x: 9 samples are missing after 2.0000 s; the recording is split there "
+        "(x 3, 1.000 to 3.500 s; the largest is told)",
+        "run.csv: y: 2 samples are missing",
+    ]
