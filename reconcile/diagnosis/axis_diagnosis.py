@@ -62,13 +62,16 @@ def diagnose_axis(
     if with_proof:
         on_progress(f"axis {name}: proof")
         proofs = prove(recordings, searches, found, model)
-    del searches  # their columns take most of the memory
+    del searches  # the same
     dropped = [proof.dropped for proof in proofs] or [() for _ in found]
     named = [proven(one, proof) for one, proof in zip(found, proofs, strict=True)] if proofs else found
     held = [without(one, effects) for one, effects in zip(found, dropped, strict=True)]
     held, sections = written_explanations(held, model, name)
     updated = update_axis(held, model, name)
-    explanations = [_named_too(one, whole) for one, whole in zip(updated.explanations, named, strict=True)]
+    explanations = [
+        _named_too(one, whole)._replace(found=None)  # its columns take most of the memory
+        for one, whole in zip(updated.explanations, named, strict=True)
+    ]
     left_out = [note for effect, note in sections.left_out.items() if note not in updated.notes]
     notes = [
         f"model.toml, axis {name}: it does without {effect}: with it, what was left out was predicted no "

@@ -18,6 +18,8 @@ from reconcile.location.residual_coordinates import ResidualAnalysis, residual_a
 from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.proof.left_out import Proof
 from reconcile.recording.recording import load_recordings
+from reconcile.recording.sensor_finding import notes_of
+from reconcile.regression.thinning import to_be_thinned
 from reconcile.replay.controller import load_controllers
 from reconcile.replay.model_replays import control_loop, replay_models
 from reconcile.report.report import write_report
@@ -69,13 +71,15 @@ def diagnose(
     checked = examine(loaded, model.axes)
     explanations: dict[str, list[Explanation]] = {}
     proofs: dict[str, list[Proof]] = {}
-    updates, notes = {}, [str(finding) for finding in checked.findings]
+    updates, notes = {}, notes_of(checked.findings)
     for name in model.axes:
         recordings = [recording for recording in checked.recordings if recording.axis == name]
         if not recordings:
             continue
+        recordings, thinning = to_be_thinned(recordings)
         one = diagnose_axis(recordings, model, matters, on_progress, with_proof=with_proof)
         explanations[name], proofs[name], updates[name] = one.explanations, one.proofs, one.sections
+        notes += notes_of(thinning)
         notes += [sentence_of(note, rotary=model.axes[name].rotary) for note in one.notes]
     if controllers:
         on_progress("replaying")

@@ -57,9 +57,9 @@ class Explanation(NamedTuple):
     accounted: Accounted | None = None
     """What each part of the model gives; None where nothing was fitted."""
     withdrawn: tuple[Withdrawn, ...] = ()
-    found: FoundTerms | None = None
-    """What it was made of, to be fitted anew without some of it."""
     """Effects that were found and did not predict what was left out."""
+    found: FoundTerms | None = None
+    """What it was made of, to be fitted anew without some of it; None once the axis is done."""
 
 
 def without(explanation: Explanation, effects: Container[str]) -> Explanation:

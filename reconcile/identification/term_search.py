@@ -11,7 +11,7 @@ import numpy as np
 
 from kernels.arrays import Index
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
-from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.catalogue.smooth_terms import KNOTS, PREFIX
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.findings import (
     ReportedEffects,
@@ -25,7 +25,7 @@ from reconcile.regression.model_presliding import regressed_terms
 from reconcile.regression.normal_equations import CandidateTerm, effect_names
 from reconcile.regression.physical_veto import vetoed
 from reconcile.regression.regression_data import regression_data
-from reconcile.regression.regression_problem import RegressionProblem, regression_problem
+from reconcile.regression.regression_problem import RegressionProblem, extended, regression_problem
 from reconcile.regression.residual import residuals, rms
 from reconcile.regression.residual_noise import noise_floor
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
@@ -108,8 +108,14 @@ class TermSearch:
             for one in recordings
         ]  # a term of another axis has the same columns in all
         model_terms = regressed_terms(axis, datasets, channel)
-        self.problem = regression_problem(datasets, channel, model_terms=model_terms)
+        self.problem = regression_problem(
+            datasets, channel, model_terms=model_terms, spare=rules.most_unknown * KNOTS
+        )
         self._train, self._held_out = split(self.problem)
+
+    def release(self) -> None:
+        """Give the columns' memory back; only the blocks of samples are still known."""
+        self.problem.equations.release()
 
     def found(self, left_out: Index | None = None) -> FoundTerms:
         """Search the terms; on nothing of the blocks that are left out."""
@@ -152,10 +158,8 @@ class TermSearch:
         held_out: Index,
     ) -> FoundTerms:
         """Select named terms once more beside the `unnamed` ones."""
-        first = self.problem
-        wide = regression_problem(first.datasets, self.channel, unnamed, model_terms=first.model_terms)
+        wide = extended(self.problem, unnamed)
         validation = CrossValidation(wide.equations, train)
-        wide.equations.rows.clear()  # the validation has copies; they take most of the memory
         own = wide.equations.by_key
         previous, beside = [own[c.key] for c in before.chosen], [own[*one, False] for one in unnamed]
         excluded = {one.effect for one in before.found.withdrawn}

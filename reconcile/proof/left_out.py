@@ -79,7 +79,8 @@ def prove(
     """Leave each recording of an axis out in turn; a proof for each channel that was searched.
 
     `explanations`, of all recordings, in the order of the searches: effects that make the written model
-    predict worse than the rigid one are dropped, the one that is worth least first.
+    predict worse than the rigid one are dropped, the one that is worth least first. Nothing can be searched
+    after it.
     """
     folds: list[_Fold] = []
     for number, recording in enumerate(recordings, start=1):
@@ -87,6 +88,8 @@ def prove(
         blocks = [_blocks_of(search, recording.source) for search in searches]
         made = [explain(search, of) for search, of in zip(searches, blocks, strict=True)]
         folds.append(_Fold(recording, blocks, made))
+    for search in searches:
+        search.release()
     dropped: dict[ResidualChannel, tuple[str, ...]] = {search.channel: () for search in searches}
     proofs: list[Proof] = []
     for place, (search, explanation) in enumerate(zip(searches, explanations, strict=True)):

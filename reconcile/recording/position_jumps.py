@@ -3,12 +3,15 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from kernels.arrays import Array
 
 DEFECT_RATIO = 20.0
 """Change of the step size of a defect over the 99th percentile of all."""
+BLOCK = 65_536
+"""Samples of a block."""
 LEAST_WRAP_COUNTS = 100.0
 """Least size of a wrap, in counts; less may be noise at standstill."""
 
@@ -38,7 +41,7 @@ def find_jumps(position_m: Array, number: NDArray[np.intp], most_missing: int) -
     change_m = np.abs(np.diff(step_m))
     limit_m = DEFECT_RATIO * float(np.percentile(change_m, 99.0)) + float(np.percentile(np.abs(step_m), 99.0))
     # the step of a sample against those around it, which carry the motion
-    around_m = np.median([np.roll(step_m, shift) for shift in (-3, -2, -1, 1, 2, 3)], axis=0)
+    around_m = _median_around(step_m)
     excess_m = np.where(sample_distance > most_missing + 1, 0.0, step_m - around_m)
     large = (np.abs(excess_m) > limit_m) | _wraps(known_m, step_m)
     is_spike = large[:-1] & large[1:] & (excess_m[:-1] * excess_m[1:] < 0.0)
@@ -48,6 +51,13 @@ def find_jumps(position_m: Array, number: NDArray[np.intp], most_missing: int) -
     large[spikes + 1] = False
     jumps = np.flatnonzero(large)
     return Jumps(rows[spikes + 1], excess_m[spikes], rows[jumps + 1], excess_m[jumps])
+
+
+def _median_around(values: Array) -> Array:
+    """Median of the three values to either side of each (n,), round the ends; by blocks, to save memory."""
+    windows = sliding_window_view(np.pad(values, 3, mode="wrap"), 7)
+    blocks = [windows[first : first + BLOCK] for first in range(0, len(values), BLOCK)]
+    return np.concatenate([np.median(block[:, [0, 1, 2, 4, 5, 6]], axis=1) for block in blocks])
 
 
 def _wraps(known_m: Array, step_m: Array) -> NDArray[np.bool_]:

@@ -6,6 +6,7 @@ own in each recording.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +42,11 @@ class BlockNormalEquations:
     """Gram matrices by block; filled by recording, so that the columns of only one are in memory."""
 
     def __init__(
-        self, base: Sequence[bool], candidates: list[CandidateTerm], recording_of_block: Index
+        self,
+        base: Sequence[bool],
+        candidates: list[CandidateTerm],
+        recording_of_block: Index,
+        spare: int = 0,
     ) -> None:
         self.candidates = candidates
         self.by_key = {c.key: c for c in candidates}
@@ -50,13 +55,13 @@ class BlockNormalEquations:
         self.recording_of_block = recording_of_block
         self.recordings = int(recording_of_block.max()) + 1
         self.samples = np.zeros(len(recording_of_block), dtype=np.int64)
-        width = 1 + max([len(base) - 1, *(place for c in candidates for place in c.columns)]) + 1
+        self.columns = max([len(base) - 1, *(place for c in candidates for place in c.columns)]) + 1
+        """Number of columns, without `spare` ones that `extended` fills."""
+        width = 1 + self.columns + spare
         self.gram = np.zeros((len(recording_of_block), width, width))
         self.unit = np.ones(width)
         self._ridge = np.full(width, RIDGE)
-        for c in candidates:
-            if c.effect.startswith(PREFIX):
-                self._ridge[[place + 1 for place in c.columns]] = SMOOTH_RIDGE
+        self._set_smooth_ridge(candidates)
         self.rows: list[Array] = []
         """(c + 1, n) of each recording: target and columns, normalised."""
         self.block: list[Index] = []
@@ -81,6 +86,45 @@ class BlockNormalEquations:
         self.gram /= self.unit[:, None] * self.unit
         for rows in self.rows:
             np.divide(rows, self.unit[:, None], out=rows)
+
+    def extended(self, terms: Sequence[tuple[CandidateTerm, Sequence[Array]]]) -> "BlockNormalEquations":
+        """The same equations with further terms, each with its columns (k, n) by recording.
+
+        They fill the spare columns: equations that were extended before are no longer valid.
+        """
+        whole = copy(self)
+        added = [term for term, _ in terms]
+        places = [place + 1 for term in added for place in term.columns]
+        if places and places[-1] >= len(self.unit):
+            raise ValueError(f"{len(places)} columns do not fit in the spare ones")
+        whole.candidates = [*self.candidates, *added]
+        whole.by_key = {c.key: c for c in whole.candidates}
+        whole._set_smooth_ridge(added)  # noqa: SLF001 its own class
+        squares, used = np.zeros(len(places)), slice(0, 1 + self.columns + len(places))
+        for recording, rows in enumerate(self.rows):
+            values = np.concatenate([of[recording] for _, of in terms])
+            rows[places] = values
+            squares += (values**2).sum(axis=1)
+        unit = np.sqrt(squares / max(int(self.samples.sum()), 1))
+        self.unit[places] = np.where(unit > 0.0, unit, 1.0)
+        for rows, block in zip(self.rows, self.block, strict=True):
+            rows[places] /= self.unit[places][:, None]
+            for b in np.unique(block):
+                part = rows[used, block == b]
+                products, of_block = part[places] @ part.T, self.gram[b]
+                of_block[places, used] = products
+                of_block[used, places] = products.T
+        return whole
+
+    def release(self) -> None:
+        """Give the memory back: nothing can be solved or extended any more."""
+        self.rows.clear()
+        self.gram = np.zeros((0, 0, 0))
+
+    def _set_smooth_ridge(self, candidates: Sequence[CandidateTerm]) -> None:
+        for c in candidates:
+            if c.effect.startswith(PREFIX):
+                self._ridge[[place + 1 for place in c.columns]] = SMOOTH_RIDGE
 
     def slots(self, chosen: Sequence[CandidateTerm]) -> list[tuple[int, int]]:
         """(column, recording) of each coefficient: base columns, then each term's; recording -1 is all."""

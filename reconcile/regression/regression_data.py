@@ -15,6 +15,7 @@ from reconcile.recording.kinematics import gaussian_width_s, kinematics
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import presliding_n
 from reconcile.regression.state_filter import StateFilter
+from reconcile.regression.thinning import thinned, thinned_kinematics
 
 LEAST_CLEAN_HZ = 150.0
 """Corner of the kinematics below which their low pass is applied to both sides of the regression."""
@@ -34,24 +35,31 @@ STICK_S = 1e-3
 
 def regression_data(recording: AxisRecording, axis: NominalAxis) -> RegressionData:
     """Compute what columns need of a recording: kinematics, forces of the model, masses."""
-    others = {name: kinematics(values, recording.period_s) for name, values in recording.others.items()}
+    count = recording.samples_in_a_mean
+    others = {
+        name: thinned_kinematics(kinematics(values, recording.period_s), count)
+        for name, values in recording.others.items()
+    }
+    return with_model_force(thinned(_alone(recording, axis), count)._replace(others=others))
+
+
+def _alone(recording: AxisRecording, axis: NominalAxis) -> RegressionData:
+    """The data at the full rate, without the other axes."""
     motion = kinematics(recording.motor_m, recording.period_s)
     law_n = presliding_n(axis.model_effects, axis.coulomb_n, motion, recording.period_s)
-    return with_model_force(
-        RegressionData(
-            period_s=recording.period_s,
-            time_s=recording.time_s - recording.time_s[0],
-            motion=motion,
-            force_n=recording.force_n,
-            model_force_n=recording.force_n,
-            lead_m=axis.lead_m,
-            motor_mass_kg=axis.motor_mass_kg,
-            scale_m=recording.scale_m,
-            temperature_k=recording.temperature_k,
-            others=others,
-            presliding_law_n=0.0 if law_n is None else law_n,
-            rotary=axis.rotary,
-        )
+    return RegressionData(
+        period_s=recording.period_s,
+        time_s=recording.time_s - recording.time_s[0],
+        motion=motion,
+        force_n=recording.force_n,
+        model_force_n=recording.force_n,
+        lead_m=axis.lead_m,
+        motor_mass_kg=axis.motor_mass_kg,
+        scale_m=recording.scale_m,
+        temperature_k=recording.temperature_k,
+        others={},
+        presliding_law_n=0.0 if law_n is None else law_n,
+        rotary=axis.rotary,
     )
 
 

@@ -20,6 +20,8 @@ BLOCK_S = 0.5
 """Length of a block, s, unless the recordings give fewer than FEWEST_BLOCKS."""
 FEWEST_BLOCKS = 80
 """So many are made of short recordings, for the validation to have folds."""
+MOST_BLOCKS = 400
+"""Blocks of long recordings, each with its own products of all columns: 130 MB of them."""
 BASELINE_PARAMETERS = {
     ResidualChannel.FORCE: ["mass_kg", "viscous_n_s_m", "coulomb_n"],
     ResidualChannel.POSITION_DEVIATION: ["origin_m", "delay_s"],
@@ -109,10 +111,12 @@ def regression_problem(
     *,
     only: bool = False,
     model_terms: Sequence[ModelTerm] = (),
+    spare: int = 0,
 ) -> RegressionProblem:
     """Set up the regression of a channel, less what the model predicts already.
 
-    `extra`: further terms (effect, shape parameters); `only`: no terms but these.
+    `extra`: further terms (effect, shape parameters); `only`: no terms but these; `spare`: columns that
+    `extended` may add.
     """
     terms = _terms(datasets, channel, extra, only=only)
     used = [samples_in_use(data, channel) for data in datasets]
@@ -124,16 +128,39 @@ def regression_problem(
         place += width
         variants = _per_recording(effect, width, channel, len(datasets))
         candidates += [CandidateTerm(effect, shape, own, places) for own in variants]
-    equations = BlockNormalEquations(free, candidates, recording_of_block)
+    equations = BlockNormalEquations(free, candidates, recording_of_block, spare)
     for data, counts, block in zip(datasets, used, block_of, strict=True):
         kept = np.flatnonzero(counts)[:: stride(data.period_s)]
-        rows = np.empty((1 + place, len(kept)))
+        rows = np.zeros((1 + place + spare, len(kept)))
         rows[0] = _target(data, channel, model_terms)[kept]
         for number, column in _filtered_columns(data, channel, terms):
             rows[1 + number] = column[kept]
         equations.add(rows, block[kept], settled_travel_m(data)[kept])
     equations.normalise()
     return RegressionProblem(channel, datasets, equations, terms, used, block_of, model_terms)
+
+
+def extended(problem: RegressionProblem, unnamed: Sequence[tuple[str, ShapeParameters]]) -> RegressionProblem:
+    """The problem with `unnamed` terms (effect, shape parameters) in its spare columns.
+
+    Columns of the others are not computed again. What was extended before is no longer valid.
+    """
+    known = {(one.effect, one.shape_parameters) for one in problem.terms}
+    added, terms = list(problem.terms), []
+    place = problem.equations.columns
+    for effect, shape in unnamed:
+        if (effect, shape) in known:
+            continue
+        values = []
+        for data, counts in zip(problem.datasets, problem.used, strict=True):
+            kept, low_pass = np.flatnonzero(counts)[:: stride(data.period_s)], low_pass_of(data)
+            columns = term(effect).columns(data, shape)
+            values.append(np.stack([low_pass(column)[kept] for column in columns.T]))
+        width = len(values[0])
+        added.append(TermColumns(effect, shape, term(effect).columns, width))
+        terms.append((CandidateTerm(effect, shape, False, tuple(range(place, place + width))), values))
+        place += width
+    return problem._replace(equations=problem.equations.extended(terms), terms=added)
 
 
 def _target(data: RegressionData, channel: ResidualChannel, model_terms: Sequence[ModelTerm]) -> Array:
@@ -188,7 +215,7 @@ def _per_recording(effect: str, width: int, channel: ResidualChannel, recordings
 def _blocks(datasets: Sequence[RegressionData]) -> tuple[list[Index], Index]:
     """Block of each sample, (n,) by recording and numbered throughout, and the recording of each block."""
     total_s = sum(len(data.time_s) * data.period_s for data in datasets)
-    length_s = min(BLOCK_S, total_s / FEWEST_BLOCKS)
+    length_s = max(min(BLOCK_S, total_s / FEWEST_BLOCKS), total_s / MOST_BLOCKS)
     block_of, recordings, first = [], [], 0
     for index, data in enumerate(datasets):
         n = len(data.time_s)

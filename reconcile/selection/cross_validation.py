@@ -86,12 +86,12 @@ class Score(NamedTuple):
 
 
 class _Stretch(NamedTuple):
-    """Samples of one recording in one fold."""
+    """Consecutive samples of one recording in one fold."""
 
     fold: int
     recording: int
     rows: Array
-    """(c + 1, n)"""
+    """(c + 1, n), a view of the rows of the recording."""
     starts: Index
     """First sample of each short block."""
 
@@ -114,10 +114,9 @@ class CrossValidation:
         travels_m = []
         for recording, (rows, block) in enumerate(zip(equations.rows, equations.block, strict=True)):
             for k in range(folds):
-                own = np.flatnonzero(fold[block] == k)
-                if len(own):
-                    breaks = np.flatnonzero((np.diff(own) > 1) | (np.diff(block[own]) != 0)) + 1
-                    starts = _block_starts(len(own), breaks)
+                for first, last in _runs(fold[block] == k):
+                    own = slice(first, last)
+                    starts = _block_starts(last - first, np.flatnonzero(np.diff(block[own])) + 1)
                     self._stretches.append(_Stretch(k, recording, rows[:, own], starts))
                     travels_m.append(np.minimum.reduceat(equations.settled_travel_m[recording][own], starts))
         self.settled_travel_m = np.concatenate(travels_m)
@@ -195,6 +194,12 @@ class CrossValidation:
         fewest = min(FEWEST_INFORMATIVE, len(contribution))
         least = INFORMATIVE_SHARE * float(contribution.mean())
         return contribution >= min(least, float(np.sort(contribution)[-fewest]))
+
+
+def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and one past last index of each run of true values."""
+    edges = np.flatnonzero(np.diff(flags.astype(np.int8), prepend=0, append=0))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _block_starts(length: int, breaks: Index) -> Index:

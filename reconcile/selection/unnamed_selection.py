@@ -21,7 +21,6 @@ def select_unnamed(
         final.datasets, final.channel, tried, only=True, model_terms=final.model_terms
     )
     validation = CrossValidation(problem.equations, train)
-    problem.equations.rows.clear()
     unnamed = [c for c in problem.equations.candidates if c.effect.startswith(PREFIX)]
     named_terms = [problem.equations.by_key[c.key] for c in chosen]
     initial = initial_squares(validation, named_terms)

@@ -20,6 +20,8 @@ LEAST_STANDARD_ERRORS = 8.0
 """Significance of a fitted mass that is compared with the model's."""
 LEAST_SWING_RAD = 0.3
 """Swing from which on gravity is no straight line over the angle, where 1 m stands for 1 rad."""
+MOST_ROWS = 400_000
+"""Rows of the rigid fit; of more samples, evenly spread ones are taken."""
 VELOCITY_SAMPLES = 9
 """Moving average of the velocity, samples."""
 
@@ -49,7 +51,10 @@ def rigid_fit(motor_m: Array, force_n: Array, period_s: float) -> RigidFit | Non
     places = [np.ones_like(direction), smooth_m]
     if np.ptp(smooth_m) > LEAST_SWING_RAD:
         places += [np.sin(motor_m), np.cos(motor_m)]
-    matrix = np.column_stack([acceleration_m_s2, velocity_m_s, direction, *places])
+    # a long recording needs no more rows, and its matrix would take hundreds of megabytes
+    thin = slice(None, None, -(-len(direction) // MOST_ROWS))
+    matrix = np.column_stack([of[thin] for of in (acceleration_m_s2, velocity_m_s, direction, *places)])
+    acceleration_m_s2, velocity_m_s, smooth_n = acceleration_m_s2[thin], velocity_m_s[thin], smooth_n[thin]
     scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     masses = []
     for rows in np.array_split(np.arange(len(matrix)), 8):
