@@ -18,8 +18,8 @@ def diagnose(
     recordings: Annotated[
         list[Path],
         typer.Argument(
-            help="Directories of servo-ctrl; Parquet, CSV, JSON, npz, mat, MDF4 or candump files; folders of them, "
-            "or a pattern such as 'runs/*.csv'."
+            help="Directories of servo-ctrl; Parquet, CSV, JSON, npz, mat, MDF4 or candump files; folders of "
+            "them, or a pattern such as 'runs/*.csv'."
         ),
     ],
     model: Annotated[Path, typer.Option(help="Nominal model: a plant.toml, or as much of one as is known.")],

@@ -39,14 +39,8 @@ def notes_of(findings: Iterable[SensorFinding]) -> list[str]:
     """Findings in words; those that differ in their numbers alone are one note, with the largest, counted."""
     alike: dict[tuple[str, ...], list[SensorFinding]] = {}
     for one in findings:
-        key = (
-            one.severity,
-            one.check,
-            one.axis,
-            one.channel,
-            _file(one),
-            re.sub(r"[\d.+-]+", "", one.message),
-        )
+        words = re.sub(r"[\d.+-]+", "", one.message)
+        key = (one.severity, one.check, one.axis, one.channel, _file(one), words)
         alike.setdefault(key, []).append(one)
     return [str(own[0]) if len(own) == 1 else _counted(own) for own in alike.values()]
 

@@ -63,12 +63,7 @@ def test_findings_that_differ_in_numbers_alone_are_one_note_with_their_count() -
         source = f"run.csv [{start_s:.3f} to {start_s + 1.0:.3f} s]"
         return SensorFinding("gap", "warning", source, "x", "", start_s, start_s, lost, "samples", message)
 
-    other = SensorFinding(
-        "gap", "note", "run.csv", "y", "", 0.0, 0.0, 2.0, "samples", "2 samples are missing"
-    )
+    other = SensorFinding("gap", "note", "run.csv", "y", "", 0.0, 0.0, 2.0, "samples", "2 are missing")
     found = notes_of([gap(1.0, 7), gap(2.0, 9), other, gap(3.5, 8)])
-    assert found == [
-        "run.csv: x: 9 samples are missing after 2.0000 s; the recording is split there "
-        "(x 3, 1.000 to 3.500 s; the largest is told)",
-        "run.csv: y: 2 samples are missing",
-    ]
+    largest = "run.csv: x: 9 samples are missing after 2.0000 s; the recording is split there"
+    assert found == [f"{largest} (x 3, 1.000 to 3.500 s; the largest is told)", "run.csv: y: 2 are missing"]
