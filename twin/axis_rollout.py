@@ -14,8 +14,9 @@ from hil_sim.config import Plant
 from hil_sim.plant.integrate import advance_axis
 from kernels.arrays import Array
 from kernels.jit import kernel, threaded_kernel
+from servo_ctrl.control.set_point_counts import SetPointCounts, SetPointUnits, set_point_counts
 from servo_ctrl.control.tick import AxisParams, AxisState, at_rest, axis_tick
-from servo_ctrl.control.types import AxisCommand, AxisSample
+from servo_ctrl.control.types import AxisSample
 from servo_ctrl.recording.channels import AXIS_CHANNELS
 from twin.wiring import Wires
 
@@ -24,19 +25,6 @@ COLUMNS = tuple(channel.name for channel in AXIS_CHANNELS if channel.dtype == "f
 ROW = np.dtype([(name, np.float64) for name in COLUMNS])
 Rows = np.ndarray[Any, np.dtype[np.void]]
 """(n,) of `ROW`."""
-
-_I16_MAX = 0x7FFF
-_I32_MAX = 0x7FFFFFFF
-
-
-class BusSetPoints(NamedTuple):
-    """Set points as the integers of the bus: per mille of the rated torque, and counts."""
-
-    torque: int
-    torque_offset: int
-    velocity: int
-    position: int
-    velocity_offset: int
 
 
 class Carried(NamedTuple):
@@ -48,7 +36,7 @@ class Carried(NamedTuple):
     origin: int
     """Encoder counts there."""
     scale_offset_m: float
-    buffered: BusSetPoints
+    buffered: SetPointCounts
     """Sent last, and not in force yet."""
 
 
@@ -68,7 +56,7 @@ class AxisRollout:
         self._params = params
         records = plant.params[index], plant.state[index], plant.setpoint[index]
         self._constant = (wires, *records, substeps, dt_s)
-        self._carried = Carried(at_rest(0.0), False, 0, 0.0, BusSetPoints(0, 0, 0, 0, 0))
+        self._carried = Carried(at_rest(0.0), False, 0, 0.0, SetPointCounts(0, 0, 0, 0, 0))
 
     def change_params(self, params: AxisParams) -> None:
         """Other parameters, from the next cycle on."""
@@ -83,13 +71,7 @@ class AxisRollout:
 
 
 @kernel
-def _integer(value: float, unit: float, largest: int) -> int:
-    """`servo_ctrl.canopen.scaling.to_integer`, half to even."""
-    return int(min(max(np.rint(value / unit), -largest), largest))
-
-
-@kernel
-def _take_effect(output: int, wires: Wires, sp: Any, origin: int, sent: BusSetPoints) -> None:
+def _take_effect(output: int, wires: Wires, sp: Any, origin: int, sent: SetPointCounts) -> None:
     """Set points of the bus into the plant's record, as the drive's cyclic modes put them there."""
     sp.loop = output + 1
     if output == 0:
@@ -104,22 +86,6 @@ def _take_effect(output: int, wires: Wires, sp: Any, origin: int, sent: BusSetPo
     else:
         sp.position_m = (sent.position + origin) * wires.drive_metre_per_count
         sp.velocity_offset_m_s = sent.velocity_offset * wires.drive_metre_per_count
-
-
-@kernel
-def _sent(params: AxisParams, wires: Wires, command: AxisCommand, velocity_m_s: float) -> BusSetPoints:
-    """The commands of a tick as they go out; `velocity_m_s`: the velocity command of the reference."""
-    force_n, offset_n = command.force_n, command.force_offset_n
-    if not wires.torque_offset_mapped:  # what has no object of its own goes with the set point
-        force_n, offset_n = force_n + offset_n, 0.0
-    feedforward = params.feedforward.velocity if wires.velocity_offset_mapped else 0.0
-    return BusSetPoints(
-        torque=_integer(force_n, wires.newton_per_permille, _I16_MAX),
-        torque_offset=_integer(offset_n, wires.newton_per_permille, _I16_MAX),
-        velocity=_integer(command.velocity_m_s, wires.metre_per_count, _I32_MAX),
-        position=_integer(command.position_m + command.correction_m, wires.metre_per_count, _I32_MAX),
-        velocity_offset=_integer(feedforward * velocity_m_s, wires.metre_per_count, _I32_MAX),
-    )
 
 
 @threaded_kernel  # several axes, machines or variants at once in threads
@@ -137,6 +103,12 @@ def _run_axis(
     rows: Any,
 ) -> Carried:
     state, engaged, origin, scale_offset_m, buffered = carried
+    units = SetPointUnits(
+        wires.newton_per_permille,
+        wires.metre_per_count,
+        wires.torque_offset_mapped,  # what has no object of its own goes with the set point
+        wires.velocity_offset_mapped,
+    )
     for k in range(len(reference)):
         row = rows[k]
         advance_axis(p, s, sp, substeps, dt_s)
@@ -178,7 +150,7 @@ def _run_axis(
         row.pulse_m_s = command.pulse_m_s
         row.disturbance_n = command.disturbance_n
         row.correction_m = command.correction_m
-        buffered = _sent(params, wires, command, reference[k, 1])
+        buffered = set_point_counts(units, params.feedforward.velocity, command, reference[k, 1])
         if wires.immediate:
             _take_effect(params.output, wires, sp, origin, buffered)
     return Carried(state, engaged, origin, scale_offset_m, buffered)

@@ -7,7 +7,6 @@ from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.supervision import (
     AT_REST,
     BRAKE_BEGINS,
-    DISAGREE,
     RUNAWAY,
     SATURATED,
     supervise,
@@ -16,6 +15,7 @@ from servo_ctrl.axis.supervision import (
 )
 from servo_ctrl.canopen.scaling import DriveScaling
 from servo_ctrl.config.model import AxisConfig
+from servo_ctrl.control.signs import DISAGREE
 from servo_ctrl.control.types import AxisCommand, Status
 
 Found = tuple[Event, str]
@@ -78,23 +78,28 @@ class AxisWatch:
     def led(
         self,
         command: AxisCommand,
+        seen: int,
         motor_m: float,
         scale_m: float,
         current_a: float,
         input_age: Callable[[], int],
     ) -> Sequence[Found]:
-        """Judge one cycle of an axis that we lead. `input_age()`: cycles that its inputs may be old."""
+        """Judge one cycle of an axis that we lead.
+
+        `seen`: its signs (`control.signs`); `input_age()`: cycles that its inputs may be old.
+        """
         if command.status:
             return self._bad_status(command)
+        if not seen:  # nearly every cycle
+            self._counts = AT_REST
+            return ()
         force_n = command.force_n
         measured_n = current_a * self._newton_per_ampere
         deviation_m = motor_m - command.correction_m - scale_m
         self._counts, finding = supervise(
             self.limits,
             self._counts,
-            deviation_m,
-            force_n,
-            current_a,
+            seen,
             force_n if math.isnan(measured_n) else measured_n,
             command.motor_velocity_m_s,
             command.position_error_m,

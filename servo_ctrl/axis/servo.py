@@ -9,16 +9,17 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from kernels.records import Pool, read, store
+from kernels.records import Pool, store
 from servo_ctrl.axis.axis_watch import AxisWatch
 from servo_ctrl.axis.drive import COASTS_M_S, UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.inputs import AxisInputs
 from servo_ctrl.axis.set_points import SetPoints
-from servo_ctrl.canopen.cia402 import MODE_OF_NAME
+from servo_ctrl.canopen.cia402 import MODE_OF_NAME, Mode
 from servo_ctrl.canopen.pdo import PdoCodec
 from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.axis_record import axis_records, tick_axes
+from servo_ctrl.control.set_point_counts import SetPointCounts, SetPointUnits
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.control.types import AxisCommand, AxisSample
 from servo_ctrl.motion.profile import Motion
@@ -26,6 +27,8 @@ from servo_ctrl.recording.channels import AxisRow
 
 REFERENCE_FIELDS = len(Motion._fields)
 """Set points of an axis in a reference row: the fields of `Motion`, in its order."""
+GIVEN, MADE = ["sample", "current_a"], ["command", "counts", "signs"]
+"""Fields of the record of an axis that a tick is given, and those that it makes."""
 _NO_COMMAND = AxisCommand._make([math.nan] * len(AxisCommand._fields))._replace(saturated=False, status=0)
 
 
@@ -70,9 +73,15 @@ class AxisServo:
         """Periods since then."""
         self._axes: NDArray[Any]
         self._tables: Pool
-        self._begin_at(0.0)
-        self._set_points = SetPoints(rpdo, unit, mode)
+        self._set_points = SetPoints(rpdo)
         self.watch = AxisWatch(name, config, unit, params.period_s)
+        self._units = SetPointUnits(
+            unit.newton_per_permille,
+            unit.metre_per_count,
+            offset_apart=True,
+            velocity_offset=mode is Mode.CYCLIC_SYNC_POSITION,
+        )
+        self._begin_at(0.0)
 
     @property
     def ready(self) -> bool:
@@ -97,7 +106,7 @@ class AxisServo:
 
     def warm_up(self) -> None:
         """Compile or load the kernel before the first SYNC: it takes seconds, a cycle takes a millisecond."""
-        tick_axes(*axis_records([self.params], [0.0]))
+        tick_axes(self._axes.copy(), self._tables)
 
     def step(
         self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None, reference: list[float] | None
@@ -124,8 +133,8 @@ class AxisServo:
         self._engaged = led
         if led:
             row = reference or [self.hold_m, 0.0, 0.0, 0.0]
-            command, velocity_m_s = self._control(row), row[1]
-            payload = self._set_points.led(taken, command, self.params.feedforward.velocity * velocity_m_s)
+            (command, counts), velocity_m_s = self._control(row), row[1]
+            payload = self._set_points.led(taken, counts)
         else:
             command, velocity_m_s = _NO_COMMAND, math.nan
             payload = self._set_points.neutral(taken, inputs.counts)
@@ -174,11 +183,11 @@ class AxisServo:
 
     def _begin_at(self, motor_m: float) -> None:
         """Begin the control law at rest. Parts of the record are looked up once, not in each cycle."""
-        self._axes, self._tables = axis_records([self.params], [motor_m])
-        self._sample, self._command = self._axes["sample"], self._axes["command"]
+        self._axes, self._tables = axis_records([self.params], [motor_m], [self._units], [self.watch.limits])
+        self._given, self._made = self._axes[GIVEN], self._axes[MADE]
         self._correction_m = 0.0
 
-    def _control(self, reference: list[float]) -> AxisCommand:
+    def _control(self, reference: list[float]) -> tuple[AxisCommand, SetPointCounts]:
         inputs, motor_m = self.inputs, self.inputs.motor_m
         if math.isnan(motor_m):
             self._periods_without += 1
@@ -189,21 +198,15 @@ class AxisServo:
             led_m = motor_m - self._correction_m
             if not self.watch.lowest_m <= led_m <= self.watch.highest_m:
                 self.events += self.watch.beyond(led_m)
-        position_m, velocity_m_s, acceleration_m_s2, force_offset_n = reference
-        self._sample[0] = AxisSample(
-            position_command_m=position_m,
-            velocity_command_m_s=velocity_m_s,
-            acceleration_command_m_s2=acceleration_m_s2,
-            force_offset_n=force_offset_n,
-            motor_position_m=motor_m,
-            scale_position_m=inputs.scale_m,
-            motor_force_n=inputs.current_a * self._newton_per_ampere,
-        )
+        current_a = inputs.current_a
+        sample = AxisSample._make((*reference, motor_m, inputs.scale_m, current_a * self._newton_per_ampere))
+        self._given[0] = sample, current_a
         tick_axes(self._axes, self._tables)
-        command = read(self._command, AxisCommand)
+        made: Any = self._made.item()
+        command, counts, seen = AxisCommand._make(made[0]), SetPointCounts._make(made[1]), made[2]
         self._correction_m = command.correction_m
-        self.events += self.watch.led(command, motor_m, inputs.scale_m, inputs.current_a, self.input_age)
-        return command
+        self.events += self.watch.led(command, seen, motor_m, inputs.scale_m, current_a, self.input_age)
+        return command, counts
 
     def _bridge_gap(self, motor_m: float) -> None:
         """Put the mean velocity over periods without a motor position into the velocity estimate.

@@ -17,33 +17,18 @@ from typing import NamedTuple
 
 from servo_ctrl.canopen.scaling import DriveScaling
 from servo_ctrl.config.model import AxisConfig
+from servo_ctrl.control.signs import AT_LIMIT, DISAGREE, PUSHED, SupervisionLimits
 
-NOTHING, DISAGREE, SATURATED, RUNAWAY = 0, 1, 2, 4
-"""Bits of a finding."""
+NOTHING, SATURATED, RUNAWAY = 0, 2, 4
+"""Bits of a finding, and `DISAGREE`."""
 PUSH_SHARE = 0.25
 """Of the force limit: friction or a process may exceed a smaller push; chosen."""
 ERROR_SHARE = 0.02
 """Of the following error limit: a smaller growth of the error may be noise; chosen."""
-AT_LIMIT = 0.98
+LIMIT_SHARE = 0.98
 """Share of the limit at which a measured current is at it, as it is rounded, and lags; chosen."""
 SPEED_FLOOR_M_S = 2e-3
 """Least difference of two speeds; two counts a period are added to it. Chosen."""
-
-
-class SupervisionLimits(NamedTuple):
-    """Limits of one axis; see the module. SI."""
-
-    deviation_m: float
-    force_n: float
-    """Limit of the force set point."""
-    current_a: float
-    """Measured current that counts as the limit."""
-    push_n: float
-    error_m: float
-    """Growth of the error of an axis that runs away."""
-    velocity_m_s: float
-    saturation_cycles: int
-    runaway_cycles: int
 
 
 class Counts(NamedTuple):
@@ -75,7 +60,7 @@ def supervision_limits(axis: AxisConfig, unit: DriveScaling, period_s: float) ->
     return SupervisionLimits(
         deviation_m=0.5 * following_m if given_mm is None else given_mm * 1e-3,
         force_n=limits.force_n,
-        current_a=AT_LIMIT * limits.force_n / unit.newton_per_ampere,
+        current_a=LIMIT_SHARE * limits.force_n / unit.newton_per_ampere,
         push_n=PUSH_SHARE * limits.force_n,
         error_m=ERROR_SHARE * following_m,
         velocity_m_s=SPEED_FLOOR_M_S + 2.0 * unit.metre_per_count / period_s,
@@ -87,28 +72,23 @@ def supervision_limits(axis: AxisConfig, unit: DriveScaling, period_s: float) ->
 def supervise(
     limits: SupervisionLimits,
     counts: Counts,
-    deviation_m: float,
-    force_n: float,
-    current_a: float,
+    seen: int,
     push_n: float,
     velocity_m_s: float,
     error_m: float,
 ) -> tuple[Counts, int]:
-    """Judge one cycle of an axis that we lead, but not what was not measured: NaN compares as false.
+    """Judge one cycle of an axis that we lead by what it shows (`control.signs`) and has shown before.
 
-    `force_n`: the set point; `push_n`: what pushes the axis, the measured current as a force, or else the set
-    point. Plain numbers, for it runs in every cycle: a tuple of them would take longer to make than to judge.
+    `push_n`: what pushes the axis, the measured current as a force, or else the set point.
     """
-    finding = DISAGREE if abs(deviation_m) > limits.deviation_m else NOTHING
-    at_limit = abs(force_n) >= limits.force_n or abs(current_a) >= limits.current_a
-    pushed = abs(push_n) >= limits.push_n and push_n * error_m > 0.0
-    if not (at_limit or pushed):  # nearly every cycle
+    finding = seen & DISAGREE
+    if not seen & (AT_LIMIT | PUSHED):
         return AT_REST, finding
-    saturated = counts.saturated + 1 if at_limit else 0
+    saturated = counts.saturated + 1 if seen & AT_LIMIT else 0
     if saturated >= limits.saturation_cycles:
         finding |= SATURATED
         saturated = 0
-    if not pushed:
+    if not seen & PUSHED:
         return Counts(saturated, ()), finding
     cycles = (*counts.pushed, (velocity_m_s, abs(error_m)))[-limits.runaway_cycles - 1 :]
     if len(cycles) > limits.runaway_cycles and _runs_away(limits, cycles, math.copysign(1.0, push_n)):

@@ -4,6 +4,7 @@ It calls the same `axis_tick` as the batch twin, so the bits are the same. A rec
 `AxisRecord`; the tables of its parameters lie in a pool beside the records.
 """
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 
 from kernels.jit import kernel
 from kernels.records import Pool, read, record_type, store, write
+from servo_ctrl.control.set_point_counts import SetPointCounts, SetPointUnits, set_point_counts
+from servo_ctrl.control.signs import SupervisionLimits, signs
 from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisCommand, AxisSample
 
@@ -20,25 +23,59 @@ class AxisRecord(NamedTuple):
     """What lies in memory of one axis."""
 
     params: AxisParams
+    units: SetPointUnits
+    limits: SupervisionLimits
     state: AxisState
     sample: AxisSample
+    current_a: float
+    """Measured, NaN where it is not."""
     command: AxisCommand
+    counts: SetPointCounts
+    signs: int
+    """Of `control.signs`."""
+
+
+SI = SetPointUnits(1.0, 1.0, offset_apart=True, velocity_offset=True)
 
 
 def axis_records(
-    params: Sequence[AxisParams], motor_position_m: Sequence[float]
+    params: Sequence[AxisParams],
+    motor_position_m: Sequence[float],
+    units: Sequence[SetPointUnits] = (),
+    limits: Sequence[SupervisionLimits] = (),
 ) -> tuple[NDArray[Any], Pool]:
-    """Records (n,) of axes at rest at these positions (metres), and the pool of their tables."""
+    """Records (n,) of axes at rest at these positions (metres), and the pool of their tables.
+
+    Without units a count is a newton or a metre, without limits the signs mean nothing.
+    """
     axes = np.zeros(len(params), record_type(AxisRecord))
     store(axes["state"], [initial_state(position_m) for position_m in motor_position_m])
+    store(axes["units"], units or [SI] * len(params))
+    store(axes["limits"], limits)
     return axes, store(axes["params"], params)
 
 
 @kernel
 def tick_axes(axes: Any, tables: Pool) -> None:
-    """One `axis_tick` of each axis: its parameters and its sample, into its state and its command."""
+    """One `axis_tick` of each axis: its parameters and its sample, into its state and what it commands."""
     for axis in axes:
         params, sample = read(axis["params"], AxisParams, tables), read(axis["sample"], AxisSample)
         state, command = axis_tick(params, read(axis["state"], AxisState), sample)
         write(axis["state"], state)
         write(axis["command"], command)
+        counts = set_point_counts(
+            read(axis["units"], SetPointUnits),
+            params.feedforward.velocity,
+            command,
+            sample.velocity_command_m_s,
+        )
+        write(axis["counts"], counts)
+        measured_n = sample.motor_force_n
+        axis["signs"] = signs(
+            read(axis["limits"], SupervisionLimits),
+            sample.motor_position_m - command.correction_m - sample.scale_position_m,
+            command.force_n,
+            axis["current_a"],
+            command.force_n if math.isnan(measured_n) else measured_n,
+            command.position_error_m,
+        )

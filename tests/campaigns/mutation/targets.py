@@ -65,7 +65,7 @@ TARGETS = (
             "tests/unit/servo_axis/test_supervision_edges.py",
             "tests/unit/servo_axis/test_supervision_limits.py",
         ),
-        groups=(("NOTHING", "DISAGREE", "SATURATED", "RUNAWAY"), ("PUSH_SHARE", "ERROR_SHARE", "AT_LIMIT")),
+        groups=(("NOTHING", "SATURATED", "RUNAWAY"), ("PUSH_SHARE", "ERROR_SHARE", "LIMIT_SHARE")),
     ),
     Target("servo_ctrl/daemon/cycle/missed_ticks.py", ("tests/unit/servo_daemon/test_missed_ticks.py",)),
     Target("servo_ctrl/daemon/cycle/missing_inputs.py", ("tests/unit/servo_daemon/test_missing_inputs.py",)),

@@ -5,18 +5,17 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import pytest
+from supervised_cycle import supervise
 
 from servo_ctrl.axis.supervision import (
     AT_REST,
     BRAKE_BEGINS,
-    DISAGREE,
     NOTHING,
     RUNAWAY,
     SATURATED,
-    SupervisionLimits,
-    supervise,
     supervise_braking,
 )
+from servo_ctrl.control.signs import DISAGREE, SupervisionLimits
 
 PERIOD_S, MASS_KG = 1e-3, 70.0
 LIMITS = SupervisionLimits(

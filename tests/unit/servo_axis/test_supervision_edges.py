@@ -3,20 +3,19 @@
 from collections.abc import Sequence
 
 import pytest
+from supervised_cycle import supervise
 
 from servo_ctrl.axis.supervision import (
     AT_REST,
     BRAKE_BEGINS,
-    DISAGREE,
     NOTHING,
     RUNAWAY,
     SATURATED,
     Braking,
     Counts,
-    SupervisionLimits,
-    supervise,
     supervise_braking,
 )
+from servo_ctrl.control.signs import DISAGREE, SupervisionLimits
 
 STEP_M_S, STEP_M = 2.0**-9, 2.0**-16
 LIMITS = SupervisionLimits(
