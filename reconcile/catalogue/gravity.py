@@ -15,14 +15,19 @@ from reconcile.catalogue.entry import CatalogueEntry, Rival
 from reconcile.catalogue.kinds import EITHER, Parameter, RegressionData, ShapeParameters, TermFamily
 from reconcile.catalogue.periodic import pair, sine_and_cosine
 
-LEAST_RANGE_RAD = 0.2
+LEAST_RANGE_RAD = 0.5
 """Range of angles below which a weight is a constant and a slope; chosen."""
+
+
+def range_rad(datasets: Sequence[RegressionData]) -> float:
+    """Largest range of angles in a recording; 0 on a linear axis."""
+    ranges = [float(np.ptp(data.motion.position_m)) for data in datasets if data.rotary]
+    return max(ranges) if len(ranges) == len(datasets) else 0.0
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     """Angle by coordinate, rad/m."""
-    range_rad = max(float(np.ptp(data.motion.position_m)) for data in datasets)
-    return [(1.0,)] if all(data.rotary for data in datasets) and range_rad >= LEAST_RANGE_RAD else []
+    return [(1.0,)] if range_rad(datasets) >= LEAST_RANGE_RAD else []
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:

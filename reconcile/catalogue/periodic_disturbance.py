@@ -29,6 +29,13 @@ MOTION_LINE_S = 2.0
 MOST_OF_MOTION = 0.05
 """Share of the power of the velocity in a line from which on the motion has it: what acts at that frequency
 may follow from the motion. Chosen."""
+COMB_RANGE = 3.0
+"""Factor about a frequency within which lines of the motion are sought; chosen."""
+COMB_HEIGHT, COMB_ABOVE = 0.02, 30.0
+"""Height of such a line, of that at the frequency and of the median about it: a random spectrum exceeds the
+median thirtyfold in one of 1e9 places."""
+TEETH, FEWEST_TEETH = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0]), 4
+"""Places of a comb's lines about a frequency in their distance, and how many make a comb."""
 PLAUSIBLE_HZ = 7.3
 """No multiple of a motion's frequency."""
 PEAKS = 8
@@ -66,12 +73,30 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
 
 
 def _moves_at(data: RegressionData, frequency_hz: float) -> bool:
-    """Whether the motion itself has a line at a frequency."""
+    """Whether the motion itself has a line at a frequency, or it is one of a comb of them, as in a multisine.
+
+    Lines beside it at one distance from each other are a comb: what answers to it has its frequencies.
+    """
     velocity_m_s = data.motion.velocity_m_s
     power = np.abs(np.fft.rfft(velocity_m_s * np.hanning(len(velocity_m_s)))) ** 2
+    hertz = np.fft.rfftfreq(len(velocity_m_s), data.period_s)
     width_hz = MOTION_LINE_S / (len(velocity_m_s) * data.period_s)
-    line = np.abs(np.fft.rfftfreq(len(velocity_m_s), data.period_s) - frequency_hz) <= width_hz
-    return bool(power[line].sum() > MOST_OF_MOTION * power.sum())
+    line = np.abs(hertz - frequency_hz) <= width_hz
+    if power[line].sum() > MOST_OF_MOTION * power.sum():
+        return True
+    inner = power[1:-1]
+    around = (hertz > frequency_hz / COMB_RANGE) & (hertz < frequency_hz * COMB_RANGE)
+    if not around.any():
+        return False
+    least = max(COMB_HEIGHT * float(power[line].max()), COMB_ABOVE * float(np.median(power[around])))
+    peaks = np.flatnonzero((inner > power[:-2]) & (inner > power[2:]) & around[1:-1] & (inner > least)) + 1
+    lines_hz = hertz[peaks[~line[peaks]]]
+    spacings_hz = np.abs(lines_hz - frequency_hz)
+    found = (
+        np.abs(lines_hz[:, None] - (frequency_hz + TEETH * spacing_hz)).min(axis=0, initial=np.inf)
+        for spacing_hz in spacings_hz
+    )
+    return any(int((distance_hz <= width_hz).sum()) >= FEWEST_TEETH for distance_hz in found)
 
 
 def _coherence(residuals_n: Sequence[Array], frequency_hz: float, period_s: float) -> float:

@@ -28,6 +28,9 @@ from reconcile.catalogue.kinds import (
 
 DEVIATION = ResidualChannel.POSITION_DEVIATION
 TIMES_S = (10.0, 30.0, 100.0, 400.0)
+SHORTEST_S = 20.0
+"""Length of a recording from which on a drift without a thermometer may be a screw that warms: it takes
+minutes, and in less anything that changes slowly passes for it. Chosen."""
 STEEL_1_K = 12e-6
 """Expansion of the screw, where no temperature was recorded: only its product with the warming counts."""
 ROOM_K = 293.15
@@ -38,7 +41,8 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     if start_k is not None:
         return [(0.0, start_k)] if temperature_changes(datasets) else []
     longest_s = max(float(data.time_s[-1]) for data in datasets)
-    return [(time, 0.0) for time in TIMES_S if time < 5.0 * longest_s]
+    times = TIMES_S if longest_s >= SHORTEST_S else ()
+    return [(time, 0.0) for time in times if time < 5.0 * longest_s]
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:

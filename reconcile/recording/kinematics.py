@@ -48,10 +48,10 @@ class Kinematics(NamedTuple):
     """Standing for `SHORTEST_STANDSTILL_S` around."""
 
 
-def kinematics(position_m: Array, period_s: float) -> Kinematics:
-    """Compute the kinematics of motor positions (n,), n > 50."""
+def kinematics(position_m: Array, period_s: float, most_hz: float = math.inf) -> Kinematics:
+    """Compute the kinematics of motor positions (n,), n > 50, behind a low pass of at most `most_hz`."""
     count_m, noise_m = _smallest_step_m(position_m), _noise_m(position_m)
-    corner_hz = _corner_hz(position_m, period_s, max(noise_m, 0.3 * count_m))
+    corner_hz = min(_corner_hz(position_m, period_s, max(noise_m, 0.3 * count_m)), most_hz)
     smooth_m = _smoothed(position_m, gaussian_width_s(corner_hz) / period_s)
     velocity_m_s = np.gradient(smooth_m, period_s)
     # threshold: four times the velocity noise behind the low pass, or one count in the time of its corner

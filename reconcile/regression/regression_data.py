@@ -11,7 +11,7 @@ from kernels.arrays import Array
 from reconcile.catalogue import presliding_hysteresis
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis
-from reconcile.recording.kinematics import gaussian_width_s, kinematics
+from reconcile.recording.kinematics import Kinematics, gaussian_width_s, kinematics
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import presliding_n
 from reconcile.regression.state_filter import StateFilter
@@ -25,6 +25,14 @@ FILTER_HZ = 60.0
 """Bandwidth of the state filter, that of the published figures on EMPS."""
 END_S = 0.02
 """Time at the end that is left out, s: the motion that follows it is unknown."""
+NOISY_HZ = 80.0
+"""Corner of the kinematics from which on downwards the noise of the acceleration is asked for. Chosen."""
+SLOWER_HZ = (30.0, 20.0, 14.0, 10.0, 7.0, 5.0)
+"""Corners below those of the kinematics; a recording of seconds has little below the last."""
+LEAST_OF_MASS = 0.9
+"""Share of the largest mass of all bandwidths that one must show; chosen: a tenth is lost to noise then."""
+COLLINEAR = 1e-5
+"""Singular values of columns of unit size, over the largest, below which a direction is left out."""
 FIRST_EXPONENTS = (0.0, 1.0)
 """Dahl's exponents of the friction that may build up in the first model's force."""
 BUILDS_UP_SHARE = 0.1
@@ -45,7 +53,7 @@ def regression_data(recording: AxisRecording, axis: NominalAxis) -> RegressionDa
 
 def _alone(recording: AxisRecording, axis: NominalAxis) -> RegressionData:
     """The data at the full rate, without the other axes."""
-    motion = kinematics(recording.motor_m, recording.period_s)
+    motion = _motion(recording)
     law_n = presliding_n(axis.model_effects, axis.coulomb_n, motion, recording.period_s)
     return RegressionData(
         period_s=recording.period_s,
@@ -61,6 +69,42 @@ def _alone(recording: AxisRecording, axis: NominalAxis) -> RegressionData:
         presliding_law_n=0.0 if law_n is None else law_n,
         rotary=axis.rotary,
     )
+
+
+def _motion(recording: AxisRecording) -> Kinematics:
+    """Kinematics behind a low pass at which the noise of the acceleration does not hide the mass.
+
+    A rigid mass is the same in every bandwidth; noise in its acceleration makes the fitted one smaller, the
+    more the wider (errors in variables). Jitter of the stamps, vibration of the frame and gears are such
+    noise, and only the force tells.
+    """
+    motion = kinematics(recording.motor_m, recording.period_s)
+    if motion.corner_hz > NOISY_HZ:
+        return motion
+    corners_hz = [motion.corner_hz, *(hz for hz in SLOWER_HZ if hz < motion.corner_hz)]
+    masses_kg = [_mass_kg(recording, motion, hz) for hz in corners_hz]
+    largest_kg = max(masses_kg)
+    if largest_kg <= 0.0 or masses_kg[0] >= LEAST_OF_MASS * largest_kg:
+        return motion
+    enough = next(k for k, mass_kg in enumerate(masses_kg) if mass_kg >= LEAST_OF_MASS * largest_kg)
+    return kinematics(recording.motor_m, recording.period_s, corners_hz[enough])
+
+
+def _mass_kg(recording: AxisRecording, motion: Kinematics, corner_hz: float) -> float:
+    """Mass that the force gives behind a low pass, beside friction and forces at a place."""
+    width, period_s = gaussian_width_s(corner_hz) / recording.period_s, recording.period_s
+
+    def smooth(values: Array) -> Array:
+        smoothed: Array = gaussian_filter1d(values, width, axis=0, mode="nearest")[motion.moving]
+        return smoothed
+
+    x = motion.position_m - motion.position_m.mean()
+    v = np.gradient(x, period_s)
+    a = np.gradient(v, period_s)
+    columns = smooth(np.stack((a, v, motion.direction, np.ones(len(x)), x, np.sin(x), np.cos(x)), axis=1))
+    scale = np.linalg.norm(columns, axis=0) + 1e-300
+    theta, *_ = np.linalg.lstsq(columns / scale, smooth(recording.force_n), rcond=COLLINEAR)
+    return float(theta[0] / scale[0])
 
 
 def with_model_force(data: RegressionData) -> RegressionData:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from kernels.arrays import Index
+from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
 from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import every_shape
@@ -10,6 +11,11 @@ from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.stepwise_selection import initial_squares
+
+RINGING = PREFIX + "ringing"
+NEIGHBOURS = 1.3
+"""Ratio of frequencies within which a ringing without a name is that of a named spring; chosen: its resonator
+covers a tenth to either side, as the flank of the spring does."""
 
 
 def select_unnamed(
@@ -21,7 +27,11 @@ def select_unnamed(
         final.datasets, final.channel, tried, only=True, model_terms=final.model_terms
     )
     validation = CrossValidation(problem.equations, train)
-    unnamed = [c for c in problem.equations.candidates if c.effect.startswith(PREFIX)]
+    unnamed = [
+        c
+        for c in problem.equations.candidates
+        if c.effect.startswith(PREFIX) and not any(is_of_spring(c, spring) for spring in chosen)
+    ]
     named_terms = [problem.equations.by_key[c.key] for c in chosen]
     initial = initial_squares(validation, named_terms)
     selected: list[CandidateTerm] = []
@@ -40,3 +50,14 @@ def select_unnamed(
             break
         selected.append(max(accepted, key=lambda score: score.gain).candidate)
     return [(c.effect, c.shape_parameters) for c in selected]
+
+
+def is_of_spring(unnamed: CandidateTerm, named: CandidateTerm) -> bool:
+    """Whether an unnamed ringing is at the antiresonance of a spring that is named from the motor alone.
+
+    The two would share one load, and no plant is their sum.
+    """
+    if unnamed.effect != RINGING or named.effect != DRIVE_COMPLIANCE.name or not named.shape_parameters:
+        return False
+    ratio = unnamed.shape_parameters[0] / named.shape_parameters[0]
+    return 1.0 / NEIGHBOURS < ratio < NEIGHBOURS

@@ -210,13 +210,14 @@ class Judge(NamedTuple):
         if fit is None:
             return
         certain = abs(fit.mass_kg) > LEAST_STANDARD_ERRORS * fit.error_kg
-        if (certain and fit.mass_kg < 0.0) or (not certain and fit.reversed_share > 0.7):
+        wrong = fit.mass_kg < 0.0 if certain else fit.reversed_share > 0.7
+        if wrong and fit.friction_w < 0.0:
             message = "the force points against the motion that it makes"
             yield self.finding("sign", "unusable", "force_n", fit.mass_kg, "kg", message, _turned("force"))
             return
         stated_kg = self.model.mass_kg
         ratio = fit.mass_kg / stated_kg
-        if certain and not 1.0 / LARGEST_MASS_RATIO < ratio < LARGEST_MASS_RATIO:
+        if certain and ratio > 0.0 and not 1.0 / LARGEST_MASS_RATIO < ratio < LARGEST_MASS_RATIO:
             meaning = factor_meaning(ratio, self.model)
             severity: Severity = "unusable" if meaning and _is_another_unit(ratio) else "warning"
             message = (

@@ -33,6 +33,8 @@ class RigidFit(NamedTuple):
     error_kg: float
     reversed_share: float
     """Share of the absolute power that has the wrong sign, 0 to 1."""
+    friction_w: float
+    """Mean power of the fitted friction: a force of the wrong sign turns it round too, other axes do not."""
 
 
 def rigid_fit(motor_m: Array, force_n: Array, period_s: float) -> RigidFit | None:
@@ -68,7 +70,8 @@ def rigid_fit(motor_m: Array, force_n: Array, period_s: float) -> RigidFit | Non
     power_w = (smooth_n - np.median(smooth_n)) * velocity_m_s
     moved_w = float(np.sum(np.abs(power_w)))
     share = float(np.sum(np.maximum(-power_w, 0.0))) / moved_w if moved_w > 0.0 else 0.0
-    return RigidFit(mass_kg, error_kg, share)
+    rubbing_n = matrix[:, 1:3] @ (values[1:3] / scale[1:3])
+    return RigidFit(mass_kg, error_kg, share, float(np.mean(rubbing_n * velocity_m_s)))
 
 
 def factor_meaning(ratio: float, model: NominalAxis) -> str:

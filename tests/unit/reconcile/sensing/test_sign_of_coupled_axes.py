@@ -1,0 +1,20 @@
+"""A force of the wrong sign turns mass and friction round; another axis that drives this one does not."""
+
+import numpy as np
+import pytest
+
+from reconcile.sensing.units import rigid_fit
+
+T, N = 2e-3, 10_000
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_friction_tells_a_wrong_sign_from_a_coupling(sign: float) -> None:
+    t = np.arange(N) * T
+    x = np.sin(2.0 * t) + 0.3 * np.sin(5.0 * t)
+    v, a = np.gradient(x, T), np.gradient(np.gradient(x, T), T)
+    coupled_n = sign * (-3.0 * a + 0.8 * v + 2.0 * np.sign(v))
+    fit = rigid_fit(x, coupled_n, T)
+    assert fit is not None
+    assert fit.mass_kg * sign < 0.0
+    assert fit.friction_w * sign > 0.0
