@@ -71,7 +71,16 @@ def learn(
     with progress_bar() as show:
         report = asyncio.run(
             run_machine(
-                config, None, bus, pacing.value, record, show, fifo=fifo, learned_dir=learned, learn=request
+                config,
+                None,
+                bus,
+                pacing.value,
+                record,
+                show,
+                fifo=fifo,
+                learned_dir=learned,
+                learn=request,
+                self_test=True,
             )
         )
     print_learned(report, resumable=learner is not LearnerChoice.SCREW)

@@ -72,6 +72,8 @@ def run(
     lets the drives brake. Exits with 0 after a completed program, 1 after an error or a fault, 128 + n after
     signal n.
 
+    In real time the computer is tested for two seconds first; what it does not hold is the first event told.
+
     The program is a TOML file (docs/programs.md) or G-code (docs/part_programs.md); when a part program was
     recorded, its contour error is told at the end.
 
@@ -126,6 +128,7 @@ def run(
                 compensation=compensation,
                 stand_by=page is not None and motion is None,
                 page=page,
+                self_test=True,
             )
         )
     conclude(config, report, motion)

@@ -24,6 +24,7 @@ from servo_ctrl.daemon.run.foreign_frames import LISTENING_S, report_masters
 from servo_ctrl.daemon.run.own_node import beating, leave_nodes, subscribe
 from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
 from servo_ctrl.daemon.run.run_recording import RunRecording
+from servo_ctrl.daemon.run.self_test import objection
 from servo_ctrl.daemon.run.services import LearningRequest, RunOptions, Services
 from servo_ctrl.daemon.run.session import Session
 from servo_ctrl.daemon.run.stop_signals import StoppedError, stop_signals
@@ -48,6 +49,7 @@ async def run_machine(
     learn: LearningRequest | None = None,
     stand_by: bool = False,
     page: PageOptions | None = None,
+    self_test: bool = False,
 ) -> RunReport:
     """Boot the machine on a bus ("INTERFACE:CHANNEL"), run the program or learn, stop, and report.
 
@@ -55,11 +57,14 @@ async def run_machine(
     a fault ends in standby, from which the operator enables the drives again; without a program and nothing
     to learn the run begins there, and no drive is switched on unasked. The learned functions are those in
     `learned_dir`, "learned" beside the machine file by default. `on_progress` is called ten times a second.
-    `page` gives the run a local socket (docs/local_socket.md), and the operator's page on it. What goes wrong
+    `page` gives the run a local socket (docs/local_socket.md), and the operator's page on it. `self_test`
+    takes two seconds of a run in real time, and notes what this computer does not hold. What goes wrong
     before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
     """
     options = RunOptions(serve, learned_dir, compensation, learn, stand_by)
     supervisor = _Supervisor(machine, program, pacing, record_dir, on_progress, options, fifo=fifo)
+    if self_test and pacing == "realtime":
+        await supervisor.test_computer()
     if page is None:
         return await supervisor.run(bus_spec)
     async with supervisor.with_page(page).serving():
@@ -117,6 +122,12 @@ class _Supervisor:
             record_dir=self._record_dir,
         )
         return self._page
+
+    async def test_computer(self) -> None:
+        """Tick for a while before anything is touched; what is not held is an event of the run."""
+        with uninterrupted(fifo=self._fifo):
+            if problem := await objection(self._config.bus.sync_period_us * 1000):
+                self._machine.note(problem)
 
     async def run(self, bus_spec: str) -> RunReport:
         """Run the online part, from opening the bus to closing it."""

@@ -1,0 +1,43 @@
+"""What this computer holds: two seconds of ticks before the bus is touched, judged and put into words."""
+
+import asyncio
+
+from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
+from servo_ctrl.io.clock import Lateness, TimerfdClock
+
+TEST_S = 2.0
+LATE_SHARE = 1e-3
+"""Of the ticks may be late by a period; chosen."""
+MULTIPLES = (1, 2, 5, 10, 20)
+"""Of the period, which are looked at for one that is held; chosen."""
+ADVICE = "give it less to do, use --fifo, or set a longer bus.sync_period_us"
+
+
+async def objection(period_ns: int) -> str:
+    """Tick for two seconds as the cycle will; return what this computer does not hold, "" where it holds."""
+    clock = TimerfdClock(period_ns, _nothing)
+    clock.start(asyncio.get_running_loop())
+    try:
+        await asyncio.sleep(TEST_S)
+    finally:
+        clock.close()
+    return verdict(period_ns * 1e-6, clock.lateness, clock.missed)
+
+
+def verdict(period_ms: float, lateness: Lateness, missed: int) -> str:
+    """Judge the lateness of the ticks that were served, and how many were not; "" where all is well."""
+    latest_ms, usual_ms = lateness.percentile_us(1.0) * 1e-3, lateness.percentile_us(1.0 - LATE_SHARE) * 1e-3
+    gap_ms = GAP_TOLERATED_S * 1e3
+    ticks = lateness.count + missed
+    figures = f"of {ticks} ticks {missed} were missed, the latest was served {latest_ms:.1f} ms late"
+    if latest_ms >= gap_ms:
+        return f"this computer stands still for {gap_ms:g} ms and more: {figures}; {ADVICE}"
+    held_ms = [multiple * period_ms for multiple in MULTIPLES if usual_ms < multiple * period_ms]
+    if held_ms and held_ms[0] == period_ms:
+        return ""
+    held = f"holds {held_ms[0]:g} ms, not {period_ms:g} ms" if held_ms else f"does not hold {period_ms:g} ms"
+    return f"this computer {held}: {figures}; {ADVICE}"
+
+
+def _nothing(_elapsed: int) -> None:
+    """A tick that computes nothing."""
