@@ -7,6 +7,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from reconcile.errors import ReconcileError
+from reconcile.formats.column_origin import ColumnOrigin
 from reconcile.formats.mapping import MapEntry, Mapping
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.formats.quantities import (
@@ -26,7 +27,14 @@ SHARED_ROLES = ("time", "temperature")
 """Roles whose column without an axis prefix is valid for every axis."""
 
 
-ColumnOfRole = tuple[str, str, str, Array]
+class SiValues(NamedTuple):
+    """A column in SI, and the factor that made it so."""
+
+    values: Array
+    factor: float = 1.0
+
+
+ColumnOfRole = tuple[str, str, str, SiValues]
 """Axis (empty without a prefix), role, column, values in SI."""
 
 
@@ -38,6 +46,8 @@ class Channels(NamedTuple):
     """Axis -> role -> values; `force` is computed from current or voltage where the model allows it."""
     unknown: tuple[str, ...]
     """Columns that were not used."""
+    origins: dict[str, dict[str, ColumnOrigin]] = {}  # noqa: RUF012 never written to
+    """Axis -> role -> the column that it was read from."""
 
 
 def axis_channels(table: Table, mapping: Mapping, model: ByName[str, NominalAxis]) -> Channels:
@@ -48,23 +58,26 @@ def axis_channels(table: Table, mapping: Mapping, model: ByName[str, NominalAxis
     origin: dict[str, dict[str, str]] = {}
     shared: dict[str, Array] = {}
     mapped = [(entry.axis, entry.role, entry.column, _mapped(table, entry)) for entry in mapping.entries]
-    for prefix, role_name, column, values in [*named, *mapped]:
+    origins: dict[str, dict[str, ColumnOrigin]] = {}
+    for prefix, role_name, column, of in [*named, *mapped]:
         if role_name in SHARED_ROLES and not prefix:
-            shared[role_name] = values
+            shared[role_name] = of.values
         else:
-            axes.setdefault(prefix or default, {})[role_name] = values
+            axes.setdefault(prefix or default, {})[role_name] = of.values
             origin.setdefault(prefix or default, {})[role_name] = column
+            origins.setdefault(prefix or default, {})[role_name] = ColumnOrigin(column, of.factor)
     time_s = _time(table, mapping, shared.pop("time", None), axes)
     axes = {name: shared | channels for name, channels in axes.items()}
     _check_lengths(table, time_s, axes, origin)
     if len(model) == 1 and len(axes) == 1 and default not in axes:
         axes = {default: axes.popitem()[1]}
+        origins = dict.fromkeys((default,), next(iter(origins.values()), {}))
     _check_angles(table, mapping, origin, model)
     constant = _force_per_volt(table, mapping)
     for name, channels in axes.items():
         if name in model:
             _add_force(channels, model[name], constant)
-    return Channels(time_s, axes, (*unknown, *table.ignored))
+    return Channels(time_s, axes, (*unknown, *table.ignored), origins)
 
 
 def _by_name(table: Table, mapping: Mapping) -> tuple[list[ColumnOfRole], list[str]]:
@@ -97,14 +110,14 @@ def _role_of(name: str, column: Column | None) -> Role | None:
     return None
 
 
-def _mapped(table: Table, entry: MapEntry) -> Array:
+def _mapped(table: Table, entry: MapEntry) -> SiValues:
     if entry.column not in table.columns and entry.column not in table.text_columns:
         names = short_list([*table.columns, *table.text_columns])
         raise ReconcileError(
             table.source, f"--map {entry}", f"has no column {entry.column!r}; it has: {names}"
         )
     if entry.factor is not None:
-        return _numbers(table, entry.column).values * entry.factor
+        return SiValues(_numbers(table, entry.column).values * entry.factor, entry.factor)
     return _si(table, entry.column, ROLES[entry.role])
 
 
@@ -121,7 +134,7 @@ def _numbers(table: Table, name: str) -> Column:
     raise ReconcileError(table.source, f"column {name!r}", "holds no numbers")
 
 
-def _si(table: Table, name: str, role: Role) -> Array:
+def _si(table: Table, name: str, role: Role) -> SiValues:
     """A column in SI, by the file's unit, else by the unit in its name, else unchanged."""
     column = _numbers(table, name)
     units = UNITS[role.dimension]
@@ -129,7 +142,7 @@ def _si(table: Table, name: str, role: Role) -> Array:
     file_unit = normal_unit(column.unit)
     remedy = f"say what is right: --map {role.name}={name}*FACTOR (to SI)"
     if role.dimension == "number":
-        return column.values
+        return SiValues(column.values)
     if file_unit not in {"", "-", "1"}:
         if file_unit not in units:
             reason = f"its unit {column.unit!r} is none of a {role.dimension}"
@@ -142,7 +155,9 @@ def _si(table: Table, name: str, role: Role) -> Array:
         reason = f"its name ends in _{unit}, which is no unit of a {role.dimension}"
         raise ReconcileError(table.source, f"column {name!r}", reason, remedy)
     factor, offset = units[unit] if unit else (1.0, 0.0)
-    return column.values if (factor, offset) == (1.0, 0.0) else column.values * factor + offset
+    if (factor, offset) == (1.0, 0.0):
+        return SiValues(column.values)
+    return SiValues(column.values * factor + offset, factor)
 
 
 def _time(table: Table, mapping: Mapping, time_s: Array | None, axes: dict[str, dict[str, Array]]) -> Array:

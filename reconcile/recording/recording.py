@@ -11,6 +11,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.errors import ReconcileError
 from reconcile.formats.axis_channels import Channels, axis_channels, missing
+from reconcile.formats.column_origin import ColumnOrigin
 from reconcile.formats.files import recordings_of
 from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.formats.nominal_axis import NominalAxis
@@ -49,6 +50,8 @@ class AxisRecording(NamedTuple):
     """Defects found while reading: gaps, jitter, spikes."""
     ignored: tuple[str, ...] = ()
     """Columns of the file that were not used."""
+    origins: ByName[str, ColumnOrigin] = {}
+    """By role: the column that it was read from."""
     samples_in_a_mean: int = 1
     """Samples of which the mean is explained: more than one where memory asks for it."""
 
@@ -153,4 +156,5 @@ def _axis_recording(
         start_s=start_s,
         findings=piece.findings,
         ignored=channels.unknown,
+        origins=channels.origins.get(axis, {}),
     )

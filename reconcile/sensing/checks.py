@@ -17,6 +17,8 @@ from reconcile.sensing.delay import force_delay, scale_delay
 from reconcile.sensing.judgement import Judge
 from reconcile.sensing.origin import rezeroed
 from reconcile.sensing.spectrum import noise_roll_off, transfer_roll_off
+from reconcile.sensing.wrong_channels import exchanged_forces
+from reconcile.sensing.wrong_units import signs_and_units
 
 CHANNELS = ("motor_m", "force_n", "scale_m", "reference_m", "force_command_n")
 SENSORS = CHANNELS[:3]
@@ -42,6 +44,10 @@ def examine(recordings: Sequence[AxisRecording], model: ByName[str, NominalAxis]
     usable_recordings: list[AxisRecording] = []
     findings: list[SensorFinding] = []
     refused: list[tuple[AxisRecording, list[SensorFinding]]] = []
+    exchanged = list(exchanged_forces(recordings))
+    if exchanged and len(exchanged) == len({one.source for one in recordings}):
+        finding, _ = exchanged[0]
+        raise ReconcileError(finding.source, f"axis {finding.axis}", finding.message, finding.remedy)
     for recording in recordings:
         found, usable = _examine_one(recording, model[recording.axis])
         whole = [*recording.findings, *found]
@@ -52,7 +58,9 @@ def examine(recordings: Sequence[AxisRecording], model: ByName[str, NominalAxis]
             findings += whole
     good = {recording.axis for recording in usable_recordings}
     for recording, whole in refused:
-        findings += map(_set_aside, whole) if recording.axis in good else whole
+        # an axis that stood while another moved is no defect
+        stood = bool(good) and any(f.check == "constant" and f.channel == "motor_m" for f in whole)
+        findings += map(_set_aside, whole) if recording.axis in good or stood else whole
     for axis, nominal in model.items():
         own = [recording for recording in usable_recordings if recording.axis == axis]
         findings += rezeroed(own, nominal.lead_m)
@@ -109,4 +117,4 @@ def _examine_one(recording: AxisRecording, model: NominalAxis) -> tuple[list[Sen
         found += judge.filtered("scale_m", transfer_roll_off(motor_m, scale_m, period_s), "motor_m")
     if command_n is not None:
         found += judge.filtered("force_n", transfer_roll_off(command_n, force_n, period_s), "force_command_n")
-    return [*found, *judge.signs_and_units(damaged)], usable
+    return [*found, *signs_and_units(judge, damaged)], usable

@@ -7,33 +7,25 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
+from reconcile.formats.column_origin import entry_of
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding, Severity
-from reconcile.sensing.channel import Clip, frozen
+from reconcile.sensing.channel import Clip, frozen, noise, quantum
 from reconcile.sensing.delay import Delay
 from reconcile.sensing.spectrum import RollOff
-from reconcile.sensing.units import (
-    LARGEST_MASS_RATIO,
-    LEAST_STANDARD_ERRORS,
-    factor_meaning,
-    rigid_fit,
-    slope,
-)
 
 UNITS = {"force_n": "N", "force_command_n": "N"}
-LEAST_TRAVEL_M = 20e-6
-"""Least travel of a recording, m: less does not exceed noise and backlash."""
+LEAST_TRAVEL_M = 2e-6
+"""Least travel of a recording, m; presliding is recorded within a few micrometres."""
+LEAST_TRAVEL_NOISES = 20.0
+"""The same in the noise of the position."""
 LEAST_FROZEN_TRAVEL_M = 200e-6
 """Travel of the other position, m, during which a frozen one does not change; more than any backlash."""
 LARGEST_DELAY_SAMPLES, LARGEST_COMMAND_DELAY_SAMPLES = 0.2, 3.0
 """Delays that are reported, samples; a force lags its command by the bus and the current loop."""
 LEAST_HOLD_SAMPLES = 1.3
 """Samples for which a value is repeated from which on the channel counts as sampled too slowly."""
-SLOPE_NOTED, SLOPE_REFUSED, SLOPE_OF_DAMAGED = 0.005, 0.2, 0.5
-"""Deviations from a slope of 1 of two positions: reported, refused, reported of a damaged channel."""
-LEAST_UNIT_FACTOR = 20.0
-"""Factor from which on a wrong unit is certain."""
 LEAST_SPEED_SHARE = 0.2
 """Speed before a clipped position, over the 95th percentile: slower, the axis stopped there by itself."""
 
@@ -60,6 +52,16 @@ class Judge(NamedTuple):
         where = (self.recording.source, self.recording.axis, channel, start_s, end_s)
         return SensorFinding(check, severity, *where, size, unit, message, remedy)
 
+    def entry(self, channel: str, factor: float) -> str:
+        """An entry of `--map` that makes a channel `factor` times what it was read as."""
+        return entry_of(self.recording.origins, self.recording.axis, channel, factor)
+
+    def exchanged(self, first: str, second: str) -> str:
+        """Entries of `--map` that exchange two channels."""
+        origins, axis = self.recording.origins, self.recording.axis
+        pairs = ((first, second), (second, first))
+        return ",".join(entry_of(origins, axis, to, 1.0, source) for to, source in pairs)
+
     def at_s(self, row: int) -> float:
         """Time of a sample in the file, s."""
         return self.recording.start_s + float(self.recording.time_s[row])
@@ -67,7 +69,9 @@ class Judge(NamedTuple):
     def constant(self) -> Iterator[SensorFinding]:
         """Channels that do not change."""
         travel_m, swing_n = float(np.ptp(self.recording.motor_m)), float(np.ptp(self.recording.force_n))
-        if travel_m < max(LEAST_TRAVEL_M, 10.0 * (self.model.encoder_resolution_m or 0.0)):
+        motor_m = self.recording.motor_m
+        noise_m = LEAST_TRAVEL_NOISES * noise(motor_m, quantum(motor_m))
+        if travel_m < max(LEAST_TRAVEL_M, 10.0 * (self.model.encoder_resolution_m or 0.0), noise_m):
             message = f"the motor moves by {travel_m * 1e6:.3g} um in all: there is no motion to compare"
             remedy = "is it the right column, and is its unit the right one?"
             yield self.finding("constant", "unusable", "motor_m", travel_m, "m", message, remedy)
@@ -176,62 +180,10 @@ class Judge(NamedTuple):
             message = f"is {size} {direction} against {delay.first}"
             severity: Severity = "note" if is_force else "warning"
             remedy = "shift it, or record both latched by the same clock"
+            if is_force and samples < 0.0:
+                remedy = f"are both exchanged? --map {self.exchanged('force_n', 'force_command_n')}"
             yield self.finding("delay", severity, delay.second, delay.late_s, "s", message, remedy)
         if is_force and "force_n" not in damaged and abs(delay.gain - 1.0) > 0.1:
             message = f"is {delay.gain:.3g} times its command"
             remedy = "check the force constant of the model file"
             yield self.finding("gain", "warning", "force_n", delay.gain, "1", message, remedy)
-
-    def signs_and_units(self, damaged: set[str]) -> Iterator[SensorFinding]:
-        """Positions against each other, force against acceleration; wider tolerance if `damaged`."""
-        yield from self._position_slope("scale_m", SLOPE_OF_DAMAGED if "scale_m" in damaged else SLOPE_NOTED)
-        yield from self._position_slope("reference_m", SLOPE_REFUSED)
-        yield from self._force_unit()
-
-    def _position_slope(self, channel: str, noted: float) -> Iterator[SensorFinding]:
-        other: Array | None = getattr(self.recording, channel)
-        ratio = slope(self.recording.motor_m, other, self.recording.period_s) if other is not None else None
-        if ratio is None or abs(ratio - 1.0) < noted:
-            return
-        refused = abs(ratio - 1.0) > max(SLOPE_REFUSED, noted)
-        if channel == "reference_m":  # an axis need not follow it; another unit is far off
-            refused = _is_another_unit(ratio)
-        severity: Severity = "unusable" if refused else "warning"
-        if ratio < 0.0:
-            message, remedy = f"goes the other way than motor_m ({ratio:.4g} m per m)", _turned("ROLE")
-            yield self.finding("sign", severity, channel, ratio, "m/m", message, remedy)
-            return
-        message = f"moves by {ratio:.6g} m per metre of motor_m"
-        remedy = f"check the lead ({self.model.lead_m * 1e3:.6g} mm), the counts and the unit of each"
-        yield self.finding("unit", severity, channel, ratio, "m/m", message, remedy)
-
-    def _force_unit(self) -> Iterator[SensorFinding]:
-        fit = rigid_fit(self.recording.motor_m, self.recording.force_n, self.recording.period_s)
-        if fit is None:
-            return
-        certain = abs(fit.mass_kg) > LEAST_STANDARD_ERRORS * fit.error_kg
-        wrong = fit.mass_kg < 0.0 if certain else fit.reversed_share > 0.7
-        if wrong and fit.friction_w < 0.0:
-            message = "the force points against the motion that it makes"
-            yield self.finding("sign", "unusable", "force_n", fit.mass_kg, "kg", message, _turned("force"))
-            return
-        stated_kg = self.model.mass_kg
-        ratio = fit.mass_kg / stated_kg
-        if certain and ratio > 0.0 and not 1.0 / LARGEST_MASS_RATIO < ratio < LARGEST_MASS_RATIO:
-            meaning = factor_meaning(ratio, self.model)
-            severity: Severity = "unusable" if meaning and _is_another_unit(ratio) else "warning"
-            message = (
-                f"force over acceleration is {fit.mass_kg:.4g} kg; the model file says {stated_kg:.4g} kg"
-            )
-            remedy = (
-                f"perhaps {meaning}" if meaning else "check the units of force and position, and the mass"
-            )
-            yield self.finding("unit", severity, "force_n", ratio, "1", message, remedy)
-
-
-def _is_another_unit(ratio: float) -> bool:
-    return not 1.0 / LEAST_UNIT_FACTOR < ratio < LEAST_UNIT_FACTOR
-
-
-def _turned(role: str) -> str:
-    return f"turn its sign round: --map {role}=NAME*-1"

@@ -18,6 +18,10 @@ LARGEST_MASS_RATIO = 3.0
 """Largest ratio of masses that a payload explains; beyond it a unit is wrong."""
 LEAST_STANDARD_ERRORS = 8.0
 """Significance of a fitted mass that is compared with the model's."""
+LONGEST_TRAVEL_M = 8.0
+"""Travel beyond which a position is hardly in metres: that of large gantries."""
+LEAST_MISREAD_M = 0.3
+"""Travel from which on a position may have been read in too large a unit: less, and it hardly moved."""
 LEAST_SWING_RAD = 0.3
 """Swing from which on gravity is no straight line over the angle, where 1 m stands for 1 rad."""
 MOST_ROWS = 400_000
@@ -33,12 +37,24 @@ class RigidFit(NamedTuple):
     error_kg: float
     reversed_share: float
     """Share of the absolute power that has the wrong sign, 0 to 1."""
-    friction_w: float
-    """Mean power of the fitted friction: a force of the wrong sign turns it round too, other axes do not."""
+    dissipated_w: float
+    """Mean power of the friction: negative where it drives."""
+    left_share: float
+    """Share of the force's variance that is left."""
 
 
-def rigid_fit(motor_m: Array, force_n: Array, period_s: float) -> RigidFit | None:
-    """Fit mass, friction, and forces at a place (springs, gravity); None where the axis does not move.
+class RigidColumns(NamedTuple):
+    """Columns of a rigid axis behind a low pass, arrays (n,) but for `matrix`."""
+
+    matrix: Array
+    """(n, k): acceleration, velocity, direction, and forces at a place (springs, gravity)."""
+    velocity: Array
+    acceleration: Array
+    force_n: Array
+
+
+def rigid_columns(motor_m: Array, force_n: Array, period_s: float) -> RigidColumns | None:
+    """Columns of a rigid axis; None where the axis or its force does not change.
 
     Without the forces at a place, a pendulum that swings below its frequency has a negative mass.
     """
@@ -56,7 +72,12 @@ def rigid_fit(motor_m: Array, force_n: Array, period_s: float) -> RigidFit | Non
     # a long recording needs no more rows, and its matrix would take hundreds of megabytes
     thin = slice(None, None, -(-len(direction) // MOST_ROWS))
     matrix = np.column_stack([of[thin] for of in (acceleration_m_s2, velocity_m_s, direction, *places)])
-    acceleration_m_s2, velocity_m_s, smooth_n = acceleration_m_s2[thin], velocity_m_s[thin], smooth_n[thin]
+    return RigidColumns(matrix, velocity_m_s[thin], acceleration_m_s2[thin], smooth_n[thin])
+
+
+def rigid_fit(columns: RigidColumns) -> RigidFit:
+    """Fit mass, friction, and forces at a place."""
+    matrix, acceleration_m_s2, smooth_n = columns.matrix, columns.acceleration, columns.force_n
     scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     masses = []
     for rows in np.array_split(np.arange(len(matrix)), 8):
@@ -67,29 +88,69 @@ def rigid_fit(motor_m: Array, force_n: Array, period_s: float) -> RigidFit | Non
     values, *_ = np.linalg.lstsq(matrix / scale, smooth_n, rcond=1e-6)
     mass_kg = float(values[0] / scale[0])
     error_kg = float(np.std(masses) / math.sqrt(len(masses))) if len(masses) > 2 else math.inf
-    power_w = (smooth_n - np.median(smooth_n)) * velocity_m_s
+    power_w = (smooth_n - np.median(smooth_n)) * columns.velocity
     moved_w = float(np.sum(np.abs(power_w)))
     share = float(np.sum(np.maximum(-power_w, 0.0))) / moved_w if moved_w > 0.0 else 0.0
-    rubbing_n = matrix[:, 1:3] @ (values[1:3] / scale[1:3])
-    return RigidFit(mass_kg, error_kg, share, float(np.mean(rubbing_n * velocity_m_s)))
+    friction_n = matrix[:, 1:3] @ (values / scale)[1:3]
+    left_n = smooth_n - matrix @ (values / scale)
+    left_share = float(left_n.var() / max(smooth_n.var(), 1e-300))
+    return RigidFit(mass_kg, error_kg, share, float(np.mean(friction_n * columns.velocity)), left_share)
 
 
-def factor_meaning(ratio: float, model: NominalAxis) -> str:
-    """The wrong unit that makes a force `ratio` times too large; empty where none does."""
-    meanings = {
-        1e3: "the force is in mN",
-        1e-3: "the force is in kN, or the position is in mm but was read as metres",
-        1e6: "the position is in m but was read as um",
-        1e-6: "the position is in um but was read as metres",
-        model.lead_m / (2.0 * math.pi): "it is the motor's torque in N m, not the force at the table",
-        1.0 / model.force_constant_n_a: "it is the current in A, not the force",
-        model.force_constant_n_a: "the force constant was applied twice, or the current is in another unit",
-    }
-    for factor, meaning in meanings.items():
+class Meaning(NamedTuple):
+    """What a factor in force over acceleration comes from, and what mends it."""
+
+    words: str
+    channel: str
+    """Field of the recording that was misread."""
+    to_si: float
+    """Factor on what was read."""
+
+
+def factor_meanings(ratio: float, model: NominalAxis, travel_m: float) -> list[Meaning]:
+    """The wrong units that make a force `ratio` times too large for the motion; none where none does."""
+    position = "the position is in {} but was read as " + ("radians" if model.rotary else "metres")
+    far = travel_m > LONGEST_TRAVEL_M
+    meanings: list[tuple[float, Meaning]] = [
+        (1e3, Meaning("the force is in mN", "force_n", 1e-3)),
+        (1e-3, Meaning("the force is in kN", "force_n", 1e3)),
+        (1e-3, Meaning(position.format("mrad" if model.rotary else "mm"), "motor_m", 1e-3)),
+        (1e6, Meaning("the position is in m but was read as um", "motor_m", 1e6)),
+        (1e-6, Meaning(position.format("urad" if model.rotary else "um"), "motor_m", 1e-6)),
+    ]
+    if not model.rotary:
+        screw = model.lead_m / (2.0 * math.pi)
+        torque = "it is the motor's torque in N m, not the force at the table"
+        meanings.append((screw, Meaning(torque, "force_n", 1.0 / screw)))
+        meanings.append((screw, Meaning(position.format("rad of the motor"), "motor_m", screw)))
+        turns = Meaning(position.format("turns of the motor"), "motor_m", model.lead_m)
+        meanings.append((model.lead_m, turns))
+    else:
+        meanings.append((math.pi / 180.0, Meaning(position.format("degrees"), "motor_m", math.pi / 180.0)))
+        meanings.append((2.0 * math.pi, Meaning(position.format("turns"), "motor_m", 2.0 * math.pi)))
+    if model.encoder_resolution_m:
+        counts = Meaning(position.format("counts"), "motor_m", model.encoder_resolution_m)
+        meanings.append((model.encoder_resolution_m, counts))
+    constant = model.force_constant_n_a
+    meanings += [
+        (1.0 / constant, Meaning("it is the current in A, not the force", "force_n", constant)),
+        (
+            constant,
+            Meaning(
+                "the force constant was applied twice, or the current is in another unit",
+                "force_n",
+                1.0 / constant,
+            ),
+        ),
+    ]
+    found = []
+    for factor, meaning in meanings:
         decades = math.log10(factor) if factor > 0.0 else 0.0
-        if abs(decades) > 0.3 and abs(math.log10(ratio / factor)) < FACTOR_TOLERANCE_DECADES:
-            return meaning
-    return ""
+        near = abs(decades) > 0.3 and abs(math.log10(ratio / factor)) < FACTOR_TOLERANCE_DECADES
+        # a machine's travel tells a wrong position from a wrong force
+        if near and (meaning.channel == "force_n" or factor > 1.0 or travel_m > LEAST_MISREAD_M):
+            found.append((far and meaning.channel == "force_n", abs(math.log10(ratio / factor)), meaning))
+    return [meaning for _, _, meaning in sorted(found, key=lambda one: one[:2])]
 
 
 def slope(first_m: Array, second_m: Array, period_s: float) -> float | None:
@@ -101,3 +162,24 @@ def slope(first_m: Array, second_m: Array, period_s: float) -> float | None:
     scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     values, *_ = np.linalg.lstsq(matrix / scale, second_m - second_m.mean(), rcond=1e-6)
     return float(values[0] / scale[0])
+
+
+def lateness(command_m: Array, actual_m: Array, period_s: float) -> tuple[float, float]:
+    """Delay of a position against its command (n,), s, and its standard error, from their lag at speed.
+
+    Infinite error where fewer than three blocks move.
+    """
+    velocity_m_s = uniform_filter1d(np.gradient(command_m, period_s), VELOCITY_SAMPLES)
+    ones = np.ones_like(command_m)
+    columns = np.column_stack([command_m, velocity_m_s, np.gradient(velocity_m_s, period_s), ones])
+    moving = 0.2 * float(np.std(velocity_m_s))
+    found = []
+    for rows in np.array_split(np.arange(len(columns)), 8):
+        scale = np.maximum(np.abs(columns[rows]).max(axis=0), 1e-300)
+        if float(np.std(velocity_m_s[rows])) > moving:
+            values, *_ = np.linalg.lstsq(columns[rows] / scale, actual_m[rows], rcond=1e-9)
+            gain, lag = values[0] / scale[0], values[1] / scale[1]
+            found.append(-float(lag / gain) if gain else 0.0)
+    if len(found) < 3:
+        return 0.0, math.inf
+    return float(np.median(found)), float(np.std(found) / math.sqrt(len(found)))

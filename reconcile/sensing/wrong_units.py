@@ -1,0 +1,129 @@
+"""Findings of signs and units: positions against each other, force against acceleration."""
+
+from collections.abc import Iterator
+
+from kernels.arrays import Array
+from reconcile.recording.sensor_finding import SensorFinding, Severity
+from reconcile.sensing.judgement import Judge
+from reconcile.sensing.units import (
+    LARGEST_MASS_RATIO,
+    LEAST_STANDARD_ERRORS,
+    factor_meanings,
+    lateness,
+    rigid_columns,
+    rigid_fit,
+    slope,
+)
+from reconcile.sensing.wrong_channels import is_unsigned
+
+SLOPE_NOTED, SLOPE_REFUSED, SLOPE_OF_DAMAGED = 0.005, 0.2, 0.5
+"""Deviations from a slope of 1 of two positions: reported, refused, reported of a damaged channel."""
+LEAST_UNIT_FACTOR = 20.0
+"""Factor from which on a wrong unit is certain."""
+LEAST_LEAD_SAMPLES = 3.0
+"""Samples by which a motor is ahead of its command from which on that is said: a bus may be late by two."""
+MOST_REVERSED = 0.7
+"""Share of the power against the motion from which on that is said."""
+SURE_LEFT = 0.3
+"""Share of the force's variance that a rigid model leaves up to which a negative mass is a turned sign: what
+gravity of other joints makes of a passive one leaves more."""
+LEAST_LEAD_ERRORS = 5.0
+"""The same in standard errors."""
+SAID_MEANINGS = 2
+"""Explanations of a factor that are told."""
+
+
+def signs_and_units(judge: Judge, damaged: set[str]) -> Iterator[SensorFinding]:
+    """Judge positions against each other, and the force against the motion; wider where `damaged`."""
+    yield from _position_slope(judge, "scale_m", SLOPE_OF_DAMAGED if "scale_m" in damaged else SLOPE_NOTED)
+    yield from _position_slope(judge, "reference_m", SLOPE_REFUSED)
+    yield from _ahead_of_command(judge)
+    yield from _force(judge)
+
+
+def _position_slope(judge: Judge, channel: str, noted: float) -> Iterator[SensorFinding]:
+    recording = judge.recording
+    other: Array | None = getattr(recording, channel)
+    ratio = slope(recording.motor_m, other, recording.period_s) if other is not None else None
+    if ratio is None or abs(ratio - 1.0) < noted:
+        return
+    refused = abs(ratio - 1.0) > max(SLOPE_REFUSED, noted)
+    if channel == "reference_m":  # an axis need not follow it; another unit is far off
+        refused = _is_another_unit(ratio)
+    severity: Severity = "unusable" if refused else "warning"
+    if ratio < 0.0:
+        message = f"goes the other way than motor_m ({ratio:.4g} m per m)"
+        remedy = _turned(judge, channel)
+        yield judge.finding("sign", severity, channel, ratio, "m/m", message, remedy)
+        return
+    message = f"moves by {ratio:.6g} m per metre of motor_m"
+    remedy = f"check the lead ({judge.model.lead_m * 1e3:.6g} mm), the counts and the unit of each"
+    if refused:
+        remedy += f": --map {judge.entry(channel, 1.0 / ratio)} if the motor is right"
+    yield judge.finding("unit", severity, channel, ratio, "m/m", message, remedy)
+
+
+def _ahead_of_command(judge: Judge) -> Iterator[SensorFinding]:
+    """A motor that moves before its command does."""
+    recording = judge.recording
+    if recording.reference_m is None:
+        return
+    late_s, error_s = lateness(recording.reference_m, recording.motor_m, recording.period_s)
+    if late_s > -max(LEAST_LEAD_SAMPLES * recording.period_s, LEAST_LEAD_ERRORS * error_s):
+        return
+    message = f"moves {-late_s * 1e3:.3g} ms before its command does"
+    remedy = (
+        f"are command and actual position exchanged? --map {judge.exchanged('motor_m', 'reference_m')}; "
+        "or the command was recorded late"
+    )
+    yield judge.finding("exchanged", "warning", "motor_m", late_s, "s", message, remedy)
+
+
+def _force(judge: Judge) -> Iterator[SensorFinding]:
+    recording, model = judge.recording, judge.model
+    columns = rigid_columns(recording.motor_m, recording.force_n, recording.period_s)
+    if columns is None:
+        return
+    if is_unsigned(columns):
+        message = "the force has no sign, though the axis is driven both ways: it is a magnitude"
+        unused = ", ".join(recording.ignored) or "none"
+        remedy = (
+            "map the signed current or torque: --map "
+            f"{judge.entry('force_n', 1.0).partition('=')[0]}=NAME (columns not used: {unused})"
+        )
+        yield judge.finding("unsigned", "unusable", "force_n", 0.0, "", message, remedy)
+        return
+    fit = rigid_fit(columns)
+    certain = abs(fit.mass_kg) > LEAST_STANDARD_ERRORS * fit.error_kg
+    # friction dissipates: a negative mass beside a positive friction is another misfit than a turned sign
+    drives = fit.dissipated_w < 0.0
+    if drives and ((certain and fit.mass_kg < 0.0) or (not certain and fit.reversed_share > MOST_REVERSED)):
+        sure = certain and fit.left_share < SURE_LEFT
+        message = f"the force {'points' if sure else 'seems to point'} against the motion that it makes"
+        remedy = _turned(judge, "force_n")
+        if not sure:
+            remedy += ", unless another axis or a load drives this one"
+        sign_severity: Severity = "unusable" if sure else "warning"
+        yield judge.finding("sign", sign_severity, "force_n", fit.mass_kg, "kg", message, remedy)
+        return
+    ratio = fit.mass_kg / model.mass_kg
+    if certain and fit.mass_kg > 0.0 and not 1.0 / LARGEST_MASS_RATIO < ratio < LARGEST_MASS_RATIO:
+        travel_m = float(recording.motor_m.max() - recording.motor_m.min())
+        meanings = factor_meanings(ratio, model, travel_m)[:SAID_MEANINGS]
+        severity: Severity = "unusable" if meanings and _is_another_unit(ratio) else "warning"
+        message = (
+            f"force over acceleration is {fit.mass_kg:.4g} kg; the model file says {model.mass_kg:.4g} kg"
+        )
+        told = [f"{one.words} (--map {judge.entry(one.channel, one.to_si)})" for one in meanings]
+        remedy = "check the units of force and position, and the mass"
+        if told:
+            remedy = f"perhaps {', or '.join(told)}"
+        yield judge.finding("unit", severity, "force_n", ratio, "1", message, remedy)
+
+
+def _is_another_unit(ratio: float) -> bool:
+    return not 1.0 / LEAST_UNIT_FACTOR < ratio < LEAST_UNIT_FACTOR
+
+
+def _turned(judge: Judge, channel: str) -> str:
+    return f"turn its sign round: --map {judge.entry(channel, -1.0)}"
