@@ -37,7 +37,7 @@ class RigidFit(NamedTuple):
     error_kg: float
     reversed_share: float
     """Share of the absolute power that has the wrong sign, 0 to 1."""
-    dissipated_w: float
+    friction_w: float
     """Mean power of the friction: negative where it drives."""
     left_share: float
     """Share of the force's variance that is left."""

@@ -96,7 +96,7 @@ def _force(judge: Judge) -> Iterator[SensorFinding]:
     fit = rigid_fit(columns)
     certain = abs(fit.mass_kg) > LEAST_STANDARD_ERRORS * fit.error_kg
     # friction dissipates: a negative mass beside a positive friction is another misfit than a turned sign
-    drives = fit.dissipated_w < 0.0
+    drives = fit.friction_w < 0.0
     if drives and ((certain and fit.mass_kg < 0.0) or (not certain and fit.reversed_share > MOST_REVERSED)):
         sure = certain and fit.left_share < SURE_LEFT
         message = f"the force {'points' if sure else 'seems to point'} against the motion that it makes"
