@@ -9,6 +9,7 @@ import socket
 import stat
 import time
 from collections import deque
+from collections.abc import Collection
 from pathlib import Path
 
 from local_can.port import Party, Port
@@ -127,8 +128,11 @@ class Hub:
                 if event != select.EPOLLOUT and port not in heads:
                     self._read(port)
         sending = bool(heads)
-        while heads and not self._transmit() and not paced:
-            pass
+        if len(heads) == 1 and not paced:
+            self._pass_on(*heads.popitem())
+        else:
+            while heads and not self._transmit() and not paced:
+                pass
         for party in self._due:
             party.flush()
         self._due.clear()
@@ -156,14 +160,25 @@ class Hub:
             del heads[sender]
         if self._bitrate:
             self._occupy(frame)
-        route = self._routes.get((sender, frame[:4]))
-        for receiver in self._find_route(sender, frame) if route is None else route:
-            receiver.deliver(frame)
-            self._due.append(receiver)
-        if sender.wants_own and passes(HEADER.unpack_from(frame)[0], sender.filters):
-            sender.deliver(frame[:5] + bytes((MARK_OWN,)) + frame[6:])
-            self._due.append(sender)
+        self._pass_on(sender, (frame,))
         return not frames
+
+    def _pass_on(self, sender: Party, frames: Collection[bytes]) -> None:
+        """Hand frames of one sender, which nobody competes with, to whom they are for."""
+        routes, due = self._routes, self._due
+        for frame in frames:
+            route = routes.get((sender, frame[:4]))
+            if route is None:
+                route = self._find_route(sender, frame)
+            for receiver in route:
+                receiver.deliver(frame)
+                if receiver not in due:
+                    due.append(receiver)
+        if sender.wants_own:
+            for frame in frames:
+                if passes(HEADER.unpack_from(frame)[0], sender.filters):
+                    sender.deliver(frame[:5] + bytes((MARK_OWN,)) + frame[6:])
+            due.append(sender)
 
     def _find_route(self, sender: Party, frame: bytes) -> tuple[Party, ...]:
         """All others, in order of their connection, whose filters `frame` passes.
