@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from tests.campaigns.bench.outcome import Ratio, Section
@@ -34,7 +35,7 @@ TIMEOUT_S = 60.0
 
 
 class Run(NamedTuple):
-    """Cycles, the seconds they took, and processor microseconds a cycle by process."""
+    """Cycles, the seconds they took, and processor microseconds a cycle by process, without the boot."""
 
     cycles: int
     wall_s: float
@@ -49,15 +50,18 @@ async def run_ours(bus: str, pids: dict[str, int]) -> Run:
     """One run of the circle on a bus where `hil-sim` is; `pids` are the other processes."""
     machine = load_machine(MACHINE)
     program = load_program(PROGRAM, machine)
-    before_s = {role: processor_s(pid) for role, pid in pids.items()}
-    own_s = time.process_time()
-    report = await run_machine(machine, program, bus, "lockstep")
-    own_s = time.process_time() - own_s
+    seen: list[tuple[int, dict[str, float]]] = []
+
+    def look(progress: Progress) -> None:
+        if progress.cycle:  # boot is over
+            spent_s = {role: processor_s(pid) for role, pid in pids.items()}
+            seen.append((progress.cycle, {**spent_s, "daemon": time.process_time()}))
+
+    report = await run_machine(machine, program, bus, "lockstep", None, look)
     if not report.completed:
         raise RuntimeError(f"the run did not complete: {report.reason}")
-    spent_s = {role: processor_s(pid) - before_s[role] for role, pid in pids.items()}
-    spent_s["daemon"] = own_s  # boot included: some microseconds a cycle
-    spent_us = {role: 1e6 * seconds / report.cycles for role, seconds in spent_s.items()}
+    (first, before_s), (last, after_s) = seen[0], seen[-1]
+    spent_us = {role: 1e6 * (after_s[role] - before_s[role]) / (last - first) for role in after_s}
     return Run(report.cycles, report.wall_s, spent_us)
 
 
