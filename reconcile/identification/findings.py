@@ -14,6 +14,7 @@ from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.identification.confidence import confidence
 from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.regression_data import stride
 from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.regression.resolution import reversal_travel_m
 from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Score, paired
@@ -182,6 +183,8 @@ def report_findings(
         slots = equations.slots(model)
         return float(equations.squares(slots, equations.solve(slots, totals), held_out_blocks).sum())
 
+    kept_s = stride(period_s) * period_s
+    held_out_s = float(equations.samples[held_out_blocks].sum()) * kept_s
     best, unexplained = squares_held_out(chosen), squares_held_out([])
     found: list[IdentifiedEffect] = []
     timing, timing_s = None, 0.0
@@ -209,7 +212,9 @@ def report_findings(
             IdentifiedEffect(
                 effect="unknown" if unnamed else effect,
                 channel=problem.channel.value,
-                confidence=confidence(max([r.confidence for r in others], default=0.0), judged_gain),
+                confidence=confidence(
+                    max([r.confidence for r in others], default=0.0), judged_gain, held_out_s
+                ),
                 equivalent=[*dict.fromkeys([*meaning.equivalent, *indistinguishable])],
                 rivals=others,
                 candidates=own,

@@ -18,6 +18,11 @@ Indices = NDArray[np.intp]
 
 SLOWEST_S, FASTEST_S = 0.05, 1e-5
 """Range of usable sample times, s."""
+SLOW_RATE_HZ = 180.0
+"""Rate below which the samples are too far apart for the state filter: three of its bandwidths."""
+SLOW_CORNER_SHARE = 0.06
+"""Corner of what is explained there, as a share of the rate: that of the filter at 1 kHz. A second difference
+is 3 % off at it, 30 % at a fifth of the rate, and what it is off by passes for a force."""
 FILLED = 5
 """Longest gap that is interpolated, samples; longer ones split the recording."""
 LATEST_STAMP_SAMPLES = 20

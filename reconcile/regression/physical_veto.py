@@ -49,7 +49,7 @@ def vetoed(
             axis=axis,
             base=base,
             model=[*problem.model_terms, *(term for own in terms.values() for term in own)],
-            highest_hz=FILTER_HZ,
+            highest_hz=min(FILTER_HZ, 0.5 / problem.datasets[0].period_s),
             prediction=parts[effect],
             baseline=parts[""],
         )

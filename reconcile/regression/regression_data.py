@@ -13,6 +13,7 @@ from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.kinematics import Kinematics, gaussian_width_s, kinematics
 from reconcile.recording.recording import AxisRecording
+from reconcile.recording.time_column import SLOW_CORNER_SHARE, SLOW_RATE_HZ
 from reconcile.regression.model_presliding import presliding_n
 from reconcile.regression.state_filter import StateFilter
 from reconcile.regression.thinning import thinned, thinned_kinematics
@@ -166,9 +167,12 @@ def stride(period_s: float) -> int:
 def low_pass_of(data: RegressionData) -> Callable[..., Array]:
     """The state filter; where positions are noisy, after the low pass of their derivatives."""
     state_filter = StateFilter(data.period_s, FILTER_HZ)
-    if data.motion.corner_hz >= LEAST_CLEAN_HZ:
+    corner_hz = data.motion.corner_hz
+    if 1.0 / data.period_s < SLOW_RATE_HZ:
+        corner_hz = min(corner_hz, SLOW_CORNER_SHARE / data.period_s)
+    if corner_hz >= LEAST_CLEAN_HZ:
         return state_filter
-    width = gaussian_width_s(data.motion.corner_hz) / data.period_s
+    width = gaussian_width_s(corner_hz) / data.period_s
     return lambda signal, derivative=0: state_filter(
         gaussian_filter1d(signal, width, axis=0, mode="nearest"), derivative
     )

@@ -105,7 +105,7 @@ def _examine_one(recording: AxisRecording, model: NominalAxis) -> tuple[list[Sen
             found += judge.held(name, hold_samples(values, step))
             found += judge.resolution(name, step)
             found += judge.filtered(name, noise_roll_off(values, step, period_s))
-    found += judge.frozen()
+    found += [*judge.rate(), *judge.frozen()]
     damaged = {finding.channel for finding in found if finding.check in DAMAGING_CHECKS}
     motor_m, scale_m = usable.motor_m, usable.scale_m
     force_n, command_n = usable.force_n, usable.force_command_n

@@ -11,6 +11,7 @@ from reconcile.formats.column_origin import entry_of
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding, Severity
+from reconcile.recording.time_column import SLOW_CORNER_SHARE, SLOW_RATE_HZ
 from reconcile.sensing.channel import Clip, frozen, noise, quantum
 from reconcile.sensing.delay import Delay
 from reconcile.sensing.spectrum import RollOff
@@ -85,6 +86,19 @@ class Judge(NamedTuple):
                 f"the scale stands still while the motor moves by {travel_m * 1e3:.4g} mm; it is left out"
             )
             yield self.finding("constant", "warning", "scale_m", float(np.ptp(scale_m)), "m", message)
+
+    def rate(self) -> Iterator[SensorFinding]:
+        """Samples so far apart that much of what the axis does is not in them."""
+        rate_hz = 1.0 / self.recording.period_s
+        if rate_hz < SLOW_RATE_HZ:
+            apart_ms, seen_hz = self.recording.period_s * 1e3, SLOW_CORNER_SHARE * rate_hz
+            message = (
+                f"its samples are {apart_ms:.3g} ms apart: nothing above {0.5 * rate_hz:.3g} Hz is in them, "
+                f"and only what is below {seen_hz:.2g} Hz is explained; presliding, reversals, delays and "
+                "ripples at speed may hide"
+            )
+            remedy = "record at 1 kHz to tell them"
+            yield self.finding("rate", "note", "", rate_hz, "Hz", message, remedy)
 
     def frozen(self) -> Iterator[SensorFinding]:
         """Channels that do not change for a while although the axis moves."""

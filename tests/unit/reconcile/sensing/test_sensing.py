@@ -193,3 +193,19 @@ def test_unusable_data_are_refused_with_what_is_wrong_and_where(
 def test_a_payload_is_not_refused_as_a_wrong_unit() -> None:
     light = {"x": Axis(mass_kg=30.0)}
     assert examine([CLEAN], light).findings == []
+
+
+def test_a_recording_at_100_hertz_says_what_it_cannot_show() -> None:
+    every = slice(None, None, 10)
+    slow = CLEAN._replace(
+        period_s=1e-2,
+        time_s=CLEAN.time_s[every],
+        motor_m=CLEAN.motor_m[every],
+        force_n=CLEAN.force_n[every],
+        scale_m=None,
+        reference_m=None,
+        force_command_n=None,
+    )
+    note = found(slow)["rate", ""]
+    assert note.severity == "note"
+    assert "nothing above 50 Hz is in them, and only what is below 6 Hz is explained" in note.message
