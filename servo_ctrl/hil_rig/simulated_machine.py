@@ -24,8 +24,10 @@ class SimulatorError(ServoCtrlError):
 
 
 @contextlib.asynccontextmanager
-async def simulated_machine(machine: Path, pacing: str) -> AsyncIterator[str]:
+async def simulated_machine(machine: Path, pacing: str, *, fifo: bool = False) -> AsyncIterator[str]:
     """Start the simulator for a machine directory or a plant file; yield the bus that it serves; stop it.
+
+    `fifo`: with a real-time priority and locked memory.
 
     Raises:
         SimulatorError: it ended or was not ready within its bound; carries what it printed.
@@ -36,6 +38,7 @@ async def simulated_machine(machine: Path, pacing: str) -> AsyncIterator[str]:
         simulator = [
             str(Path(sys.executable).with_name("hil-sim")),
             *("run", "--machine", str(machine), "--bus", bus, "--pacing", pacing),
+            *(["--fifo"] if fifo else []),
         ]
         async with running("hil-sim", simulator, "on the bus"):
             yield bus

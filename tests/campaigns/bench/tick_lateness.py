@@ -19,7 +19,7 @@ from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.cycle.realtime import RealtimeError
 from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
-from servo_ctrl.hil_rig.simulated_machine import simulated_machine
+from servo_ctrl.hil_rig.simulated_machine import SimulatorError, simulated_machine
 from tests.campaigns.bench import cyclictest
 from tests.campaigns.bench.outcome import Ratio, Section, Skip
 
@@ -79,28 +79,28 @@ async def _measure(progress: Callable[[str], None]) -> Section:
     if not cyclictest.available():
         skips["cyclictest"] = Skip("cyclictest", "not installed (package rt-tests)")
     machine = load_machine(MACHINE)
-    async with simulated_machine(MACHINE, "realtime") as bus:
-        for repeat in range(ROUNDS):
-            for policy, fifo in POLICIES.items():
-                progress(f"tick lateness: {policy}, round {repeat + 1} of {ROUNDS}")
-                if policy in skips:
-                    continue
-                try:
+    for repeat in range(ROUNDS):
+        for policy, fifo in POLICIES.items():
+            progress(f"tick lateness: {policy}, round {repeat + 1} of {ROUNDS}")
+            if policy in skips:
+                continue
+            try:
+                async with simulated_machine(MACHINE, "realtime", fifo=fifo) as bus:
                     ticks = await _run_ours(bus, fifo=fifo)
-                except RealtimeError as error:
-                    skips[policy] = Skip(policy, str(error))
+            except (RealtimeError, SimulatorError) as error:
+                skips[policy] = Skip(policy, str(error))
+                continue
+            ours[policy] = ours[policy] + ticks if policy in ours else ticks
+            if "cyclictest" not in skips:
+                try:
+                    counts = await asyncio.to_thread(
+                        cyclictest.run, ticks.served, machine.bus.sync_period_us, fifo=fifo
+                    )
+                except subprocess.SubprocessError as error:
+                    said = str(getattr(error, "stderr", "") or error).strip().splitlines()
+                    skips["cyclictest"] = Skip("cyclictest", f"failed: {said[-1]}")
                     continue
-                ours[policy] = ours[policy] + ticks if policy in ours else ticks
-                if "cyclictest" not in skips:
-                    try:
-                        counts = await asyncio.to_thread(
-                            cyclictest.run, ticks.served, machine.bus.sync_period_us, fifo=fifo
-                        )
-                    except subprocess.SubprocessError as error:
-                        said = str(getattr(error, "stderr", "") or error).strip().splitlines()
-                        skips["cyclictest"] = Skip("cyclictest", f"failed: {said[-1]}")
-                        continue
-                    yardstick[policy] = yardstick.get(policy, Counter()) + counts
+                yardstick[policy] = yardstick.get(policy, Counter()) + counts
     return _section(ours, yardstick, list(skips.values()))
 
 
