@@ -6,6 +6,7 @@ from typing import Any
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import CATALOGUE, ENTRIES
+from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.formats.rotary_units import in_units_of
 from reconcile.identification.explain import Explanation
 from reconcile.identification.findings import IdentifiedEffect
@@ -135,6 +136,7 @@ def _finding(axis: str, finding: IdentifiedEffect) -> dict[str, Any]:
     return {
         "axis": axis,
         "effect": finding.effect,
+        "over": _coordinate(finding),
         "confidence": finding.confidence,
         "equivalent": finding.equivalent,
         "where": {"sensor": finding.channel, "axis": axis},
@@ -152,6 +154,12 @@ def _finding(axis: str, finding: IdentifiedEffect) -> dict[str, Any]:
             if not math.isnan(r.confidence)
         ],
     }
+
+
+def _coordinate(finding: IdentifiedEffect) -> str:
+    """What a term without a name changes with; empty of named effects and of what has no term."""
+    effect = finding.candidates[0].effect if finding.candidates else ""
+    return effect.removeprefix(PREFIX) if effect.startswith(PREFIX) else ""
 
 
 def _why_not(share: float) -> str:

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from reconcile.formats.rotary_units import unit_of
 from reconcile.report.experiment_text import following_text
+from reconcile.report.unnamed_curve import curve_in_words
 from reconcile.report.words import (
     CHANNEL_NAMES,
     display_name,
@@ -42,6 +43,9 @@ def show(verdict: Mapping[str, Any], console: Console) -> None:
         )
         console.print(Text(f"  {finding['explanation']}"))
         names = parameter_names(finding["parameters"])
+        if curve := curve_in_words(finding):
+            console.print(Text(f"  {curve}"))
+            continue
         for key, parameter in finding["parameters"].items():
             console.print(Text(f"  {names[key]}: {interval(parameter)}"))
     if verdict["minor"]:

@@ -20,12 +20,17 @@ class HtmlPage:
 
     def card(self, name: str, figure: Figure, *, wide: bool = False, attributes: str = "") -> str:
         """Return the HTML of a figure with heading and note; `name` is unique in the page."""
-        self._figures[name] = {"data": figure.data, "layout": figure.layout}
         return (
             f'<figure class="card{" wide" if wide else ""}"{attributes}>'
-            f"<h3>{escape(figure.heading)}</h3>"
+            f"<h3>{escape(figure.heading)}</h3>{self.plot(name, figure)}</figure>"
+        )
+
+    def plot(self, name: str, figure: Figure) -> str:
+        """Return what stands in a `<figure>`: the drawing with its note, for a card that has more."""
+        self._figures[name] = {"data": figure.data, "layout": figure.layout}
+        return (
             f'<div class="plot" id="{escape(name)}" data-figure="{escape(name)}"></div>'
-            f'<figcaption class="note">{escape(figure.note)}</figcaption></figure>'
+            f'<figcaption class="note">{escape(figure.note)}</figcaption>'
         )
 
     def html(self, title: str, body: str) -> str:

@@ -10,6 +10,7 @@ from reconcile.report import sections
 from reconcile.report.figures import figures
 from reconcile.report.html_page import HtmlPage, grid
 from reconcile.report.replay_figures import replay_figures
+from reconcile.report.unnamed_curve import unnamed_curve
 from reconcile.report.words import CHANNEL_NAMES
 from servo_ctrl.report.html_file import escape
 
@@ -40,7 +41,7 @@ def write_report(
     sources = list(dict.fromkeys(one.source for analysis in analyses for one in analysis.residuals))
     body = (
         sections.verdict_card(verdict, sources),
-        sections.findings(verdict),
+        sections.findings(verdict, _curves(verdict, page)),
         sections.proof(verdict),
         sections.accounted(verdict),
         sections.locations(verdict),
@@ -50,6 +51,16 @@ def write_report(
         sections.remarks(verdict),
     )
     page.write(path, verdict["verdict"], "".join(body))
+
+
+def _curves(verdict: Mapping[str, Any], page: HtmlPage) -> dict[int, str]:
+    """Return the pictures of terms without a name, by their place among the findings."""
+    curves = enumerate(map(unnamed_curve, verdict["findings"]))
+    return {
+        place: f'<figure style="margin:0">{page.plot(f"curve-{place}", curve)}</figure>'
+        for place, curve in curves
+        if curve is not None
+    }
 
 
 def _residual_figures(analysis: ResidualAnalysis, buckets: int, page: HtmlPage) -> str:

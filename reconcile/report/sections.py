@@ -38,14 +38,17 @@ def verdict_card(verdict: Mapping[str, Any], sources: Sequence[str]) -> str:
     )
 
 
-def findings(verdict: Mapping[str, Any]) -> str:
-    """Return a card for each identified effect, in the order of the verdict."""
-    cards = [_finding(finding) for finding in verdict["findings"]]
+def findings(verdict: Mapping[str, Any], curves: Mapping[int, str]) -> str:
+    """Return a card for each identified effect, in the order of the verdict.
+
+    `curves`: HTML of the picture that stands for the values of a finding, by its place.
+    """
+    cards = [_finding(finding, curves.get(place)) for place, finding in enumerate(verdict["findings"])]
     beside = note(minor_effects(verdict)) if verdict["minor"] else ""
     return f"<h2>What the model leaves out</h2>{grid(cards)}{beside}" if cards else beside
 
 
-def _finding(finding: Mapping[str, Any]) -> str:
+def _finding(finding: Mapping[str, Any], curve: str | None) -> str:
     channel = CHANNEL_NAMES.get(finding["where"]["sensor"], finding["where"]["sensor"])
     names = parameter_names(finding["parameters"])
     values = [[escape(names[key]), escape(interval(one))] for key, one in finding["parameters"].items()]
@@ -54,7 +57,7 @@ def _finding(finding: Mapping[str, Any]) -> str:
         f'<p class="faint">axis {escape(finding["axis"])}, seen in {escape(channel)}</p>',
         f"<p>{bar(finding['confidence'])} confidence {escape(percent(finding['confidence']))}</p>",
         f"<p>{escape(capitalised(finding['explanation']))}. {escape(_gain(finding['heldout_gain']))}</p>",
-        table(["parameter", "value (95 % interval)"], values) if values else "",
+        curve or (table(["parameter", "value (95 % interval)"], values) if values else ""),
     ]
     if finding["equivalent"]:
         alike = ", ".join(map(display_name, finding["equivalent"]))
