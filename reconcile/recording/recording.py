@@ -19,8 +19,10 @@ from reconcile.formats.readers import read_table
 from reconcile.formats.table import Table, short_list
 from reconcile.recording import time_column
 from reconcile.recording.pieces import Piece, pieces_of
-from reconcile.recording.sensor_finding import SensorFinding
+from reconcile.recording.sensor_finding import SensorFinding, Severity
 
+NOTED_SHARE = 0.1
+"""Share of a recording in stretches that are too short, from which on that is a warning."""
 SHORTEST_S, FEWEST_SAMPLES = 0.5, 200
 """Least duration (s) and samples of a piece; shorter ones are dropped."""
 
@@ -107,9 +109,10 @@ def _axis_recordings(table: Table, channels: Channels, axis: str, model: Nominal
         raise missing(roles, axis, table)
     stamps = time_column.read_time_column(channels.time_s, table.source, table.first_row)
     pieces = pieces_of(table.source, axis, channels.time_s, stamps, roles, model)
-    usable_pieces = [
-        p for p in pieces if len(p.grid.time_s) >= FEWEST_SAMPLES and np.ptp(p.grid.time_s) >= SHORTEST_S
+    is_usable = [
+        len(p.grid.time_s) >= FEWEST_SAMPLES and float(np.ptp(p.grid.time_s)) >= SHORTEST_S for p in pieces
     ]
+    usable_pieces = [p for p, usable in zip(pieces, is_usable, strict=True) if usable]
     if not usable_pieces:
         longest_s = max((float(np.ptp(piece.grid.time_s)) for piece in pieces), default=0.0)
         needed = f"{SHORTEST_S} s and {FEWEST_SAMPLES} samples"
@@ -117,7 +120,26 @@ def _axis_recordings(table: Table, channels: Channels, axis: str, model: Nominal
         remedy = "are position and force valid (not NaN), and the drive switched on, in the same rows?"
         raise ReconcileError(table.source, f"axis {axis}", reason, remedy)
     split = len(pieces) > 1
-    return [_axis_recording(table.source, channels, axis, piece, split=split) for piece in usable_pieces]
+    first, *others = (
+        _axis_recording(table.source, channels, axis, piece, split=split) for piece in usable_pieces
+    )
+    short = [p for p, usable in zip(pieces, is_usable, strict=True) if not usable]
+    if short:
+        first = first._replace(findings=(*first.findings, _left_out(table.source, axis, pieces, short)))
+    return [first, *others]
+
+
+def _left_out(source: str, axis: str, pieces: Sequence[Piece], short: Sequence[Piece]) -> SensorFinding:
+    """The finding of stretches that are too short to be judged."""
+    whole_s, lost_s = (sum(float(np.ptp(p.grid.time_s)) for p in of) for of in (pieces, short))
+    share = lost_s / max(whole_s, 1e-300)
+    message = (
+        f"{len(short)} stretches between gaps, {lost_s:.3g} s in all ({100.0 * share:.2g} %), are left out: "
+        f"they are shorter than {SHORTEST_S} s or {FEWEST_SAMPLES} samples"
+    )
+    severity: Severity = "warning" if share > NOTED_SHARE else "note"
+    where = (source, axis, "", math.nan, math.nan)
+    return SensorFinding("short", severity, *where, lost_s, "s", message, "record without gaps")
 
 
 def _axis_recording(

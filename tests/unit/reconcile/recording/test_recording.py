@@ -67,6 +67,16 @@ def test_long_gaps_in_values_split_the_recording_and_trim_its_ends(tmp_path: Pat
     assert (second.start_s, len(second.force_n)) == (pytest.approx(2.3), 1600)
 
 
+def test_stretches_too_short_to_be_judged_are_left_out_and_said(tmp_path: Path) -> None:
+    columns = changed("x.motor_force_n", np.r_[0:300, 700:1000, 1100:1300], np.nan)
+    (recording,) = load(tmp_path, columns)
+    assert recording.start_s == pytest.approx(1.3)
+    [short] = [finding for finding in recording.findings if finding.check == "short"]
+    assert short.severity == "warning"
+    assert short.size == pytest.approx(0.498)
+    assert "2 stretches between gaps" in short.message
+
+
 def test_an_encoder_rezeroed_during_the_run_splits_the_recording(tmp_path: Path) -> None:
     jump_m = -0.0123
     columns = changed("x.motor_position_m", slice(2500, None), CLEAN.motor_m[2500:] + jump_m)
