@@ -12,7 +12,7 @@ from hil_sim.physics.load import gravity as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival
-from reconcile.catalogue.kinds import EITHER, Parameter, RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, TermFamily
 from reconcile.catalogue.periodic import pair, sine_and_cosine
 
 LEAST_RANGE_RAD = 0.5
@@ -52,7 +52,7 @@ def _from_plant(of: ModelEffect) -> list[ModelTerm]:
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(_columns, _shapes, per_recording=EITHER),),
+    terms=(TermFamily(_columns, _shapes),),
     parameters_of=_parameters,
     sentence=lambda p: (
         f"a moment of {p['amplitude_n']:.3g} follows the sine of the axis' angle, zero at "

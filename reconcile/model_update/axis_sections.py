@@ -47,6 +47,7 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
     sections: Sections = {}
     notes: list[str] = []
     left_out: dict[str, str] = {}
+    told_by_force: set[str] = set()
     base = next((e.base for e in explanations if e.channel is ResidualChannel.FORCE), {})
     for explanation in explanations:
         is_changed = explanation.findings or explanation.minor or explanation.parameters_matter
@@ -58,11 +59,16 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
             if section in axis.model_effects.effects:
                 notes.append(f"{section} is in the model already, and is left as it was")
                 continue
+            if explanation.channel is not ResidualChannel.FORCE and finding.effect in told_by_force:
+                notes.append(f"{section} is written as the force tells it")
+                continue
             try:
                 values, remarks = plant_values(finding, explanation, found)
                 notes += remarks
                 table = in_file_units(section, values, notes)
                 sections[section] = _joined(section, sections.get(section, {}), table)
+                if explanation.channel is ResidualChannel.FORCE:
+                    told_by_force.add(finding.effect)
             except NotInAPlant as reason:
                 notes.append(f"{finding.effect} is not in the model: {reason}")
                 left_out[finding.effect] = notes[-1]
@@ -165,11 +171,22 @@ def in_file_units(effect: str, values: Mapping[str, Any], notes: list[str]) -> d
 
 
 def _write_base(explanation: Explanation, axis: NominalAxis, sections: Sections, notes: list[str]) -> None:
-    """Mass and friction as fitted beside the effects, less what the model's own effects hold."""
+    """Mass and friction as fitted beside the effects, less what the model's own effects hold.
+
+    Where less moves than the model's rotor, the rotor is smaller too: both get their share of the model.
+    """
     given = baseline_parameters(axis)
     elsewhere_kg, elsewhere_n = given["mass_kg"] - axis.mass_kg, given["coulomb_n"] - axis.coulomb_n
+    moved_kg, motor_kg = explanation.base["mass_kg"] - elsewhere_kg, axis.motor_mass_kg
+    if LEAST_MASS_KG < moved_kg < motor_kg + LEAST_MASS_KG:
+        motor_kg = moved_kg * axis.motor_mass_kg / axis.mass_kg
+        sections["motor"] = _rotor(motor_kg, axis)
+        notes.append(
+            f"motor.inertia_kg_cm2 is less than the model says: all that moves was fitted to be "
+            f"{moved_kg:.4g} kg, with the rotor"
+        )
     for section, key, value, least in (
-        ("table", "mass_kg", explanation.base["mass_kg"] - axis.motor_mass_kg - elsewhere_kg, LEAST_MASS_KG),
+        ("table", "mass_kg", moved_kg - motor_kg, LEAST_MASS_KG),
         ("viscous_friction", "viscous_n_s_m", explanation.base["viscous_n_s_m"], 0.0),
         ("coulomb_friction", "coulomb_n", explanation.base["coulomb_n"] - elsewhere_n, 0.0),
     ):
@@ -178,6 +195,11 @@ def _write_base(explanation: Explanation, axis: NominalAxis, sections: Sections,
             notes.append(
                 f"{section}.{key} was fitted to be {value:.4g}; {least:g} is the least that it can be"
             )
+
+
+def _rotor(motor_kg: float, axis: NominalAxis) -> dict[str, Any]:
+    """Section of a rotor that is this mass at the table."""
+    return {"inertia_kg_cm2": motor_kg * (axis.lead_m / (2.0 * math.pi)) ** 2 * 1e4}
 
 
 def _share_friction(sections: Sections, notes: list[str]) -> None:
@@ -224,7 +246,7 @@ def _split_at_the_spring(explanations: Sequence[Explanation], sections: Sections
     payload_kg = sections.get("payload_mass", {}).get("mass_kg", 0.0)
     table_kg = sections.get("table", {}).get("mass_kg", axis.mass_kg - axis.motor_mass_kg)
     motor_kg = axis.motor_mass_kg + table_kg + payload_kg - loads[0]
-    sections["motor"] = {"inertia_kg_cm2": motor_kg * (axis.lead_m / (2.0 * math.pi)) ** 2 * 1e4}
+    sections["motor"] = _rotor(motor_kg, axis)
     sections["table"] = {"mass_kg": max(loads[0] - payload_kg, LEAST_MASS_KG)}
 
 

@@ -36,7 +36,9 @@ def update_axis(explanations: Sequence[Explanation], model: NominalModel, name: 
     made = axis_sections(explanations, model, name)
     if SPRING not in made.sections:
         return AxisUpdate(made.sections, made.notes, list(explanations))
-    if all(explanation.channel is ResidualChannel.FORCE for explanation in explanations):
+    if all(explanation.channel is ResidualChannel.FORCE for explanation in explanations) or _told_by_motor(
+        explanations
+    ):
         return AxisUpdate(made.sections, made.notes, list(explanations))  # the motor alone told it all
     note, why = f"model.toml, axis {name}: {SPRING}: ", "the recordings do not tell it"
     try:
@@ -54,6 +56,15 @@ def update_axis(explanations: Sequence[Explanation], model: NominalModel, name: 
     needless = {why for effect, why in made.left_out.items() if effect not in named}
     notes = [one for one in made.notes if one not in needless]
     return AxisUpdate(sections, [*notes, note + summary_note(found)], after)
+
+
+def _told_by_motor(explanations: Sequence[Explanation]) -> bool:
+    """Whether the force of the motor shows the spring with the masses on either side."""
+    return any(
+        finding.effect == SPRING and "load_mass_kg" in finding.parameters
+        for explanation in explanations
+        for finding in [*explanation.findings, *explanation.minor]
+    )
 
 
 def _two_mass(

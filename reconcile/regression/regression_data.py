@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from kernels.arrays import Array
-from reconcile.catalogue import presliding_hysteresis
+from reconcile.catalogue import gravity, presliding_hysteresis
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.catalogue.periodic import pair
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.kinematics import Kinematics, gaussian_width_s, kinematics
 from reconcile.recording.recording import AxisRecording
@@ -116,16 +117,23 @@ def with_model_force(data: RegressionData) -> RegressionData:
     m = data.motion
     y, rigid = target_and_baseline(data, ResidualChannel.FORCE)
     used = samples_in_use(data, ResidualChannel.FORCE)
-    rigid = np.concatenate((rigid, np.ones((len(y), 1))), axis=1)
-    (mass_kg, viscous_n_s_m, coulomb_n, offset_n), *_ = np.linalg.lstsq(rigid[used], y[used], rcond=None)
+    places = filtered = np.ones((len(y), 1))
+    if gravity.range_rad([data]) >= gravity.LEAST_RANGE_RAD:  # a joint carries a weight
+        turning = pair(m.position_m)
+        filtered = np.concatenate((places, low_pass_of(data)(turning)), axis=1)
+        places = np.concatenate((places, turning), axis=1)
+    rigid = np.concatenate((rigid, filtered), axis=1)
+    fitted, *_ = np.linalg.lstsq(rigid[used], y[used], rcond=None)
+    mass_kg, viscous_n_s_m, coulomb_n = (float(value) for value in fitted[:3])
+    weight_n = places @ fitted[3:]
     frictionless_n = mass_kg * m.acceleration_m_s2 + viscous_n_s_m * m.velocity_m_s
-    direction = friction_direction(data, frictionless_n + offset_n, max(coulomb_n, 1e-9))
-    rest = y - rigid @ np.array([mass_kg, viscous_n_s_m, coulomb_n, offset_n])
+    direction = friction_direction(data, frictionless_n + weight_n, max(coulomb_n, 1e-9))
+    rest = y - rigid @ fitted
     late_n = _building_up_n(data, rigid, rest, used, direction)
     return data._replace(
         motion=m._replace(direction=direction),
         model_force_n=frictionless_n + coulomb_n * direction + late_n + data.presliding_law_n,
-        load_n=(mass_kg - data.motor_mass_kg) * m.acceleration_m_s2 + offset_n,
+        load_n=(mass_kg - data.motor_mass_kg) * m.acceleration_m_s2 + weight_n,
     )
 
 

@@ -24,7 +24,8 @@ from scipy.stats import chi2
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.recording.kinematics import gaussian_width_s
+from reconcile.regression.regression_data import FILTER_HZ, SLOWER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import ORDER
 from reconcile.sensing.channel import quantum
@@ -75,16 +76,26 @@ def noise_floor(residuals: Sequence[Residual], channel: ResidualChannel, mass_kg
     white, position_noise = _unit_spectra(frequency_hz, period_s, channel, mass_kg)
     steps = _quantisation_densities(residuals, channel)
     levels = np.maximum(_levels(frequency_hz, density, white, position_noise, period_s), steps)
-    width_hz = frequency_hz[1] - frequency_hz[0]
+    width_hz, passed = frequency_hz[1] - frequency_hz[0], _passed(residuals, frequency_hz)
 
     def rms(white_level: float, image_level: float) -> float:
-        return math.sqrt(float((white_level * white + image_level * position_noise).sum()) * width_hz)
+        noise = (white_level * white + image_level * position_noise) * passed
+        return math.sqrt(float(noise.sum()) * width_hz)
 
     residual_values = np.concatenate([residual.after[residual.used] for residual in residuals])
     largest = math.sqrt(float(np.mean(residual_values**2)))
     return NoiseFloor(
         min(rms(*levels), largest), rms(*steps), "N" if channel is ResidualChannel.FORCE else "m"
     )
+
+
+def _passed(residuals: Sequence[Residual], frequency_hz: Array) -> Array:
+    """Power that the low pass of noisy recordings leaves beside the state filter; 1 without one."""
+    corner_hz = max(residual.data.motion.corner_hz for residual in residuals)
+    if corner_hz > SLOWER_HZ[0]:
+        return np.ones_like(frequency_hz)
+    passed: Array = np.exp(-((2.0 * math.pi * gaussian_width_s(corner_hz) * frequency_hz) ** 2))
+    return passed
 
 
 def spectral_density(residuals: Sequence[Residual], values: Sequence[Array]) -> tuple[Array, Array]:

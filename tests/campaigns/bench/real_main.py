@@ -3,7 +3,8 @@
 Run as `python -m tests.campaigns.bench.real_main --json bench-real.json [--set NAME]... [--quick] [--data
 DIRECTORY]`. The error is the RMS of what a model leaves of the filtered force of the recording that is left
 out, in the samples in motion: of the model file that `reconcile diagnose` writes of the others, loaded again,
-and of models that are fitted to the others. `--quick` leaves out two recordings of each machine.
+and of models that are fitted to the others. `--quick` leaves out two recordings of each machine. With `--set`
+the rows of the other machines that the file has already stay.
 """
 
 import json
@@ -178,6 +179,20 @@ def table_of(lines: Sequence[Mapping[str, Any]]) -> Table:
     return table
 
 
+def kept(json_file: Path, asked: Sequence[str]) -> list[dict[str, Any]]:
+    """Rows of machines that are not asked for, of a file that is there already, in the order of the sets."""
+    if not json_file.is_file():
+        return []
+    rows: list[dict[str, Any]] = json.loads(json_file.read_text(encoding="utf-8"))["rows"]
+    return [row for row in rows if row["machine"] not in asked]
+
+
+def in_order(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows in the order of the sets."""
+    order = list(MACHINES)
+    return sorted(rows, key=lambda row: order.index(row["machine"]) if row["machine"] in order else -1)
+
+
 def main(
     json_file: Annotated[Path, typer.Option("--json", help="Where the figures go.")],
     sets: Annotated[list[str] | None, typer.Option("--set", help="Only these; all without.")] = None,
@@ -197,13 +212,15 @@ def main(
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "machine": {**machine_facts(), **{name: version(name) for name in ("pysindy", "scikit-learn")}},
         "quick": quick,
-        "rows": [],
+        "rows": kept(json_file, sets or list(MACHINES)),
     }
     with tempfile.TemporaryDirectory() as directory:
         for name in sets or MACHINES:
             machine = MACHINES[name](place)
             recordings = list(machine.recordings)[: QUICK_LEFT_OUT if quick else None]
-            result["rows"] += of_machine(machine, Path(directory), recordings, models, tell)
+            result["rows"] = in_order(
+                [*result["rows"], *of_machine(machine, Path(directory), recordings, models, tell)]
+            )
             result["summary"], result["seconds"] = summary(result["rows"]), time.perf_counter() - started_s
             write_whole(json_file, json.dumps(result, indent=1) + "\n")
     console.print(table_of(result["summary"]))

@@ -23,7 +23,9 @@ left out: nothing is fitted to that one. The rivals are fitted to the same other
 viscous and Coulomb friction), least squares with Stribeck and asymmetric friction and a constant force beside
 that, gradient boosting on position, velocity, acceleration and direction (scikit-learn's
 HistGradientBoostingRegressor), and PySINDy with the catalogue's columns{pysindy}. The error is the RMS of
-what is left of the torque behind the 60 Hz state filter, in the samples in motion, pooled over all of them.
+what is left of the torque behind the 60 Hz state filter, in the samples in motion, pooled over all of them;
+where the acceleration is noisier than that (jitter of stamps, vibration), behind the low pass that the
+recording allows, the same for all models.
 
 The bars: no worse than the rigid refit, least squares and PySINDy, and at most {factor} times boosting. Where
 the tool refuses recordings it gives no model, and has lost; the rivals' errors then stand alone.
@@ -37,7 +39,8 @@ def page(result: Mapping[str, Any]) -> str:
     """The page, as Markdown."""
     quick = ", --quick: with the first two recordings of each machine left out" if result["quick"] else ""
     told = any("pysindy" in line["errors_nm"] for line in result["summary"])
-    pysindy = "" if told else " (not in these figures)"
+    whole = all("pysindy" in line["errors_nm"] for line in result["summary"])
+    pysindy = "" if whole else " (where it was run)" if told else " (not in these figures)"
     head = HEAD.format(factor=AT_MOST_OF_BOOSTING, quick=quick, pysindy=pysindy)
     return "\n".join([head, *_errors(result), "", *_answers(result)]) + "\n"
 
