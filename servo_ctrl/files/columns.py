@@ -8,7 +8,6 @@ import numpy as np
 
 from kernels.arrays import Array
 from servo_ctrl.errors import ConfigError, first_line
-from servo_ctrl.files.arrow import read_named
 
 Columns = dict[str, Array]
 
@@ -56,6 +55,8 @@ def _read_csv(path: Path, names: Sequence[str]) -> Columns:
 
 
 def _read_parquet(path: Path, names: Sequence[str]) -> Columns:
+    from servo_ctrl.files.arrow import read_named  # noqa: PLC0415  # 30 MB that few programs need
+
     parts = sorted(path.glob("part-*.parquet")) if path.is_dir() else [path]
     if not parts:
         raise ValueError("the recording has no rows (no part-*.parquet)")

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from servo_ctrl.config.file_format import format_problem
-from servo_ctrl.files.arrow import read_parts
 from servo_ctrl.recording.recorder import HEADER_FILE, LOSS, RecordingError
 
 
@@ -36,6 +35,8 @@ class Recording:
 
 def load_recording(directory: Path) -> Recording:
     """Read a recording directory. Raises RecordingError when it is none or damaged."""
+    from servo_ctrl.files.arrow import read_parts  # noqa: PLC0415  # 30 MB that no run needs before its end
+
     try:
         header = json.loads((directory / HEADER_FILE).read_text(encoding="utf-8"))
         problem = format_problem(header.get("format")) if isinstance(header, dict) else "is no JSON object"

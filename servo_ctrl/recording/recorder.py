@@ -8,13 +8,14 @@ import json
 import queue
 import threading
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from servo_ctrl.errors import ServoCtrlError, reason_of
-from servo_ctrl.files.arrow import write_part
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.recording.channels import Channel
 
@@ -33,6 +34,19 @@ Chunk = np.ndarray[Any, np.dtype[np.float64]]
 
 class RecordingError(ServoCtrlError):
     """A recording that cannot be made or read; the message names the directory."""
+
+
+@cache
+def _arrow() -> ModuleType:
+    """Arrow, loaded by the first recorder: a run without one saves 30 MB."""
+    from servo_ctrl.files import arrow  # noqa: PLC0415
+
+    return arrow
+
+
+def write_part(path: Path, channels: Sequence[Channel], rows: Chunk) -> None:
+    """Write a part, as `files.arrow` does."""
+    _arrow().write_part(path, channels, rows)
 
 
 class Recorder:
@@ -68,6 +82,7 @@ class Recorder:
         self._handed_over = self._settled = 0
         """Rows in chunks that the writer was given, and those that it has written or counted as lost."""
         self._open(header)
+        _arrow()  # now, and not with the first part, when time counts
         self._writer = threading.Thread(target=self._write_all, name="recorder", daemon=True)
         self._writer.start()
 
