@@ -54,6 +54,7 @@ def diagnose(
     with_report: bool = True,
     with_next: bool = True,
     with_proof: bool = True,
+    set_aside: bool = True,
     matters: float = SelectionRules().matters,
     limits: ByName[str, AxisLimits] | None = None,
     made: Sequence[str] = (),
@@ -61,12 +62,13 @@ def diagnose(
     """Read, check and explain each axis; write verdict.json, model.toml, report.html. Raises ReconcileError.
 
     The next experiment stays within `limits` by axis; `made` are the kinds of motions made so far. With a
-    proof each recording is left out in turn. Below `matters`, a share of the force, no effect is named.
+    proof each recording is left out in turn. Files that cannot be read are set aside, or else raise. Below
+    `matters`, a share of the force, no effect is named.
     """
     model = load_model(model_file)
     controllers = load_controllers(model.file)
     on_progress("reading")
-    loaded = load_recordings(paths, model.axes, mapping)
+    loaded = load_recordings(paths, model.axes, mapping, set_aside=set_aside)
     on_progress("checking timing and sensors")
     checked = examine(loaded, model.axes)
     explanations: dict[str, list[Explanation]] = {}

@@ -95,7 +95,7 @@ def _diagnose(task: AxisTask, scratch: Path) -> AxisResult:
     bad: list[dict[str, str]] = []
     while True:
         try:
-            diagnose(paths, model, out, task.mapping, with_report=task.with_report)
+            diagnose(paths, model, out, task.mapping, with_report=task.with_report, set_aside=False)
         except ReconcileError as error:
             culprit = _culprit(error, paths)
             if culprit is None or len(paths) == 1:

@@ -59,11 +59,16 @@ class AxisRecording(NamedTuple):
 
 
 def load_recordings(
-    paths: Sequence[Path], model: ByName[str, NominalAxis], mapping: Mapping = NO_MAPPING
+    paths: Sequence[Path],
+    model: ByName[str, NominalAxis],
+    mapping: Mapping = NO_MAPPING,
+    *,
+    set_aside: bool = True,
 ) -> list[AxisRecording]:
     """Load every axis of the model from every file, folder or pattern, split where samples are missing.
 
-    A file that cannot be used among good ones is set aside, and a finding of the first good one says so.
+    A file that cannot be used among good ones is set aside, and a finding of the first good one says so;
+    without `set_aside` it raises.
 
     Raises:
         ReconcileError: no file can be used; the first one's place, and what to do.
@@ -76,7 +81,7 @@ def load_recordings(
             found += _load(path, model, mapping)
         except ReconcileError as error:
             refused.append(error)
-    if refused and not found:
+    if refused and not (found and set_aside):
         raise refused[0]
     if refused:
         aside = tuple(_set_aside(error) for error in refused)
