@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from kernels.arrays import Array
 from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.table import Column, Table
 
@@ -36,14 +37,20 @@ def read(path: Path) -> Table:
         if not values or any(isinstance(value, dict | list) for value in values):
             ignored.append(name)
         elif all(value is None or isinstance(value, int | float) for value in values):
-            numbers = np.array([np.nan if value is None else value for value in values], dtype=np.float64)
-            columns[name] = Column(numbers, unit)
+            columns[name] = Column(_numbers(path, name, values), unit)
         else:
             words[name] = [str(value) for value in values]
     if not columns:
         remedy = 'columns {"t": [..], "q": [..]} or records [{"t": 0, "q": 0}, ..] are understood'
         raise ReconcileError(path, "", "holds no columns of numbers", remedy)
     return Table(str(path), columns, words, ignored=tuple(ignored))
+
+
+def _numbers(path: Path, name: str, values: Sequence[float | None]) -> Array:
+    try:
+        return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+    except OverflowError as error:
+        raise ReconcileError(path, f"column {name!r}", f"holds no usable number: {error}") from None
 
 
 def _loaded(text: str) -> Any:

@@ -112,6 +112,21 @@ def test_a_missing_value_of_a_record_is_filled_in_and_noted(tmp_path: Path) -> N
     assert len(recording.force_n) == len(CLEAN.force_n)
 
 
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("[1, 2", "is no readable JSON file"),
+        ('{"device": "scope"}', "holds no columns of numbers"),
+        (f'{{"t": [1, {"9" * 400}]}}', "column 't': holds no usable number"),
+        ("[]", "holds no columns of numbers"),
+    ],
+)
+def test_json_without_a_recording_is_refused(text: str, reason: str, tmp_path: Path) -> None:
+    (tmp_path / "r.json").write_text(text)
+    with pytest.raises(ReconcileError, match=reason):
+        load_recordings([tmp_path / "r.json"], MODEL, parse_mapping([MAP]))
+
+
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     for name in ("b.csv", "a.csv", "deeper/c.csv"):
