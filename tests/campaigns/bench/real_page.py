@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from reconcile.examples.real.sets import MACHINES
 from tests.campaigns.bench.real_main import AT_MOST_OF_BOOSTING, MODELS
 
 HEAD = """# reconcile on axes that others have measured
@@ -55,8 +56,11 @@ def _errors(result: Mapping[str, Any]) -> Iterator[str]:
     for line in lines:
         errors = [f"{line['errors_nm'][name]:.3g}" if name in line["errors_nm"] else "-" for name in models]
         lost = ", ".join(line["lost_to"]) or "nobody"
-        missing = f"{line['no_model']} of {line['left_out']}"
-        yield f"| {line['machine']} {line['axis']} | {' | '.join(errors)} | {missing} | {lost} |"
+        without = f"{line['no_model']} of {line['left_out']}"
+        yield f"| {line['machine']} {line['axis']} | {' | '.join(errors)} | {without} | {lost} |"
+    run = {line["machine"] for line in lines}
+    if missing := [name for name in MACHINES if name not in run]:
+        yield f"\nNot run for these figures: {', '.join(missing)}."
     yield "\nThe fditools bench publishes no torque constant: its torque is told in amperes."
 
 
