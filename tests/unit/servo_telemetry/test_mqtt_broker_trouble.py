@@ -9,12 +9,14 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from fake_command_handler import LEARNED, REVERSAL, FakeCommandHandler
 from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 
+from servo_ctrl.telemetry.mqtt import client
 from servo_ctrl.telemetry.mqtt.service import REVERSALS_WAITING
 
 pytestmark = needs_mosquitto
@@ -168,9 +170,17 @@ async def test_an_answer_that_was_not_confirmed_is_sent_after_the_reconnection(
             broker.signal(signal.SIGSTOP)
         link._answers.put_nowait(json.dumps({"id": "late"}).encode())
         await until(lambda: link.problem != "")
+        listening, enter = asyncio.Event(), client._enter
+
+        async def enter_once_somebody_listens(connecting: Any) -> None:
+            await listening.wait()
+            await enter(connecting)
+
+        monkeypatch.setattr(client, "_enter", enter_once_somebody_listens)
         broker.kill()
         await broker.start()
         async with broker.listener(f"{ROOT}/command/ack") as listener:
+            listening.set()
             await listener.until("/command/ack", lambda ack: ack.content["id"] == "late")
 
 
