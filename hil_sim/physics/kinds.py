@@ -73,6 +73,10 @@ class Kind(Enum):
             ("added_kg", "p time_s"),
         ),
     )
+    CHANGE_WITH_POSITION = Role(
+        "sums of dampings and masses, by the position",
+        (("damping_n_s_m", "p position_m"), ("added_kg", "p position_m")),
+    )
     MASS = Role("moved mass", (("added_kg", "p"),))
     FRICTION_LEVEL = Role("sum of friction levels", (("level_n", "p speed_m_s"),))
     FRICTION_SPEED = Role("sum of friction levels, by the velocity", (("level_n", "p velocity_m_s"),))

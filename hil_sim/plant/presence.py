@@ -18,10 +18,17 @@ FRICTION = of_kind(
     Kind.DAMPING,
     Kind.PRESLIDING_LEVEL,
     Kind.CHANGE_IN_TIME,
+    Kind.CHANGE_WITH_POSITION,
     common=False,
 )
 LOAD = of_kind(
-    Kind.TABLE_FORCE, Kind.FORCE_IN_TIME, Kind.MEMORY_FORCE, Kind.CHANGE_IN_TIME, Kind.MASS, common=False
+    Kind.TABLE_FORCE,
+    Kind.FORCE_IN_TIME,
+    Kind.MEMORY_FORCE,
+    Kind.CHANGE_IN_TIME,
+    Kind.CHANGE_WITH_POSITION,
+    Kind.MASS,
+    common=False,
 )
 ENCODER = of_kind(Kind.ENCODER_READING)
 

@@ -22,6 +22,7 @@ LESS_COMMON_LEVELS = of_kind(Kind.FRICTION_LEVEL, common=False)
 SPEED_LEVELS = of_kind(Kind.FRICTION_SPEED)
 LOAD_LEVELS = of_kind(Kind.FRICTION_LOAD)
 CHANGES_IN_TIME = of_kind(Kind.CHANGE_IN_TIME)
+CHANGES_WITH_POSITION = of_kind(Kind.CHANGE_WITH_POSITION)
 POSITION_LEVELS = of_kind(Kind.FRICTION_POSITION)
 DWELL_LEVELS = of_kind(Kind.FRICTION_DWELL)
 DIRECTION_LEVELS = of_kind(Kind.FRICTION_DIRECTION)
@@ -99,6 +100,9 @@ def less_common_friction(p: Any, s: Any, velocity_m_s: float, level_factor: floa
     for effect in CHANGES_IN_TIME:
         if p[effect].enabled:
             damping += effect.damping_n_s_m(p[effect], s[effect], s.time_s)
+    for effect in CHANGES_WITH_POSITION:
+        if p[effect].enabled:
+            damping += effect.damping_n_s_m(p[effect], s[effect], s.table_position_m)
     for effect in CONTACTS_WITH_LEVEL:
         if p[effect].enabled:
             level_n = level_factor * p[effect].level_n

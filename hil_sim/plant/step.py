@@ -27,6 +27,7 @@ LESS_COMMON_FORCES = of_kind(Kind.TABLE_FORCE, common=False)
 FORCES_IN_TIME = of_kind(Kind.FORCE_IN_TIME)
 MEMORY_FORCES = of_kind(Kind.MEMORY_FORCE)
 CHANGES_IN_TIME = of_kind(Kind.CHANGE_IN_TIME)
+CHANGES_WITH_POSITION = of_kind(Kind.CHANGE_WITH_POSITION)
 MASSES = of_kind(Kind.MASS)
 POSITION_ERRORS = of_kind(Kind.POSITION_ERROR)
 CHANGED_BY_USE = with_state(of_kind(Kind.POSITION_ERROR, Kind.FRICTION_CHANGE))
@@ -74,6 +75,9 @@ def added_mass_kg(p: Any, s: Any) -> float:
     for effect in CHANGES_IN_TIME:
         if p[effect].enabled:
             mass += effect.added_kg(p[effect], s[effect], s.time_s)
+    for effect in CHANGES_WITH_POSITION:
+        if p[effect].enabled:
+            mass += effect.added_kg(p[effect], s[effect], s.table_position_m)
     return mass
 
 

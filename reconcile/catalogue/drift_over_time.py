@@ -1,4 +1,4 @@
-"""A plant's drift of force, friction and mass: the smooth terms over the run time."""
+"""A plant's drift of force, friction, damping and mass: the smooth terms over the run time."""
 
 from hil_sim.physics.load import drift_over_time as physics
 from reconcile.catalogue.entry import CatalogueEntry

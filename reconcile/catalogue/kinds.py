@@ -62,6 +62,8 @@ def no_shape(_datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
 
 SHARED, OWN, EITHER = (False,), (True,), (False, True)
 """Of `TermFamily.per_recording`."""
+IN_A_RECORDING = "_in_a_recording"
+"""End of the names of unnamed terms that each recording has of its own."""
 
 
 class TermFamily(NamedTuple):
@@ -90,6 +92,8 @@ class UnnamedTerm(NamedTuple):
     finding: Callable[[dict[str, float]], str]
     """What was found, as the end of a sentence."""
     equivalent: tuple[str, ...] = ()
+    per_recording: tuple[bool, ...] = SHARED
+    """As of `TermFamily`."""
     section: str = ""
     """The effect of hil_sim that holds it without a name; empty where none does."""
     to_plant: Callable[[Mapping[str, float]], dict[str, Any]] = lambda _parameters: {}
@@ -97,4 +101,5 @@ class UnnamedTerm(NamedTuple):
 
     def sentence(self, p: dict[str, float]) -> str:
         """What an engineer can check."""
-        return f"something real that no entry of the catalogue explains: {self.finding(p)}"
+        where = f"in recording {p['recording']:.0f} " if "recording" in p else ""
+        return f"something real that no entry of the catalogue explains: {where}{self.finding(p)}"

@@ -13,10 +13,21 @@ import numpy as np
 
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
-from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, UnnamedTerm
-from reconcile.catalogue.table_of_knots import TABLES, tables_of
+from reconcile.catalogue.kinds import (
+    IN_A_RECORDING,
+    OWN,
+    SHARED,
+    Parameter,
+    RegressionData,
+    ShapeParameters,
+    UnnamedTerm,
+)
+from reconcile.catalogue.table_of_knots import TABLES, WITH_MEAN, tables_of
 
-KNOTS = 9
+COARSE_KNOTS, KNOTS = 9, (9, 17, 33)
+"""Numbers of knots to try, for slow and for fast changes over the range. A plant's table holds 33."""
+AT_A_PLACE = 2.0
+"""Fourth shape parameter of a curve that is zero beyond its knots."""
 PREFIX = "unknown:"
 """Prefix of the candidate terms without a name; the coordinate follows."""
 
@@ -31,23 +42,47 @@ class SplineCoordinate(NamedTuple):
     """(n,) factor on the splines: the direction of motion, the acceleration."""
     decades: float = 0.0
     """Decades below the largest value over which the knots are spaced logarithmically; 0 = evenly."""
+    knots: tuple[int, ...] = (COARSE_KNOTS,)
+    """Numbers of knots to try."""
+    of_one: bool = False
+    """Each recording has a curve of its own, with a mean."""
 
 
 def _direction(data: RegressionData) -> Array:
     return data.motion.last_direction
 
 
+def _velocity(data: RegressionData) -> Array:
+    return data.motion.velocity_m_s
+
+
+def _acceleration(data: RegressionData) -> Array:
+    return data.motion.acceleration_m_s2
+
+
+QUANTITIES = {
+    "": None,
+    "_by_direction": _direction,
+    "_of_the_damping": _velocity,
+    "_of_the_mass": _acceleration,
+}
+"""What may change with the place and with the time: force, friction, damping and mass, by their factors."""
+
 COORDINATES = {
-    "run_time": SplineCoordinate("s", lambda data: data.time_s),
-    "run_time_by_direction": SplineCoordinate("s", lambda data: data.time_s, factor=_direction),
-    "position": SplineCoordinate("m", lambda data: data.motion.position_m),
-    "position_by_direction": SplineCoordinate("m", lambda data: data.motion.position_m, factor=_direction),
+    **{
+        f"run_time{end}{one}": SplineCoordinate(
+            "s", lambda data: data.time_s, of, knots=KNOTS, of_one=bool(one)
+        )
+        for one in ("", IN_A_RECORDING)
+        for end, of in QUANTITIES.items()
+    },
+    **{
+        f"position{end}": SplineCoordinate("m", lambda data: data.motion.position_m, of, knots=KNOTS)
+        for end, of in QUANTITIES.items()
+    },
     "velocity": SplineCoordinate("m/s", lambda data: data.motion.velocity_m_s),
     "speed_by_direction": SplineCoordinate(
         "m/s", lambda data: np.abs(data.motion.velocity_m_s), factor=_direction, decades=3.0
-    ),
-    "run_time_of_the_mass": SplineCoordinate(
-        "s", lambda data: data.time_s, factor=lambda data: data.motion.acceleration_m_s2
     ),
     "acceleration": SplineCoordinate("m/s^2", lambda data: data.motion.acceleration_m_s2),
     "force": SplineCoordinate("N", lambda data: data.model_force_n),
@@ -58,40 +93,59 @@ COORDINATES = {
 
 
 def _columns(over: SplineCoordinate, data: RegressionData, shape: ShapeParameters) -> Array:
-    """Triangular splines, held beyond the knots, (n, KNOTS), less their mean: constant_force has that.
+    """The rise of a linear spline from each knot to the next, (n, knots - 1), held beyond the knots.
 
-    A third shape parameter is the number of knots of a plant's table, which has a mean of its own.
+    Coefficients are rises, so that the ridge on them carries a curve level over knots where little was seen.
+    The mean over the knots is taken off: constant_force has that. The shape is the first knot, the last and
+    their number, and WITH_MEAN of a plant's table and of one recording: its first column is the first height.
+    With AT_A_PLACE the curve is zero at both ends and beyond, and the columns are the triangles in between.
     """
-    values, low, high = over.values(data), shape[0], shape[1]
-    count = int(shape[2]) if len(shape) > 2 else KNOTS
+    values, low, high, count = over.values(data), shape[0], shape[1], int(shape[2])
     if over.decades:
         values, low, high = np.log(np.maximum(values, 1e-300)), math.log(low), math.log(high)
     place = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0) * (count - 1)
-    found: Array = place[:, None] - np.arange(count)
-    np.abs(found, out=found)  # in place: of a long recording each copy takes a hundred megabytes
-    np.maximum(np.subtract(1.0, found, out=found), 0.0, out=found)
-    if len(shape) == 2:
-        found -= 1.0 / count
+    if AT_A_PLACE in shape[3:]:
+        found: Array = np.maximum(1.0 - np.abs(place[:, None] - np.arange(1, count - 1)), 0.0)
+        return found if over.factor is None else found * over.factor(data)[:, None]
+    found = place[:, None] - np.arange(count - 1)
+    np.clip(found, 0.0, 1.0, out=found)  # in place: of a long recording each copy takes a hundred megabytes
+    if WITH_MEAN in shape[3:]:
+        found = np.concatenate((np.ones((len(place), 1)), found), axis=1)
+    else:
+        found -= 1.0 - np.arange(1, count) / count
     if over.factor is not None:
         found *= over.factor(data)[:, None]
     return found
 
 
+def _heights(shape: ShapeParameters, coefficients: Array) -> Array:
+    """Heights of the knots; without WITH_MEAN and AT_A_PLACE above their mean."""
+    if AT_A_PLACE in shape[3:]:
+        return np.concatenate(([0.0], coefficients, [0.0]))
+    if WITH_MEAN in shape[3:]:
+        return np.cumsum(coefficients)
+    heights = np.cumsum(np.append(0.0, coefficients))
+    found: Array = heights - heights.mean()
+    return found
+
+
 def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:
-    def first_and_last_knot(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    def knots(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
         values = np.concatenate([over.values(data) for data in datasets])
         low, high = (float(v) for v in np.percentile(values, [1.0, 99.0]))
         if over.decades:
             high = max(float(values.max()), 1e-12)
             low = high * 10.0**-over.decades
-        return [(low, high)]
+        if over.of_one:
+            return [(low, high, float(k), WITH_MEAN) for k in over.knots] if len(datasets) > 1 else []
+        return [(low, high, float(k)) for k in over.knots]
 
     def parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
         """Knots and heights above their mean, SI."""
-        found, low, high = {}, shape[0], shape[1]
-        knots = np.geomspace(low, high, KNOTS) if over.decades else np.linspace(low, high, KNOTS)
-        heights = coefficients - coefficients.mean()
-        for number, (place, height) in enumerate(zip(knots, heights, strict=True), 1):
+        found, (low, high, count) = {}, shape[:3]
+        places = (np.geomspace if over.decades else np.linspace)(low, high, int(count))
+        heights = _heights(shape, coefficients)
+        for number, (place, height) in enumerate(zip(places, heights, strict=True), 1):
             found[f"at_{number}"] = Parameter(float(place), over.unit)
             found[f"height_{number}"] = Parameter(float(height), "")
         return found
@@ -105,16 +159,11 @@ def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:
             f"{max(heights) - min(heights):.3g} (SI)"
         )
 
-    if (table := TABLES.get(name)) is None:
-        return UnnamedTerm(first_and_last_knot, partial(_columns, over), parameters, finding)
-    return UnnamedTerm(
-        first_and_last_knot,
-        partial(_columns, over),
-        parameters,
-        finding,
-        section=table.section,
-        to_plant=table.to_plant,
+    unnamed = UnnamedTerm(
+        knots, partial(_columns, over), parameters, finding, per_recording=OWN if over.of_one else SHARED
     )
+    table = TABLES.get(name)
+    return unnamed._replace(section=table.section, to_plant=table.to_plant) if table else unnamed
 
 
 SMOOTH_TERMS = {name: _splines(name, over) for name, over in COORDINATES.items()}

@@ -10,12 +10,21 @@ import numpy as np
 from hil_sim.physics.load import step_in_time
 from kernels.arrays import Array
 from kernels.quantities import section_of
-from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, UnnamedTerm
+from reconcile.catalogue.kinds import (
+    IN_A_RECORDING,
+    OWN,
+    Parameter,
+    RegressionData,
+    ShapeParameters,
+    UnnamedTerm,
+)
 
 EVERY_S = 0.5
 """Distance of the instants to try, s; more where MOST_INSTANT_SECONDS bounds their number."""
 MOST_INSTANT_SECONDS = 5000.0
 """Instants to try times recorded seconds: bounds the memory, so long recordings have fewer instants."""
+LEAST_CHANGE_SHARE = 0.2
+"""Change over the mean of a recording below which the recording as a whole is said to differ; chosen."""
 MARGIN = 0.05
 """Share of the run at either end without instants: too few samples lie beyond them."""
 
@@ -47,8 +56,7 @@ def _step(
 
     def columns(data: RegressionData, shape: ShapeParameters) -> Array:
         """-1/2 before and +1/2 after the instant, (n, 1): the model has the mean."""
-        step = np.where(data.time_s > shape[0], 0.5, -0.5)
-        return (step * per_unit(data))[:, None]
+        return _before_and_after(data, shape[0], per_unit)[:, None]
 
     return UnnamedTerm(
         shapes=_instants,
@@ -65,15 +73,57 @@ def _step(
     )
 
 
-MOMENTS = {
-    "force": _step("constant force", "N", lambda data: np.ones(len(data.time_s)), "force"),
-    "friction": _step("friction", "N", lambda data: data.motion.direction, "friction"),
-    "viscous_friction": _step(
-        "viscous friction", "N s/m", lambda data: data.motion.velocity_m_s, "viscous_friction"
+def _before_and_after(
+    data: RegressionData, moment_s: float, per_unit: Callable[[RegressionData], Array]
+) -> Array:
+    found: Array = np.where(data.time_s > moment_s, 0.5, -0.5) * per_unit(data)
+    return found
+
+
+def _step_in_a_recording(name: str, unit: str, per_unit: Callable[[RegressionData], Array]) -> UnnamedTerm:
+    """A step in one recording, whose mean may be another than that of the others: no plant file has it."""
+
+    def columns(data: RegressionData, shape: ShapeParameters) -> Array:
+        """The step and the mean of the recording, (n, 2)."""
+        return np.stack((_before_and_after(data, shape[0], per_unit), per_unit(data)), axis=1)
+
+    def finding(p: dict[str, float]) -> str:
+        if abs(p["change"]) < LEAST_CHANGE_SHARE * abs(p["mean"]):
+            return f"the {name} is {p['mean']:.3g} {unit} above that of the model"
+        return (
+            f"the {name} changes by {p['change']:.3g} {unit} {p['moment_s']:.1f} s into the run, and stays so"
+        )
+
+    return UnnamedTerm(
+        shapes=lambda datasets: _instants(datasets) if len(datasets) > 1 else [],
+        columns=columns,
+        parameters=lambda shape, coefficients: {
+            "moment_s": Parameter(shape[0], "s"),
+            "change": Parameter(float(coefficients[0]), unit),
+            "mean": Parameter(float(coefficients[1]), unit),
+        },
+        finding=finding,
+        per_recording=OWN,
+    )
+
+
+QUANTITIES: dict[str, tuple[str, str, Callable[[RegressionData], Array]]] = {
+    "force": ("constant force", "N", lambda data: np.ones(len(data.time_s))),
+    "friction": ("friction", "N", lambda data: data.motion.direction),
+    "viscous_friction": ("viscous friction", "N s/m", lambda data: data.motion.velocity_m_s),
+    "mass": ("mass", "kg", lambda data: data.motion.acceleration_m_s2),
+    "delay": (
+        "delay of the force",
+        "s",
+        lambda data: np.gradient(data.model_force_n, data.period_s),
     ),
-    "mass": _step("mass", "kg", lambda data: data.motion.acceleration_m_s2, "mass"),
-    "delay": _step("delay of the force", "s", lambda data: np.gradient(data.model_force_n, data.period_s)),
+}
+"""What may change at a moment: its name, its unit, and the force that one unit of it makes."""
+MOMENTS = {
+    **{key: _step(*of, key) for key, of in QUANTITIES.items()},
+    **{f"{key}{IN_A_RECORDING}": _step_in_a_recording(*of) for key, of in QUANTITIES.items()},
 }
 """By the quantity that changes."""
-SLIP = _step("place of the scale against the motor", "m", lambda data: np.ones(len(data.time_s)))
-"""The step event of the position deviation."""
+_SLIP = ("place of the scale against the motor", "m", lambda data: np.ones(len(data.time_s)))
+SLIPS = {"slip": _step(*_SLIP), f"slip{IN_A_RECORDING}": _step_in_a_recording(*_SLIP)}
+"""The step events of the position deviation."""

@@ -4,10 +4,15 @@ from collections.abc import Mapping
 from types import ModuleType
 from typing import NamedTuple
 
+import numpy as np
+
 from hil_sim.physics.friction import force_over_speed, friction_over_speed, friction_table
-from hil_sim.physics.load import drift_over_time, force_table
+from hil_sim.physics.load import change_along_travel, drift_over_time, force_table
 from kernels.quantities import section_of
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm, PlantValues
+
+WITH_MEAN = 1.0
+"""Fourth shape parameter of a smooth term that is a plant's table: it has a mean of its own."""
 
 
 class TableOfKnots(NamedTuple):
@@ -40,8 +45,9 @@ class TableOfKnots(NamedTuple):
         """The smooth term of this name with the table's points for knots."""
         first, last = (getattr(of.params, f"{end}_{self.unit}") for end in ("first", "last"))
         count = int(of.params.points)
-        heights = tuple(self.sign * value for value in getattr(of.params, self.heights)[:count])
-        return ModelTerm(name, (first, last, float(count)), heights)
+        heights = np.array(getattr(of.params, self.heights)[:count]) * self.sign
+        rises = np.diff(heights, prepend=0.0)
+        return ModelTerm(name, (first, last, float(count), WITH_MEAN), tuple(rises.tolist()))
 
 
 TABLES = {
@@ -49,8 +55,11 @@ TABLES = {
     "position_by_direction": TableOfKnots(friction_table, "m", "level_n"),
     "velocity": TableOfKnots(force_over_speed, "m_s", "force_n"),
     "speed_by_direction": TableOfKnots(friction_over_speed, "m_s", "level_n"),
+    "position_of_the_damping": TableOfKnots(change_along_travel, "m", "damping_n_s_m"),
+    "position_of_the_mass": TableOfKnots(change_along_travel, "m", "mass_kg"),
     "run_time": TableOfKnots(drift_over_time, "s", "force_n", sign=-1.0),
     "run_time_by_direction": TableOfKnots(drift_over_time, "s", "level_n"),
+    "run_time_of_the_damping": TableOfKnots(drift_over_time, "s", "damping_n_s_m"),
     "run_time_of_the_mass": TableOfKnots(drift_over_time, "s", "mass_kg"),
 }
 """By the coordinate of the smooth term."""

@@ -8,9 +8,9 @@ from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapePara
 from reconcile.catalogue.registry import CATALOGUE, family
 from reconcile.catalogue.relaxation_terms import RELAXATION, RINGING
 from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS
-from reconcile.catalogue.step_events import MOMENTS, SLIP
+from reconcile.catalogue.step_events import MOMENTS, SLIPS
 
-SHARP = (*(f"moment_of_{name}" for name in (*MOMENTS, "slip")), "ringing", "relaxation")
+SHARP = (*(f"moment_of_{name}" for name in (*MOMENTS, *SLIPS)), "ringing", "relaxation")
 """Terms whose shape is one continuous number, which is refined."""
 _FORCE = {
     **SMOOTH_TERMS,
@@ -18,7 +18,7 @@ _FORCE = {
     "ringing": RINGING,
     "relaxation": RELAXATION,
 }
-_DEVIATION = {**SMOOTH_TERMS, "moment_of_slip": SLIP}
+_DEVIATION = {**SMOOTH_TERMS, **{f"moment_of_{name}": slip for name, slip in SLIPS.items()}}
 TERMS = {ResidualChannel.FORCE: _FORCE, ResidualChannel.POSITION_DEVIATION: _DEVIATION}
 
 
@@ -28,11 +28,12 @@ def term(effect: str) -> UnnamedTerm:
     return _FORCE.get(name) or _DEVIATION[name]
 
 
-def every_shape(
+def other_shapes(
     datasets: Sequence[RegressionData], channel: ResidualChannel
 ) -> list[tuple[str, ShapeParameters]]:
-    """Every candidate as (effect, shape)."""
-    return [(PREFIX + name, shape) for name, of in TERMS[channel].items() for shape in of.shapes(datasets)]
+    """Every candidate that is neither a curve over a coordinate nor a moment, as (effect, shape)."""
+    others = {name: of for name, of in TERMS[channel].items() if name in {"ringing", "relaxation"}}
+    return [(PREFIX + name, shape) for name, of in others.items() for shape in of.shapes(datasets)]
 
 
 def columns_of(

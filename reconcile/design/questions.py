@@ -121,7 +121,7 @@ def _unexplained(
         return
     base_model = tuple(term for term in whole if term not in own)
     rivals: dict[str, list[Term]] = {
-        PREFIX + name: [(PREFIX + name, shape) for shape in SMOOTH_TERMS[name].shapes(datasets)]
+        PREFIX + name: [(PREFIX + name, shape) for shape in SMOOTH_TERMS[name].shapes(datasets)[:1]]
         for name in SMOOTH_COORDINATES
     }
     for assumed in _plausible_terms(recorded, channel):

@@ -100,7 +100,7 @@ def _beside(one: Explanation, found: Sequence[Explanation]) -> Explanation:
     """
     named = {f.effect for other in found if other is not one for f in other.findings} - {"unknown"}
     findings, minor = list(one.findings), list(one.minor)
-    if named and one.accounted and is_misfit(one.accounted, rms(one.residuals, "refitted")):
+    if named and one.accounted and is_misfit(one.channel, one.accounted, rms(one.residuals, "refitted")):
         findings = [f for f in findings if f.effect != "unknown" or f.candidates]
     if named & {BACKLASH.name, DRIVE_COMPLIANCE.name}:
         images = [f for f in findings if any(c.effect == SINCE_REVERSAL for c in f.candidates)]

@@ -65,7 +65,9 @@ class Explanation(NamedTuple):
 def without(explanation: Explanation, effects: Container[str]) -> Explanation:
     """The explanation without some effects, the rest fitted anew; `unknown` are those without a name."""
     found = explanation.found
-    if found is None or not any(f.effect in effects for f in [*explanation.findings, *explanation.minor]):
+    names = [f.effect for f in [*explanation.findings, *explanation.minor]]
+    names += [c.effect for c in found.terms] if found else []
+    if found is None or not any(name in effects for name in names):
         return explanation
     again = _explained(found.without(effects))
     findings = [f for f in again.findings if f.effect not in effects]
@@ -112,10 +114,9 @@ def _explained(found: FoundTerms) -> Explanation:
     )
     large = [f for f in reported.findings if sizes.matter(f.effect)]
     if not any(finding.effect == "unknown" for finding in large):
+        resolution_m = max(axis.encoder_resolution_m or 0.0, axis.scale_resolution_m or 0.0)
         alone = not large and not any(extra)
-        extra.append(
-            unexplained_residual(found_residuals, channel, sizes, axis.encoder_resolution_m, alone=alone)
-        )
+        extra.append(unexplained_residual(found_residuals, channel, sizes, resolution_m, alone=alone))
     return Explanation(
         channel=channel,
         findings=[*large, *(finding for finding in extra if finding)],

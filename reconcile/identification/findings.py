@@ -78,7 +78,10 @@ class Estimates(NamedTuple):
 
 
 def estimates(problem: RegressionProblem, chosen: Sequence[CandidateTerm], blocks: Index) -> Estimates:
-    """Fit on `blocks`. Of a coefficient free in each recording, the first one's is reported."""
+    """Fit on `blocks`. Of a coefficient free in each recording, the first one's is reported.
+
+    Of a term without a name, that of the recording in which it is largest, and that one's number from 1.
+    """
     equations = problem.equations
     slots = equations.slots(chosen)
 
@@ -96,8 +99,12 @@ def estimates(problem: RegressionProblem, chosen: Sequence[CandidateTerm], block
     found: dict[CandidateTerm, dict[str, Estimate]] = {}
     first = len(equations.slots([]))
     for candidate in chosen:
-        part = slice(first, first + len(candidate.columns))
-        first += equations.coefficients(candidate)
+        width, count = len(candidate.columns), equations.coefficients(candidate)
+        sizes = np.linalg.norm(fitted[first : first + count].reshape(-1, width), axis=1)
+        of_one = candidate.per_recording and candidate.effect.startswith(PREFIX)
+        number = int(sizes.argmax()) if of_one else 0
+        part = slice(first + number * width, first + (number + 1) * width)
+        first += count
         meaning, shape = meaning_of(candidate.effect).parameters, candidate.shape_parameters
         spread = [meaning(shape, one[part]) for one in resampled]
         found[candidate] = {}
@@ -109,6 +116,8 @@ def estimates(problem: RegressionProblem, chosen: Sequence[CandidateTerm], block
                 low -= under * abs(value) + HOLD_DELAY_SAMPLES * period_s
                 high += over * abs(value)
             found[candidate][key] = Estimate(value, low, high, unit)
+        if of_one:
+            found[candidate]["recording"] = Estimate(number + 1.0, number + 1.0, number + 1.0, "")
     return Estimates(base, found)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.catalogue.kinds import RegressionData
+from reconcile.catalogue.kinds import IN_A_RECORDING, RegressionData
 from reconcile.catalogue.registry import FRICTION, TIMING
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.regression_data import friction_direction
@@ -13,7 +13,7 @@ from reconcile.regression.regression_problem import RegressionProblem, predicted
 
 LEAST_FRICTION_N = 1e-6
 """Friction level below which its share is not computed (division by zero)."""
-DELAYING_EFFECTS = frozenset((*TIMING, PREFIX + "moment_of_delay"))
+DELAYING_EFFECTS = frozenset((*TIMING, *(PREFIX + f"moment_of_delay{end}" for end in ("", IN_A_RECORDING))))
 """Effects that are not part of the force, because they delay it."""
 NO_LOAD = DELAYING_EFFECTS | FRICTION
 """Effects that are not part of the load of a drive."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Index
-from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
+from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import KNOTS, PREFIX
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.findings import (
@@ -22,7 +22,7 @@ from reconcile.identification.findings import (
 from reconcile.identification.refinement import refine
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import regressed_terms
-from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.normal_equations import CandidateTerm, Key, effect_names
 from reconcile.regression.physical_veto import vetoed
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import RegressionProblem, extended, regression_problem
@@ -73,8 +73,8 @@ class FoundTerms(NamedTuple):
     withdrawn: list[Withdrawn]
 
     def without(self, effects: Container[str]) -> "FoundTerms":
-        """The same without the terms of some effects; `unknown` are all that have no name."""
-        kept = [c for c in self.terms if _name(c) not in effects]
+        """The same without some effects; `unknown` are all terms that have no name."""
+        kept = [c for c in self.terms if _name(c) not in effects and c.effect not in effects]
         rivals = {effect: of for effect, of in self.rivals.items() if any(c.effect == effect for c in kept)}
         return self._replace(terms=kept, rivals=rivals)
 
@@ -109,7 +109,7 @@ class TermSearch:
         ]  # a term of another axis has the same columns in all
         model_terms = regressed_terms(axis, datasets, channel)
         self.problem = regression_problem(
-            datasets, channel, model_terms=model_terms, spare=rules.most_unknown * KNOTS
+            datasets, channel, model_terms=model_terms, spare=rules.most_unknown * max(KNOTS)
         )
         self._train, self._held_out = split(self.problem)
 
@@ -152,7 +152,7 @@ class TermSearch:
 
     def _select_beside(
         self,
-        unnamed: Sequence[tuple[str, ShapeParameters]],
+        unnamed: Sequence[Key],
         before: _Selection,
         train: Index,
         held_out: Index,
@@ -161,7 +161,7 @@ class TermSearch:
         wide = extended(self.problem, unnamed)
         validation = CrossValidation(wide.equations, train)
         own = wide.equations.by_key
-        previous, beside = [own[c.key] for c in before.chosen], [own[*one, False] for one in unnamed]
+        previous, beside = [own[c.key] for c in before.chosen], [own[key] for key in unnamed]
         excluded = {one.effect for one in before.found.withdrawn}
         chosen = select_beside_unnamed(validation, self.rules, previous, beside, excluded)
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}

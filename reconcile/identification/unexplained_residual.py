@@ -10,13 +10,17 @@ from reconcile.identification.findings import Estimate, IdentifiedEffect
 from reconcile.regression.residual import Residual, rms
 from reconcile.regression.residual_noise import LAGS, spectral_density, whiteness
 
-LEAST_FLOOR_RATIO = 20.0
-"""Least RMS in noise floors beside named effects: less is their misfit, which `accounted` states."""
+BESIDE_EFFECTS = {
+    ResidualChannel.FORCE: ((3.0, 0.25), (20.0, 0.05)),
+    ResidualChannel.POSITION_DEVIATION: ((20.0, 0.25),),
+}
+"""Beside named effects: least RMS in noise floors, and least share of what the refitted model leaves, in
+squares. Any pair will do; less is the misfit of what was named, which `accounted` states. Chosen; of the
+deviation more, for the scale's noise is far below what a wrong shape of an effect leaves."""
+LEAST_COUNTS = 4.0
+"""Least RMS of a deviation in counts: a scale's interpolation wanders by some of them. Chosen."""
 LEAST_COLOUR = 40.0
 """Least Ljung-Box statistic over its degrees of freedom; white noise has 1."""
-LEAST_SHARE = 0.25
-"""Least share of the refitted model's variance beside named effects: less is their misfit."""
-
 MOST_CONFIDENT = 0.99
 """Of a residual far above the noise: the floor itself is estimated."""
 
@@ -31,15 +35,13 @@ def unexplained_residual(
 ) -> IdentifiedEffect | None:
     """Report a residual that is more than noise as `unknown`; `alone`: nothing else was found.
 
-    A deviation below `resolution_m`, one count of the encoder, is none.
+    A deviation within LEAST_COUNTS of `resolution_m`, a count of the coarser sensor, is none.
     """
     after, refitted, floor = sizes.left, rms(residuals, "refitted"), sizes.noise
     is_force = channel is ResidualChannel.FORCE
-    if sizes.is_noise or (not is_force and after < (resolution_m or 0.0)):
+    if sizes.is_noise or (not is_force and after < LEAST_COUNTS * (resolution_m or 0.0)):
         return None
-    if not (alone and is_force) and (
-        after < LEAST_FLOOR_RATIO * floor or after**2 < LEAST_SHARE * refitted**2
-    ):
+    if not (alone and is_force) and is_misfit(channel, sizes, refitted):
         return None
     values = [residual.after for residual in residuals]
     if whiteness(residuals, values).q < LEAST_COLOUR * LAGS:
@@ -66,6 +68,9 @@ def unexplained_residual(
     )
 
 
-def is_misfit(sizes: Accounted, refitted: float) -> bool:
+def is_misfit(channel: ResidualChannel, sizes: Accounted, refitted: float) -> bool:
     """Whether what is left beside named effects is their misfit; `refitted`: RMS without any effect."""
-    return sizes.left < LEAST_FLOOR_RATIO * sizes.noise or sizes.left**2 < LEAST_SHARE * refitted**2
+    return all(
+        sizes.left < floors * sizes.noise or sizes.left**2 < share * refitted**2
+        for floors, share in BESIDE_EFFECTS[channel]
+    )

@@ -53,7 +53,7 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
         is_changed = explanation.findings or explanation.minor or explanation.parameters_matter
         if explanation.channel is ResidualChannel.FORCE and is_changed:
             _write_base(explanation, axis, sections, notes)
-        for finding in [*explanation.findings, *explanation.minor]:
+        for finding in _of_all_recordings(explanation, notes):
             found = _identified(finding, explanation, base, axis)
             section = section_of_finding(finding, found)
             if section in axis.model_effects.effects:
@@ -71,7 +71,7 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
                     told_by_force.add(finding.effect)
             except NotInAPlant as reason:
                 notes.append(f"{finding.effect} is not in the model: {reason}")
-                left_out[finding.effect] = notes[-1]
+                left_out.update(dict.fromkeys(_terms_or_name(finding), notes[-1]))
     _share_friction(sections, notes)
     _share_mass(sections, axis)
     if "voltage_saturation" in sections and "winding" in given:  # the amplifier of a winding has the limit
@@ -83,6 +83,22 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
     place = f"model.toml, axis {name}: "
     by_effect = {effect: place + note for effect, note in left_out.items()}
     return AxisSections(sections, [place + note for note in notes], by_effect)
+
+
+def _of_all_recordings(explanation: Explanation, notes: list[str]) -> list[IdentifiedEffect]:
+    """What was found but for what has no name and is one recording's own, with a note on that."""
+    found = [*explanation.findings, *explanation.minor]
+    kept = [f for f in found if f.effect in CATALOGUE or not any(c.per_recording for c in f.candidates)]
+    if len(kept) < len(found):
+        notes.append("what one recording has of its own is not in the model, which is for all of them")
+    return kept
+
+
+def _terms_or_name(finding: IdentifiedEffect) -> list[str]:
+    """What tells a finding from the others: its name, or the terms of one without a name."""
+    if finding.effect in CATALOGUE or not finding.candidates:
+        return [finding.effect]
+    return [candidate.effect for candidate in finding.candidates]
 
 
 def section_of_finding(finding: IdentifiedEffect, found: IdentifiedTerms) -> str:

@@ -15,6 +15,7 @@ from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.explain import Explanation, explain, without
+from reconcile.identification.findings import IdentifiedEffect
 from reconcile.identification.term_search import TermSearch
 from reconcile.model_update.axis_sections import AxisSections, axis_sections
 from reconcile.nominal_model.model_file import NominalModel, load_model, write_model
@@ -93,8 +94,8 @@ def prove(
     dropped: dict[ResidualChannel, tuple[str, ...]] = {search.channel: () for search in searches}
     proofs: list[Proof] = []
     for place, (search, explanation) in enumerate(zip(searches, explanations, strict=True)):
-        of_all = sorted([*explanation.findings, *explanation.minor], key=lambda f: f.heldout_gain)
-        of_folds = [f for fold in folds for f in [*fold.made[place].findings, *fold.made[place].minor]]
+        of_all = sorted(_in_the_file(explanation), key=lambda f: f.heldout_gain)
+        of_folds = [f for fold in folds for f in _in_the_file(fold.made[place])]
         known = [f.effect for f in of_all]
         remaining = [*(f.effect for f in of_folds if f.effect not in known), *known]
         remaining = list(dict.fromkeys(remaining))
@@ -108,6 +109,15 @@ def prove(
             dropped[search.channel] += (remaining.pop(0),)
         proofs.append(proof)
     return proofs
+
+
+def _in_the_file(explanation: Explanation) -> list[IdentifiedEffect]:
+    """What was found, but for what each recording has of its own without a name: no file has it."""
+    return [
+        f
+        for f in [*explanation.findings, *explanation.minor]
+        if f.effect != "unknown" or not all(c.per_recording for c in f.candidates)
+    ]
 
 
 def proven(explanation: Explanation, proof: Proof) -> Explanation:

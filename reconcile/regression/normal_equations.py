@@ -5,7 +5,7 @@ what counts is how well a model predicts blocks that it was not fitted on. A ter
 own in each recording.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from copy import copy
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ Key = tuple[str, ShapeParameters, bool]
 
 RIDGE = 1e-10
 """Ridge on the normalised columns, as a share of the target's squares; collinear columns share their part."""
-SMOOTH_RIDGE = 1e-5
+SMOOTH_RIDGE = 1e-3
 """Ridge on unnamed terms: what they share with columns of the model is attributed to the model."""
 
 
@@ -80,12 +80,23 @@ class BlockNormalEquations:
             self.gram[b] += part @ part.T
 
     def normalise(self) -> None:
-        """Scale target and columns to a root mean square of 1, once all recordings are added."""
+        """Scale target and columns to a root mean square of 1, once all recordings are added.
+
+        The columns of a term without a name have one scale, so that the ridge holds those hardly seen.
+        """
         squares = np.einsum("bii->i", self.gram) / max(int(self.samples.sum()), 1)
-        self.unit = np.where(squares > 0.0, np.sqrt(squares), 1.0)
+        self.unit = np.sqrt(squares)
+        self._give_one_scale(self.candidates)
         self.gram /= self.unit[:, None] * self.unit
         for rows in self.rows:
             np.divide(rows, self.unit[:, None], out=rows)
+
+    def _give_one_scale(self, candidates: Iterable[CandidateTerm]) -> None:
+        for c in candidates:
+            if c.effect.startswith(PREFIX):
+                places = [place + 1 for place in c.columns]
+                self.unit[places] = self.unit[places].max()
+        self.unit[self.unit == 0.0] = 1.0  # of what was never seen
 
     def extended(self, terms: Sequence[tuple[CandidateTerm, Sequence[Array]]]) -> "BlockNormalEquations":
         """The same equations with further terms, each with its columns (k, n) by recording.
@@ -105,8 +116,8 @@ class BlockNormalEquations:
             values = np.concatenate([of[recording] for _, of in terms])
             rows[places] = values
             squares += (values**2).sum(axis=1)
-        unit = np.sqrt(squares / max(int(self.samples.sum()), 1))
-        self.unit[places] = np.where(unit > 0.0, unit, 1.0)
+        self.unit[places] = np.sqrt(squares / max(int(self.samples.sum()), 1))
+        self._give_one_scale(added)
         for rows, block in zip(self.rows, self.block, strict=True):
             rows[places] /= self.unit[places][:, None]
             for b in np.unique(block):

@@ -12,7 +12,7 @@ from reconcile.catalogue.kinds import OWN, SHARED, RegressionData, ResidualChann
 from reconcile.catalogue.registry import ENTRIES, family, has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import columns_of, term
-from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
+from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm, Key
 from reconcile.regression.regression_data import low_pass_of, samples_in_use, stride, target_and_baseline
 from reconcile.regression.resolution import settled_travel_m
 
@@ -140,15 +140,15 @@ def regression_problem(
     return RegressionProblem(channel, datasets, equations, terms, used, block_of, model_terms)
 
 
-def extended(problem: RegressionProblem, unnamed: Sequence[tuple[str, ShapeParameters]]) -> RegressionProblem:
-    """The problem with `unnamed` terms (effect, shape parameters) in its spare columns.
+def extended(problem: RegressionProblem, unnamed: Sequence[Key]) -> RegressionProblem:
+    """The problem with `unnamed` terms in its spare columns.
 
     Columns of the others are not computed again. What was extended before is no longer valid.
     """
     known = {(one.effect, one.shape_parameters) for one in problem.terms}
     added, terms = list(problem.terms), []
     place = problem.equations.columns
-    for effect, shape in unnamed:
+    for effect, shape, own in unnamed:
         if (effect, shape) in known:
             continue
         values = []
@@ -158,7 +158,7 @@ def extended(problem: RegressionProblem, unnamed: Sequence[tuple[str, ShapeParam
             values.append(np.stack([low_pass(column)[kept] for column in columns.T]))
         width = len(values[0])
         added.append(TermColumns(effect, shape, term(effect).columns, width))
-        terms.append((CandidateTerm(effect, shape, False, tuple(range(place, place + width))), values))
+        terms.append((CandidateTerm(effect, shape, own, tuple(range(place, place + width))), values))
         place += width
     return problem._replace(equations=problem.equations.extended(terms), terms=added)
 
@@ -206,7 +206,7 @@ def _terms(
 
 def _per_recording(effect: str, width: int, channel: ResidualChannel, recordings: int) -> Sequence[bool]:
     """Variants of a term: coefficients shared (False) or free in each recording (True)."""
-    of = family(effect, channel)
+    of = term(effect) if effect.startswith(PREFIX) else family(effect, channel)
     if has_levels(effect, width):
         return OWN
     return SHARED if recordings == 1 or of is None else of.per_recording

@@ -96,15 +96,21 @@ class _Stretch(NamedTuple):
     """First sample of each short block."""
 
 
+def folds_of(blocks: Index) -> Index:
+    """The fold of each block: runs of neighbours, in turn."""
+    folds: Index = np.arange(len(blocks)) // FOLD_RUN % min(FOLDS, max(len(blocks) // FOLD_RUN, 2))
+    return folds
+
+
 class CrossValidation:
     """The training blocks in folds, judged by short blocks; squares are in units of y squared."""
 
     def __init__(self, equations: BlockNormalEquations, blocks: Index) -> None:
         self.equations, self.blocks = equations, blocks
         self.whole = equations.totals(blocks)
-        folds = min(FOLDS, max(len(blocks) // FOLD_RUN, 2))
         fold = np.full(len(equations.samples), -1)
-        fold[blocks] = np.arange(len(blocks)) // FOLD_RUN % folds
+        fold[blocks] = folds_of(blocks)
+        folds = int(fold.max()) + 1
         self._training_totals = np.stack(
             [self.whole - equations.totals(blocks[fold[blocks] == k]) for k in range(folds)]
         )

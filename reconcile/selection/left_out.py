@@ -46,19 +46,24 @@ def left_out_squares(
     """Squared residuals of each part, predicted from the others, (parts,).
 
     What a recording has of its own (an origin, a phase, a level) is fitted on every other stretch of it, and
-    predicts those in between.
+    predicts those in between. Its own curves without a name are fitted on all of it: no name is at stake.
     """
-    slots = equations.slots(chosen)
+    named = [c for c in chosen if not c.effect.startswith(PREFIX)]
+    slots = equations.slots([*named, *(c for c in chosen if c not in named)])
+    first_unnamed = len(equations.slots(named))
     found = np.zeros(len(parts))
     for place, part in enumerate(parts):
         others = np.concatenate([other for number, other in enumerate(parts) if number != place])
         elsewhere = set(equations.recording_of_block[others].tolist())
         theta = equations.solve(slots, equations.totals(others))
         own = [i for i, (_, recording) in enumerate(slots) if recording not in {-1, *elsewhere}]
-        halves = _interleaved(part) if own else [part]
+        judged = [i for i in own if i < first_unnamed]
+        if len(judged) < len(own):
+            _fit_own(equations, slots, theta, own, part)
+        halves = _interleaved(part) if judged else [part]
         for number, half in enumerate(halves):
-            if own:
-                _fit_own(equations, slots, theta, own, halves[1 - number])
+            if judged:
+                _fit_own(equations, slots, theta, judged, halves[1 - number])
             found[place] += equations.squares(slots, theta, half).sum()
     return found
 
@@ -114,7 +119,7 @@ def _fit_own(
     recording = int(equations.recording_of_block[blocks[0]])
     gram = equations.totals(blocks)[recording]
     free = [i for i in own if slots[i][1] == recording]
-    given = [i for i, (_, of) in enumerate(slots) if of == -1]
+    given = [i for i, (_, of) in enumerate(slots) if of == -1 or (of == recording and i not in own)]
     free_places, given_places = ([slots[i][0] + 1 for i in some] for some in (free, given))
     sought = gram[free_places, 0] - gram[np.ix_(free_places, given_places)] @ theta[given]
     theta[free] = np.linalg.lstsq(gram[np.ix_(free_places, free_places)], sought, rcond=1e-10)[0]

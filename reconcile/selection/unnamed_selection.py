@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 from kernels.arrays import Index
 from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
-from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.catalogue.unnamed_terms import every_shape
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.catalogue.unnamed_terms import other_shapes
+from reconcile.regression.normal_equations import CandidateTerm, Key
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
-from reconcile.selection.stepwise_selection import initial_squares
+from reconcile.selection.stepwise_selection import TIED_GAIN_RATIO, initial_squares
+from reconcile.selection.unnamed_screening import promising_curves, promising_moments
 
 RINGING = PREFIX + "ringing"
 NEIGHBOURS = 1.3
@@ -20,9 +20,14 @@ covers a tenth to either side, as the flank of the spring does."""
 
 def select_unnamed(
     final: RegressionProblem, chosen: Sequence[CandidateTerm], train: Index, rules: SelectionRules
-) -> list[tuple[str, ShapeParameters]]:
+) -> list[Key]:
     """Select at most `rules.most_unknown` unnamed terms beside the `chosen` ones."""
-    tried = [*((c.effect, c.shape_parameters) for c in chosen), *every_shape(final.datasets, final.channel)]
+    tried = [
+        *((c.effect, c.shape_parameters) for c in chosen),
+        *promising_curves(final, chosen, train),
+        *promising_moments(final, chosen, train),
+        *other_shapes(final.datasets, final.channel),
+    ]
     problem = regression_problem(
         final.datasets, final.channel, tried, only=True, model_terms=final.model_terms
     )
@@ -48,8 +53,10 @@ def select_unnamed(
         ]
         if not accepted:
             break
-        selected.append(max(accepted, key=lambda score: score.gain).candidate)
-    return [(c.effect, c.shape_parameters) for c in selected]
+        least = TIED_GAIN_RATIO * max(score.gain for score in accepted)
+        tied = [score.candidate for score in accepted if score.gain >= least]
+        selected.append(min(tied, key=problem.equations.coefficients))
+    return [c.key for c in selected]
 
 
 def is_of_spring(unnamed: CandidateTerm, named: CandidateTerm) -> bool:

@@ -170,6 +170,15 @@ def test_changes_in_time_are_finite(effect: ModuleType, data: Any, time_s: float
         assert math.isfinite(change(p, time_s))
 
 
+@of_kind(Kind.CHANGE_WITH_POSITION)
+@FEW
+@given(data=st.data(), position_m=st.floats(-20.0, 20.0))
+def test_changes_with_the_position_are_finite(effect: ModuleType, data: Any, position_m: float) -> None:
+    p = data.draw(parameters(effect))
+    assert math.isfinite(effect.damping_n_s_m(p, position_m))
+    assert math.isfinite(effect.added_kg(p, position_m))
+
+
 @of_kind(Kind.MEMORY_FORCE)
 @FEW
 @given(data=st.data(), moves=st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=40))

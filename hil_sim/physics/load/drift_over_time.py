@@ -1,11 +1,11 @@
-"""Drift over time: force, friction and mass along the run, which follow no law or have no name.
+"""Drift over time: force, friction, damping and mass along the run, which follow no law or have no name.
 
-Law: F = T(t), level += L(t), m += M(t), each linear between points that are evenly spaced from t1 to t2, held
-    beyond them.
+Law: F = T(t), level += L(t), b += B(t), m += M(t), each linear between points that are evenly spaced from
+    t1 to t2, held beyond them.
 Source: a look-up table; a slow disturbance that is only recorded has no other model.
-Symbols: F force on the table N; T `force_n` N; L `level_n` N; M `mass_kg` kg, the first `points` values of
-    each; t time since power-up s; t1 `first_s` s; t2 `last_s` s. Levels and masses are
-    never below zero in sum.
+Symbols: F force on the table N; T `force_n` N; L `level_n` N; B `damping_n_s_m` N s/m;
+    M `mass_kg` kg, the first `points` values of each; t time since power-up s; t1 `first_s` s; t2 `last_s` s.
+    Levels, dampings and masses are never below zero in sum.
 Valid: in the run that it was found in; another run has another drift.
 Confused with: temperature_dependent_friction -> comes back with cooling; step_in_time -> at one moment.
 """
@@ -32,6 +32,9 @@ class Params(NamedTuple):
     ] = (0.0,) * POINTS
     level_n: Annotated[
         tuple[float, ...], Quantity("N", -1e4, 1e4, "friction L that a point has more", length=POINTS)
+    ] = (0.0,) * POINTS
+    damping_n_s_m: Annotated[
+        tuple[float, ...], Quantity("N s/m", -1e5, 1e5, "damping B that a point has more", length=POINTS)
     ] = (0.0,) * POINTS
     mass_kg: Annotated[
         tuple[float, ...], Quantity("kg", -1e5, 1e5, "mass M that a point has more", length=POINTS)
@@ -62,9 +65,9 @@ def level_n(p: Any, time_s: float) -> float:
 
 
 @kernel
-def damping_n_s_m(_p: Any, _time_s: float) -> float:
-    """The damping stays."""
-    return 0.0
+def damping_n_s_m(p: Any, time_s: float) -> float:
+    """What the damping has more (N s/m)."""
+    return interpolated(p.damping_n_s_m, p.points, share_of(time_s, p.first_s, p.last_s))
 
 
 @kernel

@@ -9,7 +9,7 @@ from formula_residuals import MASS_KG, T, residual
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.accounted import Accounted
 from reconcile.identification.findings import IdentifiedEffect
-from reconcile.identification.unexplained_residual import LEAST_SHARE, unexplained_residual
+from reconcile.identification.unexplained_residual import BESIDE_EFFECTS, LEAST_COUNTS, unexplained_residual
 from reconcile.regression.residual import Residual, rms
 from reconcile.regression.residual_noise import noise_floor
 
@@ -51,7 +51,8 @@ def test_white_noise_is_no_unexplained_residual() -> None:
 
 
 def test_beside_named_effects_a_small_share_is_their_misfit() -> None:
-    below, above = (AMPLITUDE_N / math.sqrt(LEAST_SHARE * factor) for factor in (0.9, 1.1))
+    share = BESIDE_EFFECTS[ResidualChannel.FORCE][-1][1]
+    below, above = (AMPLITUDE_N / math.sqrt(share * factor) for factor in (0.9, 1.1))
     assert unexplained(residual_after(AMPLITUDE_N, below)) is None
     assert unexplained(residual_after(AMPLITUDE_N, above)) is not None
 
@@ -65,8 +66,8 @@ def test_alone_it_is_reported_from_the_size_that_matters_on() -> None:
     assert unexplained(small, alone=True, matters=0.2 * AMPLITUDE_N) is None
 
 
-def test_a_deviation_below_an_encoder_count_is_no_unexplained_residual() -> None:
+def test_a_deviation_of_some_counts_is_no_unexplained_residual() -> None:
     left = residual_after(AMPLITUDE_N * 1e-6, noise_n=1e-9)
     rms_m = AMPLITUDE_N * 1e-6 / math.sqrt(2.0)
-    assert unexplained(left, matters=0.0, resolution_m=1.1 * rms_m) is None
-    assert unexplained(left, matters=0.0, resolution_m=0.9 * rms_m) is not None
+    assert unexplained(left, matters=0.0, resolution_m=1.1 * rms_m / LEAST_COUNTS) is None
+    assert unexplained(left, matters=0.0, resolution_m=0.9 * rms_m / LEAST_COUNTS) is not None

@@ -48,7 +48,7 @@ def test_a_prediction_is_the_weighted_sum_of_all_columns(fast_data: RegressionDa
         motion=kinematics(fast_data.motion.position_m[:short], PERIOD_S),
     )
     found = regression_problem(
-        [data], ResidualChannel.FORCE, [("cogging", (1.0,)), ("unknown:force", (0.0, 9.0))]
+        [data], ResidualChannel.FORCE, [("cogging", (1.0,)), ("unknown:force", (0.0, 9.0, 9.0))]
     )
     _, columns = found.target_and_columns(0)
     weights = np.random.default_rng(1).normal(size=columns.shape[1])

@@ -15,7 +15,7 @@ from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 Effect = Callable[[RegressionData], np.ndarray]
 
 COGGING, STRIBECK = ("cogging", (4.0,)), ("stribeck_friction", (3.5e-3,))
-SPLINES = (SINCE_REVERSAL, (1e-7, 1e-2))
+SPLINES = (SINCE_REVERSAL, (1e-7, 1e-2, 9.0))
 
 
 def cogging(data: RegressionData) -> np.ndarray:

@@ -1,0 +1,57 @@
+"""Change along the travel: damping and mass that differ by the place, and have no law or no name.
+
+Law: b += B(x), m += M(x), each linear between points that are evenly spaced from x1 to x2, held beyond them.
+Source: a look-up table; inertia and damping over the configuration of a mechanism, Armstrong-Helouvry (1991).
+Symbols: B `damping_n_s_m` N s/m; M `mass_kg` kg, the first `points` values of each; x table position m;
+    x1 `first_m` m; x2 `last_m` m. Damping and mass are never below zero in sum.
+Valid: along the travel it was found on. What a mechanism has beside its changing mass, a force of
+    M'(x) v^2 / 2, is no part of it.
+Confused with: friction_table -> does not grow with the speed; force_table -> is there at rest, too.
+"""
+
+from collections.abc import Iterator
+from typing import Annotated, Any, NamedTuple
+
+from hil_sim.physics.kinds import AxisContext, Kind
+from hil_sim.physics.lookup import POINTS, interpolated, share_of
+from kernels.jit import kernel
+from kernels.quantities import Quantity
+
+KIND = Kind.CHANGE_WITH_POSITION
+
+
+class Params(NamedTuple):
+    """Points at even distances."""
+
+    first_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x1 of the first point", "mm")]
+    last_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x2 of the last point", "mm")]
+    points: Annotated[float, Quantity("", 2.0, POINTS, "number of points")]
+    damping_n_s_m: Annotated[
+        tuple[float, ...], Quantity("N s/m", -1e5, 1e5, "damping B that a point has more", length=POINTS)
+    ] = (0.0,) * POINTS
+    mass_kg: Annotated[
+        tuple[float, ...], Quantity("kg", -1e5, 1e5, "mass M that a point has more", length=POINTS)
+    ] = (0.0,) * POINTS
+
+
+NEUTRAL = Params(first_m=-0.1, last_m=0.1, points=2.0)
+
+
+def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
+    """The points go upwards, and the mass stays above zero."""
+    if p.last_m <= p.first_m:
+        yield "last_m", "must be above that of the first point"
+    if min(p.mass_kg) <= -axis.moved_kg:
+        yield "mass_kg", f"takes away more than moves ({axis.moved_kg:g} kg)"
+
+
+@kernel
+def damping_n_s_m(p: Any, position_m: float) -> float:
+    """What the damping has more (N s/m) at a position (m)."""
+    return interpolated(p.damping_n_s_m, p.points, share_of(position_m, p.first_m, p.last_m))
+
+
+@kernel
+def added_kg(p: Any, position_m: float) -> float:
+    """What the mass on the table has more (kg)."""
+    return interpolated(p.mass_kg, p.points, share_of(position_m, p.first_m, p.last_m))
