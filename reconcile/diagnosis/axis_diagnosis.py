@@ -6,6 +6,7 @@ from typing import NamedTuple
 from reconcile.catalogue.backlash import ENTRY as BACKLASH
 from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation, explain, without
 from reconcile.identification.term_search import TermSearch
 from reconcile.identification.unexplained_residual import is_misfit
@@ -57,7 +58,7 @@ def diagnose_axis(
         rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
         searches.append(TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
         found.append(explain(searches[1]))
-        found = [_beside(one, found) for one in found]
+        found = [_beside(one, found, axis) for one in found]
     proofs: list[Proof] = []
     if with_proof:
         on_progress(f"axis {name}: proof")
@@ -92,17 +93,17 @@ def _named_too(written: Explanation, whole: Explanation) -> Explanation:
     )
 
 
-def _beside(one: Explanation, found: Sequence[Explanation]) -> Explanation:
+def _beside(one: Explanation, found: Sequence[Explanation], axis: NominalAxis) -> Explanation:
     """The explanation without what effects named in another channel leave in this one.
 
     That is a residual which is their misfit; and what a spring or a play between the motor and the scale does
-    to the motor's force after each reversal, which is over where presliding would be.
+    to the motor's force after each reversal, which is over where presliding would be; the model may have these.
     """
     named = {f.effect for other in found if other is not one for f in other.findings} - {"unknown"}
     findings, minor = list(one.findings), list(one.minor)
     if named and one.accounted and is_misfit(one.channel, one.accounted, rms(one.residuals, "refitted")):
         findings = [f for f in findings if f.effect != "unknown" or f.candidates]
-    if named & {BACKLASH.name, DRIVE_COMPLIANCE.name}:
+    if {*named, *axis.model_effects.effects} & {BACKLASH.name, DRIVE_COMPLIANCE.name}:
         images = [f for f in findings if any(c.effect == SINCE_REVERSAL for c in f.candidates)]
         findings, minor = [f for f in findings if f not in images], [*minor, *images]
     return one._replace(findings=findings, minor=minor)
