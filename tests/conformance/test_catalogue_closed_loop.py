@@ -35,8 +35,8 @@ SECTIONS = {
     "level_n = [0.0, -3.0, 4.0, 0.0]\n",
     "drive_compliance": "stiffness_n_um = 40.0\ndamping_n_s_m = 2000.0\n",
     "dwell_dependent_breakaway": "growth_n = 8.0\ntime_s = 0.02\nway_um = 30.0\n",
-    "change_along_travel": "first_mm = -12.0\nlast_mm = 12.0\npoints = 5\nmass_kg = [0.0, 6.0, -4.0, 3.0, 8.0]\n"
-    "damping_n_s_m = [0.0, 60.0, -20.0, 90.0, 30.0]\n",
+    "change_along_travel": "first_mm = -12.0\nlast_mm = 12.0\npoints = 5\n"
+    "mass_kg = [0.0, 6.0, -4.0, 3.0, 8.0]\ndamping_n_s_m = [0.0, 60.0, -20.0, 90.0, 30.0]\n",
     "encoder_eccentricity": "amplitude_um = 3.0\nphase_deg = 60.0\n",
     "force_over_speed": "first_mm_s = -90.0\nlast_mm_s = 90.0\npoints = 5\n"
     "force_n = [-9.0, -1.0, 0.0, 4.0, 1.0]\n",
