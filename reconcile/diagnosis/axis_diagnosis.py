@@ -96,8 +96,8 @@ def _named_too(written: Explanation, whole: Explanation) -> Explanation:
 def _beside(one: Explanation, found: Sequence[Explanation], axis: NominalAxis) -> Explanation:
     """The explanation without what effects named in another channel leave in this one.
 
-    That is a residual which is their misfit; and what a spring or a play between the motor and the scale, of the
-    model or newly named, does to the motor's force after each reversal: it is over where presliding would be.
+    That is a residual which is their misfit; and what a spring or a play between the motor and the scale, of
+    the model or newly named, does to the motor's force after each reversal: it ends where presliding would.
     """
     named = {f.effect for other in found if other is not one for f in other.findings} - {"unknown"}
     findings, minor = list(one.findings), list(one.minor)

@@ -160,7 +160,7 @@ def extended(problem: RegressionProblem, unnamed: Sequence[Key]) -> RegressionPr
         added.append(TermColumns(effect, shape, term(effect).columns, width))
         terms.append((CandidateTerm(effect, shape, own, tuple(range(place, place + width))), values))
         place += width
-    return problem._replace(equations=problem.equations.extended(terms), terms=added)
+    return problem._replace(equations=problem.equations.extended(terms), terms=added) if terms else problem
 
 
 def _target(data: RegressionData, channel: ResidualChannel, model_terms: Sequence[ModelTerm]) -> Array:
