@@ -97,15 +97,17 @@ def test_further_terms_in_spare_columns_are_those_of_a_problem_with_them(fast_da
         model_force_n=fast_data.model_force_n[:40_000],
         motion=kinematics(fast_data.motion.position_m[:40_000], PERIOD_S),
     )
-    more = [("unknown:position", (-0.03, 0.03)), ("unknown:relaxation", (0.1,))]
+    more = [("unknown:position", (-0.03, 0.03, 9.0), False), ("unknown:relaxation", (0.1,), False)]
     shapes = [("cogging", (1.0,))]
     narrow = regression_problem([short], ResidualChannel.FORCE, shapes, only=True, spare=18)
-    extended(narrow, [("unknown:velocity", (-0.1, 0.1))])
-    whole = regression_problem([short], ResidualChannel.FORCE, [*shapes, *more], only=True)
+    extended(narrow, [("unknown:velocity", (-0.1, 0.1, 9.0), False)])
+    whole = regression_problem(
+        [short], ResidualChannel.FORCE, [*shapes, *(key[:2] for key in more)], only=True
+    )
     again = extended(narrow, more)
     blocks = np.flatnonzero(whole.equations.samples)
     for one in (whole, again):
-        assert {c.effect for c in one.equations.candidates} == {"cogging", *(name for name, _ in more)}
+        assert {c.effect for c in one.equations.candidates} == {"cogging", *(name for name, *_ in more)}
     solutions = [
         one.equations.denormalised(slots, one.equations.solve(slots, one.equations.totals(blocks)))
         for one in (whole, again)
