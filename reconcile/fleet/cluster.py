@@ -1,8 +1,8 @@
 """Run tasks on a dask cluster: each comes back once, with its result or the reason why there is none.
 
-dask hands tasks to free workers and repeats the task of a worker that died. This file adds a bound on every
-wait and on every task, few tasks in flight, reasons in words, and a local cluster that listens on loopback
-only.
+dask hands tasks to free workers. When one dies, it blames all tasks that the worker held; which of them
+killed it shows when each is tried again alone. This file adds that, a bound on every wait and on every task,
+few tasks in flight, reasons in words, and a local cluster that listens on loopback only.
 """
 
 import contextlib
@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 from reconcile.errors import ReconcileError
 from reconcile.fleet.limit import TimeLimitError, run_with_time_limit
 
-ALLOWED_FAILURES = 2
-"""Workers of a local cluster that may die of one task before the third death ends the attempts."""
+MOST_DEATHS = 3
+"""Workers that die of one task before the attempts end."""
 STUCK_GRACE_S = 30.0
 """Time beyond its limit in which compiled code of a task may return; then its worker is killed."""
 CONNECT_S = 60.0
@@ -34,8 +34,7 @@ SINGLE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
 DASK_CONFIG = {
-    # a worker holds only the task it works on: when it dies, no other task is blamed
-    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.scheduler.worker-saturation": 1.0,  # no more tasks wait at a worker than it works on
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],
     # forking from a process that has imported the libraries starts a worker in a tenth of the time
@@ -59,6 +58,8 @@ class TaskOutcome(NamedTuple):
     failure: str = ""
     """Empty, `killed`, `over time` or `failed`."""
     reason: str = ""
+    deaths: int = 0
+    """Workers that died while they held it."""
 
 
 class Cluster:
@@ -93,10 +94,28 @@ class Cluster:
 
     def run(self, work: Callable[[Any], Any], tasks: Iterable[Any], limit_s: float) -> Iterator[TaskOutcome]:
         """Yield the outcome of `work(task)` of each task as it ends. Raises ReconcileError: cluster lost."""
+        job = partial(_in_worker, work, limit_s)
+        suspects = []
+        for ended in self._run_together(job, iter(tasks), limit_s):
+            if ended.deaths:
+                suspects.append(ended)
+            else:
+                yield ended
+        for suspect in suspects:
+            yield self._run_alone(job, suspect, limit_s)
+
+    def _run_alone(self, job: Any, suspect: TaskOutcome, limit_s: float) -> TaskOutcome:
+        """Try a task again that a dead worker held, while no other is there to be blamed or to blame."""
+        while suspect.deaths < MOST_DEATHS:
+            (ended,) = self._run_together(job, iter([suspect.task]), limit_s)
+            if not ended.deaths:
+                return ended
+            suspect = _killed(ended.task, suspect.deaths + ended.deaths)
+        return suspect
+
+    def _run_together(self, job: Any, waiting: Iterator[Any], limit_s: float) -> Iterator[TaskOutcome]:
         finished: queue.SimpleQueue[Any] = queue.SimpleQueue()
         in_flight: dict[Any, Any] = {}
-        waiting = iter(tasks)
-        job = partial(_in_worker, work, limit_s)
         try:
             self._submit(job, waiting, in_flight, finished)
             while in_flight:
@@ -131,7 +150,7 @@ class Cluster:
     def _next_finished(self, finished: queue.SimpleQueue[Any], limit_s: float) -> Any:
         """Return the next finished future. Raises ReconcileError: no connection, worker or progress."""
         start_s = alive_s = time.monotonic()
-        longest_s = (limit_s + STUCK_GRACE_S) * (ALLOWED_FAILURES + 2) + MAX_WITHOUT_WORKERS_S
+        longest_s = (limit_s + STUCK_GRACE_S) * (MOST_DEATHS + 1) + MAX_WITHOUT_WORKERS_S
         while True:
             with contextlib.suppress(queue.Empty):
                 return finished.get(timeout=POLL_S)
@@ -160,9 +179,7 @@ class Cluster:
         if isinstance(error, TimeLimitError):
             return TaskOutcome(task, None, "over time", str(error))
         if type(error).__name__ == "KilledWorker":
-            times = error.allowed_failures + 1
-            reason = f"{times} workers died while they worked on it: out of memory, or crashed"
-            return TaskOutcome(task, None, "killed", reason)
+            return _killed(task, error.allowed_failures + 1)
         return TaskOutcome(task, None, "failed", f"{type(error).__name__}: {error}")
 
     def _lost(self, reason: str) -> ReconcileError:
@@ -184,7 +201,7 @@ def local_cluster(workers: int, memory: str) -> Iterator[Cluster]:
             memory_limit=memory,
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",  # distributed insists on one; it has no routes
-            scheduler_kwargs={"dashboard": False, "allowed_failures": ALLOWED_FAILURES},
+            scheduler_kwargs={"dashboard": False, "allowed_failures": 0},
             silence_logs=logging.CRITICAL,
         )
         with cluster, distributed.Client(cluster, timeout=CONNECT_S) as client:
@@ -230,6 +247,12 @@ def _worker_plugin(distributed: Any) -> Any:
             tempfile.tempdir = worker.local_directory  # removed with the cluster, however the worker ends
 
     return IgnoreInterrupt()
+
+
+def _killed(task: Any, deaths: int) -> TaskOutcome:
+    workers = "worker" if deaths == 1 else "workers"
+    reason = f"{deaths} {workers} died while they worked on it: out of memory, or crashed"
+    return TaskOutcome(task, None, "killed", reason, deaths)
 
 
 def _in_worker(work: Callable[[Any], Any], limit_s: float, task: Any) -> Any:
