@@ -41,7 +41,7 @@ kind = "sine"
 axis = "x"
 amplitude_mm = 10.0
 frequency_hz = 1.0
-cycles = 5.0
+cycles = 2.0
 ramp_s = 0.5
 """
 

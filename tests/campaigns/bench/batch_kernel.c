@@ -130,7 +130,8 @@ static Command axis_tick(const AxisControl *c, TickState *state, const double *c
 }
 
 static int64_t integer_of(double value, double unit, double largest) {
-    return (int64_t)lesser(greater(rint(value / unit), -largest), largest);
+    double multiple = value / unit;
+    return isnan(multiple) ? 0 : (int64_t)lesser(greater(rint(multiple), -largest), largest);
 }
 
 static void take_effect(int64_t output, const AxisWires *wires, SetPoint *sp, const BufferedSetPoints *b) {
