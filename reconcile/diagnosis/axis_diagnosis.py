@@ -10,8 +10,8 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation, explain, without
 from reconcile.identification.term_search import TermSearch
 from reconcile.identification.unexplained_residual import is_misfit
-from reconcile.model_update.axis_sections import Sections
 from reconcile.model_update.axis_update import update_axis
+from reconcile.model_update.shared_values import Sections
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.proof.left_out import Proof, prove, proven, written_explanations
 from reconcile.recording.recording import AxisRecording

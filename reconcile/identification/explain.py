@@ -79,9 +79,24 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
     return _explained(search.found(left_out))
 
 
+def _with_possible_damping(found: FoundTerms) -> FoundTerms:
+    """The terms beside a viscous friction of zero where they would have it drive the axis: no plant has that.
+
+    The rest is fitted to what is left then, rather than the friction cut off behind the fit.
+    """
+    problem, slots = found.problem, found.problem.equations.slots(found.terms)
+    if found.of.channel is not ResidualChannel.FORCE:
+        return found
+    viscous = problem.baseline_names.index("viscous_n_s_m")
+    if problem.equations.solve(slots, problem.equations.totals(found.train))[viscous] >= 0.0:
+        return found
+    return found._replace(problem=problem._replace(equations=problem.equations.holding([viscous])))
+
+
 def _explained(found: FoundTerms) -> Explanation:
     axis, channel, rules, sources = found.of
-    reported = found.report()
+    possible = _with_possible_damping(found)
+    reported = possible.report()
     equations, train = found.problem.equations, found.train
     baseline, totals = equations.slots([]), equations.totals(train)
     # a lag below a sample is how the channels were sampled, not physics: it is in all three models
@@ -93,7 +108,7 @@ def _explained(found: FoundTerms) -> Explanation:
     models = [
         (timing, np.append(nominal_theta, refitted_theta[size:])),
         (timing, refitted_theta),
-        (found.terms, equations.solve(equations.slots(found.terms), totals)),
+        (found.terms, possible.problem.equations.solve(equations.slots(found.terms), totals)),
     ]
     before, refitted, after = (_residual_rms(equations, *model, train, found.held_out) for model in models)
     found_residuals = residuals(found.problem, sources, models, found.held_out)

@@ -13,7 +13,8 @@ from reconcile.identification.two_mass import (
     summary_note,
     with_two_mass_force,
 )
-from reconcile.model_update.axis_sections import AxisSections, Sections, axis_sections
+from reconcile.model_update.axis_sections import AxisSections, axis_sections
+from reconcile.model_update.shared_values import Sections
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.replay.replay import plant_of
 

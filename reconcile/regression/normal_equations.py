@@ -20,6 +20,8 @@ Key = tuple[str, ShapeParameters, bool]
 
 RIDGE = 1e-10
 """Ridge on the normalised columns, as a share of the target's squares; collinear columns share their part."""
+HELD_RIDGE = 1e12
+"""Ridge on a column whose coefficient is held at zero."""
 SMOOTH_RIDGE = 1e-3
 """Ridge on unnamed terms: what they share with columns of the model is attributed to the model."""
 
@@ -97,6 +99,13 @@ class BlockNormalEquations:
                 places = [place + 1 for place in c.columns]
                 self.unit[places] = self.unit[places].max()
         self.unit[self.unit == 0.0] = 1.0  # of what was never seen
+
+    def holding(self, columns: Sequence[int]) -> "BlockNormalEquations":
+        """The same equations with the coefficients of some columns held at zero."""
+        held = copy(self)
+        held._ridge = self._ridge.copy()  # noqa: SLF001 its own class
+        held._ridge[[column + 1 for column in columns]] = HELD_RIDGE  # noqa: SLF001 its own class
+        return held
 
     def extended(self, terms: Sequence[tuple[CandidateTerm, Sequence[Array]]]) -> "BlockNormalEquations":
         """The same equations with further terms, each with its columns (k, n) by recording.
