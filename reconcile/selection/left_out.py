@@ -71,7 +71,11 @@ def left_out_squares(
 def predictive_terms(
     equations: BlockNormalEquations, chosen: Sequence[CandidateTerm], blocks: Index
 ) -> tuple[list[CandidateTerm], list[Withdrawn]]:
-    """The terms without the effects that do not predict what is left out, the worst withdrawn first."""
+    """The terms without the effects that do not predict what is left out, the worst withdrawn first.
+
+    Terms without a name must predict it too, and are dropped without a word: what they leave is said as such.
+    What each recording has of its own without a name is no prediction.
+    """
     kept, withdrawn = list(chosen), []
     parts = left_out_parts(equations, blocks)
     alone = len(np.unique(equations.recording_of_block[blocks])) == 1
@@ -80,15 +84,16 @@ def predictive_terms(
         gains = {}
         for effect in effect_names(kept):
             others = [c for c in kept if c.effect != effect]
-            if effect.startswith(PREFIX):
-                continue  # no name that could be wrong
+            if effect.startswith(PREFIX) and any(c.per_recording for c in kept if c.effect == effect):
+                continue
             without = float(left_out_squares(equations, others, parts).sum())
             gains[effect] = 1.0 - whole / max(without, 1e-300)
         worst = min(gains, key=lambda effect: gains[effect], default=None)
         if worst is None or gains[worst] >= LEAST_GAIN:
             break
         kept = [c for c in kept if c.effect != worst]
-        withdrawn.append(Withdrawn(worst, _why(gains[worst], len(parts), alone=alone)))
+        if not worst.startswith(PREFIX):
+            withdrawn.append(Withdrawn(worst, _why(gains[worst], len(parts), alone=alone)))
     return kept, withdrawn
 
 
