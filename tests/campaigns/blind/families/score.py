@@ -1,0 +1,118 @@
+"""Score a verdict against the sealed truth of a case, by what stands in the two files alone."""
+
+import re
+from collections import defaultdict
+from typing import Any
+
+Row = dict[str, Any]
+FACTOR = 1.5
+"""An unexplained share is told where it is within this factor of the truth."""
+UNIT = re.compile(r"_(n|nm|m|rad|s|hz|n_m|n_s_m|nm_s_rad|nm_rad|n_s2_m2|nm_s2_rad2|1_m)$")
+
+
+def scored(truth: Row, verdict: Row) -> Row:
+    """Return what was planted, found, right, false and covered in one case."""
+    names = {effect["name"] for effect in truth["effects"]}
+    tolerated = {*truth["clutter"]}.union(*(effect["also"] + effect["alike"] for effect in truth["effects"]))
+    findings = [one for one in verdict["findings"] if one["effect"] != "unknown"]
+    classes = [{one["effect"], *one["equivalent"]} for one in findings]
+    observable = [effect for effect in truth["effects"] if effect["observable"]]
+    right = {
+        effect["name"]: any(({effect["name"], *effect["alike"]} & told) for told in classes)
+        for effect in observable
+    }
+    false = [
+        one["effect"]
+        for one, told in zip(findings, classes, strict=True)
+        if not told & names and one["effect"] not in tolerated
+    ]
+    return {
+        "family": truth["family"],
+        "seed": truth["seed"],
+        "kind": truth["kind"],
+        "planted": sorted(names),
+        "observable": [effect["name"] for effect in observable],
+        "findings": [{"effect": one["effect"], "confidence": one["confidence"]} for one in findings],
+        "verdict": verdict["verdict"],
+        "right": right,
+        "false": false,
+        "unknown": _says_unknown(verdict),
+        "covered": _covered(observable, findings),
+        "unexplained": _unexplained(truth, verdict),
+        "foreign_observable": bool(truth["foreign"] and truth["foreign"]["observable"]),
+    }
+
+
+def _says_unknown(verdict: Row) -> bool:
+    """Return whether the tool says that there is physics which it cannot name."""
+    return verdict["verdict"] == "unknown" or any(one["effect"] == "unknown" for one in verdict["findings"])
+
+
+def _covered(observable: list[Row], findings: list[Row]) -> Row:
+    """Return by effect and parameter whether the interval holds the truth; missing where none was stated."""
+    covered = {}
+    for effect in observable:
+        found = [one for one in findings if effect["name"] in {one["effect"], *one["equivalent"]}]
+        for name, true in effect["parameters"].items():
+            stated = [
+                value
+                for one in found
+                for key, value in one["parameters"].items()
+                if _stem(key) == _stem(name)
+            ]
+            if stated:
+                low, high = stated[0]["ci95"]
+                covered[f"{effect['name']}.{name}"] = bool(low <= true <= high)
+    return covered
+
+
+def _stem(name: str) -> str:
+    return UNIT.sub("", name)
+
+
+def _unexplained(truth: Row, verdict: Row) -> Row | None:
+    """Return the RMS of foreign force as it is and as it was told; None where none is concealed."""
+    if truth["foreign"] is None:
+        return None
+    told = sum(
+        axis["force"]["parts"]["unexplained"]["rms"]
+        for axis in verdict["accounted"].values()
+        if "force" in axis
+    )
+    true = truth["foreign"]["rms"]
+    return {"true": true, "told": told, "within": bool(true / FACTOR <= told <= true * FACTOR)}
+
+
+def summary(rows: list[Row]) -> Row:
+    """Return by family the bars' figures: each a share with its count, null where nothing counts."""
+    by_family: dict[str, list[Row]] = defaultdict(list)
+    for row in rows:
+        by_family[row["family"]].append(row)
+    return {family: _figures(own) for family, own in sorted(by_family.items())}
+
+
+def _figures(rows: list[Row]) -> Row:
+    good = [row for row in rows if "error" not in row]
+    single = [right for row in good if row["kind"] == "single" for right in row["right"].values()]
+    several = [all(row["right"].values()) for row in good if row["kind"] == "several" and row["right"]]
+    clean = [bool(row["false"]) for row in good if row["kind"] in {"quiet", "foreign"}]
+    beside = [bool(row["false"]) for row in good if row["kind"] not in {"quiet", "foreign"}]
+    foreign = [row["unknown"] for row in good if row["unexplained"] and row["foreign_observable"]]
+    quiet = [row["unknown"] for row in good if row["kind"] == "quiet"]
+    told = [row["unexplained"]["within"] for row in good if row["unexplained"] and row["foreign_observable"]]
+    covered = [one for row in good for one in row["covered"].values()]
+    shares = {
+        "failed": ["error" in row for row in rows],
+        "right_of_single": single,
+        "all_of_several": several,
+        "false_names_quiet_and_foreign": clean,
+        "false_names_beside_true": beside,
+        "unknown_of_foreign": foreign,
+        "unknown_of_quiet": quiet,
+        "unexplained_within_factor": told,
+        "intervals_cover": covered,
+    }
+    return {
+        name: {"share": sum(all_) / len(all_) if all_ else None, "of": len(all_)}
+        for name, all_ in shares.items()
+    }

@@ -1,0 +1,107 @@
+"""Draw concealed cases of a family, diagnose each by `reconcile diagnose`, and score it by its sealed truth.
+
+    python -m tests.campaigns.blind.families.trial --family belt_drive --seed 0 --cases 9 --json out/belt.json
+
+The hash of a truth is printed before its diagnosis. Seeds from 10000 on are proof: a run writes them into
+`used_seeds.json`, which is committed, and they are refused ever after. Seeds below are for training.
+"""
+
+import argparse
+import importlib
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.campaigns.blind.families.files import SEALED, record
+from tests.campaigns.blind.families.interface import SHARES, Case
+from tests.campaigns.blind.families.score import Row, scored, summary
+from tests.campaigns.blind.families.seeds import FAMILIES, FIRST_SCORED, claim, first_fresh, fresh_words
+
+RECONCILE = Path(sys.executable).with_name("reconcile")
+LONGEST_S = 900.0
+"""Of a diagnosis; what takes longer counts as failed."""
+
+
+def drawn_case(family: str, seed: int, kind: str | None = None) -> Case:
+    """Return the case of a seed of a family."""
+    case: Case = importlib.import_module(f"tests.campaigns.blind.families.{family}").draw(seed, kind)
+    return case
+
+
+def one(family: str, seed: int, kind: str | None, directory: Path) -> Row:
+    """Draw, diagnose and score a case in `directory`; a failed diagnosis is a row with `error`."""
+    case = drawn_case(family, seed, kind)
+    paths, seal = record(case, directory)
+    print(f"{family} {seed}: sealed {seal}", flush=True)
+    asked = [
+        RECONCILE,
+        "diagnose",
+        *paths,
+        "--model",
+        directory / "model.toml",
+        "--out",
+        directory / "verdict",
+    ]
+    base = {"family": family, "seed": seed, "kind": case.kind, "sha256": seal}
+    try:
+        done = subprocess.run(
+            [*map(str, asked), "--no-report", "--no-proof"],
+            capture_output=True,
+            text=True,
+            timeout=LONGEST_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return base | {"error": f"no verdict within {LONGEST_S:.0f} s"}
+    if done.returncode != 0:
+        return base | {"error": done.stderr.strip().splitlines()[-8:]}
+    truth = json.loads((directory / SEALED / "truth.json").read_text(encoding="utf-8"))
+    verdict = json.loads((directory / "verdict" / "verdict.json").read_text(encoding="utf-8"))
+    return base | scored(truth, verdict) | {"truth": truth}
+
+
+def main() -> None:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__.splitlines()[0], epilog=f"Fresh seeds: {fresh_words()}."
+    )
+    parser.add_argument("--family", choices=[*FAMILIES, "all"], required=True)
+    parser.add_argument(
+        "--seed", type=int, help="first seed; the first fresh one where absent; below 10000: training"
+    )
+    parser.add_argument("--cases", type=int, default=10, help="how many seeds, one a case")
+    parser.add_argument("--kind", choices=[*SHARES], help="cases of this kind only, training seeds alone")
+    parser.add_argument(
+        "--json", type=Path, default=Path("out/families.json"), help="where scores and truths go"
+    )
+    parser.add_argument("--keep", type=Path, help="keep recordings, truths and verdicts there")
+    asked = parser.parse_args()
+    if asked.cases < 1 or (asked.seed is not None and asked.seed < 0):
+        parser.error("--cases is 1 or more, --seed 0 or more")
+    rows: list[Row] = []
+    is_proof = True
+    for family in FAMILIES if asked.family == "all" else [asked.family]:
+        first = first_fresh(family) if asked.seed is None else asked.seed
+        if asked.kind and first + asked.cases > FIRST_SCORED:
+            parser.error("--kind chooses cases: give training seeds, below 10000")
+        try:
+            is_proof &= claim(family, first, asked.cases)
+        except ValueError as error:
+            parser.error(str(error))
+        for seed in range(first, first + asked.cases):
+            with tempfile.TemporaryDirectory() as temporary:
+                folder = asked.keep / f"{family}_{seed}" if asked.keep else Path(temporary)
+                row = one(family, seed, asked.kind, folder)
+            rows.append(row)
+            said = row.get("error") or [found["effect"] for found in row["findings"]]
+            print(f"{family} {seed}: {row['kind']}; planted {row.get('planted')}; said {said}", flush=True)
+            content = {"scored": is_proof, "summary": summary(rows), "rows": rows}
+            asked.json.parent.mkdir(parents=True, exist_ok=True)
+            asked.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    print(json.dumps(summary(rows), indent=1))
+
+
+if __name__ == "__main__":
+    main()
