@@ -22,7 +22,7 @@ def test_steady_speed_takes_viscous_and_yield_force_with_stribecks() -> None:
 
 
 def test_below_yield_it_deflects_by_the_springs_and_holds() -> None:
-    p = Screw(coulomb_n=10.0)
+    p = Screw(coulomb_n=10.0, viscous=4000.0)
     early, late = driven(p, 5.0, 0.5), driven(p, 5.0, 1.0)
     assert abs(late[2] - early[2]) < 1e-10
     assert 0.0 < late[2] < 2.0 * p.preslide_m
@@ -56,8 +56,8 @@ def test_two_masses_ring_at_their_frequency() -> None:
 
 
 def test_play_lets_the_table_lag_by_half_the_gap() -> None:
-    p = Screw(gap_m=2e-5)
-    s = driven(p, 60.0, 0.5)
+    p = Screw(gap_m=2e-5, viscous=600.0)
+    s = driven(p, 60.0, 1.0)
     pressed = level_n(p, s[3], s[2], 0.0) / p.stiffness
     assert s[0] - s[2] == pytest.approx(1e-5 + pressed, rel=1e-3)
 

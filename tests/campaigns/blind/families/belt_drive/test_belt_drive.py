@@ -21,7 +21,7 @@ def test_steady_speed_takes_viscous_friction_and_dahls_level() -> None:
 
 
 def test_below_its_level_friction_holds_by_a_few_of_dahls_lengths() -> None:
-    p = Belt(viscous=800.0)
+    p = Belt(viscous=8000.0)
     s = after(p, 0.6 * p.coulomb_n, 1.0)
     assert s[4] == pytest.approx(0.6 * p.coulomb_n, rel=1e-3)
     assert abs(s[3]) < 1e-5

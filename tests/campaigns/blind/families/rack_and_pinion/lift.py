@@ -74,9 +74,11 @@ def stepped(
     angle = 2.0 * math.pi * x / p.pinion_m + p.phase
     force = drive_n * (1.0 + p.torque * math.sin(p.torques * angle)) + p.cog_n * math.sin(p.cogs * angle)
     force += load_n - p.weight_n - p.cable_n * math.tanh(x / p.cable_m) - p.air * v * abs(v)
-    free = (v + h * force / p.mass_kg) / (1.0 + h * p.viscous * (1.0 - p.oil * warm) / p.mass_kg)
+    free = v + h * force / p.mass_kg
+    slowed = 1.0 + h * p.viscous * (1.0 - p.oil * warm) / p.mass_kg
     up, down = dry_limits_n(p, x, v, drive_n, warm)
     new = max(free - h * up / p.mass_kg, 0.0) if free > 0.0 else min(free + h * down / p.mass_kg, 0.0)
+    new /= slowed
     return x + 0.5 * h * (v + new), new
 
 

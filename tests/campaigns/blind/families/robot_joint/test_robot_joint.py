@@ -37,7 +37,7 @@ def test_steady_speed_takes_viscous_and_stribeck_friction() -> None:
 
 
 def test_below_breakaway_bristles_hold() -> None:
-    j = Joint()
+    j = Joint(rotor=0.05, link=0.05, viscous=60.0)
     s, z = moved(j, 3.0, 1.0)
     assert abs(s[1]) < 1e-6
     assert j.dry / j.bristle_rad * z == pytest.approx(3.0, rel=1e-3)
