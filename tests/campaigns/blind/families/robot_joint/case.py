@@ -62,8 +62,12 @@ def concealable(j: Joint, gen: np.random.Generator, fastest: float) -> dict[str,
         "current_loop_lag": (j._replace(lag_s=lag), {"time_s": lag}),
     }
     pair = ("constant_force", "asymmetric_coulomb_friction")
+    also = {"gravity": ("constant_force",)}  # over a limited swing a sine has a mean
     return {
-        name: (joint, Effect(name, known, alike=tuple(x for x in pair if name in pair and x != name)))
+        name: (
+            joint,
+            Effect(name, known, "force", also.get(name, ()), tuple({*pair} - {name} if name in pair else ())),
+        )
         for name, (joint, known) in made.items()
     }
 
