@@ -84,15 +84,12 @@ class AxisWatch:
         current_a: float,
         input_age: Callable[[], int],
     ) -> Sequence[Found]:
-        """Judge one cycle of an axis that we lead.
+        """Judge one cycle of an axis that we lead and that shows something; see `led_well`.
 
         `seen`: its signs (`control.signs`); `input_age()`: cycles that its inputs may be old.
         """
         if command.status:
             return self._bad_status(command)
-        if not seen:  # nearly every cycle
-            self._counts = AT_REST
-            return ()
         force_n = command.force_n
         measured_n = current_a * self._newton_per_ampere
         deviation_m = motor_m - command.correction_m - scale_m
@@ -109,6 +106,10 @@ class AxisWatch:
             if abs(deviation_m) <= self.limits.deviation_m + travel_m:
                 finding &= ~DISAGREE
         return self._finding_events(finding, deviation_m, measured_n) if finding else ()
+
+    def led_well(self) -> None:
+        """Note one cycle of an axis that we lead, whose status and signs are 0: nearly every one."""
+        self._counts = AT_REST
 
     def braked(self, motor_m: float) -> Sequence[Found]:
         """Judge one cycle of an axis that its drive brakes; a position that did not come is left out."""

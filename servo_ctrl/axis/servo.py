@@ -7,29 +7,34 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from kernels.records import Pool, store
+from kernels.records import Pool, flat_layout, record_type, store
 from servo_ctrl.axis.axis_watch import AxisWatch
 from servo_ctrl.axis.drive import COASTS_M_S, UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.inputs import AxisInputs
-from servo_ctrl.axis.set_points import SetPoints
+from servo_ctrl.axis.set_points import TORQUE_OFFSET, SetPoints
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME, Mode
 from servo_ctrl.canopen.pdo import PdoCodec
 from servo_ctrl.config.model import AxisConfig
-from servo_ctrl.control.axis_record import axis_records, tick_axes
-from servo_ctrl.control.set_point_counts import SetPointCounts, SetPointUnits
+from servo_ctrl.control.axis_record import AxisRecord, axis_records, tick_axes
+from servo_ctrl.control.set_point_counts import SetPointUnits
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.control.types import AxisCommand, AxisSample
+from servo_ctrl.control.types import AxisCommand
 from servo_ctrl.motion.profile import Motion
 from servo_ctrl.recording.channels import AxisRow
 
 REFERENCE_FIELDS = len(Motion._fields)
 """Set points of an axis in a reference row: the fields of `Motion`, in its order."""
-GIVEN, MADE = ["sample", "current_a"], ["command", "counts", "signs"]
-"""Fields of the record of an axis that a tick is given, and those that it makes."""
-_NO_COMMAND = AxisCommand._make([math.nan] * len(AxisCommand._fields))._replace(saturated=False, status=0)
+_RECORD = record_type(AxisRecord)
+_GIVEN, _GIVEN_AT = flat_layout(_RECORD, ["sample", "current_a"])
+"""Numbers of the record of an axis that a tick is given, and where they begin."""
+_MADE, _MADE_AT = flat_layout(_RECORD, ["command", "counts", "signs"])
+"""Those that it makes."""
+_COMMAND_FIELDS = len(AxisCommand._fields)
+_NOT_LED = AxisRow._make([math.nan] * len(AxisRow._fields))
 
 
 class AxisServo:
@@ -51,7 +56,7 @@ class AxisServo:
         """Position at which the axis was taken over; its set point until a program runs."""
         self.events: list[tuple[Event, str]] = []
         """Of the last step; the machine takes them."""
-        self.row = AxisRow._make([math.nan] * len(AxisRow._fields))
+        self.row = _NOT_LED
         """Of the last step, for the recording; NaN where there is no value."""
         self.homed = False
         """Its homing has come to its end."""
@@ -78,7 +83,8 @@ class AxisServo:
         self._units = SetPointUnits(
             unit.newton_per_permille,
             unit.metre_per_count,
-            offset_apart=True,
+            offset_apart=rpdo.position(TORQUE_OFFSET)
+            is not None,  # else it goes with the force, as in the twin
             velocity_offset=mode is Mode.CYCLIC_SYNC_POSITION,
         )
         self._begin_at(0.0)
@@ -132,29 +138,17 @@ class AxisServo:
             self._take_over()
         self._engaged = led
         if led:
-            row = reference or [self.hold_m, 0.0, 0.0, 0.0]
-            (command, counts), velocity_m_s = self._control(row), row[1]
-            payload = self._set_points.led(taken, counts)
-        else:
-            command, velocity_m_s = _NO_COMMAND, math.nan
-            payload = self._set_points.neutral(taken, inputs.counts)
-            if taken.sequence.phase is Phase.QUICK_STOPPING:
-                self.events += self.watch.braked(inputs.motor_m)
-        self.row = AxisRow(
-            position_command_m=command.position_m,
-            velocity_command_m_s=velocity_m_s,
+            counts = self._control(reference or [self.hold_m, 0.0, 0.0, 0.0])
+            return self._set_points.led(taken, counts)
+        self.row = _NOT_LED._replace(
             motor_position_m=inputs.motor_m,
             scale_position_m=inputs.scale_m,
-            motor_velocity_m_s=command.motor_velocity_m_s,
-            force_command_n=command.force_n,
             motor_current_a=inputs.current_a,
-            position_error_m=command.position_error_m,
-            pulse_m_s=command.pulse_m_s,
-            disturbance_n=command.disturbance_n,
-            correction_m=command.correction_m,
             statusword=inputs.statusword,
         )
-        return payload
+        if taken.sequence.phase is Phase.QUICK_STOPPING:
+            self.events += self.watch.braked(inputs.motor_m)
+        return self._set_points.neutral(taken, inputs.counts)
 
     def closed_switch(self, inputs: int) -> str:
         """Take the digital inputs (60FDh); return which limit switch has closed while we lead, or ""."""
@@ -182,13 +176,15 @@ class AxisServo:
         self.watch.begin(self.hold_m)
 
     def _begin_at(self, motor_m: float) -> None:
-        """Begin the control law at rest. Parts of the record are looked up once, not in each cycle."""
+        """Begin the control law at rest."""
         self._axes, self._tables = axis_records([self.params], [motor_m], [self._units], [self.watch.limits])
-        self._given, self._made = self._axes[GIVEN], self._axes[MADE]
+        self._memory = self._axes.view(np.uint8).data
         self._correction_m = 0.0
 
-    def _control(self, reference: list[float]) -> tuple[AxisCommand, SetPointCounts]:
-        inputs, motor_m = self.inputs, self.inputs.motor_m
+    def _control(self, reference: list[float]) -> tuple[int, ...]:
+        """One tick of an axis that we lead: its row, its events, and the values of its `SetPointCounts`."""
+        inputs = self.inputs
+        motor_m, scale_m, current_a = inputs.motor_m, inputs.scale_m, inputs.current_a
         if math.isnan(motor_m):
             self._periods_without += 1
         else:
@@ -198,15 +194,33 @@ class AxisServo:
             led_m = motor_m - self._correction_m
             if not self.watch.lowest_m <= led_m <= self.watch.highest_m:
                 self.events += self.watch.beyond(led_m)
-        current_a = inputs.current_a
-        sample = AxisSample._make((*reference, motor_m, inputs.scale_m, current_a * self._newton_per_ampere))
-        self._given[0] = sample, current_a
+        force_n = current_a * self._newton_per_ampere
+        _GIVEN.pack_into(self._memory, _GIVEN_AT, *reference, motor_m, scale_m, force_n, current_a)
         tick_axes(self._axes, self._tables)
-        made: Any = self._made.item()
-        command, counts, seen = AxisCommand._make(made[0]), SetPointCounts._make(made[1]), made[2]
+        made = _MADE.unpack_from(self._memory, _MADE_AT)
+        command, seen = AxisCommand._make(made[:_COMMAND_FIELDS]), made[-1]
         self._correction_m = command.correction_m
-        self.events += self.watch.led(command, seen, motor_m, inputs.scale_m, current_a, self.input_age)
-        return command, counts
+        if command.status or seen:
+            self.events += self.watch.led(command, seen, motor_m, scale_m, current_a, self.input_age)
+        else:
+            self.watch.led_well()
+        self.row = AxisRow._make(
+            (
+                command.position_m,
+                reference[1],
+                motor_m,
+                scale_m,
+                command.motor_velocity_m_s,
+                command.force_n,
+                current_a,
+                command.position_error_m,
+                command.pulse_m_s,
+                command.disturbance_n,
+                command.correction_m,
+                inputs.statusword,
+            )
+        )
+        return made[_COMMAND_FIELDS:-1]
 
     def _bridge_gap(self, motor_m: float) -> None:
         """Put the mean velocity over periods without a motor position into the velocity estimate.

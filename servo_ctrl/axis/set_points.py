@@ -1,5 +1,8 @@
 """The RPDO of an axis: values of the control law in the drive's units, in the mapped order."""
 
+from collections.abc import Sequence
+from operator import itemgetter
+
 from servo_ctrl.axis.drive import Step
 from servo_ctrl.canopen.pdo import PdoCodec
 from servo_ctrl.control.set_point_counts import SetPointCounts
@@ -26,12 +29,11 @@ class SetPoints:
 
     def __init__(self, rpdo: PdoCodec) -> None:
         self._pack = rpdo.layout.pack
-        self._places = tuple(_ORDER.index(mapped.index) for mapped in rpdo.objects)
+        self._mapped = itemgetter(*(_ORDER.index(mapped.index) for mapped in rpdo.objects))
 
-    def led(self, taken: Step, counts: SetPointCounts) -> bytes:
-        """Make the payload while we lead the axis."""
-        values = (taken.controlword, taken.sequence.mode, 0, *counts)
-        return self._pack(*[values[place] for place in self._places])
+    def led(self, taken: Step, counts: Sequence[int]) -> bytes:
+        """Make the payload while we lead the axis; `counts`: values of `SetPointCounts`."""
+        return self._pack(*self._mapped((taken.controlword, taken.sequence.mode, 0, *counts)))
 
     def neutral(self, taken: Step, position_counts: int) -> bytes:
         """Make the payload while the drive leads the axis: its own position, and nothing else."""

@@ -45,6 +45,17 @@ def test_force_offset_is_sent_separately_when_it_is_mapped(
     assert (torque, offset) == (0, round(40.0 / unit_n))
 
 
+def test_force_offset_without_an_object_of_its_own_goes_with_the_force(
+    machine_with: Any, servo_of: Any
+) -> None:
+    machine = machine_with(**{'"target_torque", "torque_offset"': '"target_torque"'})
+    servo, plan = servo_of(machine)
+    settle(servo)
+    _, _, torque = plan.rpdo.codec.unpack(servo.step((ENABLED, 0, 0), (0,), [0.0, 0.0, 0.0, 40.0]))
+    unit_n = machine.axes["x"].drive.rated_torque_mnm * 1e-6 * 2.0 * math.pi / 0.010
+    assert torque == round(40.0 / unit_n)
+
+
 def test_position_mode_sends_the_reference_in_counts(machine_with: Any, servo_of: Any) -> None:
     servo, plan = servo_of(machine_with("disturbance_observer", "friction_compensation", "fuzzy_pd", **CSP))
     codec = plan.rpdo.codec
