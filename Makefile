@@ -13,7 +13,7 @@ SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
-.PHONY: help setup demo test check check-fast tests tests-fast test-vcan vcan-fast system bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit clean
+.PHONY: help setup demo test check check-fast tests tests-fast test-vcan vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -66,6 +66,9 @@ vcan-fast: setup
 
 audit: setup  ## ask the OSV database for advisories on the pinned packages (needs a network)
 	@$(BIN)/python tests/support/advisories.py
+
+pages: setup  ## make every generated table and page of docs/ anew from committed figures
+	@$(BIN)/python -m tests.campaigns.pages.main
 
 bench: setup  ## measure the ratios; writes bench.json
 	$(BIN)/python -m tests.campaigns.bench.main --json bench.json

@@ -1,0 +1,74 @@
+"""Which part of which document is generated, and from what; to be regenerated or held against the file."""
+
+import json
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hil_sim.config import effect_tables
+from servo_ctrl.config import key_tables
+from studies.compensations.run import markdown
+from studies.compensations.twin_study import Row
+from tests.campaigns.bench import real_page
+from tests.campaigns.pages import claims, families
+
+ROOT = Path(__file__).parents[3]
+
+
+class Generated(NamedTuple):
+    """A document with generated text."""
+
+    page: str
+    sources: tuple[str, ...]
+    """What is read, from the root of the project."""
+    filled: Callable[[str], str]
+    """The document with its generated text made anew, from the document as it is."""
+
+
+def _figures(source: str) -> Any:
+    return json.loads((ROOT / source).read_text(encoding="utf-8"))
+
+
+def between(document: str, mark: str, text: str) -> str:
+    """Return `document` with what stands between `<!-- mark -->` and the next `<!-- end -->` made `text`.
+
+    Raises:
+        ValueError: the mark is not there, or more than once.
+    """
+    pattern = re.compile(rf"(<!-- {re.escape(mark)} -->\n).*?(<!-- end -->)", re.DOTALL)
+    filled, count = pattern.subn(lambda found: found[1] + text + found[2], document)
+    if count != 1:
+        raise ValueError(f"write <!-- {mark} --> once, and <!-- end --> behind it; found {count}")
+    return filled
+
+
+def _compensations(document: str) -> str:
+    kept = _figures("docs/compensations.json")["machines"]
+    found = {name: {key: Row(**row) for key, row in rows.items()} for name, rows in kept.items()}
+    return between(document, "figures", markdown(found))
+
+
+def _families(document: str) -> str:
+    return between(document, "figures", families.section(_figures("docs/blind_families.json")))
+
+
+def _measured_axes(_: str) -> str:
+    return real_page.page(_figures("docs/reconcile_real.json"))
+
+
+def _claims(_: str) -> str:
+    listed = tomllib.loads((ROOT / "docs/claims.toml").read_text(encoding="utf-8"))
+    return claims.page(claims.read(listed))
+
+
+GENERATED = (
+    Generated("docs/blind-families.md", ("docs/blind_families.json",), _families),
+    Generated("docs/claims.md", ("docs/claims.toml",), _claims),
+    Generated("docs/compensations.md", ("docs/compensations.json",), _compensations),
+    Generated("docs/machines.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
+    Generated("docs/plant.md", ("hil_sim/config/effect_tables.py",), effect_tables.filled),
+    Generated("docs/programs.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
+    Generated("docs/reconcile_real.md", ("docs/reconcile_real.json",), _measured_axes),
+)
