@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from reconcile.trials.seeds import FIRST_SCORED_SEED
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
 from servo_ctrl.plots.matplotlib_agg import Figure
 
@@ -33,9 +34,13 @@ SCORE_TEXTS: dict[str, tuple[str, str]] = {
 TRAINED_ON = (
     "Seeds 0 to 9999 are for training and never scored. Thresholds, the terms without a name, what an "
     "interval allows for laws of another form, and the calibration of confidences come from 0 to 69 and 300 "
-    "to 469, and from 100000 to 100399, which earlier engines were scored on and which are not scored again. "
+    "to 469, and from 100000 to 100399: earlier engines were scored on these, from 100000 on, and the "
+    "ranking of findings and the widths of intervals were set after a look at that. 100400 to 100599 were "
+    f"scored once; that page has been read, so {FIRST_SCORED_SEED} is the first fresh seed. "
     "Who wrote the terms without a name knew which kinds of foreign physics this generator has, not "
-    "where and how large they are in the scored seeds."
+    "where and how large they are in the scored seeds. The rank of a name does not stand on an equal "
+    "footing with another tool's: ours puts what every axis has behind others of up to half its size, a "
+    "rule that was made on this generator."
 )
 RULES = """## How it is done
 
