@@ -5,6 +5,9 @@ from typing import Annotated
 
 import typer
 
+from machine_files import shipped
+
 MachineOption = Annotated[
-    Path, typer.Option(help="Machine directory with plant.toml, or the plant file itself.")
+    Path,
+    typer.Option(help="Machine directory with plant.toml, or the plant file itself.", callback=shipped),
 ]

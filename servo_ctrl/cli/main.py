@@ -11,6 +11,7 @@ from servo_ctrl.cli.compile_kernels import compile_kernels
 from servo_ctrl.cli.demo import demo
 from servo_ctrl.cli.export import export
 from servo_ctrl.cli.learn import learn
+from servo_ctrl.cli.new_machine import new_machine
 from servo_ctrl.cli.report import report
 from servo_ctrl.cli.run import run
 from servo_ctrl.errors import ServoCtrlError, reason_of
@@ -36,7 +37,7 @@ def commands() -> None:
     """
 
 
-for _command in (run, learn, check, export, report, demo, ask):
+for _command in (run, learn, check, export, report, demo, ask, new_machine):
     app.command()(_command)
 app.command("compile", hidden=True)(compile_kernels)
 app.add_typer(experiment.app, name="experiment")

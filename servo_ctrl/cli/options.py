@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from machine_files import shipped, shipped_or_none
+
 
 class PacingChoice(StrEnum):
     """What starts a cycle."""
@@ -22,10 +24,16 @@ class LearnedKind(StrEnum):
 
 
 MachineOption = Annotated[
-    Path, typer.Option(help="Machine directory with controller.toml, or the file itself.", show_default=False)
+    Path,
+    typer.Option(
+        help="Machine directory with controller.toml, or the file itself.",
+        show_default=False,
+        callback=shipped,
+    ),
 ]
 ProgramOption = Annotated[
-    Path | None, typer.Option(help="Program file (TOML, G-code). Without it the axes are held.")
+    Path | None,
+    typer.Option(help="Program file (TOML, G-code). Without it the axes are held.", callback=shipped_or_none),
 ]
 InputOption = Annotated[
     list[str] | None,
@@ -75,6 +83,9 @@ MqttOption = Annotated[
 ]
 OutOption = Annotated[Path, typer.Option(help="Folder for pictures and recordings; made if absent.")]
 TableOption = Annotated[
-    Path, typer.Option(help="Directory of the X-Y table with controller.toml, plant.toml and programs/.")
+    Path,
+    typer.Option(
+        help="Directory of the X-Y table with controller.toml, plant.toml and programs/.", callback=shipped
+    ),
 ]
 JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the figures to this file.")]

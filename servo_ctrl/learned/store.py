@@ -14,6 +14,7 @@ from importlib.metadata import version as version_of_package
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
+from machine_files import is_installed, state_directory
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.directory import locked, make_directory
@@ -64,8 +65,9 @@ class VersionEntry(NamedTuple):
 
 
 def default_directory(machine: MachineConfig) -> Path:
-    """Where the results of a machine are kept by default."""
-    return machine.source.parent / "learned"
+    """Where the results of a machine are kept by default: beside its file; of an installed one, with the user."""
+    folder = machine.source.parent
+    return (state_directory() / folder.name if is_installed(folder) else folder) / "learned"
 
 
 def utc_now() -> datetime:

@@ -5,12 +5,15 @@ from typing import Annotated
 
 import typer
 
+from machine_files import shipped
 from servo_ctrl.cli.options import JsonOption, OutOption
 
 
 def emps(
     data: Annotated[Path, typer.Option(help="Directory with emps_train.npz and emps_test_pulses.npz.")],
-    machine: Annotated[Path, typer.Option(help="Directory of the EMPS axis.")] = Path("machines/emps"),
+    machine: Annotated[Path, typer.Option(help="Directory of the EMPS axis.", callback=shipped)] = Path(
+        "machines/emps"
+    ),
     out: OutOption = Path("out/emps"),
     json_file: JsonOption = None,
 ) -> None:

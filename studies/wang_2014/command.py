@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from machine_files import shipped
 from servo_ctrl.cli.options import JsonOption, OutOption
 from studies.wang_2014.stages import STAGES, TARGETS
 
@@ -14,7 +15,10 @@ StageChoice = StrEnum("StageChoice", list(STAGES))  # type: ignore[misc]  # `sta
 
 def positioning(
     machine: Annotated[
-        Path, typer.Option(help="Directory of the stage with its controller files and plant.toml.")
+        Path,
+        typer.Option(
+            help="Directory of the stage with its controller files and plant.toml.", callback=shipped
+        ),
     ] = Path("machines/precision_stage"),
     out: OutOption = Path("out/positioning"),
     json_file: JsonOption = None,

@@ -5,12 +5,14 @@ from typing import Annotated
 
 import typer
 
+from machine_files import shipped
 from servo_ctrl.cli.options import JsonOption, OutOption
 
 
 def fuzzy(
     machine: Annotated[
-        Path, typer.Option(help="Directory of the table, with the machine files of both laws.")
+        Path,
+        typer.Option(help="Directory of the table, with the machine files of both laws.", callback=shipped),
     ] = Path("machines/fuzzy_table"),
     out: OutOption = Path("out/fuzzy"),
     json_file: JsonOption = None,

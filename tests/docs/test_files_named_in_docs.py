@@ -11,7 +11,17 @@ NAMED = re.compile(r"(?<![\w/.])((?:[a-z_0-9]+/)+[a-z_0-9]+\.py)\b")
 
 
 def sources() -> list[str]:
-    ours = ("kernels", "servo_ctrl", "hil_sim", "local_can", "can_frames", "twin", "reconcile", "studies")
+    ours = (
+        "kernels",
+        "servo_ctrl",
+        "hil_sim",
+        "local_can",
+        "can_frames",
+        "twin",
+        "reconcile",
+        "studies",
+        "machine_files",
+    )
     rooms = (*ours, "tests")
     return [f"/{path.relative_to(ROOT)}" for room in rooms for path in (ROOT / room).rglob("*.py")]
 

@@ -19,6 +19,7 @@ SUBCOMMANDS = [
         for name in sorted(entry_points(group="servo_ctrl.studies").names)
     ),
     ("servo-ctrl", "experiment"),
+    ("servo-ctrl", "new-machine"),
     ("hil-sim", "run"),
     *(("reconcile", name) for name in ("diagnose", "example", "fleet", "loop", "trial", "watch")),
 ]
@@ -27,7 +28,17 @@ HEAVY = {
     *("matplotlib", "plotly", "nicegui", "canopen", "can", "aiomqtt", "asyncio"),
 }
 """Libraries that only the work needs."""
-OURS = {"servo_ctrl", "hil_sim", "reconcile", "studies", "twin", "kernels", "local_can", "can_frames"}
+OURS = {
+    "servo_ctrl",
+    "hil_sim",
+    "reconcile",
+    "studies",
+    "twin",
+    "kernels",
+    "local_can",
+    "can_frames",
+    "machine_files",
+}
 HELP_OF_A_PROGRAM = 360
 """Modules that `--help` of a program may load: 335 on Python 3.11, of which typer and rich bring 320."""
 OWN_MODULES = 20

@@ -1,0 +1,23 @@
+"""A copy of a machine that comes with the program, whole by itself: its EDS files lie inside it."""
+
+import shutil
+from pathlib import Path
+
+from machine_files import EDS, MACHINES, machine_names
+from servo_ctrl.errors import ConfigError
+
+EDS_BESIDE, EDS_INSIDE = '"../../eds/', '"eds/'
+"""How a shipped machine and its copy name their EDS files."""
+
+
+def copy_machine(name: str, directory: Path) -> None:
+    """Copy machine `name` to `directory`, without what was learned. Raises ConfigError, OSError."""
+    if name not in machine_names():
+        raise ConfigError(directory, "--from", f"no machine {name}; there are {', '.join(machine_names())}")
+    if directory.exists():
+        raise ConfigError(directory, "", "exists already; name a directory that does not")
+    shutil.copytree(MACHINES / name, directory, ignore=shutil.ignore_patterns("learned", "__pycache__"))
+    shutil.copytree(EDS, directory / "eds")
+    for file in directory.glob("*.toml"):
+        text = file.read_text(encoding="utf-8")
+        file.write_text(text.replace(EDS_BESIDE, EDS_INSIDE), encoding="utf-8")

@@ -1,0 +1,114 @@
+"""The wheel is whole: installed into an environment of its own it works from any directory, without the checkout."""
+
+import json
+import os
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SHIPPED = {"eds/servo_drive.eds", "machines/xy_table/plant.toml", "machines/xy_table/programs/circles.toml"}
+
+
+def build(source: Path, kind: str, out: Path) -> Path:
+    command = [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(out)]
+    subprocess.run(command, cwd=source, check=True, capture_output=True)
+    return next(out.glob("*.whl" if kind == "wheel" else "*.tar.gz"))
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build(ROOT, "wheel", tmp_path_factory.mktemp("wheel"))
+
+
+@pytest.fixture(scope="module")
+def programs(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """`bin` of an environment with the wheel; its dependencies are those of the environment of the tests."""
+    place = tmp_path_factory.mktemp("installed")
+    venv.create(place, with_pip=False, symlinks=True)
+    packages = Path(sysconfig.get_path("purelib", vars={"base": str(place)}))
+    (packages / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
+    install = ["-m", "pip", "--python", str(place / "bin" / "python"), "install", "--no-deps", "--no-index"]
+    command = [sys.executable, *install, "--ignore-installed", "--no-compile", "--quiet", str(wheel)]
+    subprocess.run(command, check=True, capture_output=True)
+    return place / "bin"
+
+
+def run(programs: Path, directory: Path, *words: str) -> str:
+    environment = {
+        "PATH": os.environ["PATH"],
+        "HOME": str(directory),
+        "XDG_STATE_HOME": str(directory / "state"),
+    }
+    command = [str(programs / words[0]), *words[1:]]
+    done = subprocess.run(
+        command, cwd=directory, env=environment, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_machines_and_eds_files_are_in_the_wheel_and_nothing_that_was_learned(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    assert {f"machine_files/{name}" for name in SHIPPED} <= names
+    assert not [name for name in names if "/learned/v" in name or name.startswith("tests/")]
+
+
+def test_the_source_distribution_builds_the_same_wheel(wheel: Path, tmp_path: Path) -> None:
+    with tarfile.open(build(ROOT, "sdist", tmp_path)) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (source,) = (entry for entry in tmp_path.iterdir() if entry.is_dir())
+    assert build(source, "wheel", tmp_path / "again").read_bytes() == wheel.read_bytes()
+
+
+def test_an_installed_controller_checks_a_shipped_machine_from_any_directory(
+    programs: Path, tmp_path: Path
+) -> None:
+    program = "machines/xy_table/programs/circles.toml"
+    run(programs, tmp_path, "servo-ctrl", "check", "--machine", "xy_table", "--program", program)
+
+
+def test_an_installed_controller_copies_a_machine_that_is_whole_by_itself(
+    programs: Path, tmp_path: Path
+) -> None:
+    run(programs, tmp_path, "servo-ctrl", "new-machine", "mine", "--from", "precision_stage")
+    run(programs, tmp_path, "servo-ctrl", "check", "--machine", "mine")
+    assert "../" not in (tmp_path / "mine" / "plant.toml").read_text(encoding="utf-8")
+
+
+ALL_OF_IT = """
+import json, sys, machine_files, servo_ctrl
+from pathlib import Path
+from hil_sim.config import load_plant
+from machine_files import shipped
+from reconcile.nominal_model.model_file import load_model, write_model
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.learned.store import default_directory
+
+Path("bare.toml").write_text(sys.argv[1])
+write_model(load_model(Path("bare.toml")), {}, Path("model.toml"))
+print(json.dumps({
+    "package": servo_ctrl.__file__,
+    "shipped": str(shipped(Path("xy_table"))),
+    "written": len(load_plant(Path("model.toml")).axes),
+    "learned": str(default_directory(load_machine(shipped(Path("xy_table"))))),
+}))
+"""
+BARE = "[axis.x]\ntransmission.lead_mm = 10\nmotor.torque_constant_nm_a = 0.5\ntable.mass_kg = 50\n"
+
+
+def test_an_installed_package_finds_its_files_and_never_writes_beside_them(
+    programs: Path, tmp_path: Path
+) -> None:
+    told = json.loads(run(programs, tmp_path, "python", "-c", ALL_OF_IT, BARE))
+    inside = programs.parent
+    assert Path(told["package"]).is_relative_to(inside)
+    assert Path(told["shipped"]).is_relative_to(inside)
+    assert told["written"] == 1  # its EDS file was found
+    assert Path(told["learned"]) == tmp_path / "state" / "servo_ctrl" / "xy_table" / "learned"
