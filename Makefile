@@ -3,7 +3,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := servo_ctrl hil_sim local_can can_frames reconcile studies twin machine_files
+SOURCES := servo_ctrl hil_sim local_can can_frames reconcile studies twin shipped_files
 HOURS ?= 168
 MINUTES ?= 60
 STAMP := $(VENV)/.installed

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from machine_files import shipped
+from shipped_files import shipped
 
 MachineOption = Annotated[
     Path,

@@ -11,13 +11,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from machine_files import EDS
 from reconcile.errors import ReconcileError
 from reconcile.formats.nominal_axis import BusNodes, NominalAxis
 from reconcile.formats.toml_file import document_of, toml_text
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.rotary_axis import as_linear, is_rotary
 from servo_ctrl.config.file_format import FORMAT, format_problem
+from shipped_files import EDS
 
 SECTIONS: dict[str, dict[str, Any]] = {
     "motor": {"rated_torque_mnm": 1000, "rated_current_ma": 1000, "inertia_kg_cm2": 0.0},

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from machine_files import shipped, shipped_or_none
+from shipped_files import shipped, shipped_or_none
 
 
 class PacingChoice(StrEnum):

@@ -3,8 +3,8 @@
 import shutil
 from pathlib import Path
 
-from machine_files import EDS, MACHINES, machine_names
 from servo_ctrl.errors import ConfigError
+from shipped_files import EDS, MACHINES, machine_names
 
 EDS_BESIDE, EDS_INSIDE = '"../../eds/', '"eds/'
 """How a shipped machine and its copy name their EDS files."""

@@ -14,7 +14,6 @@ from importlib.metadata import version as version_of_package
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from machine_files import is_installed, state_directory
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.directory import locked, make_directory
@@ -34,6 +33,7 @@ from servo_ctrl.learned.pulse_model import LearnedFunctions
 from servo_ctrl.learned.screw_model import ScrewTable
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned
+from shipped_files import is_installed, state_directory
 
 Result = TypeVar("Result", Learned, ScrewLearned)
 
@@ -65,7 +65,7 @@ class VersionEntry(NamedTuple):
 
 
 def default_directory(machine: MachineConfig) -> Path:
-    """Where the results of a machine are kept by default: beside its file; of an installed one, with the user."""
+    """Where the results of a machine are kept by default: beside its file, or the user's where installed."""
     folder = machine.source.parent
     return (state_directory() / folder.name if is_installed(folder) else folder) / "learned"
 

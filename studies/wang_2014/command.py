@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from machine_files import shipped
 from servo_ctrl.cli.options import JsonOption, OutOption
+from shipped_files import shipped
 from studies.wang_2014.stages import STAGES, TARGETS
 
 StageChoice = StrEnum("StageChoice", list(STAGES))  # type: ignore[misc]  # `stages` names them

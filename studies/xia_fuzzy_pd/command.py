@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from machine_files import shipped
 from servo_ctrl.cli.options import JsonOption, OutOption
+from shipped_files import shipped
 
 
 def fuzzy(

@@ -20,7 +20,7 @@ def sources() -> list[str]:
         "twin",
         "reconcile",
         "studies",
-        "machine_files",
+        "shipped_files",
     )
     rooms = (*ours, "tests")
     return [f"/{path.relative_to(ROOT)}" for room in rooms for path in (ROOT / room).rglob("*.py")]

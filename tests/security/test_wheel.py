@@ -1,4 +1,4 @@
-"""The wheel is whole: installed into an environment of its own it works from any directory, without the checkout."""
+"""The wheel is whole: installed into an environment of its own it works anywhere, without the checkout."""
 
 import json
 import os
@@ -56,7 +56,7 @@ def run(programs: Path, directory: Path, *words: str) -> str:
 
 def test_machines_and_eds_files_are_in_the_wheel_and_nothing_that_was_learned(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
-    assert {f"machine_files/{name}" for name in SHIPPED} <= names
+    assert {f"shipped_files/{name}" for name in SHIPPED} <= names
     assert not [name for name in names if "/learned/v" in name or name.startswith("tests/")]
 
 
@@ -83,10 +83,10 @@ def test_an_installed_controller_copies_a_machine_that_is_whole_by_itself(
 
 
 ALL_OF_IT = """
-import json, sys, machine_files, servo_ctrl
+import json, sys, shipped_files, servo_ctrl
 from pathlib import Path
 from hil_sim.config import load_plant
-from machine_files import shipped
+from shipped_files import shipped
 from reconcile.nominal_model.model_file import load_model, write_model
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learned.store import default_directory

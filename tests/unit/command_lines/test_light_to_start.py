@@ -37,7 +37,7 @@ OURS = {
     "kernels",
     "local_can",
     "can_frames",
-    "machine_files",
+    "shipped_files",
 }
 HELP_OF_A_PROGRAM = 360
 """Modules that `--help` of a program may load: 335 on Python 3.11, of which typer and rich bring 320."""

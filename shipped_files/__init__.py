@@ -19,7 +19,9 @@ def machine_names() -> list[str]:
 
 
 def shipped(given: Path) -> Path:
-    """Return `given` where it exists, else what is shipped as `xy_table` or `machines/xy_table/...`, else `given`.
+    """Return `given` where it exists or nothing else is meant, else what is shipped by that name.
+
+    Names are `xy_table` and `machines/xy_table/programs/circles.toml`.
 
     The user's own files come first; a shipped machine is found from every working directory.
     """
