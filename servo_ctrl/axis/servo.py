@@ -62,6 +62,8 @@ class AxisServo:
         """Its homing has come to its end."""
         self.input_age: Callable[[], int] = lambda: 0
         """How many cycles old the last inputs of drive or scale may be, as many came late."""
+        self.power_allowed: Callable[[], bool] = lambda: True
+        """Whether a drive that is without power may get it yet."""
         self.error_code: int | None = None
         """Of the last emergency message of its drive, until that reports a reset or is switched on."""
         mode = MODE_OF_NAME[config.mode]
@@ -164,8 +166,9 @@ class AxisServo:
         self._periods_without += cycles
 
     def _at_rest(self) -> bool:
-        """Whether two positions in a row differ by no more than rest allows."""
-        return abs(self.inputs.motor_m - self.inputs.previous_motor_m) <= self._slow_m
+        """Whether it may be given power: allowed, and two positions in a row differ as little as at rest."""
+        step_m = self.inputs.motor_m - self.inputs.previous_motor_m
+        return self.power_allowed() and abs(step_m) <= self._slow_m
 
     def _take_over(self) -> None:
         """Lead the axis where it is."""

@@ -42,6 +42,16 @@ class Core(Protocol):
         """Inputs of a node came with so many bytes, which its mapping does not have."""
 
 
+class Trial(Protocol):
+    """Looks at the first cycles; see `daemon.run.round_trip`."""
+
+    def begun(self) -> None:
+        """A SYNC went out."""
+
+    def answered(self, inputs: Inputs) -> bool:
+        """The inputs are there, or given up; True: the next cycle is looked at too."""
+
+
 class Cycle:
     """Owns who is expected to answer a SYNC. `number` is the current cycle, -1 before the first."""
 
@@ -63,6 +73,7 @@ class Cycle:
         """Bit k: the inputs of node k are still to come."""
         self.open = False
         """A SYNC went out and what follows from it did not; where no node is expected, until the next one."""
+        self.trial: Trial | None = None
         self._core, self._sync, self._rpdos, self._lockstep = core, sync, tuple(rpdos), lockstep
         self._flush, self._on_begin, self._on_end = flush, on_begin, on_end
         self._layouts = tuple(layouts)
@@ -93,6 +104,8 @@ class Cycle:
         self._before, self._inputs = self._inputs, [None] * len(self._layouts)
         self._sync.send(b"")
         self._flush()
+        if self.trial is not None:
+            self.trial.begun()
         self._on_begin(elapsed)
 
     def handler(self, node: int) -> Callable[[bytearray, float], None]:
@@ -166,6 +179,8 @@ class Cycle:
 
     def _complete(self) -> None:
         self.open = False
+        if self.trial is not None and not self.trial.answered(self._inputs):
+            self.trial = None
         payloads = self._core.tick(self.number, self._elapsed, self._inputs)
         if payloads is None:
             self.stop()

@@ -23,6 +23,7 @@ from servo_ctrl.daemon.run.changed_files import changes_noted
 from servo_ctrl.daemon.run.foreign_frames import LISTENING_S, report_masters
 from servo_ctrl.daemon.run.own_node import beating, leave_nodes, subscribe
 from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
+from servo_ctrl.daemon.run.round_trip import RoundTrip
 from servo_ctrl.daemon.run.run_recording import RunRecording
 from servo_ctrl.daemon.run.self_test import objection
 from servo_ctrl.daemon.run.services import LearningRequest, RunOptions, Services
@@ -58,8 +59,9 @@ async def run_machine(
     to learn the run begins there, and no drive is switched on unasked. The learned functions are those in
     `learned_dir`, "learned" beside the machine file by default. `on_progress` is called ten times a second.
     `page` gives the run a local socket (docs/local_socket.md), and the operator's page on it. `self_test`
-    takes two seconds of a run in real time, and notes what this computer does not hold. What goes wrong
-    before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
+    takes four seconds of a run in real time before any drive gets power, two of ticks and two of cycles, and
+    notes what this computer does not hold. What goes
+    wrong before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
     """
     options = RunOptions(serve, learned_dir, compensation, learn, stand_by)
     supervisor = _Supervisor(machine, program, pacing, record_dir, on_progress, options, fifo=fifo)
@@ -107,6 +109,7 @@ class _Supervisor:
         self._page: PageService | None = None
         self._boot: asyncio.Task[None] | None = None
         self._signal = ""
+        self._tested = False
 
     def with_page(self, page: PageOptions) -> PageService:
         """Make the operator's page, to be served around `run`."""
@@ -125,6 +128,7 @@ class _Supervisor:
 
     async def test_computer(self) -> None:
         """Tick for a while before anything is touched; what is not held is an event of the run."""
+        self._tested = True
         with uninterrupted(fifo=self._fifo):
             if problem := await objection(self._config.bus.sync_period_us * 1000):
                 self._machine.note(problem)
@@ -183,6 +187,8 @@ class _Supervisor:
             lockstep=self._lockstep,
             on_end=lambda: self._on_end(bus),
         )
+        if self._tested:
+            self._try_round_trip(cycle)
         services.begin()
         if self._page is not None:
             self._page.attach(bus.port, bus.network)
@@ -205,6 +211,13 @@ class _Supervisor:
             report = self._report(cycle)
             problem = await asyncio.to_thread(self._close, recording, recording.ended(report))
         return report.unless(problem)
+
+    def _try_round_trip(self, cycle: Cycle) -> None:
+        """Let the first cycles show what the bus takes, while no drive gets power."""
+        trial = RoundTrip(self._config.period_s, self._machine.note)
+        cycle.trial = trial
+        for place in self._places:
+            place.servo.power_allowed = lambda: trial.over
 
     async def _cycle(self, bus: _Bus, cycle: Cycle, recording: RunRecording) -> None:
         """Start the nodes and cycle."""

@@ -27,8 +27,8 @@ def message(identifier: int, data: bytes = b"") -> can.Message:
     return can.Message(arbitration_id=identifier, is_extended_id=False, data=data)
 
 
-def receive(bus: can.BusABC, count: int) -> list[can.Message]:
-    received = [bus.recv(10.0) for _ in range(count)]
+def receive(bus: can.BusABC, count: int, patience_s: float = 10.0) -> list[can.Message]:
+    received = [bus.recv(patience_s) for _ in range(count)]
     assert None not in received
     return [frame for frame in received if frame is not None]
 
@@ -41,7 +41,7 @@ def numbered_frames(hub: Any, count: int) -> subprocess.Popen[bytes]:
         "    message = can.Message(arbitration_id=0x181, is_extended_id=False, data=bytes(8))\n"
         f"    for number in range({count}):\n"
         "        message.data[:] = number.to_bytes(8, 'little')\n"
-        "        bus.send(message, timeout=30.0)\n"
+        "        bus.send(message, timeout=60.0)\n"
     )
     return subprocess.Popen([sys.executable, "-c", program, str(hub.path)])
 
@@ -147,12 +147,13 @@ def test_filtered_frames_take_no_buffer_and_hide_no_overrun(
 
 
 def test_the_unpaced_bus_waits_for_a_slow_reader(start_hub: Any, attach: Attach) -> None:
-    hub = start_hub("--queue-frames", "1", "--patience-ms", "20000")
+    hub = start_hub("--queue-frames", "1", "--patience-ms", "60000")
     reader = attach(hub)
     with numbered_frames(hub, 2000) as sender:
-        received = receive(reader, 1)  # the sender has started; now read as slowly as 2,000 frames need
+        received = receive(reader, 1, 60.0)  # a busy computer is slow to start it
+        # the sender has started; now read as slowly as 2,000 frames need
         time.sleep(0.3)
-        received += receive(reader, 1999)
+        received += receive(reader, 1999, 60.0)
     assert sender.returncode == 0
     assert [int.from_bytes(frame.data, "little") for frame in received] == list(range(2000))
 

@@ -10,6 +10,7 @@ from settled_axis import COUNT_M, CSP, CSV, DISABLED, ENABLED, FAULT, SCALE_COUN
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.canopen.cia402 import SHUTDOWN
 from servo_ctrl.config.freeze import with_screw
 
 
@@ -193,3 +194,14 @@ def test_scale_of_an_earlier_cycle_may_differ_by_the_travel_since(
         scale = round((at_m - behind_mm * 1e-3) / SCALE_COUNT_M)
         servo.step((ENABLED, round(at_m / COUNT_M), 0), (scale,), [at_m, speed_m_s, 0.0, 0.0])
     assert [event for event, _ in servo.events] == [Event.SENSORS_DISAGREE] * seen
+
+
+def test_a_drive_gets_no_power_while_that_is_not_allowed(cst: tuple[AxisServo, Any]) -> None:
+    servo, codec = cst
+    allowed = False
+    servo.power_allowed = lambda: allowed
+    sent = [codec.unpack(servo.step((DISABLED, 0, 0), (0,), None))[0] for _ in range(50)]
+    assert set(sent) == {SHUTDOWN}
+    assert not servo.events
+    allowed = True
+    settle(servo)

@@ -1,0 +1,85 @@
+"""The first cycles measure the round trip; no drive gets power before that is over."""
+
+import pytest
+from cycle_dialogue import A, B, CycleDialogue, Rx
+
+from servo_ctrl.daemon.run.round_trip import RoundTrip, verdict
+from servo_ctrl.io.clock import Lateness
+
+PERIOD_S = 0.5
+CYCLES = 4
+
+
+class Watch:
+    """A clock that is moved by hand."""
+
+    now_ns = 0
+
+    def __call__(self) -> int:
+        return self.now_ns
+
+
+def trial_of(said: list[str]) -> tuple[RoundTrip, Watch]:
+    watch = Watch()
+    return RoundTrip(PERIOD_S, said.append, watch), watch
+
+
+def test_inputs_before_the_next_sync_are_held() -> None:
+    said: list[str] = []
+    trial, watch = trial_of(said)
+    for cycle in range(CYCLES):
+        trial.begun()
+        watch.now_ns += 9_000_000
+        assert not trial.over
+        assert trial.answered([(1,), (2,)]) == (cycle < CYCLES - 1)
+    assert trial.over
+    assert said == []
+
+
+def test_inputs_behind_the_next_sync_are_said() -> None:
+    said: list[str] = []
+    trial, watch = trial_of(said)
+    for inputs in ([(1,), (2,)], [(1,), None], [None, None], [(1,), (2,)]):
+        trial.begun()
+        watch.now_ns += 9_000_000
+        trial.answered(inputs)
+    assert len(said) == 1
+    expected = "of 4 cycles 2 had not all inputs before the next SYNC; the longest other round trip took 9.0"
+    assert said[0].startswith(f"this computer and its bus do not hold 500 ms: {expected} ms;")
+
+
+@pytest.mark.parametrize(("late", "held"), [(2, True), (3, False)])
+def test_one_cycle_of_a_thousand_may_be_late(late: int, held: bool) -> None:
+    times = Lateness()
+    for _ in range(2000 - late):
+        times.add(300_000)
+    assert (verdict(1.0, times, late) == "") == held
+
+
+def test_a_bus_without_any_answer_is_said_without_a_figure_of_one() -> None:
+    text = verdict(1.0, Lateness(), 2000)
+    assert "of 2000 cycles 2000 had not all inputs before the next SYNC; give it less" in text
+
+
+def test_a_cycle_shows_its_trial_each_sync_and_lets_it_go() -> None:
+    seen: list[object] = []
+
+    class Twice:
+        def begun(self) -> None:
+            seen.append("sync")
+
+        def answered(self, inputs: object) -> bool:
+            seen.append(inputs)
+            return len(seen) < 4
+
+    dialogue = CycleDialogue(lockstep=False, give_up_after=3)
+    dialogue.cycle.trial = Twice()
+    dialogue.cycle.begin(1)
+    dialogue.receive(Rx(0, A), Rx(1, B))
+    dialogue.cycle.begin(1)
+    dialogue.receive(Rx(0, A))
+    dialogue.cycle.begin(1)  # settles the open one without the other node
+    dialogue.receive(Rx(0, A), Rx(1, B))
+    assert [what == "sync" for what in seen] == [True, False, True, False]
+    assert None in seen[3]  # type: ignore[operator]  # a list
+    assert dialogue.cycle.trial is None
