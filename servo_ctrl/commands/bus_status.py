@@ -54,3 +54,5 @@ class EventEntry(NamedTuple):
 
     cycle: int
     text: str
+    time: str = ""
+    """When the controller put it into its status, ISO 8601; "" where it was not told."""

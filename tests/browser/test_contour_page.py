@@ -26,7 +26,7 @@ def test_a_circle_is_found_drawn_and_measured(
 ) -> None:
     page = visit("/contour")
     table = page.get_by_test_id("contour-table")
-    row = table.get_by_role("row", name="WFC: without")
+    row = table.get_by_role("row", name="without compensation")
     expect(row).to_be_visible()
     about = page.get_by_test_id("contour-about")
     # the stub's circle: R 25 mm in 4 s a turn, and its bumps of 5 um
@@ -55,4 +55,4 @@ def test_it_fits_a_narrow_dark_screen_in_inches(
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     picture(page, "contour_narrow_dark")
     page.get_by_test_id("contour-forget").click()
-    expect(page.get_by_test_id("contour-table")).not_to_contain_text("WFC")
+    expect(page.get_by_test_id("contour-table")).not_to_contain_text("without compensation")

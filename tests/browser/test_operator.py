@@ -91,7 +91,7 @@ def test_from_enable_over_a_circle_and_learning_to_the_stop(
     before_um = error_of(page, "x")
     picture(page, "operator_3_error")
     page.get_by_test_id("start-learning").click()
-    expect(stage).to_contain_text("Running", timeout=LIMIT_MS)
+    expect(stage).to_contain_text("Learning", timeout=LIMIT_MS)
     expect(page.get_by_test_id("learning-best")).to_contain_text(re.compile(r"\d"), timeout=LIMIT_MS)
     picture(page, "operator_4_learning")
     expect(page.get_by_test_id("version-x")).to_contain_text("version 1", timeout=LIMIT_MS)

@@ -16,6 +16,7 @@ from servo_ctrl.canopen.watch import describe_emcy
 from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, EventEntry, NodeStatus
 from servo_ctrl.commands.local_codec import to_plain
 from servo_ctrl.commands.local_messages import plain_json
+from servo_ctrl.daemon.cycle.event_log import PUBLISHED
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.page.row_tap import RowTap
 from servo_ctrl.io.can_port import CanPort, Handler
@@ -42,6 +43,8 @@ class BusWatch:
         """JSON each: encoded one by one as they come, however many there are."""
         self._events_json = b"[]"
         self._events_count = 0
+        self._event_times: deque[str] = deque(maxlen=PUBLISHED)
+        """Of the events in the log, the newest last: when they were first seen here, ISO 8601."""
         self._missed_before = self._missing_before = 0
         self._sampled_s, self._sampled_cycle = time.monotonic(), 0
         self._frames = self._bits = 0
@@ -83,8 +86,11 @@ class BusWatch:
     def _events(self) -> bytes:
         log = self._machine.events
         if log.count != self._events_count:
+            new = min(log.count - self._events_count, PUBLISHED)
+            self._event_times.extend([datetime.now(UTC).isoformat(timespec="milliseconds")] * new)
             self._events_count = log.count
-            self._events_json = _json(tuple(EventEntry(cycle, text) for cycle, text in log.newest))
+            entries = zip(log.newest, self._event_times, strict=True)
+            self._events_json = _json(tuple(EventEntry(*event, time) for event, time in entries))
         return self._events_json
 
     def _sample(self, now_s: float) -> None:

@@ -13,12 +13,13 @@ from servo_ctrl.plots.contour_traces import ContourTrace
 Compensation = Literal["without", "pulse", "observer", "both"]
 """What acted on the axes during a turn."""
 LABELS: dict[Compensation, str] = {
-    "without": "WFC: without",
-    "pulse": "WTFC: trapezoidal pulse",
-    "observer": "WDOB: observer",
-    "both": "WTFC + WDOB",
+    "without": "without compensation (WTFC)",
+    "pulse": "learned pulse (WFC)",
+    "observer": "disturbance observer (WDOB)",
+    "both": "pulse and observer together",
 }
-"""In the order in which they are listed; the abbreviations are those of Feng et al. 2015."""
+"""In the order in which they are listed; the letters are those of Feng et al. 2015, where F is the function
+learned and T its absence."""
 QUADRANTS = ("+X", "+Y", "\N{MINUS SIGN}X", "\N{MINUS SIGN}Y")
 """Where an axis reverses, counterclockwise from the greatest position of the first axis."""
 AFTER_RAD, BEFORE_RAD = math.radians(25.0), math.radians(10.0)

@@ -63,9 +63,11 @@ class AxisMotionCard:
         position_m = self._newest("scale_position_m")
         if not math.isfinite(position_m):
             position_m = drive.position_m if drive else math.nan
-        self._position.set_text(units.length.text(position_m))
+        self._position.set_text(units.length.text(math.nan if position_unknown(drive) else position_m))
         self._unit.set_text(units.length.unit)
-        if math.isfinite(position_m):
+        known = math.isfinite(position_m) and not position_unknown(drive)
+        self._pointer.set_visibility(known)
+        if known:
             self._pointer.style(f"left: {self._travel_percent(position_m):.2f}%")
         for label, travel_m in zip((self._lowest, self._highest), self._axis.travel_m, strict=True):
             label.set_text(f"{travel_m * units.length.factor:.6g}".replace("-", MINUS))
@@ -73,11 +75,23 @@ class AxisMotionCard:
         self._velocity.set_text(units.velocity.with_unit(self._newest("motor_velocity_m_s")))
         self._command.set_text(units.length.with_unit(self._newest("position_command_m")))
         self._state.show(*shown_drive(drive))
-        self._homed.set_text("homed" if drive and drive.homed else "not homed")
+        self._homed.set_text(homed_text(drive))
         self._jog.refresh(status)
 
     def _newest(self, channel: str) -> float:
         return self._page.link.rows.newest(f"{self._axis.name}.{channel}")
+
+
+def position_unknown(drive: DriveStatus | None) -> bool:
+    """Nobody knows where the axis is now: its drive is lost, or has never been heard."""
+    return drive is None or drive.phase == "lost"
+
+
+def homed_text(drive: DriveStatus | None) -> str:
+    """Whether the axis knows its home; a lost drive may have moved or forgotten it."""
+    if drive is None or drive.phase == "lost":
+        return "position unknown"
+    return "homed" if drive.homed else "not homed"
 
 
 def shown_drive(drive: DriveStatus | None) -> tuple[str, Tone]:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.shell.machine_stage import is_fault
+from servo_ctrl.hmi.shell.overload import REMEDY, TOO_MANY, missed_share
 
 _EMCY = re.compile(r"EMCY ([0-9A-F]{4})h")
 _GENERIC_ERROR = 0x1000
@@ -38,6 +39,8 @@ CODES, REASONS, _UNKNOWN = (
 UNKNOWN_CODE, UNKNOWN_REASON = _UNKNOWN["code"], _UNKNOWN["reason"]
 NODE_SILENT = Advice("A node is not in operation", "Has it power? Check its bus cable; see page Bus.")
 
+BUSY = Advice("It was too busy to lead the axes", f"{REMEDY} Then Enable.")
+
 
 def advice_for_code(code: int) -> Advice:
     """The advice for an error code of 16 bits, by the longest entry that fits."""
@@ -51,8 +54,12 @@ def advice_for_reason(reason: str) -> Advice:
 
 
 def faults_in(status: MachineStatus) -> Iterator[Fault]:
-    """The faults of machine, drives and nodes, the reason of the stop first."""
-    if status.stage.stopped and is_fault(status.reason):
+    """The faults of machine, drives and nodes; the likeliest cause first, then the reason of the stop."""
+    stopped_by_itself = status.stage.stopped and is_fault(status.reason)
+    if stopped_by_itself and missed_share(status) >= TOO_MANY:
+        missed = f"{status.missed_ticks} of {status.cycles} ticks were missed"
+        yield Fault("Computer", BUSY, f"{missed}; likely the cause of what stands below")
+    if stopped_by_itself:
         code = _EMCY.search(status.reason)
         advice = advice_for_code(int(code[1], 16)) if code else advice_for_reason(status.reason)
         yield Fault("Machine", advice, status.reason)

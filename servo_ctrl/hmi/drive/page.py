@@ -11,11 +11,12 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.drive.axis_card import SPEEDS_M_S, AxisMotionCard
 from servo_ctrl.hmi.drive.faults import Fault, faults_in
+from servo_ctrl.hmi.shell.event_texts import coalesced, reason_text, when
 from servo_ctrl.hmi.shell.live_content import Rebuilt, TextTable, command_buttons, when_connected
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import CROSS, card, div, faint
-from servo_ctrl.hmi.shell.units import UnitSystem, grouped
+from servo_ctrl.hmi.shell.units import UnitSystem
 
 TITLE = "Drive"
 MAX_EVENTS = 40
@@ -78,8 +79,8 @@ class PowerCard:
         """Enable what is possible now, and show why the machine stands still."""
         for command, element in self._buttons.items():
             element.set_enabled(status.stage in ENABLED_IN[command])
-        word = shown_stage(status).word
-        self._reason.set_text(f"{word}: {status.reason}" if status.reason else word)
+        word, reason = shown_stage(status).word, reason_text(status)
+        self._reason.set_text(f"{word}: {reason}" if reason else word)
 
 
 class JogSpeedCard:
@@ -123,10 +124,11 @@ def show_faults(faults: Sequence[Fault]) -> None:
 
 def show_events(events: Sequence[EventEntry]) -> None:
     """Show the events, the newest first."""
-    for event in reversed(events):
+    for event, count in reversed(coalesced(events)):
         with div():
-            faint(grouped(event.cycle))
-            ui.label(event.text).style("overflow-wrap: anywhere")
+            faint(when(event))
+            times = f" ({count} times)" if count > 1 else ""
+            ui.label(f"{event.text}{times}").style("overflow-wrap: anywhere")
 
 
 def node_rows(status: MachineStatus) -> list[tuple[str, str, str]]:

@@ -43,6 +43,7 @@ STAGES = {
     "check": "checking what was learned",
 }
 """What a stroke is for, by the names of `learning.types.Stroke`."""
+WHAT_HELPS = "Learn once more when the axis is warm, look for play and stick-slip, or ask for less."
 FIGURES = {
     "stage": "stage",
     "strokes": "strokes",
@@ -83,8 +84,7 @@ class LearningCard:
     def refresh(self, status: MachineStatus) -> None:
         """Show the state of learning and its settings."""
         learning, units, self._settings = status.learning, self._page.units, status.settings
-        state = f"Axis {learning.axis}: {learning.state.name.lower()}"
-        self._headline.set_text(state if learning.axis else "No learning run yet.")
+        self._headline.set_text(headline(learning, status.settings.required_m, units))
         self._bar.set_value(round(learning.progress, 3))
         for key, text in learning_figures(learning, units).items():
             self._figures[key].set_text(text or "\N{EN DASH}")
@@ -115,6 +115,17 @@ class LearningCard:
             return
         required_m = shown / self._page.units.error.factor
         await self._page.ask("setting", setting="required_m", value=required_m)
+
+
+def headline(learning: LearningStatus, required_m: float, units: UnitSystem) -> str:
+    """State of the run in words; a run that is done says when J stays above `required_m`, and what helps."""
+    if not learning.axis:
+        return "No learning run yet."
+    state = f"Axis {learning.axis}: {learning.state.name.lower()}"
+    if learning.state is not LearningState.DONE or not learning.best_m > required_m:
+        return state
+    best, required = units.error.with_unit(learning.best_m), units.error.with_unit(required_m)
+    return f"{state}, requirement not reached: J {best}, required {required}. {WHAT_HELPS}"
 
 
 def learning_figures(learning: LearningStatus, units: UnitSystem) -> dict[str, str]:

@@ -65,6 +65,7 @@ class ProgramEditor:
             with ui.tabs().props("dense no-caps align=left") as tabs:
                 as_form = ui.tab("Form").mark("tab-form")
                 as_text = ui.tab("Text").mark("tab-text")
+            self._tabs, self._as_text = tabs, as_text
             with ui.tab_panels(tabs, value=as_form, animated=False).classes("bench-panels"):
                 with ui.tab_panel(as_form):
                     self._form = StepForm([axis.name for axis in hello.axes], self._form_changed)
@@ -98,7 +99,10 @@ class ProgramEditor:
 
     async def _text_changed(self) -> None:
         text = self._area.value or ""
-        self._no_form.set_visibility(not self._form.show(text))
+        has_form = self._form.show(text)
+        self._no_form.set_visibility(not has_form)
+        if not has_form:
+            self._tabs.set_value(self._as_text)
         await self._check(text)
 
     async def _form_changed(self, text: str) -> None:

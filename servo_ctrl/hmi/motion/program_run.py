@@ -5,11 +5,14 @@ from functools import partial
 from nicegui import ui
 
 from servo_ctrl.commands.command import Command
+from servo_ctrl.commands.learning_status import ACTIVE
 from servo_ctrl.commands.local_messages import ProgramText
 from servo_ctrl.commands.machine_status import MachineStatus, ProgramStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, div, faint, note, progress_bar
+
+LEARNS = "the machine is learning: pause or abort that on page Friction"
 
 
 class ProgramRun:
@@ -48,15 +51,18 @@ class ProgramRun:
     def refresh(self, status: MachineStatus) -> None:
         """Show the program of the machine, and enable what is possible now."""
         program, stage = status.program, status.stage
-        running = stage is Stage.RUNNING
+        learning = status.learning.state in ACTIVE
+        running = stage is Stage.RUNNING and not learning
         self._name.set_text(program.name or "no program")
-        self._step.set_text(_step_text(program, stage))
+        self._step.set_text(LEARNS if learning else step_text(program, stage))
         self._bar.set_value(program.progress)
         self._percent.set_text(f"{100.0 * program.progress:.0f} %")
         self._problem.set_text(program.problem)
         changed = self._draft is not None and self._draft != self._loaded
         self._load.set_enabled(changed and stage in {Stage.READY, Stage.STANDBY} and not program.preparing)
-        self._start.set_enabled(stage is Stage.READY and program.loaded and not program.preparing)
+        self._start.set_enabled(
+            stage is Stage.READY and program.loaded and not program.preparing and not learning
+        )
         self._hold.set_enabled(running and not program.held)
         self._resume.set_enabled(running and program.held)
         self._resume.set_visibility(program.held)
@@ -71,11 +77,16 @@ class ProgramRun:
                 self._loaded = draft
 
 
-def _step_text(program: ProgramStatus, stage: Stage) -> str:
+def step_text(program: ProgramStatus, stage: Stage) -> str:
+    """How far the program is, or what is missing before it can be started."""
     if program.preparing:
         return f"is being checked {ELLIPSIS}"
     if program.held:
         return f'held in step {program.step + 1} "{program.label}"'
     if stage is Stage.RUNNING and program.step >= 0:
         return f'step {program.step + 1} "{program.label}"'
-    return "can be started" if program.loaded else "pick one below and load it"
+    if not program.loaded:
+        return "pick one below and load it"
+    if stage is Stage.READY:
+        return "can be started"
+    return "is loaded; it can be started once the drives are on: Enable on page Drive"

@@ -8,9 +8,11 @@ from nicegui import ui
 
 from servo_ctrl.hmi.access.guard import LOGIN
 from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.shell.event_texts import when
 from servo_ctrl.hmi.shell.live_content import REFRESH_S
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
+from servo_ctrl.hmi.shell.overload import RecentShare, overload_text
 from servo_ctrl.hmi.shell.parts import Pill, button, confirmed, div, faint, notify
 from servo_ctrl.hmi.shell.units import UNIT_SYSTEMS, grouped
 
@@ -49,7 +51,7 @@ class PageFrame:
         self._client, self._left = ui.context.client, False
         self._beats, self._shown_connected = itertools.cycle(range(1000)), True
         self._shown_handover = self._control.last
-        self._dark = ui.dark_mode(page.dark)
+        self._dark, self._ticks = ui.dark_mode(page.dark), RecentShare()
         with ui.header(bordered=False).classes("bench-head"):
             self._build_head(path, titles)
         with ui.footer(bordered=False).classes("bench-foot"):
@@ -86,6 +88,7 @@ class PageFrame:
             ui.html(part, sanitize=False).style("display: contents")
         self._unlinked = ui.label("The controller does not answer. What the page shows is old.")
         self._unlinked.classes("bench-banner").props("role=alert").mark("unlinked")
+        self._overload = ui.label().classes("bench-banner").props("role=alert").mark("overload")
 
     def refresh(self) -> None:
         """Show the newest state; a visitor whose login has ended goes to the login page."""
@@ -104,14 +107,23 @@ class PageFrame:
         if link.connected != self._shown_connected:
             self._shown_connected = link.connected
             ui.query("body").classes(**{"remove" if link.connected else "add": "bench-unlinked"})
-        stage = shown_stage(status)
+        stage = shown_stage(status, led=self._led())
+        overload = overload_text(self._ticks.take(status)) if status is not None else ""
+        self._overload.set_text(overload)
+        self._overload.set_visibility(bool(overload))
         self._stage.show(f"{stage.sign} {stage.word}", stage.tone)
         if status is not None:
             newest = status.events[-1] if status.events else None
-            self._event.set_text(f"cycle {newest.cycle}: {newest.text}" if newest else "no events yet")
+            self._event.set_text(f"{when(newest)}: {newest.text}" if newest else "no events yet")
             missed = f", {status.missed_ticks} ticks missed" if status.missed_ticks else ""
             self._cycles.set_text(f"cycle {grouped(status.cycles)}{missed}")
         self._show_control()
+
+    def _led(self) -> bool:
+        """Whether set points move an axis."""
+        link = self._page.link
+        axes = link.hello.axes if link.hello else ()
+        return any(abs(link.rows.newest(f"{axis.name}.velocity_command_m_s")) > 0.0 for axis in axes)
 
     def _show_control(self) -> None:
         holder, browser = self._control.holder(time.monotonic()), self._page.browser

@@ -2,6 +2,7 @@
 
 from typing import Literal, NamedTuple
 
+from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 
@@ -29,17 +30,38 @@ _SHOWN: dict[Stage, ShownStage] = {
     Stage.STANDBY: ShownStage("\u25cb", "Standby", "calm"),
 }
 _FAULTED = ShownStage("\u2716", "Fault", "bad")
+_HELD = ShownStage("\u23f8", "Held", "warn")
+_JOGGING = ShownStage("\u2194", "Jogging", "good")
+_HOMING = ShownStage("\u2302", "Homing", "warn")
+_LEARNING: dict[LearningState, ShownStage] = {
+    LearningState.RUNNING: ShownStage("\u21bb", "Learning", "good"),
+    LearningState.PAUSING: ShownStage("\u23f8", "Learning pauses", "warn"),
+    LearningState.PAUSED: ShownStage("\u23f8", "Learning paused", "warn"),
+}
 _REQUESTED = ("switched off by ", "quick stop by ", "stopped by ")
 """How the reason of a stop begins that somebody has asked for."""
 
 
-def shown_stage(status: MachineStatus | None) -> ShownStage:
-    """The stage to show; None: the controller has sent no status yet."""
+def shown_stage(status: MachineStatus | None, *, led: bool = False) -> ShownStage:
+    """The stage to show; None: the controller has sent no status yet. `led`: set points move an axis."""
     if status is None:
         return ShownStage("\u2026", "No contact", "bad")
     if status.stage is Stage.STANDBY and is_fault(status.reason):
         return _FAULTED
+    if status.stage is Stage.STARTING and any(drive.phase == "homing" for drive in status.drives):
+        return _HOMING
+    if status.stage in {Stage.READY, Stage.RUNNING}:
+        return _shown_work(status, led)
     return _SHOWN[status.stage]
+
+
+def _shown_work(status: MachineStatus, led: bool) -> ShownStage:
+    """What a machine does that is ready or runs."""
+    if status.learning.state in _LEARNING:
+        return _LEARNING[status.learning.state]
+    if status.stage is Stage.RUNNING:
+        return _HELD if status.program.held else _SHOWN[Stage.RUNNING]
+    return _JOGGING if led else _SHOWN[Stage.READY]
 
 
 def is_fault(reason: str) -> bool:

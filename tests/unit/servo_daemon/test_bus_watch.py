@@ -2,6 +2,7 @@
 
 import json
 import struct
+from datetime import datetime
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -86,7 +87,12 @@ def test_events_come_with_their_cycle_the_newest_hundred() -> None:
     for number in range(250):
         watched.machine.events.add(f"event {number}", number)
     events = json.loads(watched.watch.figures().events)
-    assert (len(events), events[0], events[-1]["cycle"]) == (100, {"cycle": 150, "text": "event 150"}, 249)
+    assert (len(events), events[0], events[-1]["cycle"]) == (
+        100,
+        events[0] | {"cycle": 150, "text": "event 150"},
+        249,
+    )
+    assert all(datetime.fromisoformat(event["time"]).tzinfo for event in events)
 
 
 def test_rates_refer_to_sync_time_not_to_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:

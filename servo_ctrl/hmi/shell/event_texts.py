@@ -1,0 +1,66 @@
+"""Events as the pages show them: by the clock, repeated ones as one with a count."""
+
+import re
+from collections.abc import Sequence
+from datetime import datetime
+from typing import NamedTuple
+
+from servo_ctrl.commands.bus_status import EventEntry
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.shell.units import grouped
+
+SAME_CYCLES = 100
+"""So far apart at most are a request in the events and what it led to; chosen."""
+_REQUESTS = {"quick stop by the operator": "quick_stop", "switched off by the operator": "disable"}
+"""The command behind a reason: its event names who asked."""
+_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(?![\w.])")
+
+
+class ShownEvent(NamedTuple):
+    """The newest of events that differ in their numbers only, and how many they are."""
+
+    event: EventEntry
+    times: int
+
+
+def when(event: EventEntry) -> str:
+    """Clock time of an event here; its cycle where no time was told."""
+    return _clock(event.time) or f"cycle {grouped(event.cycle)}"
+
+
+def coalesced(events: Sequence[EventEntry]) -> list[ShownEvent]:
+    """The events in their order; those in a row that differ in numbers only are one, the newest of them."""
+    shown: list[ShownEvent] = []
+    for event in events:
+        if shown and _alike(event.text) == _alike(shown[-1].event.text):
+            shown[-1] = ShownEvent(event, shown[-1].times + 1)
+        else:
+            shown.append(ShownEvent(event, 1))
+    return shown
+
+
+def reason_text(status: MachineStatus) -> str:
+    """Why the machine stands still, with the clock time where that is known; "" without a reason."""
+    first = status.reason.split("; ")[0]
+    events = list(reversed(status.events))
+    stop = next((event for event in events if first and first in event.text), None)
+    if stop is None:
+        return status.reason
+    reason, command = status.reason, _REQUESTS.get(first, "")
+    for event in events:
+        if command and event.text.endswith(f": {command}") and abs(event.cycle - stop.cycle) <= SAME_CYCLES:
+            who = event.text.removesuffix(f": {command}")
+            reason = reason.replace("the operator", who, 1)
+            break
+    return f"{reason}, at {_clock(stop.time)}" if _clock(stop.time) else reason
+
+
+def _clock(time: str) -> str:
+    try:
+        return datetime.fromisoformat(time).astimezone().strftime("%H:%M:%S")
+    except ValueError:
+        return ""
+
+
+def _alike(text: str) -> str:
+    return _NUMBER.sub("#", text)
