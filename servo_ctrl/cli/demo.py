@@ -8,6 +8,12 @@ import typer
 
 from servo_ctrl.cli.options import OutOption, TableOption
 
+FIRST_CLICKS = (
+    "first: Take control (top right), then Enable on page Drive and hold a jog button; STOP or Esc stops.\n"
+    "then: page Motion loads and starts a program, page Friction shows J and learns the friction away."
+)
+"""What to click in the bench after the circles."""
+
 
 def demo(
     out: OutOption = Path("out/demo"),
@@ -60,5 +66,6 @@ def demo(
     console.print(f"recording: {run.recording.directory}", highlight=False)
     if page is not None and sys.stdin.isatty():
         console.print(f"the table waits at {url_of(address)}; Ctrl-C ends it", highlight=False)
+        console.print(FIRST_CLICKS, highlight=False)
         with progress_bar() as show:
             asyncio.run(simulated_standby(machine, page, show))

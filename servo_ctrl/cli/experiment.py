@@ -3,14 +3,15 @@
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
 from typer.main import get_command
+
+from servo_ctrl.cli.plain_help import PlainCommand, PlainGroup
 
 GROUP = "servo_ctrl.studies"
 """Entry points `name = module:function` of this group; each function is a typer command."""
 
 
-class Studies(TyperGroup):
+class Studies(PlainGroup):
     """A group whose commands are entry points: `experiment NAME` imports the module of NAME and no other."""
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002  # the group's signature
@@ -22,7 +23,7 @@ class Studies(TyperGroup):
         if cmd_name not in self.list_commands(ctx):
             return None
         study = typer.Typer(add_completion=False, rich_markup_mode=self.rich_markup_mode)
-        study.command(cmd_name)(_entry_points()[cmd_name].load())
+        study.command(cmd_name, cls=PlainCommand)(_entry_points()[cmd_name].load())
         return get_command(study)
 
 

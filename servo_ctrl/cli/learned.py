@@ -6,8 +6,9 @@ from typing import Annotated
 import typer
 
 from servo_ctrl.cli.options import LearnedKind, LearnedKindOption, LearnedOption, MachineOption
+from servo_ctrl.cli.plain_help import PlainCommand, PlainGroup
 
-app = typer.Typer(no_args_is_help=True)
+app = typer.Typer(cls=PlainGroup, no_args_is_help=True)
 
 AxesOption = Annotated[
     list[str] | None, typer.Option("--axis", help="Axis; may be repeated. Without it, all axes.")
@@ -36,7 +37,7 @@ def list_versions(machine: MachineOption, learned: LearnedOption = None, axes: A
     print_versions(machine, learned, axes)
 
 
-@app.command()
+@app.command(cls=PlainCommand)
 def show(
     machine: MachineOption,
     axis: AxisOption,
@@ -54,7 +55,7 @@ def show(
     print_version(open_store(machine, learned, kind), axis, version, as_json=as_json)
 
 
-@app.command()
+@app.command(cls=PlainCommand)
 def rollback(
     machine: MachineOption,
     axis: AxisOption,
@@ -77,7 +78,7 @@ def rollback(
         typer.echo(f"axis {axis}: version {result.version} of {result.learned_at} is in use")
 
 
-@app.command()
+@app.command(cls=PlainCommand)
 def plot(
     machine: MachineOption,
     learned: LearnedOption = None,

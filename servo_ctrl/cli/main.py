@@ -1,6 +1,7 @@
 """`servo-ctrl`: the controller's command line. One subcommand a file; errors are one line."""
 
 import sys
+from typing import Annotated
 
 import typer
 
@@ -12,6 +13,7 @@ from servo_ctrl.cli.demo import demo
 from servo_ctrl.cli.export import export
 from servo_ctrl.cli.learn import learn
 from servo_ctrl.cli.new_machine import new_machine
+from servo_ctrl.cli.plain_help import PlainCommand, PlainGroup
 from servo_ctrl.cli.report import report
 from servo_ctrl.cli.run import run
 from servo_ctrl.errors import ServoCtrlError, reason_of
@@ -19,27 +21,43 @@ from servo_ctrl.errors import ServoCtrlError, reason_of
 app = typer.Typer(
     name="servo-ctrl",
     no_args_is_help=True,
-    add_completion=False,
+    cls=PlainGroup,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
 
 
+def _tell_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"servo-ctrl {version('servo-ctrl')}")
+        raise typer.Exit
+
+
 @app.callback()
-def commands() -> None:
+def commands(
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version.")
+    ] = False,
+) -> None:
     """Servo controller for CANopen drives (CiA 402) and linear scales (CiA 406).
 
     First steps: `servo-ctrl check` tells whether a machine and a program make sense, without a bus.
     `servo-ctrl run` boots the machine on a bus and runs the program, `servo-ctrl learn` has it learn its
     friction compensation and its screws. `servo-ctrl report` makes a page and a PDF of a recording,
-    `servo-ctrl export` turns it into CSV. For a machine without hardware, start `hil-sim run` on the same
-    bus.
+    `servo-ctrl export` turns it into CSV.
+
+    Without hardware: `servo-ctrl demo`, or `hil-sim run --machine DIR --bus localcan:/tmp/table.sock` beside
+    `servo-ctrl run --machine DIR --bus localcan:/tmp/table.sock --pacing lockstep --hmi 127.0.0.1:8080`.
+    In lockstep nothing is late however busy the computer is; real time is for drives on a real bus, and for
+    a quiet computer.
     """
 
 
 for _command in (run, learn, check, export, report, demo, ask, new_machine):
-    app.command()(_command)
-app.command("compile", hidden=True)(compile_kernels)
+    app.command(cls=PlainCommand)(_command)
+app.command("compile", cls=PlainCommand, hidden=True)(compile_kernels)
 app.add_typer(experiment.app, name="experiment")
 app.add_typer(learned.app, name="learned")
 

@@ -9,6 +9,9 @@ from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.admission import address_of, load_access
 
+OPTION = "--hmi"
+"""What a user of `servo-ctrl` types for the address."""
+
 
 class PageError(ServoCtrlError):
     """The page cannot be served."""
@@ -27,8 +30,8 @@ def page_at(
     recordings: Path | None = None,
 ) -> PageOptions:
     """The process that serves the page at `listen`. Raises ServoCtrlError where it cannot or must not."""
-    host, port = address_of(listen)
-    load_access(host, access, certificate, key)
+    host, port = address_of(listen, OPTION)
+    load_access(host, access, certificate, key, OPTION)
     if not page_installed():
         raise PageError("--hmi needs the page's library: pip install 'servo-ctrl[hmi]'")
     if problem := occupied(host, port):
@@ -48,7 +51,7 @@ def url_of(listen: str, *, tls: bool = False) -> str:
 
 def free_address(listen: str) -> str:
     """`listen`, or the same host with a free port where the port is taken. Raises ServoCtrlError."""
-    host, port = address_of(listen)
+    host, port = address_of(listen, OPTION)
     if not occupied(host, port):
         return listen
     with _socket(host) as probe:

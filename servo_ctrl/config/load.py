@@ -16,6 +16,8 @@ from servo_ctrl.config.program_model import ProgramConfig, SamplesStep, StepConf
 from servo_ctrl.errors import ConfigError
 
 MACHINE_FILE = "controller.toml"
+KINDS = {"machine": "a controller file", "plant": "the plant file of a simulator", "step": "a program"}
+"""What a file is, by a section that this kind alone has."""
 FILE_KEYS = frozenset({"eds", "password_file", "ca_file", "cert_file", "key_file"})
 """Keys of a machine file that hold paths, relative to it."""
 
@@ -29,6 +31,7 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
     if path.is_dir():
         path /= MACHINE_FILE
     document = _checked_document(path)
+    _refuse_another_kind(path, document, "machine", "--machine wants a directory with controller.toml")
     _resolve_paths(document, path)
     try:
         return MachineConfig.model_validate({**document, "source": path})
@@ -48,9 +51,12 @@ def load_program(
     are checked by `servo_ctrl.config.program.check_program`.
     """
     path = Path(path)
+    if path.is_dir():
+        raise ConfigError(path, "", "this is a directory, --program wants a file with steps or G-code")
     if is_part_program(path):
         return read_part_program(path, list(machine.axes), reading)
     document = _checked_document(path)
+    _refuse_another_kind(path, document, "step", "--program wants a file with steps, or G-code")
     try:
         program = ProgramConfig.model_validate({**document, "source": path})
     except ValidationError as error:
@@ -74,6 +80,13 @@ def _checked_document(path: Path) -> dict[str, Any]:
     if problem := format_problem(document.pop("format", None)):
         raise ConfigError(path, "format", problem)
     return document
+
+
+def _refuse_another_kind(path: Path, document: Mapping[str, Any], section: str, wanted: str) -> None:
+    """Raise ConfigError for a file that has the section of another kind and not the one needed."""
+    found = next((what for other, what in KINDS.items() if other in document and other != section), None)
+    if section not in document and found:
+        raise ConfigError(path, "", f"this is {found}, {wanted}")
 
 
 def _with_file(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Path]) -> StepConfig:

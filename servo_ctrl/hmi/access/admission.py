@@ -9,12 +9,12 @@ from servo_ctrl.files.private_file import refuse_readable_for_others
 from servo_ctrl.hmi.access.users import Access
 
 
-def address_of(listen: str) -> tuple[str, int]:
-    """Split `HOST:PORT` or `[V6]:PORT` into host and port. Raises ConfigError."""
+def address_of(listen: str, option: str = "--listen") -> tuple[str, int]:
+    """Split `HOST:PORT` or `[V6]:PORT` into host and port. Raises ConfigError, which names the `option`."""
     host, separator, port = listen.rpartition(":")
     host = host.removeprefix("[").removesuffix("]") if host.startswith("[") else host
     if not separator or not host or not port.isdecimal() or not 0 < int(port) < 65536:
-        raise ConfigError("--listen", listen, "give it as HOST:PORT, with a port from 1 to 65535")
+        raise ConfigError(option, listen, "give it as HOST:PORT, with a port from 1 to 65535")
     return host, int(port)
 
 
@@ -26,7 +26,9 @@ def is_loopback(host: str) -> bool:
         return host == "localhost"
 
 
-def load_access(host: str, access: Path | None, certificate: Path | None, key: Path | None) -> Access:
+def load_access(
+    host: str, access: Path | None, certificate: Path | None, key: Path | None, option: str = "--listen"
+) -> Access:
     """Return who may log in here. Raises ConfigError where others reach it without TLS or tokens."""
     given = {"--access": access, "--certificate": certificate, "--key": key}
     missing = [option for option, path in given.items() if path is None]
@@ -35,7 +37,7 @@ def load_access(host: str, access: Path | None, certificate: Path | None, key: P
     if access is None or certificate is None or key is None:
         need = "is reached from elsewhere, which" if not is_loopback(host) else "with one of them"
         raise ConfigError(
-            "--listen", host, f"{need} needs --access, --certificate and --key: {', '.join(missing)} missing"
+            option, host, f"{need} needs --access, --certificate and --key: {', '.join(missing)} missing"
         )
     refuse_readable_for_others(key)
     visitors = Access(access)

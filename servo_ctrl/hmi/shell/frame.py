@@ -107,7 +107,7 @@ class PageFrame:
         if link.connected != self._shown_connected:
             self._shown_connected = link.connected
             ui.query("body").classes(**{"remove" if link.connected else "add": "bench-unlinked"})
-        stage = shown_stage(status, led=self._led())
+        stage = shown_stage(status, jogged=self._jogged())
         overload = overload_text(self._ticks.take(status)) if status is not None else ""
         self._overload.set_text(overload)
         self._overload.set_visibility(bool(overload))
@@ -119,9 +119,11 @@ class PageFrame:
             self._cycles.set_text(f"cycle {grouped(status.cycles)}{missed}")
         self._show_control()
 
-    def _led(self) -> bool:
-        """Whether set points move an axis."""
+    def _jogged(self) -> bool:
+        """Whether set points move an axis that are of no step of a program."""
         link = self._page.link
+        if link.rows.newest("segment") >= 0.0:
+            return False
         axes = link.hello.axes if link.hello else ()
         return any(abs(link.rows.newest(f"{axis.name}.velocity_command_m_s")) > 0.0 for axis in axes)
 

@@ -42,8 +42,8 @@ _REQUESTED = ("switched off by ", "quick stop by ", "stopped by ")
 """How the reason of a stop begins that somebody has asked for."""
 
 
-def shown_stage(status: MachineStatus | None, *, led: bool = False) -> ShownStage:
-    """The stage to show; None: the controller has sent no status yet. `led`: set points move an axis."""
+def shown_stage(status: MachineStatus | None, *, jogged: bool = False) -> ShownStage:
+    """The stage to show; None: there was no status yet. `jogged`: axes are led, not by a step."""
     if status is None:
         return ShownStage("\u2026", "No contact", "bad")
     if status.stage is Stage.STANDBY and is_fault(status.reason):
@@ -51,17 +51,19 @@ def shown_stage(status: MachineStatus | None, *, led: bool = False) -> ShownStag
     if status.stage is Stage.STARTING and any(drive.phase == "homing" for drive in status.drives):
         return _HOMING
     if status.stage in {Stage.READY, Stage.RUNNING}:
-        return _shown_work(status, led)
+        return _shown_work(status, jogged)
     return _SHOWN[status.stage]
 
 
-def _shown_work(status: MachineStatus, led: bool) -> ShownStage:
+def _shown_work(status: MachineStatus, jogged: bool) -> ShownStage:
     """What a machine does that is ready or runs."""
     if status.learning.state in _LEARNING:
         return _LEARNING[status.learning.state]
-    if status.stage is Stage.RUNNING:
-        return _HELD if status.program.held else _SHOWN[Stage.RUNNING]
-    return _JOGGING if led else _SHOWN[Stage.READY]
+    if status.stage is Stage.RUNNING and status.program.held:
+        return _HELD
+    if status.stage is Stage.RUNNING and status.program.step < 0 and jogged:
+        return _JOGGING
+    return _SHOWN[status.stage]
 
 
 def is_fault(reason: str) -> bool:

@@ -53,12 +53,13 @@ def test_what_the_machine_does_is_a_state_of_its_own(status: MachineStatus, word
     assert shown_stage(status).word == word
 
 
-def test_an_axis_led_without_a_program_is_jogged_and_each_state_has_a_sign_of_its_own() -> None:
-    jogging = shown_stage(first_status(), led=True)
+def test_axes_led_without_a_program_are_jogged_and_each_state_has_a_sign_of_its_own() -> None:
+    jogging = shown_stage(with_fields(stage=Stage.RUNNING), jogged=True)
     assert jogging.word == "Jogging"
     held = shown_stage(with_fields(stage=Stage.RUNNING, program=ProgramStatus(held=True)))
-    running = shown_stage(with_fields(stage=Stage.RUNNING), led=True)
+    running = shown_stage(with_fields(stage=Stage.RUNNING, program=ProgramStatus(step=0)), jogged=True)
     assert running.word == "Running"
+    assert shown_stage(first_status(), jogged=True).word == "Ready"
     assert len({shown.sign for shown in (jogging, held, running)}) == 3
     assert held.tone != running.tone
 

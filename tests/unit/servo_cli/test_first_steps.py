@@ -1,0 +1,59 @@
+"""What a new user types first: version, help, completion, a file of the wrong kind."""
+
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from servo_ctrl.cli.main import app
+from servo_ctrl.cli.operator_page import page_at
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.errors import ConfigError
+
+TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
+
+
+def printed(*arguments: str, **environment: str) -> str:
+    result = CliRunner().invoke(app, list(arguments), prog_name="servo-ctrl", env=environment)
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    assert printed("--version") == f"servo-ctrl {version('servo-ctrl')}\n"
+
+
+@pytest.mark.parametrize("command", [[], ["run"], ["learned"], ["learned", "show"], ["demo"]])
+def test_help_shows_flags_without_a_type(command: list[str]) -> None:
+    text = printed(*command, "--help")
+    assert "--help" in text
+    assert "<bool>" not in text
+
+
+def test_help_says_how_a_simulator_is_run_in_lockstep() -> None:
+    assert "lockstep" in printed("--help")
+
+
+def test_the_shell_completes_a_command() -> None:
+    words = {"COMP_WORDS": "servo-ctrl le", "COMP_CWORD": "1", "_SERVO_CTRL_COMPLETE": "complete_bash"}
+    assert printed(**words).split() == ["learn", "learned"]
+
+
+def test_a_file_of_the_wrong_kind_is_named_as_what_it_is() -> None:
+    machine = load_machine(TABLE)
+    program = TABLE / "programs" / "circles.toml"
+    with pytest.raises(ConfigError, match="this is the plant file of a simulator, --machine wants"):
+        load_machine(TABLE / "plant.toml")
+    with pytest.raises(ConfigError, match="this is a program, --machine wants"):
+        load_machine(program)
+    with pytest.raises(ConfigError, match="this is a controller file, --program wants"):
+        load_program(TABLE / "controller.toml", machine)
+    with pytest.raises(ConfigError, match="this is a directory, --program wants"):
+        load_program(TABLE, machine)
+
+
+@pytest.mark.parametrize("address", ["8080", "0.0.0.0:8080"])
+def test_a_message_names_the_flag_that_was_typed(address: str) -> None:
+    with pytest.raises(ConfigError, match="--hmi"):
+        page_at(address)
