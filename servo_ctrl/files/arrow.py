@@ -46,9 +46,14 @@ def write_part(path: Path, channels: Sequence[FileColumn], rows: Array) -> None:
         )
         for channel in channels
     ]
-    columns = [pa.array(rows[:, i].astype(channel.dtype)) for i, channel in enumerate(channels)]
+    columns = [_column(rows[:, i].astype(channel.dtype)) for i, channel in enumerate(channels)]
     table = pa.Table.from_arrays(columns, schema=pa.schema(fields))
     write_whole(path, lambda temporary: pq.write_table(table, temporary))
+
+
+def _column(values: np.ndarray[Any, np.dtype[Any]]) -> Any:
+    """Numbers (n,) as they lie in memory; `pa.array` would load pandas to look for its series."""
+    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [None, pa.py_buffer(values)])
 
 
 def read_parts(paths: Sequence[Path]) -> AnyColumns:
