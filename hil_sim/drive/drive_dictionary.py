@@ -4,7 +4,7 @@ from collections.abc import Container
 from typing import Any, Protocol
 
 from hil_sim.config import AxisPlant
-from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.axis_port import POSITION_REVERSED, TORQUE_REVERSED, VELOCITY_REVERSED, AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.homing import METHODS
 from hil_sim.drive.motion import Motion
@@ -13,6 +13,8 @@ from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073)
 LARGEST_U16 = 0xFFFF
+POLARITY_BITS = POSITION_REVERSED | VELOCITY_REVERSED | TORQUE_REVERSED
+"""Bits of 607Eh; the others are reserved."""
 
 
 class GuardedDrive(Protocol):
@@ -55,10 +57,6 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
 
         return check
 
-    def only_idle(_subindex: int, _value: int) -> None:
-        if not drive.is_idle():
-            raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
-
     def software_limits(subindex: int, value: int) -> None:
         objects = drive.objects
         low = value if subindex == 1 else objects.min_position_limit
@@ -69,7 +67,14 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
     dictionary.checks[0x6060] = only_in(drive.motion.modes)
     dictionary.checks[0x6098] = only_in((0, *METHODS))
     dictionary.checks[0x607D] = software_limits
-    dictionary.checks[0x607E] = only_idle
+
+    def polarity(_subindex: int, value: int) -> None:
+        if value & ~POLARITY_BITS:
+            raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
+        if not drive.is_idle():
+            raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
+
+    dictionary.checks[0x607E] = polarity
     dictionary.followers[0x607E] = lambda _sub: drive.port.set_polarity(drive.objects.polarity)
     for index in ACTED_ON_AT_ONCE:
         dictionary.followers[index] = lambda _sub: drive.process()

@@ -17,6 +17,8 @@ NEGATIVE_SWITCH, POSITIVE_SWITCH = 1, 2  # digital inputs 60FDh
 SEARCHED_TURNS = 1.1
 """Bounds the search for an index pulse, of which a turn has one; the excess covers the ramp (chosen)."""
 AT_PRESENT_POSITION = (35, 37)  # methods that take the present position as home
+NO_HOMING = 0
+"""Method 0: no homing is required, so a start searches nothing and shows whether the axis is homed."""
 METHODS = (1, 2, 17, 18, 33, 34, *AT_PRESENT_POSITION)
 
 
@@ -87,6 +89,9 @@ class Homing(Mode):
 
     def _begin(self) -> None:
         method = self.objects.homing_method
+        if method == NO_HOMING:
+            self._show_idle()
+            return
         if method not in METHODS:
             self.status = ERROR | TARGET_REACHED
             return

@@ -87,9 +87,12 @@ class ProfilePosition(Mode):
     def tick(self, dt_s: float, _share: float) -> None:
         """Follow the profile."""
         self._time_s += dt_s
+        objects = self.objects
+        if self._current is not None and self._current.speed <= 0.0 < objects.profile_velocity:
+            speed = min(objects.profile_velocity, objects.max_profile_velocity)
+            self._start(self._current._replace(speed=speed))  # it was kept until there is a speed to go at
         if self._profile is not None:
             self.position, self.velocity = self._profile.at(self._time_s)
-        objects = self.objects
         self.port.show_demand(objects, self.position, self.velocity)
         self.port.command_position(self.position, 0, objects.torque_offset)
 
@@ -98,6 +101,8 @@ class ProfilePosition(Mode):
         objects = self.objects
         profile = self._profile
         ended = profile is None or self._time_s >= profile.duration_s
+        if self._current is not None and self._current.speed <= 0.0:
+            ended = ended and self.position == self._current.target
         error = abs(self.position - objects.position_actual_value)
         inside = ended and error <= objects.position_window
         if self._window.update(inside, dt_s, objects.position_window_time):

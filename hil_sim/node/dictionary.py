@@ -11,15 +11,17 @@ from pathlib import Path
 from typing import Any
 
 from hil_sim.node.process_objects import ProcessObjects, attribute_names
-from hil_sim.node.sdo_abort import AbortCode, SdoAbort
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort, wrong_length
 from kernels.lean_import import as_if_absent
 
 with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas with it: 0.5 s of every start
     import canopen
     from canopen.objectdictionary import ObjectDictionaryError, ODVariable
-    from canopen.objectdictionary.datatypes import NUMBER_TYPES, SIGNED_TYPES
+    from canopen.objectdictionary.datatypes import DATA_TYPES, NUMBER_TYPES, SIGNED_TYPES
 
 STORE_EDS = 0x1021
+FIRST_OBJECT = 0x1000
+"""Below it are data types: what a PDO maps as a dummy is no object that a client could ask for."""
 
 Address = tuple[int, int]
 """Index and subindex."""
@@ -66,11 +68,15 @@ class Dictionary:
 
     def check_writable(self, index: int, subindex: int) -> None:
         """Raise SdoAbort where a client cannot write this object at all."""
+        if index < FIRST_OBJECT:
+            raise SdoAbort(AbortCode.NO_SUCH_OBJECT)
         if not self.variable(index, subindex).writable:
             raise SdoAbort(AbortCode.WRITE_OF_READ_ONLY)
 
     def check_readable(self, index: int, subindex: int) -> None:
         """Raise SdoAbort where a client cannot read this object."""
+        if index < FIRST_OBJECT:
+            raise SdoAbort(AbortCode.NO_SUCH_OBJECT)
         if not self.variable(index, subindex).readable:
             raise SdoAbort(AbortCode.READ_OF_WRITE_ONLY)
 
@@ -97,6 +103,8 @@ class Dictionary:
         if value is None:
             value = variable.default
         if value is None:
+            if variable.data_type in DATA_TYPES:
+                return b""  # a string or domain that nobody has written
             raise SdoAbort(AbortCode.RESOURCE_NOT_AVAILABLE)
         return bytes(variable.encode_raw(value))
 
@@ -112,11 +120,11 @@ class Dictionary:
         """Write an encoded value as a client does, then call its follower. Raises SdoAbort."""
         variable = self.variable(index, subindex)
         if variable.data_type in NUMBER_TYPES and 8 * len(data) != len(variable):
-            raise SdoAbort(AbortCode.LENGTH_MISMATCH)
+            raise wrong_length(8 * len(data), len(variable))
         value = self.decode(index, subindex, data)
         low, high = limits_of(variable)
         if isinstance(value, int) and not low <= value <= high:
-            raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
+            raise SdoAbort(AbortCode.VALUE_TOO_LOW if value < low else AbortCode.VALUE_TOO_HIGH)
         if index in self.checks:
             self.checks[index](subindex, value)
         name = self.attributes.get((index, subindex))

@@ -15,6 +15,7 @@ from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 logger = logging.getLogger(__name__)
 
+SYNC, EMCY = 0x1005, 0x1014
 SWITCHED_OFF = 0x8000_0000
 RPDO, TPDO = 0x1400, 0x1800
 MAPPING = 0x200  # distance of a mapping parameter from its communication parameter
@@ -77,6 +78,15 @@ class PdoConfiguration:
             logger.warning("node %d: PDO %04Xh stays off, its mapping does not fit the EDS", node_id, index)
             return []
 
+    def _taken(self, index: int) -> set[int]:
+        """Identifiers that the PDO at `index` cannot have: of SYNC and EMCY, of another TPDO if it is one."""
+        value = self._dictionary.value
+        taken = {value(service) & 0x7FF for service in (SYNC, EMCY) if service in self._dictionary.indices}
+        if index >= TPDO:
+            others = (other for other in self._transmitted if other != index and self._is_on(other))
+            taken |= {value(other, 1) & 0x7FF for other in others}
+        return taken
+
     def _entries(self, index: int, count: int) -> list[int]:
         return [self._dictionary.value(index + MAPPING, sub) for sub in range(1, count + 1)]
 
@@ -99,6 +109,8 @@ class PdoConfiguration:
         if subindex == 1:
             check_identifier(value)
             present = self._dictionary.value(index, 1)
+            if not value & SWITCHED_OFF and value & 0x7FF in self._taken(index):
+                raise SdoAbort(AbortCode.PARAMETER_INCOMPATIBLE)
             if self._is_on(index) and not value & SWITCHED_OFF and (value ^ present) & 0x7FF:
                 raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
         elif subindex == 2:

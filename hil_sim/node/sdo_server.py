@@ -2,7 +2,8 @@
 
 A frame that does not fit the transfer in progress aborts it, and a new initiate always replaces it. The
 transfer of a client that falls silent is abandoned, by the wall clock as clients time out by it: a block
-download left open would take the next client's requests.
+download left open would take the next client's requests. The client's patience begins with the last frame
+that we sent it, so the time that these frames may take on the slowest bus counts for nobody's silence.
 """
 
 import logging
@@ -27,6 +28,10 @@ logger = logging.getLogger(__name__)
 
 TRANSFER_TIMEOUT_S = 1.0
 """Longest time between two frames of a transfer (chosen: longer than any client here waits)."""
+SLOWEST_FRAME_S = 0.0135
+"""A frame of eight bytes with all its stuff bits, 135 bits, at 10 kbit/s, the slowest rate of CiA 301."""
+NO_ADDRESS = (0, 0)
+"""Multiplexer of an abort that belongs to no transfer."""
 FRAME_BYTES = 8
 INITIATE = struct.Struct("<BHBI")
 """Command, index, subindex, and four bytes of data, a size or an abort code."""
@@ -36,6 +41,8 @@ CRC_SUPPORTED = 0x4
 """Answered only to a client that supports it: some check whenever the server does."""
 DOWNLOAD, UPLOAD, ABORTED, BLOCK_DOWNLOAD = 1, 2, 4, 6
 """Client command specifiers: the upper three bits of a frame's first byte."""
+INITIATE_MASK = {BLOCK_DOWNLOAD: 0x1, BLOCK_UPLOAD: 0x3}
+"""Bits of the subcommand, which are 0 where a block transfer begins."""
 
 
 class SdoServer:
@@ -47,7 +54,9 @@ class SdoServer:
         self._dictionary = dictionary
         self._send = send
         self._last_frame_s = 0.0
-        self._address = (0, 0)  # of the last initiate
+        self._patience_s = TRANSFER_TIMEOUT_S
+        self._address = NO_ADDRESS  # of the transfer in progress
+        self._timed_out = False  # the transfer of this address has, and its client does not know
         self._transfer: Transfer | None = None
 
     def on_request(self, frame: bytes) -> None:
@@ -55,8 +64,8 @@ class SdoServer:
         if len(frame) != FRAME_BYTES:
             return
         before_s, self._last_frame_s = self._last_frame_s, self.now_s()
-        if self._last_frame_s - before_s > TRANSFER_TIMEOUT_S:
-            self.abandon_transfer()
+        if self._transfer is not None and self._last_frame_s - before_s > self._patience_s:
+            self._transfer, self._timed_out = None, True
         try:
             answers = self._serve(frame)
         except SdoAbort as refusal:
@@ -64,16 +73,22 @@ class SdoServer:
         except Exception:  # a defect must not leave the client waiting: it is logged and aborted
             logger.exception("SDO request %s of node %d", frame.hex(), self._dictionary.node_id)
             answers = self._abort(AbortCode.GENERAL_ERROR)
+        if self._transfer is None:
+            self.abandon_transfer()
+        self._patience_s = TRANSFER_TIMEOUT_S + SLOWEST_FRAME_S * len(answers)
         for answer in answers:
             self._send(0x580 + self._dictionary.node_id, answer)
 
     def abandon_transfer(self) -> None:
         """Abandon the transfer in progress; the client has to start again."""
         self._transfer = None
+        self._timed_out = False
+        self._address = NO_ADDRESS
 
     def _abort(self, code: AbortCode) -> list[bytes]:
+        answer = INITIATE.pack(ABORTED << 5, *self._address, code)
         self.abandon_transfer()
-        return [INITIATE.pack(ABORTED << 5, *self._address, code)]
+        return [answer]
 
     def _serve(self, frame: bytes) -> list[bytes]:
         transfer = self._transfer
@@ -82,12 +97,16 @@ class SdoServer:
             if transfer.ended:
                 self.abandon_transfer()
             return answers
-        self.abandon_transfer()
         specifier = frame[0] >> 5
         if specifier == ABORTED:
+            self.abandon_transfer()
             return []
-        if specifier not in {DOWNLOAD, UPLOAD, BLOCK_DOWNLOAD, BLOCK_UPLOAD}:
-            raise SdoAbort(AbortCode.INVALID_COMMAND)
+        initiates = specifier in {DOWNLOAD, UPLOAD} or (
+            specifier in {BLOCK_DOWNLOAD, BLOCK_UPLOAD} and not frame[0] & INITIATE_MASK[specifier]
+        )
+        if not initiates:  # it goes on with a transfer: with that in progress, with one that is over, or none
+            raise SdoAbort(AbortCode.TIMED_OUT if self._timed_out else AbortCode.INVALID_COMMAND)
+        self.abandon_transfer()
         command, index, subindex, number = INITIATE.unpack(frame)
         self._address = (index, subindex)
         if specifier == DOWNLOAD:
@@ -115,16 +134,12 @@ class SdoServer:
         return [INITIATE.pack(0x41, *self._address, len(data))]
 
     def _block_download(self, command: int, size: int) -> list[bytes]:
-        if command & 0x1:
-            raise SdoAbort(AbortCode.INVALID_COMMAND)
         self._dictionary.check_writable(*self._address)
         checked = command & CRC_SUPPORTED
         self._transfer = BlockDownload(self._store, size if command & BLOCK_SIZED else None, bool(checked))
         return [INITIATE.pack(0xA0 | checked, *self._address, BLOCK_SIZE)]
 
     def _block_upload(self, command: int, block_size: int) -> list[bytes]:
-        if command & 0x3:
-            raise SdoAbort(AbortCode.INVALID_COMMAND)
         check_block_size(block_size)
         data = self._data()
         checked = command & CRC_SUPPORTED

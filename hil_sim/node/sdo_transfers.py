@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from binascii import crc_hqx
 from collections.abc import Callable
 
-from hil_sim.node.sdo_abort import AbortCode, SdoAbort
+from hil_sim.node.sdo_abort import AbortCode, SdoAbort, wrong_length
 
 DOWNLOAD_SEGMENT, UPLOAD_SEGMENT, BLOCK_UPLOAD = 0, 3, 5
 """Client command specifiers: the upper three bits of a frame's first byte."""
@@ -53,7 +53,7 @@ class SegmentedDownload(Transfer):
         data = self._data + frame[1 : 8 - (frame[0] >> 1 & 0x7)]
         last = bool(frame[0] & 0x1)
         if self._size is not None and (len(data) > self._size or (last and len(data) != self._size)):
-            raise SdoAbort(AbortCode.LENGTH_MISMATCH)
+            raise wrong_length(len(data), self._size)
         if len(data) > LARGEST_BYTES:
             raise SdoAbort(AbortCode.OUT_OF_MEMORY)
         if frame[0] & TOGGLE != self._toggle:
@@ -113,7 +113,7 @@ class BlockDownload(Transfer):
         unused = frame[0] >> 2 & 0x7
         data = bytes(self._data[: len(self._data) - unused])
         if self._size is not None and self._size != len(data):
-            raise SdoAbort(AbortCode.LENGTH_MISMATCH)
+            raise wrong_length(len(data), self._size)
         if self._checked and crc_hqx(data, 0) != int.from_bytes(frame[1:3], "little"):
             raise SdoAbort(AbortCode.CRC_ERROR)
         self._store(data)

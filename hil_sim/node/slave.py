@@ -16,6 +16,9 @@ from hil_sim.node.process_objects import ProcessObjects
 from hil_sim.node.sdo_server import SdoServer
 from hil_sim.node.storage import Storage
 
+IDENTITY, SERIAL = 0x1018, 4
+FIRST_SERIAL = 0x0001_0000
+"""Serial numbers of the simulated devices count from here by node id: no two on a bus have the same."""
 SYNC_ID, WATCHED_NODES = 0x1005, 0x1016
 COMMUNICATING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
 ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}  # 1029h.1; 1 changes nothing
@@ -84,6 +87,7 @@ class Slave:
         self.sdo = SdoServer(self.dictionary, self._send)
         self.pdos = PdoExchange(self.dictionary, self.emergency, self._send, self._configure_pdos)
         self.dictionary.checks[SYNC_ID] = check_sync
+        self.dictionary.readers[IDENTITY] = lambda sub: FIRST_SERIAL + node_id if sub == SERIAL else None
         self.dictionary.followers[SYNC_ID] = lambda _sub: self.on_routes()
         self.dictionary.followers[WATCHED_NODES] = lambda _sub: self._watch()
         file = host.state_directory and host.state_directory / f"node_{node_id}.json"

@@ -16,6 +16,8 @@ from servo_ctrl.errors import ConfigError
 PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
 """Objects the controller has a value for every cycle; nothing else may be in an RPDO."""
 SYNCHRONOUS = 1
+UNIT_COUNT, UNIT_COUNT_PER_SECOND = 0x00B5_0000, 0x00B5_0300
+"""SI unit objects 60A8h, 60A9h (CiA 303-2 notation): B5h increments, 03h second; a drive in rpm has 00B44700h."""
 RPDO_1, TPDO_1, TPDO_2 = 0x1400, 0x1800, 0x1801
 """Communication parameters (CiA 301); TPDO 2 carries the limit switches."""
 COB_ID_BASE = {0x1400: 0x200, 0x1800: 0x180}
@@ -193,12 +195,28 @@ def _drive_plan(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Node
     expectations = (
         Expectation(0x608F, 1, drive.counts_per_rev, f"{key}.counts_per_rev"),
         Expectation(0x608F, 2, 1, f"{key}.counts_per_rev (motor revolutions)"),
+        *_counts(key, drive.counts_per_rev),
         Expectation(0x6075, 0, drive.rated_current_ma, f"{key}.rated_current_ma"),
         Expectation(0x6076, 0, drive.rated_torque_mnm, f"{key}.rated_torque_mnm"),
         Expectation(0x6502, 0, mask, f"{axis_key}.mode", mask),
     )
     settings = (*common_settings(machine), *drive_settings(machine, axis_key, axis))
     return planner.plan(tuple(pdos), expectations, settings)
+
+
+def _counts(key: str, counts_per_rev: int) -> Iterator[Expectation]:
+    """That the drive speaks in counts and counts/s: gear, feed and unit objects, where it has them.
+
+    A drive that is scaled in rpm or micrometres would take our set points for others.
+    """
+    gear, unit = f"{key} (no gear and no velocity factor in the drive)", f"{key} (set points are counts)"
+    for index in (0x6091, 0x6096):
+        yield Expectation(index, 1, 1, gear)
+        yield Expectation(index, 2, 1, gear)
+    yield Expectation(0x6092, 1, counts_per_rev, f"{key}.counts_per_rev (feed constant in counts)")
+    yield Expectation(0x6092, 2, 1, f"{key}.counts_per_rev (feed constant in counts)")
+    yield Expectation(0x60A8, 0, UNIT_COUNT, unit)
+    yield Expectation(0x60A9, 0, UNIT_COUNT_PER_SECOND, unit)
 
 
 def _check_rpdo(machine: MachineConfig, axis_key: str, axis: AxisConfig, rpdo: PdoCodec) -> None:

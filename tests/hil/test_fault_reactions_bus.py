@@ -109,8 +109,9 @@ def test_sdo_write_of_another_client_stops_the_axes(request_hex: str, what: str)
     assert f"axis.x.drive (node 1): somebody else writes {what}" in bench.machine.reason
 
 
-def test_sdo_read_of_another_client_stops_nothing() -> None:
-    bench, _ = injected(0x601, bytes.fromhex("40 65 60 00 00 00 00 00"))
+@pytest.mark.parametrize("request_hex", ["40 65 60 00 00 00 00 00", "2b 65 60 00 00 00 00 00"])
+def test_sdo_read_or_refused_write_of_another_client_stops_nothing(request_hex: str) -> None:
+    bench, _ = injected(0x601, bytes.fromhex(request_hex))
     assert not bench.machine.failed
 
 

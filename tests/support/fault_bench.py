@@ -186,13 +186,17 @@ class FaultBench:
             return
         self._wire.append((False, can_id, bytes(payload)))
 
+    def fallback(self, can_id: int, payload: bytearray, timestamp_s: float) -> None:
+        """What the port does with a frame that has no handler."""
+        self.network.notify(can_id, payload, timestamp_s)
+
     def _deliver(self, to_nodes: bool, can_id: int, payload: bytes) -> None:
         if not to_nodes:
             handler = self.handlers.get(can_id)
             if handler is not None:
                 handler(bytearray(payload), 0.0)
             else:
-                self.network.notify(can_id, bytearray(payload), 0.0)
+                self.fallback(can_id, bytearray(payload), 0.0)
         else:
             self.nodes.handle(can_id, payload)
             if can_id == 0x080:

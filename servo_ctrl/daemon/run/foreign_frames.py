@@ -16,6 +16,9 @@ SDO_REQUEST = 0x600
 DOWNLOADS = {1, 6}
 """Client command specifiers that begin a download: initiate, and initiate block."""
 SDO_BYTES = 8
+SDO_ANSWER = 0x580
+REFUSED = 0x80
+"""First byte of an abort."""
 
 
 def report_masters(
@@ -38,20 +41,37 @@ def _on_foreign(report: Callable[[str], object], text: str, _payload: bytearray,
 
 
 def report_writes(plans: Sequence[NodePlan], port: CanPort, report: Callable[[int, str], None]) -> None:
-    """Call `report` for every download to a node (its place among the plans) that is not ours, as it begins.
+    """Call `report` for every download to a node (its place among the plans) that is not ours.
 
-    What boot has checked and set is uncertain from then on. The port does not receive what we send ourselves.
-    A write that the node refuses is reported too: somebody is at work on a machine that moves.
+    What boot has checked and set is uncertain once the node has taken it, and that is when it is reported: a
+    write that the node refuses changes nothing. The port does not receive what we send ourselves.
     """
     for place, plan in enumerate(plans):
-        port.handlers[SDO_REQUEST + plan.node_id] = partial(_on_request, plan, partial(report, place))
+        watch = _WriteWatch(plan, port, partial(report, place))
+        port.handlers[SDO_REQUEST + plan.node_id] = watch.on_request
+        port.handlers[SDO_ANSWER + plan.node_id] = watch.on_answer
 
 
-def _on_request(
-    plan: NodePlan, report: Callable[[str], None], payload: bytearray, _timestamp_s: float
-) -> None:
-    if len(payload) == SDO_BYTES and payload[0] >> 5 in DOWNLOADS:
-        index, subindex = int.from_bytes(payload[1:3], "little"), payload[3]
-        variable = plan.eds.variables.get((index, subindex))
+class _WriteWatch:
+    """Downloads of others to one node: remembered at the request, reported at the answer that accepts it."""
+
+    def __init__(self, plan: NodePlan, port: CanPort, report: Callable[[str], None]) -> None:
+        self._plan, self._port, self._report = plan, port, report
+        self._address = b""
+        """Index and subindex of the download that awaits its answer."""
+
+    def on_request(self, payload: bytearray, _timestamp_s: float) -> None:
+        if len(payload) == SDO_BYTES and payload[0] >> 5 in DOWNLOADS:
+            self._address = bytes(payload[1:4])
+
+    def on_answer(self, payload: bytearray, timestamp_s: float) -> None:
+        if self._address and bytes(payload[1:4]) == self._address:
+            address, self._address = self._address, b""
+            if payload[0] != REFUSED:
+                self._tell(int.from_bytes(address[:2], "little"), address[2])
+        self._port.fallback(SDO_ANSWER + self._plan.node_id, payload, timestamp_s)
+
+    def _tell(self, index: int, subindex: int) -> None:
+        variable = self._plan.eds.variables.get((index, subindex))
         name = f" ({variable.name})" if variable is not None else ""
-        report(f"{plan.name}: somebody else writes {index:04X}h:{subindex:02X}{name}")
+        self._report(f"{self._plan.name}: somebody else writes {index:04X}h:{subindex:02X}{name}")

@@ -132,10 +132,10 @@ def test_halt_interrupts(drive: SdoDrive) -> None:
     assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.05)
 
 
-def test_method_0_is_an_error(drive: SdoDrive) -> None:
+def test_method_0_searches_nothing(drive: SdoDrive) -> None:
     drive.enable(6)
     drive.control(0x1F)
-    assert drive.statusword & 0x2000
+    assert drive.statusword & 0x3400 == 0x0400
 
 
 def test_the_wrong_switch_is_an_error(drive: SdoDrive) -> None:

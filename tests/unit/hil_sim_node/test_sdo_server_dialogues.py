@@ -12,7 +12,10 @@ SEQUENCE = 0x05040003
 CRC = 0x05040004
 READ_ONLY = 0x06010002
 NO_OBJECT = 0x06020000
-LENGTH = 0x06070010
+TOO_LONG = 0x06070012
+TOO_SHORT = 0x06070013
+TIMED_OUT = 0x05040000
+NO_TRANSFER = "000000"
 NO_SUBINDEX = 0x06090011
 NO_DATA = 0x08000024
 
@@ -55,7 +58,9 @@ def test_expedited_download_and_upload_of_two_bytes(nodes: InProcessNodes) -> No
         ("40 3412 00 00000000", "341200", NO_OBJECT),
         ("40 1610 05 00000000", "161005", NO_SUBINDEX),
         ("23 0010 00 01000000", "001000", READ_ONLY),
-        ("2f 1710 00 01000000", "171000", LENGTH),
+        ("2f 1710 00 01000000", "171000", TOO_SHORT),
+        ("23 1710 00 01000000", "171000", TOO_LONG),
+        ("40 0200 00 00000000", "020000", NO_OBJECT),
         ("21 0010 00 08000000", "001000", READ_ONLY),
         ("c2 0010 00 08000000", "001000", READ_ONLY),
         ("e0 0000 00 00000000", "000000", COMMAND),
@@ -81,7 +86,7 @@ def test_segmented_upload_of_the_device_name(nodes: InProcessNodes) -> None:
 def test_wrong_toggle_ends_a_segmented_upload(nodes: InProcessNodes) -> None:
     ask(nodes, "40 0810 00 00000000")
     assert ask(nodes, "70" + "00" * 7) == abort("081000", TOGGLE)
-    assert ask(nodes, "60" + "00" * 7) == abort("081000", COMMAND)
+    assert ask(nodes, "60" + "00" * 7) == abort(NO_TRANSFER, COMMAND)
 
 
 def test_wrong_toggle_ends_a_segmented_download(nodes: InProcessNodes) -> None:
@@ -96,7 +101,7 @@ def test_segment_without_a_transfer_is_refused(nodes: InProcessNodes) -> None:
 
 def test_segmented_download_longer_than_announced_is_refused(nodes: InProcessNodes) -> None:
     ask(nodes, "21 0020 00 05000000")
-    assert ask(nodes, "01" + "41" * 7) == abort("002000", LENGTH)
+    assert ask(nodes, "01" + "41" * 7) == abort("002000", TOO_LONG)
 
 
 def test_a_new_initiate_replaces_a_transfer_in_progress(nodes: InProcessNodes) -> None:
@@ -144,14 +149,14 @@ def test_block_download_with_a_wrong_crc_stores_nothing(nodes: InProcessNodes) -
 def test_block_download_of_the_wrong_length_is_refused(nodes: InProcessNodes) -> None:
     ask(nodes, "c2 0020 00 09000000")
     ask(nodes, "81" + "55" * 7)
-    assert ask(nodes, "c1" + "00" * 7) == abort("002000", LENGTH)
+    assert ask(nodes, "c1" + "00" * 7) == abort("002000", TOO_SHORT)
 
 
 def test_block_download_ends_on_the_clients_abort(nodes: InProcessNodes) -> None:
     ask(nodes, "c2 0020 00 0e000000")
     ask(nodes, "01" + "55" * 7)
     assert ask(nodes, "80 0020 00 00000008") == []
-    assert ask(nodes, "02" + "55" * 7) == abort("002000", COMMAND)
+    assert ask(nodes, "02" + "55" * 7) == abort(NO_TRANSFER, COMMAND)
 
 
 def test_a_silent_client_is_forgotten(nodes: InProcessNodes) -> None:
@@ -163,6 +168,24 @@ def test_a_silent_client_is_forgotten(nodes: InProcessNodes) -> None:
     assert ask(nodes, "40 0010 00 00000000") == []
     server.now_s = lambda: 12.0
     assert ask(nodes, "40 0010 00 00000000") == ["4300100092010200"]
+
+
+def test_the_clients_patience_begins_with_our_last_frame(nodes: InProcessNodes) -> None:
+    """127 segments take 1.7 s at 10 kbit/s; a client that is later than its second gets 05040000h."""
+    server = nodes.bench.slaves[0].sdo
+    server.now_s = lambda: 10.0
+    ask(nodes, "a4 2110 00 7f 000000")
+    assert len(ask(nodes, "a3" + "00" * 7)) == 127
+    server.now_s = lambda: 12.5
+    assert len(ask(nodes, "a2 7f 7f" + "00" * 5)) == 127
+    server.now_s = lambda: 15.5
+    assert ask(nodes, "a2 7f 7f" + "00" * 5) == abort("211000", TIMED_OUT)
+    assert ask(nodes, "a2 7f 7f" + "00" * 5) == abort(NO_TRANSFER, COMMAND)
+
+
+def test_an_abort_after_an_expedited_transfer_names_no_object(nodes: InProcessNodes) -> None:
+    ask(nodes, "40 0010 00 00000000")
+    assert ask(nodes, "60" + "00" * 7) == abort(NO_TRANSFER, COMMAND)
 
 
 def test_block_upload_in_blocks_of_two(nodes: InProcessNodes) -> None:
@@ -201,7 +224,7 @@ def test_block_upload_refuses_block_size_zero(nodes: InProcessNodes) -> None:
 
 
 def test_upload_of_an_empty_object_aborts_with_no_data(nodes: InProcessNodes) -> None:
-    nodes.bench.slaves[0].dictionary.stored[0x2000, 0] = b""
+    nodes.bench.slaves[0].dictionary.stored.pop((0x2000, 0), None)
     assert ask(nodes, "40 0020 00 00000000") == abort("002000", NO_DATA)
     assert ask(nodes, "a0 0020 00 7f 000000") == abort("002000", NO_DATA)
 

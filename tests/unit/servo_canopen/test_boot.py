@@ -83,6 +83,10 @@ async def test_all_dead_nodes_are_reported_together(bench: Any, plans: tuple[Nod
         ({"x1018_03": 0x2A}, r"a foreign node: 1018h:03 \(revision number\)"),
         ({"x6076_00": 999}, r"6076h:00 is 999, the machine file says \d+ \(axis.x.drive.rated_torque_mnm\)"),
         ({"x608F_01": 4096}, r"608Fh:01 is 4096, the machine file says 1048576"),
+        ({"x6091_01": 2}, r"6091h:01 is 2, the machine file says 1 \(axis.x.drive \(no gear"),
+        ({"x6092_01": 10_000}, r"6092h:01 is 10000, the machine file says 1048576"),
+        ({"x6096_02": 60}, r"6096h:02 is 60, the machine file says 1"),
+        ({"x60A9_00": 0x00B44700}, r"60A9h:00 is 11814656, .* \(axis.x.drive \(set points are counts"),
         ({"x6502_00": 0x1}, r"6502h:00 is 1, the machine file says 544 \(axis.x.mode\)"),
     ],
 )
