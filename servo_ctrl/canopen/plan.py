@@ -17,7 +17,7 @@ PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
 """Objects the controller has a value for every cycle; nothing else may be in an RPDO."""
 SYNCHRONOUS = 1
 UNIT_COUNT, UNIT_COUNT_PER_SECOND = 0x00B5_0000, 0x00B5_0300
-"""SI unit objects 60A8h, 60A9h (CiA 303-2 notation): B5h increments, 03h second; a drive in rpm has 00B44700h."""
+"""SI unit objects 60A8h, 60A9h (CiA 303-2): B5h increments, 03h second; a drive in rpm has 00B44700h."""
 RPDO_1, TPDO_1, TPDO_2 = 0x1400, 0x1800, 0x1801
 """Communication parameters (CiA 301); TPDO 2 carries the limit switches."""
 COB_ID_BASE = {0x1400: 0x200, 0x1800: 0x180}
