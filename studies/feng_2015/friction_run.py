@@ -15,6 +15,7 @@ from studies.feng_2015.strokes import RepeatedStroke, drawn, repeat_strokes
 from studies.feng_2015.study import FrictionStudy, summary
 from studies.feng_2015.twin_learning import TwinLearning, TwinStroke, learn_in_twin
 from studies.feng_2015.variants import VariantResult, run_variant, variants, without_second_trapezoid
+from studies.feng_2015.waveform_study import study_waveforms
 
 
 def friction_study(
@@ -30,6 +31,8 @@ def friction_study(
     judged, single = (paper.store if bus is None else bus.store), out / "learned" / "single"
     without_second_trapezoid(machine, judged, single)
     results = _run_variants(console, machine, out, judged, single)
+    with console.status("learned waveforms and rivals, in the batch twin ..."):
+        waveforms = study_waveforms(machine)
     study = FrictionStudy(
         results=results,
         paper=paper,
@@ -38,6 +41,7 @@ def friction_study(
         seed=seed,
         bus=bus,
         wall_s=time.monotonic() - start_s,
+        waveforms=waveforms,
     )
     print_study(console, study)
     for picture in draw_study(machine, study, out):

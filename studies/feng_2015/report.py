@@ -18,12 +18,12 @@ from studies.feng_2015.study import (
     Cell,
     FrictionStudy,
     ReductionBar,
+    all_cells,
     bars,
-    cells,
     missed,
     reductions_percent,
 )
-from studies.feng_2015.variants import OBSERVER, PULSE, SINGLE, WITHOUT
+from studies.feng_2015.variants import OBSERVER, PULSE, WITHOUT
 
 PUBLISHED_X = {
     WITHOUT: FENG_2015_X_UNCOMPENSATED,
@@ -34,7 +34,7 @@ PUBLISHED_X = {
 
 def print_study(console: Console, study: FrictionStudy) -> None:
     """Print all tables."""
-    found = cells(study.results)
+    found = all_cells(study)
     console.print(_errors(found))
     console.print(_reductions(found))
     console.print(_learning(study))
@@ -70,7 +70,7 @@ def _errors(found: list[Cell]) -> Table:
                 _motion(cell) if name == WITHOUT else "",
                 name,
                 *_beside(figures, published),
-                end_section=name == SINGLE,
+                end_section=name == list(cell.figures)[-1],
             )
     return table
 

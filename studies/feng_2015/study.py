@@ -9,7 +9,8 @@ from studies.feng_2015.bus_learning import BusLearning
 from studies.feng_2015.published import FENG_2015_CLAIMS_PERCENT
 from studies.feng_2015.strokes import RepeatedStroke
 from studies.feng_2015.twin_learning import TwinLearning
-from studies.feng_2015.variants import OBSERVER, PULSE, SINGLE, WITHOUT, VariantResult
+from studies.feng_2015.variants import OBSERVER, PULSE, WITHOUT, VariantResult
+from studies.feng_2015.waveform_study import WAVEFORM, WaveformStudy, learning_figures
 
 UM = 1e6
 
@@ -50,6 +51,8 @@ class FrictionStudy(NamedTuple):
     seed: int
     bus: BusLearning | None
     wall_s: float
+    waveforms: WaveformStudy | None = None
+    """Learned waveforms and rivals, in the batch twin."""
 
 
 def cells(results: dict[str, VariantResult]) -> list[Cell]:
@@ -94,9 +97,18 @@ def missed(found: list[Cell]) -> list[ReductionBar]:
     return [bar for cell in found for bar in bars(cell) if not bar.met]
 
 
+def all_cells(study: FrictionStudy) -> list[Cell]:
+    """The cells of the bus, with the learned waveforms' figures beside them where they were studied."""
+    found = cells(study.results)
+    if study.waveforms is None:
+        return found
+    ours = study.waveforms.figures
+    return [cell._replace(figures={**cell.figures, WAVEFORM: ours[cell.group, cell.label]}) for cell in found]
+
+
 def summary(study: FrictionStudy) -> dict[str, Any]:
     """The whole study for JSON: micrometres, per cent, seconds."""
-    found = cells(study.results)
+    found = all_cells(study)
     return {
         "circle": [
             {"axis": cell.group, "feed_mm_min": cell.feed_mm_min, **_entry(cell)}
@@ -105,6 +117,7 @@ def summary(study: FrictionStudy) -> dict[str, Any]:
         ],
         "s_shaped": [{"name": cell.label, **_entry(cell)} for cell in found if cell.group == "S"],
         "learning": _learning(study),
+        "rivals": [] if study.waveforms is None else study.waveforms.rivals,
         "bars_missed": [
             {
                 "where": f"{bar.cell.group} {bar.cell.label}",
@@ -122,7 +135,7 @@ def summary(study: FrictionStudy) -> dict[str, Any]:
 
 def _entry(cell: Cell) -> dict[str, Any]:
     figures = {name: values._asdict() for name, values in cell.figures.items()}
-    reductions = {name: reductions_percent(cell, name) for name in (OBSERVER, PULSE, SINGLE)}
+    reductions = {name: reductions_percent(cell, name) for name in cell.figures if name != WITHOUT}
     return {
         **figures,
         "reductions_percent": {
@@ -159,6 +172,8 @@ def _learning(study: FrictionStudy) -> dict[str, Any]:
             "times_real_time": study.bus.times_real_time,
             "axes": {axis: _outcome(learned) for axis, learned in study.bus.axes.items()},
         }
+    if study.waveforms is not None:
+        figures["waveforms"] = learning_figures(study.waveforms)
     figures["repeated_on_bus"] = {
         "seed": study.seed,
         "strokes": [

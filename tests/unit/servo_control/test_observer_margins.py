@@ -23,6 +23,7 @@ from servo_ctrl.control.limits import AxisLimits
 from servo_ctrl.control.section import filter_blend
 from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
+from servo_ctrl.metrology.loop_margins import open_loop
 
 Response = NDArray[np.complex128]
 
@@ -52,22 +53,6 @@ def params_at(axis: str, bandwidth_hz: float, mass_share: float = 1.0) -> AxisPa
     return params._replace(
         observer=observer._replace(enabled=True, filter_blend=blend, mass_kg=mass_share * observer.mass_kg)
     )
-
-
-def open_loop(params: AxisParams, mass_kg: float, frequency_hz: Array) -> Response:
-    """From a force on the mass to minus the motor's force, by transfer functions in z."""
-    period = params.period_s
-    z = np.exp(2j * math.pi * frequency_hz * period)
-    mass = period**2 * (z + 1.0) / (2.0 * mass_kg * (z - 1.0) ** 2)  # force held over a period -> position
-    velocity = (1.0 - 1.0 / z) / period
-    integral = params.velocity_loop.ki_n_m * period / (1.0 - 1.0 / z)
-    cascade = (params.velocity_loop.kv_n_s_m + integral) * (params.position_loop.kp_1_s + velocity)
-    blend = params.observer.filter_blend if params.observer.enabled else 0.0
-    low_pass = blend / (1.0 - (1.0 - blend) / z)
-    mean = 0.5 * (1.0 + 1.0 / z)
-    model = params.observer.mass_kg * velocity**2 + params.observer.viscous_n_s_m * mean * velocity
-    # a command acts after one period; when that period is over its current is measured
-    return (cascade + low_pass * model) * mass / z / (1.0 - low_pass * mean / z**2)
 
 
 def margins(params: AxisParams, mass_kg: float) -> Margins:
