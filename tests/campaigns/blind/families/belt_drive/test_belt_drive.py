@@ -43,6 +43,18 @@ def test_carriage_and_pulley_ring_as_the_three_lengths_of_belt_have_it() -> None
     )  # the pair of formulas neither adds nor takes energy
 
 
+def test_a_damped_belt_rings_down_by_its_damping_over_twice_the_reduced_mass() -> None:
+    p = Belt(pulley_kg=2.0, carriage_kg=6.0, damping=30.0, viscous=0.0, coulomb_n=1e-9)
+    s, speeds = np.array([1e-4, 0.0, 0.0, 0.0, 0.0]), []
+    for k in range(2000):
+        between(p, s, 0.0, 0.0, k * 1e-4, (k + 1) * 1e-4, 1e-5, 0.0)
+        speeds.append(abs(s[1] - s[3]))
+    size = np.array(speeds)
+    peaks = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
+    rate = np.polyfit(peaks * 1e-4, np.log(size[peaks]), 1)[0]
+    assert rate == pytest.approx(-30.0 / (2.0 * 1.5), rel=0.01)
+
+
 def test_friction_takes_energy_over_a_free_stop() -> None:
     p = Belt(viscous=0.0, damping=0.0)
     s = np.array([0.0, 0.3, 0.0, 0.3, 0.0])
