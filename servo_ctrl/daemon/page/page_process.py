@@ -19,6 +19,10 @@ END_LIMIT_S = 5.0
 """Bounds the wait for the end of the keeper, which gives the page `STOP_LIMIT_S`; chosen."""
 LINES_KEPT = 20
 LONGEST_LINE = 500
+KEEPER_PAUSE_S = 1.0
+KEEPERS_AGAIN = 8
+"""In a run: who kills them more often means it."""
+KEEPER_ENDED = "the keeper of the page has ended"
 NICENESS = 10
 """Any other process gets the processor first, the cycle above all. Chosen, as the numbers above."""
 
@@ -36,19 +40,14 @@ class PageOptions(NamedTuple):
 
 @contextlib.asynccontextmanager
 async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator[None]:
-    """Run a command, started again when it ends, until the block is left."""
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "servo_ctrl.daemon.page.page_process_keeper"),
-        *command,
-        stdin=asyncio.subprocess.PIPE,
-        stdout=asyncio.subprocess.PIPE,
-        process_group=0,  # Ctrl-C is for us; in another session niceness would be void, sched(7)
-        preexec_fn=_beside_the_cycle,
-    )
-    output = asyncio.create_task(_read(process, note))
+    """Run a command, started again when it or its keeper ends, until the block is left."""
+    keepers, over = [await _keeper(command, _beside_the_cycle)], asyncio.Event()
+    watch = asyncio.create_task(_watched(keepers, command, note, over))
     try:
         yield
     finally:
+        over.set()
+        process = keepers[-1]
         if process.stdin is not None:
             process.stdin.close()
         try:
@@ -57,7 +56,56 @@ async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator
         except TimeoutError:
             process.kill()  # and the page with it: PDEATHSIG
             await process.wait()
-        await output
+        await watch
+
+
+async def _keeper(
+    command: list[str], before: Callable[[], object] | None, *prefix: str
+) -> asyncio.subprocess.Process:
+    return await asyncio.create_subprocess_exec(
+        *prefix,
+        *(sys.executable, "-m", "servo_ctrl.daemon.page.page_process_keeper"),
+        *command,
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE,
+        process_group=0,  # Ctrl-C is for us; in another session niceness would be void, sched(7)
+        preexec_fn=before,
+    )
+
+
+async def _watched(
+    keepers: list[asyncio.subprocess.Process],
+    command: list[str],
+    note: Callable[[str], None],
+    over: asyncio.Event,
+) -> None:
+    """Read what the keeper says; start another one where it was killed, until the block is over.
+
+    The start beside a cycle copies no memory, which a function to be called in the child would need. Under
+    SCHED_FIFO the child would compete with the cycle until it has begun: there the loss is only noted.
+    """
+    while True:
+        await _read(keepers[-1], note)
+        status = await keepers[-1].wait()
+        if over.is_set():
+            return
+        again = len(keepers) <= KEEPERS_AGAIN and os.sched_getscheduler(0) == os.SCHED_OTHER
+        what = (
+            f"again in {KEEPER_PAUSE_S:g} s"
+            if again
+            else "there is no page until the controller is restarted"
+        )
+        note(f"{KEEPER_ENDED} (status {status}), {what}")
+        if not again:
+            return
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(KEEPER_PAUSE_S):
+                await over.wait()
+                return
+        keepers.append(await _keeper(command, None, "nice", "-n", str(NICENESS)))
+        started = keepers[-1].stdin
+        if over.is_set() and started is not None:  # it was over while this one began
+            started.close()
 
 
 async def _read(process: asyncio.subprocess.Process, note: Callable[[str], None]) -> None:

@@ -65,6 +65,9 @@ def build(page: OpenPage) -> None:
     when_connected(page, make)
 
 
+LOCKSTEP = "In lockstep a cycle takes as long as the computers need; the period counts in real time only."
+
+
 class TrafficCards:
     """The load of the bus and the regularity of the cycle."""
 
@@ -75,6 +78,7 @@ class TrafficCards:
             with card("Cycle time", "cycle"):
                 self._plot = Plot("cycle-plot", "Histogram of the cycle time", 260)
                 self._summary = ui.label().classes("num").mark("cycle-summary")
+                faint(LOCKSTEP)
             with card("Traffic", "traffic"):
                 self._place = div("bench-column")
                 button("Clear counters", lambda: page.ask("clear_counters"), "clear-counters")
@@ -109,7 +113,8 @@ class TrafficFigure(NamedTuple):
 
 def traffic_figures(bus: BusStatus) -> list[TrafficFigure]:
     """Load, frames, missed ticks and missing inputs."""
-    load = f"load of {bus.bit_rate / 1e6:g} Mbit/s", f"{100.0 * bus.load:.1f} %"
+    name = f"load of {bus.bit_rate / 1e6:g} Mbit/s, fine up to {100.0 * HIGH_LOAD:.0f} %"
+    load = name, f"{100.0 * bus.load:.1f} %"
     return [
         TrafficFigure("load", *load, bus.load > HIGH_LOAD),
         TrafficFigure("frames", "frames a second", grouped(bus.frames_per_s)),

@@ -15,6 +15,7 @@ from servo_ctrl.hmi.shell.event_texts import coalesced, reason_text, when
 from servo_ctrl.hmi.shell.live_content import Rebuilt, TextTable, command_buttons, when_connected
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
+from servo_ctrl.hmi.shell.overload import RecentShare, overload_text
 from servo_ctrl.hmi.shell.parts import CROSS, card, div, faint
 from servo_ctrl.hmi.shell.units import UnitSystem
 
@@ -70,17 +71,23 @@ class PowerCard:
     """The card for switching on and off, and for homing."""
 
     def __init__(self, page: OpenPage) -> None:
+        self._ticks, self._overload = RecentShare(), ""
         with card("Power", "power"):
             with div("bench-row"):
-                self._buttons = command_buttons(page, BUTTONS, "flex: 1 1 0")
+                self._buttons = command_buttons(page, BUTTONS, "flex: 1 1 0", doubt=self._doubt)
             self._reason = faint().mark("stage-reason")
 
     def refresh(self, status: MachineStatus) -> None:
         """Enable what is possible now, and show why the machine stands still."""
+        self._overload = overload_text(self._ticks.take(status))
         for command, element in self._buttons.items():
             element.set_enabled(status.stage in ENABLED_IN[command])
         word, reason = shown_stage(status).word, reason_text(status)
         self._reason.set_text(f"{word}: {reason}" if reason else word)
+
+    def _doubt(self, command: Command) -> str:
+        """What speaks against a command: drives are not to be led by a computer that is late."""
+        return self._overload if command is Command.ENABLE else ""
 
 
 class JogSpeedCard:

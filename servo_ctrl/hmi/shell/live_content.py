@@ -12,7 +12,7 @@ from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, div
+from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, confirmed, div
 
 Refresh = Callable[[MachineStatus], Awaitable[None] | None]
 
@@ -74,14 +74,18 @@ def command_buttons(
     looks: Mapping[Command, tuple[str, str]],
     style: str,
     axis: Callable[[Command], str] = lambda _command: "",
+    doubt: Callable[[Command], str] = lambda _command: "",
 ) -> dict[Command, ui.button]:
     """A button with text and icon for each command, marked with its name; the first is the main action.
 
-    `axis` returns the axis that a command is for at a click, "" = all.
+    `axis` returns the axis that a command is for at a click, "" = all; `doubt` what speaks against it, about
+    which the visitor is asked first.
     """
 
-    def send(command: Command) -> Awaitable[None]:
-        return page.command(command, axis(command))
+    async def send(command: Command) -> None:
+        against = doubt(command)
+        if not against or await confirmed(f"{looks[command][0]} nevertheless?", against, looks[command][0]):
+            await page.command(command, axis(command))
 
     return {
         command: button(

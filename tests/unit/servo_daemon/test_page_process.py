@@ -75,6 +75,20 @@ async def test_a_page_that_dies_is_restarted_and_its_last_output_reported(tmp_pa
     assert not any(alive(pid) for pid in pids(file))
 
 
+async def test_a_killed_keeper_is_noted_and_started_again_beside_the_cycle(tmp_path: Path) -> None:
+    file, notes = tmp_path / "pids", []
+    async with kept(command(LIVES, file), notes.append):
+        await until(lambda: len(pids(file)) == 1)
+        first = pids(file)[0]
+        os.kill(int(stat_of(first)[1]), signal.SIGKILL)
+        await until(lambda: len(pids(file)) == 2)
+        assert not alive(first)
+        second = pids(file)[1]
+        assert os.getpriority(os.PRIO_PROCESS, second) == min(19, os.nice(0) + NICENESS)
+    assert notes == ["the keeper of the page has ended (status -9), again in 1 s"]
+    assert not alive(second)
+
+
 async def test_a_page_gives_way_to_the_cycle_and_ctrl_c_is_not_for_it(tmp_path: Path) -> None:
     """Linux may weigh niceness within a session alone: sched(7), the autogroup feature."""
     file = tmp_path / "pids"

@@ -49,6 +49,7 @@ def test_the_summary_names_the_most_frequent_and_the_slowest_bin() -> None:
 )
 def test_an_unusual_figure_is_notable(field: str, value: float, key: str) -> None:
     assert not any(figure.notable for figure in traffic_figures(FIRST.bus))
+    assert traffic_figures(FIRST.bus)[0].name == "load of 1 Mbit/s, fine up to 80 %"
     changed = traffic_figures(FIRST.bus._replace(**{field: value}))
     assert [figure.key for figure in changed if figure.notable] == [key]
 
