@@ -1,5 +1,6 @@
 """Learned waveform compensation: closed forms of its parts, convergence, and motions that no learning saw."""
 
+import json
 import math
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from servo_ctrl.learning.reversal_waveform import (
 from studies.feng_2015 import waveform_learning
 from studies.feng_2015.rivals import Setting, Tuner, planned_n, with_bandwidth
 from studies.feng_2015.waveform_learning import friction_alone, identify, learn_waveforms
+from studies.feng_2015.waveform_robustness import markdown
 from twin.plant_file import load_plant
 
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
@@ -151,3 +153,9 @@ def test_an_observer_that_is_told_of_the_feedforward_gets_its_fast_part_only() -
     reversal = int(reversals(commands[:, 0])[0])
     assert abs(whole_n[reversal - 300]) > 5.0
     assert abs(told_n[reversal - 300]) < 0.5
+
+
+def test_the_table_of_the_documents_is_the_committed_figures() -> None:
+    docs = XY_TABLE.parents[1] / "docs"
+    figures = json.loads((docs / "friction_waveforms.json").read_text(encoding="utf-8"))
+    assert markdown(figures) in (docs / "friction_study.md").read_text(encoding="utf-8")
