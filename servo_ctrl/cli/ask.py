@@ -1,5 +1,6 @@
-"""`servo-ctrl ask`: commands to a running controller, and its status, by SDO over the bus."""
+"""What is asked over the bus by SDO: commands and status of a running controller, and what other nodes are."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -35,3 +36,52 @@ def ask(
     config = load_machine(machine)
     request = parse_request(words, axis, list(config.axes))
     asyncio.run(perform(request, config, bus, json=json))
+
+
+def conformance(
+    bus: BusOption,
+    node: Annotated[int, typer.Option(min=1, max=127, help="Node id.", show_default=False)],
+    eds: Annotated[Path, typer.Option(help="EDS file of the node.", show_default=False)],
+    html: Annotated[Path | None, typer.Option(help="Write the report as a page to this file.")] = None,
+    junit: Annotated[Path | None, typer.Option(help="Write the report as JUnit XML to this file.")] = None,
+) -> None:
+    """Hold a CANopen node against the standards, clause by clause: pass, fail or not applicable.
+
+    It changes the node's NMT state and restarts its communication, so no controller may run. It never enables
+    operation: a motor stays without power. The exit status is 0 where nothing failed.
+
+    Example: `servo-ctrl conformance --bus socketcan:can0 --node 1 --eds eds/servo_drive.eds --html a.html`
+    """
+    import asyncio
+
+    from servo_ctrl.cli.conformance_request import findings_of
+    from servo_ctrl.conformance import verdicts
+
+    findings = asyncio.run(findings_of(bus, node, eds))
+    title = f"Node {node} on {bus} against {eds.name}"
+    if html is not None:
+        html.write_text(verdicts.page(findings, title), encoding="utf-8")
+    if junit is not None:
+        junit.write_text(verdicts.junit(findings, title), encoding="utf-8")
+    typer.echo(verdicts.count(findings))
+    if verdicts.failures(findings):
+        raise typer.Exit(1)
+
+
+def nodes(bus: BusOption) -> None:
+    """Name the nodes on a bus: id, profile, vendor, product, revision, serial number and name of each.
+
+    Nothing is written, and a node need not be known. The exit status is 1 where no node answers.
+
+    Example: `servo-ctrl nodes --bus socketcan:can0`
+    """
+    import asyncio
+
+    from servo_ctrl.cli.conformance_request import lines_of
+
+    found = asyncio.run(lines_of(bus))
+    for line in found:
+        typer.echo(line)
+    typer.echo(f"{len(found)} nodes")
+    if not found:
+        raise typer.Exit(1)

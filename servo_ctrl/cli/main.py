@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from servo_ctrl.cli import experiment, learned
-from servo_ctrl.cli.ask import ask
+from servo_ctrl.cli.ask import ask, conformance, nodes
 from servo_ctrl.cli.check import check
 from servo_ctrl.cli.compile_kernels import compile_kernels
 from servo_ctrl.cli.demo import demo
@@ -55,7 +55,7 @@ def commands(
     """
 
 
-for _command in (run, learn, check, export, report, demo, ask, new_machine):
+for _command in (run, learn, check, export, report, demo, ask, new_machine, nodes, conformance):
     app.command(cls=PlainCommand)(_command)
 app.command("compile", cls=PlainCommand, hidden=True)(compile_kernels)
 app.add_typer(experiment.app, name="experiment")

@@ -1,0 +1,64 @@
+"""The list of clauses: one function each, whose docstring is what the clause asks.
+
+It returns where the node meets the clause, and raises Failed or NotApplicable otherwise. What it changes in
+the node it puts back, and no clause enables operation: a motor stays without power.
+"""
+
+import struct
+from collections.abc import Callable
+from typing import NamedTuple
+
+from servo_ctrl.canopen.errors import AbortCode
+from servo_ctrl.canopen.pdo import STRUCT_FORMATS
+from servo_ctrl.canopen.stack import Eds, EdsVariable
+from servo_ctrl.conformance.dialogue import Dialogue, NotApplicable
+
+WRONG_LENGTH = (0x0607_0010, AbortCode.TOO_LONG, AbortCode.TOO_SHORT)
+OUT_OF_RANGE = (AbortCode.INVALID_VALUE, AbortCode.VALUE_TOO_HIGH, AbortCode.VALUE_TOO_LOW, 0x0604_0043)
+CANNOT_BE_MAPPED, PDO_TOO_LONG, NO_BLOCK_TRANSFER = 0x0604_0041, 0x0604_0042, AbortCode.INVALID_COMMAND
+OFF, PRE_OPERATIONAL, OPERATIONAL, STOPPED = 0x8000_0000, 0x7F, 0x05, 0x04
+START, STOP, ENTER_PRE_OPERATIONAL, RESET_COMMUNICATION = 0x01, 0x02, 0x80, 0x82
+BOOT_UP_S = 5.0
+"""How long a node may take to restart its communication (chosen)."""
+TPDO, TPDO_MAPPING = 0x1800, 0x1A00
+
+
+class Node(NamedTuple):
+    """The node under test, and what its EDS says of it."""
+
+    dialogue: Dialogue
+    eds: Eds
+
+    def variable(self, index: int, subindex: int = 0) -> EdsVariable:
+        """An entry of the EDS. Raises NotApplicable without it."""
+        found = self.eds.variables.get((index, subindex))
+        if found is None:
+            raise NotApplicable(f"the EDS has no {index:04X}h:{subindex:02X}")
+        return found
+
+
+class Clause(NamedTuple):
+    """What a standard asks, and the dialogue that finds out."""
+
+    number: str
+    title: str
+    check: Callable[[Node], None]
+
+
+CLAUSES: list[Clause] = []
+
+
+def clause(number: str) -> Callable[[Callable[[Node], None]], Callable[[Node], None]]:
+    """Put a dialogue on the list, its docstring as the title."""
+
+    def add(check: Callable[[Node], None]) -> Callable[[Node], None]:
+        CLAUSES.append(Clause(number, (check.__doc__ or "").rstrip("."), check))
+        return check
+
+    return add
+
+
+def size_of(variable: EdsVariable) -> int:
+    """Bytes of a number; 0 of text and domains."""
+    pattern = STRUCT_FORMATS.get(variable.data_type)
+    return struct.calcsize("<" + pattern) if pattern else 0

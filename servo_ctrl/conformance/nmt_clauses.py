@@ -1,0 +1,91 @@
+"""NMT (CiA 301, 7.2.8): states, heartbeat, boot-up."""
+
+from collections.abc import Callable
+
+from servo_ctrl.conformance.clauses import (
+    BOOT_UP_S,
+    ENTER_PRE_OPERATIONAL,
+    OPERATIONAL,
+    PRE_OPERATIONAL,
+    RESET_COMMUNICATION,
+    START,
+    STOP,
+    STOPPED,
+    Node,
+    clause,
+)
+from servo_ctrl.conformance.dialogue import INITIATE, Failed, NotApplicable
+
+
+@clause("CiA 301 7.2.8")
+def states(node: Node) -> None:
+    """NMT states as the heartbeat shows them."""
+    with _Heartbeats(node) as shown:
+        for command, state in (
+            (START, OPERATIONAL),
+            (STOP, STOPPED),
+            (ENTER_PRE_OPERATIONAL, PRE_OPERATIONAL),
+        ):
+            node.dialogue.command(command)
+            if (found := shown()) != state:
+                raise Failed(f"after NMT command {command:02X}h the heartbeat shows {found}")
+
+
+@clause("CiA 301 7.2.8")
+def foreign_command(node: Node) -> None:
+    """NMT for another node, or of one byte, changes nothing."""
+    dialogue = node.dialogue
+    with _Heartbeats(node) as shown:
+        dialogue.command(START, dialogue.node_id % 127 + 1)
+        dialogue.send(0x000, bytes((START,)))
+        if (found := shown()) != PRE_OPERATIONAL:
+            raise Failed(f"the heartbeat shows {found}")
+
+
+@clause("CiA 301 7.3.2")
+def stopped(node: Node) -> None:
+    """A stopped node answers no SDO."""
+    dialogue = node.dialogue
+    dialogue.command(STOP)
+    try:
+        dialogue.forget()
+        dialogue.send(0x600 + dialogue.node_id, INITIATE.pack(0x40, 0x1000, 0, 0))
+        dialogue.silence(0x580 + dialogue.node_id)
+    finally:
+        dialogue.command(ENTER_PRE_OPERATIONAL)
+
+
+@clause("CiA 301 7.2.8")
+def boot_up(node: Node) -> None:
+    """Reset communication ends in a boot-up message."""
+    dialogue = node.dialogue
+    dialogue.forget()
+    dialogue.command(RESET_COMMUNICATION)
+    frame = dialogue.wait_for(0x700 + dialogue.node_id, BOOT_UP_S)
+    if frame != b"\0":
+        raise Failed(f"it sent {frame.hex(' ') if frame is not None else 'nothing'}")
+
+
+class _Heartbeats:
+    """A heartbeat every 20 ms, as it was afterwards; entering gives what tells the state of the next."""
+
+    def __init__(self, node: Node) -> None:
+        if "w" not in node.variable(0x1017).access:
+            raise NotApplicable("the heartbeat is fixed")
+        self._dialogue = node.dialogue
+
+    def __enter__(self) -> Callable[[], int | None]:
+        dialogue = self._dialogue
+        self._before = dialogue.read(0x1017)
+        dialogue.write(0x1017, 0, (20).to_bytes(2, "little"))
+
+        def shown() -> int | None:
+            dialogue.forget()
+            frame = dialogue.wait_for(0x700 + dialogue.node_id)
+            return frame[0] & 0x7F if frame else None
+
+        return shown
+
+    def __exit__(self, *_: object) -> None:
+        self._dialogue.command(ENTER_PRE_OPERATIONAL)
+        self._dialogue.write(0x1017, 0, self._before)

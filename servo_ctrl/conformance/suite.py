@@ -1,0 +1,34 @@
+"""A run of the suite on one node: every clause once, whatever the others found."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from servo_ctrl.canopen.stack import load_eds
+from servo_ctrl.conformance import (  # noqa: F401  # each puts its clauses on the list
+    nmt_clauses,
+    object_clauses,
+    pdo_clauses,
+    profile_clauses,
+    sdo_clauses,
+)
+from servo_ctrl.conformance.clauses import CLAUSES, ENTER_PRE_OPERATIONAL, Clause, Node
+from servo_ctrl.conformance.dialogue import Dialogue, Failed, NotApplicable, Refused, Wire
+from servo_ctrl.conformance.verdicts import Finding, Verdict
+
+
+def examine(wire: Wire, node_id: int, eds: Path) -> Iterator[Finding]:
+    """Findings, one a clause. Raises EdsError for a file that cannot be read."""
+    node = Node(Dialogue(wire, node_id), load_eds(eds, node_id))
+    node.dialogue.command(ENTER_PRE_OPERATIONAL)
+    return (_finding(clause, node) for clause in CLAUSES)
+
+
+def _finding(clause: Clause, node: Node) -> Finding:
+    verdict, reason = Verdict.PASS, ""
+    try:
+        clause.check(node)
+    except NotApplicable as absent:
+        verdict, reason = Verdict.NOT_APPLICABLE, str(absent)
+    except (Failed, Refused) as failed:
+        verdict, reason = Verdict.FAIL, str(failed)
+    return Finding(clause.number, clause.title, verdict, reason)

@@ -1,0 +1,84 @@
+"""What a run of the suite comes to: a verdict a clause, as text, JUnit XML and HTML."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from html import escape
+from typing import NamedTuple
+from xml.etree import ElementTree as ET
+
+PAGE = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
+<style>body{{font:15px sans-serif;margin:2em}}
+td,th{{text-align:left;padding:.3em .8em;border-bottom:1px solid #ccc}}
+.fail{{background:#fdd}}.pass{{background:#efe}}</style></head>
+<body><h1>{title}</h1><p>{count}</p>
+<table><tr><th>Clause</th><th>What is asked</th><th>Verdict</th><th>Found</th></tr>
+{rows}
+</table></body></html>
+"""
+
+
+class Verdict(StrEnum):
+    """Of one clause."""
+
+    PASS = "pass"  # noqa: S105  # no password
+    FAIL = "fail"
+    NOT_APPLICABLE = "not applicable"
+
+
+class Finding(NamedTuple):
+    """One clause of a standard, and how the node met it; `reason` is empty where it did."""
+
+    clause: str
+    title: str
+    verdict: Verdict
+    reason: str
+
+
+def failures(findings: Sequence[Finding]) -> list[Finding]:
+    """The clauses that the node does not meet."""
+    return [finding for finding in findings if finding.verdict is Verdict.FAIL]
+
+
+def count(findings: Sequence[Finding]) -> str:
+    """The last line: how many of each verdict."""
+    number = {verdict: sum(f.verdict is verdict for f in findings) for verdict in Verdict}
+    return ", ".join(f"{number[verdict]} {verdict}" for verdict in Verdict)
+
+
+def line(finding: Finding) -> str:
+    """One finding as a line of the terminal."""
+    reason = f": {finding.reason}" if finding.reason else ""
+    return f"{finding.verdict:14s}  {finding.clause}  {finding.title}{reason}"
+
+
+def junit(findings: Sequence[Finding], title: str) -> str:
+    """JUnit XML, as build servers read it."""
+    number = {verdict: str(sum(f.verdict is verdict for f in findings)) for verdict in Verdict}
+    suite = ET.Element(
+        "testsuite",
+        name=title,
+        tests=str(len(findings)),
+        failures=number[Verdict.FAIL],
+        skipped=number[Verdict.NOT_APPLICABLE],
+        errors="0",
+    )
+    for finding in findings:
+        case = ET.SubElement(suite, "testcase", classname=finding.clause, name=finding.title)
+        if finding.verdict is Verdict.FAIL:
+            ET.SubElement(case, "failure", message=finding.reason)
+        elif finding.verdict is Verdict.NOT_APPLICABLE:
+            ET.SubElement(case, "skipped", message=finding.reason)
+    ET.indent(suite)
+    return ET.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def page(findings: Sequence[Finding], title: str) -> str:
+    """The same as a page that needs nothing else."""
+    rows = "\n".join(
+        f'<tr class="{finding.verdict.name.lower()}">'
+        + "".join(f"<td>{escape(str(cell))}</td>" for cell in finding)
+        + "</tr>"
+        for finding in findings
+    )
+    return PAGE.format(title=escape(title), count=count(findings), rows=rows)
