@@ -1,4 +1,4 @@
-"""What is asked over the bus by SDO: commands and status of a running controller, and what other nodes are."""
+"""What is asked over the bus by SDO: command and status of a running controller, what other nodes are."""
 
 from pathlib import Path
 from typing import Annotated
