@@ -36,7 +36,7 @@ def foreign_command(node: Node) -> None:
     """NMT for another node, or of one byte, changes nothing."""
     dialogue = node.dialogue
     with _Heartbeats(node) as shown:
-        dialogue.command(START, dialogue.node_id % 127 + 1)
+        dialogue.command(START, 127 if dialogue.node_id != 127 else 126)
         dialogue.send(0x000, bytes((START,)))
         if (found := shown()) != PRE_OPERATIONAL:
             raise Failed(f"the heartbeat shows {found}")
@@ -81,7 +81,7 @@ class _Heartbeats:
 
         def shown() -> int | None:
             dialogue.forget()
-            frame = dialogue.wait_for(0x700 + dialogue.node_id)
+            frame = dialogue.wait_for(0x700 + dialogue.node_id, BOOT_UP_S)
             return frame[0] & 0x7F if frame else None
 
         return shown
