@@ -22,7 +22,7 @@ from reconcile.formats.mapping import Mapping
 from reconcile.formats.toml_file import toml_text
 from servo_ctrl.errors import reason_of
 
-OTHER_ROOMS = ("fleet/", "cli/", "trials/", "watch/", "loop/", "examples/", "runner/")
+OTHER_ROOMS = ("api/", "fleet/", "cli/", "trials/", "watch/", "loop/", "examples/", "runner/")
 """Directories whose sources no verdict depends on."""
 VERDICT, MODEL, REPORT = "verdict.json", "model.toml", "report.html"
 

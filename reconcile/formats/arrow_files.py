@@ -52,6 +52,15 @@ def parse_csv(
     return _table(path, content, first_row)
 
 
+def write_table(path: Path, content: Any) -> None:
+    """Write a table of Arrow, pandas or polars, or arrays (n,) by name, as Parquet. Raises ReconcileError."""
+    try:
+        pq.write_table(pa.table(content), path)
+    except (TypeError, ValueError, pa.ArrowException) as error:
+        wanted = "give a DataFrame, an Arrow table or arrays by name, all of one length"
+        raise ReconcileError(type(content).__name__, "", f"is no table: {in_words(error)}", wanted) from error
+
+
 def write_records(path: Path, types: Mapping[str, Any], records: Sequence[Mapping[str, Any]]) -> None:
     """Write records as Parquet. Raises OSError.
 

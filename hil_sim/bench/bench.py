@@ -1,0 +1,98 @@
+"""`with hil_sim.Bench("xy_table") as bench:` a simulated machine that serves a bus, a process of its own."""
+
+import contextlib
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Literal, Self
+
+from shipped_files import shipped
+
+READY_LIMIT_S, STOP_LIMIT_S = 120.0, 10.0
+"""Bounds of start and stop, s: a first start compiles the plant's kernels. Chosen."""
+READY = "on the bus"
+
+
+class BenchError(RuntimeError):
+    """The simulator did not start; carries what it printed."""
+
+
+class Bench:
+    """A simulated machine on a bus of its own while the block lasts.
+
+    `machine`: a directory with plant.toml, a plant file, or the name of a machine that is shipped. With
+    "lockstep" each SYNC on the bus advances simulated time, with "realtime" the wall clock does. `faults`
+    are those of `hil-sim run --fault`.
+    """
+
+    def __init__(
+        self,
+        machine: Path | str,
+        *,
+        pacing: Literal["lockstep", "realtime"] = "lockstep",
+        faults: tuple[str, ...] = (),
+    ) -> None:
+        self.machine = shipped(Path(machine))
+        self.channel = ""
+        """For `can.Bus(interface="localcan", channel=bench.channel)`; empty outside the block."""
+        self._options = ["--pacing", pacing, *(word for fault in faults for word in ("--fault", fault))]
+        self._open = contextlib.ExitStack()
+
+    @property
+    def bus(self) -> str:
+        """INTERFACE:CHANNEL, as the command lines take it."""
+        return f"localcan:{self.channel}"
+
+    def __enter__(self) -> Self:
+        """Start the simulator. Raises BenchError when it is not ready within its bound."""
+        with contextlib.ExitStack() as opened:
+            folder = opened.enter_context(tempfile.TemporaryDirectory(prefix="hil-sim-"))
+            self.channel = str(Path(folder) / "can.sock")
+            command = [*("run", "--machine", str(self.machine), "--bus", self.bus), *self._options]
+            opened.enter_context(_simulator([sys.executable, "-m", "hil_sim.cli.main", *command]))
+            self._open = opened.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Stop the simulator, in any case within its bound."""
+        self._open.close()
+        self.channel = ""
+
+
+@contextlib.contextmanager
+def _simulator(command: list[str]) -> Iterator[None]:
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    printed: list[str] = []
+    ready = threading.Event()
+
+    def drain() -> None:
+        """Keep the pipe empty: a full one would stop the simulator."""
+        for line in process.stdout or ():
+            if not ready.is_set():
+                printed.append(line.strip())
+            if READY in line:
+                ready.set()
+        ready.set()
+
+    reader = threading.Thread(target=drain, daemon=True)
+    reader.start()
+    try:
+        if not ready.wait(READY_LIMIT_S) or READY not in "".join(printed[-1:]):
+            raise BenchError(f"hil-sim did not start: {' | '.join(printed[-3:]) or 'it printed nothing'}")
+        yield
+    finally:
+        process.terminate()
+        try:
+            process.wait(STOP_LIMIT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+        reader.join()
+        if process.stdout is not None:
+            process.stdout.close()
