@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import hil_sim
 import kernels
-import reconcile
 from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
 from reconcile.fleet.dataset import AxisData, fetch_recordings
@@ -53,8 +52,8 @@ class AxisResult(NamedTuple):
 def program_version() -> str:
     """Return the version with a digest of the sources that a verdict depends on."""
     digest = hashlib.sha256()
-    for package in (reconcile, hil_sim, kernels):
-        root = Path(package.__file__ or "").parent
+    others = [Path(package.__file__ or "").parent for package in (hil_sim, kernels)]
+    for root in (Path(__file__).parents[1], *others):
         for file in sorted(root.rglob("*.py")):
             name = file.relative_to(root).as_posix()
             if not name.startswith(OTHER_ROOMS):
