@@ -99,6 +99,29 @@ def test_a_service_waits_for_what_it_needs() -> None:
     assert conditions["servo-ctrl"] == {"hil-sim": "service_healthy", "mosquitto": "service_healthy"}
 
 
+@pytest.mark.parametrize("name", ["hil-sim", "servo-ctrl"])
+def test_a_program_writes_to_its_volumes_alone_and_is_not_root(name: str) -> None:
+    service = services()[name]
+    image = (ROOT / service["build"]["dockerfile"]).read_text(encoding="utf-8")
+    assert service["read_only"] is True
+    assert "user" not in service
+    assert re.findall(r"^USER (.*)$", image, flags=re.MULTILINE) == ["servo"]
+    volumes = dict(volume.split(":") for volume in service["volumes"])
+    variables = dict(
+        word.split("=") for line in re.findall(r"^ENV (.*)$", image, re.MULTILINE) for word in line.split()
+    )
+    assert {variables["NUMBA_CACHE_DIR"], variables["XDG_STATE_HOME"]} == set(volumes.values())
+    assert f"{variables['MPLCONFIGDIR']}" in service["tmpfs"]
+
+
+def test_what_the_image_copies_is_not_ignored_and_secrets_are() -> None:
+    ignored = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
+    image = (ROOT / "deploy" / "Dockerfile").read_text(encoding="utf-8")
+    copied = {word for line in re.findall(r"^COPY (.*) \S+$", image, re.MULTILINE) for word in line.split()}
+    assert {f"!{source}" for source in copied} <= set(ignored)
+    assert ignored.index("*") < ignored.index("**/*.env")
+
+
 def test_every_path_in_the_commands_exists() -> None:
     for service in services().values():
         words = [*shlex.split(service.get("command", "")), *service.get("healthcheck", {}).get("test", [])]
