@@ -48,7 +48,7 @@ def run(programs: Path, directory: Path, *words: str) -> str:
     }
     command = [str(programs / words[0]), *words[1:]]
     done = subprocess.run(
-        command, cwd=directory, env=environment, capture_output=True, text=True, check=False, timeout=60
+        command, cwd=directory, env=environment, capture_output=True, text=True, check=False, timeout=300
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
