@@ -108,7 +108,10 @@ def _errors(
         except ValueError as error:  # its library is the catalogue's, and fails where that does
             why = f"{why}; PySINDy: {error}"
     for name, predict in fitted.items():
-        errors[name] = _pooled(left_out, lambda one, predict=predict: one.error(predict(one)))  # type: ignore[misc]
+        try:
+            errors[name] = _pooled(left_out, lambda one, predict=predict: one.error(predict(one)))  # type: ignore[misc]
+        except ValueError as error:  # the left-out recording lacks an axis that all others have
+            why = f"{why}; {name}: {error}"
     return errors, why
 
 
