@@ -33,6 +33,15 @@ def receive(bus: can.BusABC, count: int, patience_s: float = 10.0) -> list[can.M
     return [frame for frame in received if frame is not None]
 
 
+def stop_when_read(hub: Any, listener: can.BusABC, senders: list[can.BusABC]) -> None:
+    """Stop the hub once it has read all that `senders` sent on attaching (their filters come unanswered)."""
+    for sender in senders:
+        sender.send(message(0x7FF))
+    receive(listener, len(senders))
+    hub.signal(signal.SIGSTOP)
+    os.waitid(os.P_PID, hub.process.pid, os.WSTOPPED | os.WNOWAIT)
+
+
 def numbered_frames(hub: Any, count: int) -> subprocess.Popen[bytes]:
     """Start a process that sends `count` frames, each with its number as 8 bytes."""
     program = (
@@ -48,7 +57,7 @@ def numbered_frames(hub: Any, count: int) -> subprocess.Popen[bytes]:
 
 def test_the_lowest_identifier_among_the_heads_goes_first(hub: Any, attach: Attach) -> None:
     listener, *senders = (attach(hub) for _ in range(4))
-    hub.signal(signal.SIGSTOP)  # so that all have something to send when it looks
+    stop_when_read(hub, listener, senders)  # so that all have something to send when it looks
     sent = ([0x300, 0x100], [0x200, 0x600], [0x500, 0x080])
     for sender, identifiers in zip(senders, sent, strict=True):
         for identifier in identifiers:
@@ -61,8 +70,7 @@ def test_the_lowest_identifier_among_the_heads_goes_first(hub: Any, attach: Atta
 
 def test_frames_of_one_packet_compete_one_by_one(hub: Any, attach: Attach) -> None:
     listener, *senders = (attach(hub) for _ in range(3))
-    hub.signal(signal.SIGSTOP)
-    os.waitid(os.P_PID, hub.process.pid, os.WSTOPPED | os.WNOWAIT)
+    stop_when_read(hub, listener, senders)
     for sender, identifiers in zip(senders, ([0x300, 0x100], [0x200, 0x600]), strict=True):
         sender.send_burst(b"".join(pack(message(identifier)) for identifier in identifiers))
     hub.signal(signal.SIGCONT)
