@@ -6,7 +6,7 @@ reported together, each with what to do about it.
 
 import asyncio
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 
 from servo_ctrl.canopen.errors import BootError, NodeError, SdoError
@@ -25,15 +25,27 @@ IDENTITY = {
 }
 
 
-async def boot_nodes(network: Network, plans: Sequence[NodePlan], timeout_s: float = SDO_TIMEOUT_S) -> None:
+async def boot_nodes(
+    network: Network,
+    plans: Sequence[NodePlan],
+    timeout_s: float = SDO_TIMEOUT_S,
+    *,
+    in_thread: Callable[[], None] = lambda: None,
+) -> None:
     """Check and configure every node; they are pre-operational afterwards.
 
-    `timeout_s` bounds each SDO answer (wall clock). Raises BootError with all nodes that cannot be used.
+    `timeout_s` bounds each SDO answer (wall clock). `in_thread` is called first in the thread of each node.
+    Raises BootError with all nodes that cannot be used.
     """
     command_nodes(network, plans, NmtCommand.ENTER_PRE_OPERATIONAL)
+
+    def boot_one(plan: NodePlan) -> None:
+        in_thread()
+        _boot_node(network, plan, restarted, timeout_s)
+
     with _boot_ups(network, plans) as restarted:
         outcomes = await asyncio.gather(
-            *(asyncio.to_thread(_boot_node, network, plan, restarted, timeout_s) for plan in plans),
+            *(asyncio.to_thread(boot_one, plan) for plan in plans),
             return_exceptions=True,
         )
     failures = []

@@ -95,9 +95,18 @@ class HeartbeatWatch:
 
         return on_heartbeat
 
-    def complaint(self, node: int) -> str:
-        """Why a node cannot be used any more, "" when it can."""
-        return RESTARTED if self._restarted[node] else self._silence(node)
+    def restarted(self, node: int) -> bool:
+        """Whether a node has sent its boot-up message: its configuration is gone."""
+        return self._restarted[node]
+
+    def forget_restart(self, node: int) -> None:
+        """A node is being configured: only a restart from now on counts."""
+        self._restarted[node] = False
+
+    def take_for_operational(self, node: int) -> None:
+        """A node was started and answers; heartbeats from before that tell an older state."""
+        self._last[node], self._reported[node] = self.cycle, False
+        self._states[node] = NmtState.OPERATIONAL
 
     def left_operational(self) -> list[int]:
         """The nodes whose heartbeats tell another NMT state."""
@@ -111,7 +120,7 @@ class HeartbeatWatch:
         self._next_check = cycle + self._period
         complaints = []
         for node, name in enumerate(self._names):
-            if silence := self._silence(node):
+            if silence := self.silence(node):
                 if not self._reported[node]:
                     complaints.append(f"{name}: {silence}")
                 self._reported[node] = True
@@ -119,6 +128,7 @@ class HeartbeatWatch:
                 complaints.append(f"{name}: has left NMT operational")
         return complaints
 
-    def _silence(self, node: int) -> str:
+    def silence(self, node: int) -> str:
+        """For how long a node has sent no heartbeat, where that is too long; else ""."""
         silent = self.cycle - self._last[node]
         return f"no heartbeat in {silent} cycles" if self._period and silent > self._limit else ""

@@ -73,6 +73,8 @@ class MachineStatus(NamedTuple):
     """Why the machine is stopping, in standby or off; "" while nothing stopped it."""
     drives: tuple[DriveStatus, ...] = ()
     program: ProgramStatus = ProgramStatus()
+    setting_up: bool = False
+    """Nodes are booted and configured again, for drives that are to be enabled."""
     time: str = ""
     """When it was sent, ISO 8601."""
     bus: BusStatus = BusStatus()

@@ -158,8 +158,17 @@ def faults(operator: Operator, monitor: Any, noted: dict[str, Any]) -> Script:
     monitor.send(0x000, RESET_SCALE_Y)
     yield 2
     yield lambda now: any("restarted" in text for text in now.machine.events.kept)
-    noted["refused"] = operator.ask(Command.ENABLE)
-    yield 200
+    assert operator.ask(Command.ENABLE) == ""
+    assert operator.status.setting_up
+    noted["twice"] = operator.ask(Command.ENABLE)
+    assert operator.ask(Command.QUICK_STOP) == "", "calls the power off"
+    yield lambda now: not now.status.setting_up
+    assert operator.machine.stage is STANDBY
+    yield 50
+    assert operator.machine.stage is STANDBY
+    noted["called off"] = operator.cycle
+    assert operator.ask(Command.ENABLE) == ""
+    yield at(Stage.READY)
     operator.end()
 
 
@@ -195,15 +204,13 @@ async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
     recovered: MachineStatus = noted["recovered"]
     assert (recovered.reason, recovered.drives[1].error_code, recovered.drives[1].ready) == ("", None, True)
     assert ours == [bytes.fromhex("0010 01 0000000000"), bytes(8)], "an error, and that it is over"
-    assert noted["refused"].startswith(
-        "axis.y.scale (node 12): has restarted, its configuration is gone; end the run"
-    )
+    assert noted["twice"] == "axis.y.scale (node 12): is being set up again; wait for its end"
     power = {DriveState.OPERATION_ENABLED, DriveState.SWITCHED_ON}
-    assert not power & set(states(columns, "x")[noted["off"] + 2 :])
+    assert not power & set(states(columns, "x")[noted["off"] + 2 : noted["called off"]])
     assert (report.signal, report.completed) == ("SIGTERM", False)
 
 
-async def test_standby_survives_a_dead_simulator_and_a_signal_still_ends_the_run(
+async def test_a_simulator_killed_in_motion_and_started_again_is_enabled_from_standby(
     bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     machine_dir = bench.machine({"input_timeout_ms = 2000": "input_timeout_ms = 300"})
@@ -214,14 +221,26 @@ async def test_standby_survives_a_dead_simulator_and_a_signal_still_ends_the_run
         yield at(STANDBY)
         operator.ask(Command.ENABLE)
         yield at(Stage.READY)
+        operator.handler.jog("x", 0.05)
+        yield 100
         simulator.kill()
         yield at(STANDBY)
-        yield 2
-        noted.extend((operator.status.reason, operator.ask(Command.ENABLE)))
+        noted.append(operator.status.reason)
+        bench.simulate(machine_dir)
+        yield lambda now: sum("restarted" in text for text in now.machine.events.kept) == 4
+        assert operator.ask(Command.ENABLE) == ""
+        assert [drive.homed for drive in operator.status.drives] == [True, True]
+        yield at(Stage.READY)
+        assert [drive.homed for drive in operator.status.drives] == [True, True]
+        noted.extend(operator.machine.events.kept)
+        operator.handler.jog("x", 0.05)
+        yield 100
+        assert operator.status.drives[0].position_m > 0.001
         operator.end()
 
     operator = Operator(monkeypatch, script)
     report, _columns = await operate(bench, machine_dir, tmp_path / "r", operator)
-    assert report.failed
+    assert not report.failed
     assert noted[0].endswith("its cyclic inputs do not come any more")
-    assert noted[1].endswith("if they stay away, end the run and start it again")
+    lost = "its drive was set up again and has lost its reference; it homes again"
+    assert [axis in "".join(noted) for axis in (f"axis x: {lost}", f"axis y: {lost}")] == [True, True]

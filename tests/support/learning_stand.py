@@ -84,6 +84,7 @@ class FakeMachine:
         self.reason = ""
         self.missed_ticks = self.cycles = 0
         self.at_a_switch = ""
+        self.setting_up = False
         self.at_m = [0.0] * axes
 
     def set_points_m(self) -> list[float]:

@@ -1,6 +1,6 @@
 """All drives of a machine together: what their sequences are told, and what they ask of the machine."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
 from servo_ctrl.axis import drive
@@ -119,6 +119,15 @@ class Drives:
             servo.hold_m = hold_m
         for servo in servos:
             servo.home()
+
+    def forget_homes(self, nodes: Collection[int]) -> list[tuple[str, bool]]:
+        """Forget the homes of the drives among these nodes; their axes, and whether they home again."""
+        forgotten = []
+        for place in self._places:
+            if place.drive in nodes:
+                place.servo.homed = False
+                forgotten.append((place.servo.name, place.servo.route.homing))
+        return forgotten
 
     def lose(self, node: int) -> None:
         """Give up a node that does not respond any more; it may be a drive."""

@@ -6,7 +6,7 @@ No clock, no bus, no asyncio: inputs come in, payloads go out. The supervisor an
 from collections.abc import Callable, Iterable
 
 from servo_ctrl.axis.drive import Sequence, brake, release
-from servo_ctrl.axis.fault_policy import Event, Reaction
+from servo_ctrl.axis.fault_policy import REQUESTS, Event, Reaction
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.cycle import Inputs
@@ -29,6 +29,8 @@ class MachineController(MachineFigures):
         """Takes a row a cycle."""
         self.on_ready: Callable[[], None] = _ignore
         """Called once the axes are led."""
+        self.on_enable: Callable[[bool], None] = _ignore
+        """Called when drives are switched on from standby, with whether that ends a fault."""
         self.on_rest: Callable[[], None] = _ignore
         """Called when a served machine is ready again after a program, or in standby."""
         self.on_stop: Callable[[str], None] = _ignore
@@ -43,6 +45,8 @@ class MachineController(MachineFigures):
         """Which can be used again, for a machine that stands by."""
         self.completed = False
         """The last program was run to its end."""
+        self._unhomed: list[int] = []
+        """Nodes that are set up again, and whose drives have lost their homes."""
         self._node_names = node_names
         self._cycle = -1
 
@@ -53,15 +57,38 @@ class MachineController(MachineFigures):
             self._lead_all(brake, Stage.DISABLING)
 
     def enable(self) -> str:
-        """Switch the drives on from standby, faults reset; return why that cannot be, else ""."""
+        """Switch the drives on from standby, faults reset; return why that cannot be, else "".
+
+        Nodes that have lost their configuration are set up first; a request to stop calls the power off.
+        """
         if self.stage is not Stage.STANDBY:
             return "the machine is not in standby"
-        if self.nodes is not None and (problem := self.nodes.objection(self._missing.lost)):
-            return problem
-        self._drives.begin_again()
-        self._incidents.forget()
-        self.stage = Stage.STARTING
+        if self.setting_up:
+            return f"{self._node_names[self._again.nodes[0]]}: is being set up again; wait for its end"
+        if self.nodes is not None:
+            if problem := self.nodes.objection():
+                return problem
+            if unset := self.nodes.to_boot(self._missing.lost):
+                names = ", ".join(self._node_names[node] for node in unset)
+                self.note(f"{names}: booted and configured again before the drives get power")
+                self._again.begin(unset)
+                self._unhomed = [node for node in unset if not self.nodes.keeps_position(node)]
+                self.nodes.begin_boot(unset)
+                return ""
+        self._switch_on()
         return ""
+
+    def booted(self, problem: str = "") -> None:
+        """The nodes that are set up again are configured, or that went wrong."""
+        if self.nodes is None or not self.setting_up:
+            return
+        problem = problem or self.nodes.booted(self._again.nodes)
+        if problem:
+            self._again.end()
+            self.note(f"not enabled: {problem}")
+            self.on_rest()
+        else:
+            self._again.started = True
 
     def home(self, servos: Iterable[AxisServo]) -> None:
         """Let drives look for their homes once more, the other axes stay; the machine must be ready."""
@@ -107,8 +134,11 @@ class MachineController(MachineFigures):
                 self._rest()
         elif not self._move_on():
             return None
-        elif self._missing.lost and self.stage is Stage.STANDBY:
-            self._take_back()
+        elif self.stage is Stage.STANDBY:
+            if self._missing.lost:
+                self._take_back()
+            elif self._again.started:
+                self._end_setting_up()
         return payloads
 
     def input_missing(self, node: int) -> bool:
@@ -140,6 +170,8 @@ class MachineController(MachineFigures):
     def event(self, event: Event, text: str, servo: AxisServo | None = None) -> None:
         """Do what the fault policy says about an event, of this axis if one is named."""
         failed_before = self.failed
+        if event in REQUESTS and self._again.call_off():
+            self.note("set up again, and left without power")
         wanted = self._incidents.take(self.stage, event, text, self._cycle)
         if self.failed and not failed_before:
             self.on_fault(event, text)
@@ -204,6 +236,25 @@ class MachineController(MachineFigures):
             self._missing.lost.remove(node)
             self.note(f"{self._node_names[node]}: its cyclic inputs come again")
             self._drives.take_back(node)
+
+    def _end_setting_up(self) -> None:
+        """Give the drives power, as the nodes are configured and their inputs come."""
+        if self.nodes is not None:
+            self.nodes.use(self._again.nodes)
+        for name, homes in self._drives.forget_homes(self._unhomed):
+            what = "it homes again" if homes else "it has no homing: compare its position with the machine"
+            self.note(f"axis {name}: its drive was set up again and has lost its reference; {what}")
+        if self._again.end():
+            self._switch_on()
+        else:
+            self.on_rest()
+
+    def _switch_on(self) -> None:
+        failed = self.failed
+        self._drives.begin_again()
+        self._incidents.forget()
+        self.stage = Stage.STARTING
+        self.on_enable(failed)
 
     def _lead_all(self, change: Callable[[Sequence], Sequence], stage: Stage) -> None:
         self._drives.lead(change)

@@ -8,6 +8,7 @@ from servo_ctrl.daemon.cycle.event_log import EventLog
 from servo_ctrl.daemon.cycle.incidents import Incidents
 from servo_ctrl.daemon.cycle.missed_ticks import MissedTicks
 from servo_ctrl.daemon.cycle.missing_inputs import MissingInputs, Tolerance
+from servo_ctrl.daemon.cycle.setting_up import SettingUp
 from servo_ctrl.daemon.set_points.reference import Reference
 from servo_ctrl.daemon.set_points.set_point_source import SetPointSource
 
@@ -29,6 +30,7 @@ class MachineFigures:
         self._drives = Drives(places)
         self._incidents = Incidents(round(EVENT_AGAIN_S / period_s))
         self._missing = MissingInputs(nodes, tolerance)
+        self._again = SettingUp()
         self._missed = MissedTicks(period_s, tolerance.in_a_block)
         self._disturbed_at = -math.inf
         """The last cycle before which ticks or inputs were missing."""
@@ -63,6 +65,11 @@ class MachineFigures:
     def program(self) -> Reference | None:
         """What the axes follow, or followed last."""
         return self._source.program
+
+    @property
+    def setting_up(self) -> bool:
+        """Nodes are booted and configured again, for drives that are to be enabled."""
+        return bool(self._again.nodes)
 
     def doubt(self, cycle: int) -> str:
         """What to add to an event of an axis where missed ticks or inputs may be its cause."""

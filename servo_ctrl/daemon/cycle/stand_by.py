@@ -6,15 +6,15 @@ from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.watch import HeartbeatWatch
 from servo_ctrl.daemon.cycle.cycle import Cycle
 
-END_THE_RUN = "end the run and start it again"
-"""Configuring a node takes a boot."""
+SWITCH_ON = "see to its supply and its cable; Enable sets it up again once it is heard"
 EMCY_BYTES = 8
 
 
 class Nodes:
     """The nodes of a machine that stands by. `start` commands one to NMT operational.
 
-    It may have left that for an error of communication, and has its configuration then.
+    It may have left that for an error of communication, and has its configuration then. One that has
+    restarted, or whose objects somebody else has written, is booted and configured again.
     """
 
     def __init__(
@@ -23,6 +23,8 @@ class Nodes:
         self._cycle, self._watch, self._names, self._start = cycle, watch, names, start
         self.changed: dict[int, str] = {}
         """Nodes to which another participant has written, and what."""
+        self.boot: Callable[[list[int]], None] = lambda _nodes: None
+        """Begins to boot nodes; `machine.booted` or `machine.not_booted` is called at its end."""
 
     def back(self, lost: Collection[int]) -> list[int]:
         """Find the nodes among those given up that respond again; they are expected from now on."""
@@ -31,22 +33,48 @@ class Nodes:
             self._cycle.expect(node)
         return back
 
-    def objection(self, lost: Collection[int]) -> str:
-        """Say why the drives cannot be switched on, "" when they can; `lost`: nodes that are given up."""
+    def objection(self) -> str:
+        """Say why nodes can be neither used nor booted, "" when they can."""
         for node, name in enumerate(self._names):
-            if problem := self._watch.complaint(node):
-                return f"{name}: {problem}; {END_THE_RUN}"
-        if self.changed:
-            return f"{next(iter(self.changed.values()))}; {END_THE_RUN}"
-        left = self._watch.left_operational()
+            if silence := self._watch.silence(node):
+                return f"{name}: {silence}; {SWITCH_ON}"
+        unset = self.to_boot(())
+        left = [node for node in self._watch.left_operational() if node not in unset]
         for node in left:
             self._start(node)
         if left:
             return f"{self._names[left[0]]}: has left NMT operational and is started again; enable once more"
-        if lost:
-            name = self._names[min(lost)]
-            return f"{name}: its cyclic inputs do not come; if they stay away, {END_THE_RUN}"
         return ""
+
+    def to_boot(self, lost: Collection[int]) -> list[int]:
+        """Find the nodes to be booted before a drive gets power; `lost`: nodes that are given up."""
+        restarted = {node for node in range(len(self._names)) if self._watch.restarted(node)}
+        return sorted(restarted | self.changed.keys() | set(lost))
+
+    def keeps_position(self, node: int) -> bool:
+        """Whether a node that is to be booted has gone on since the last boot, so that its home holds."""
+        return node in self.changed and not self._watch.restarted(node)
+
+    def begin_boot(self, nodes: Collection[int]) -> None:
+        """Boot these; one that restarts from now on is noticed."""
+        for node in nodes:
+            self._watch.forget_restart(node)
+        self.boot(list(nodes))
+
+    def booted(self, nodes: Collection[int]) -> str:
+        """Start nodes that are configured; say which of them has restarted meanwhile, "" where none has."""
+        for node in nodes:
+            if self._watch.restarted(node):
+                return f"{self._names[node]}: restarted while it was configured; check its supply"
+        for node in nodes:
+            self.changed.pop(node, None)
+            self._start(node)
+        return ""
+
+    def use(self, nodes: Collection[int]) -> None:
+        """Take nodes for operational whose inputs have come since they were started."""
+        for node in nodes:
+            self._watch.take_for_operational(node)
 
 
 def keeping_error_code(

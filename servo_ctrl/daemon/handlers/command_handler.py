@@ -140,6 +140,7 @@ class ControllerCommandHandler:
             reason=machine.reason,
             drives=self._operating.drives(),
             program=self._programs.status(),
+            setting_up=machine.setting_up,
         )
 
     def _axis_status(self, index: int, axis: AxisCompensation) -> AxisStatus:

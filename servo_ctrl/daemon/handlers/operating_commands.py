@@ -97,17 +97,14 @@ class OperatingCommands:
             return problem
         if machine.stage is not Stage.STANDBY:
             return refused_now(machine, "not in standby")
-        failed = machine.failed
         if reason := machine.enable():
             return refused(reason)
-        if failed:
-            self._publisher.recovered()
         self._publisher.changed()
         return _ACCEPTED
 
     def _disable(self) -> CommandResult:
         machine = self._machine
-        if not machine.stage.under_way:
+        if not machine.stage.under_way and not machine.setting_up:
             return refused_now(machine, "and has no power that could be switched off")
         machine.event(Event.DISABLE, "switched off by the operator")
         return _ACCEPTED

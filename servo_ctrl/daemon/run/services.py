@@ -94,6 +94,7 @@ class Services:
         machine.served = options.serve or options.stand_by or motion.empty
         machine.stand_by = options.stand_by
         machine.record = self.rows.take
+        machine.on_enable = self.on_enable
         machine.on_ready, machine.on_rest, machine.on_stop = self.on_ready, self.on_rest, self.on_stop
 
         def learning_of(axis: str, learner: str) -> AxisLearning:
@@ -173,6 +174,12 @@ class Services:
                 self.machine.event(Event.BAD_PROGRAM, verdict.reason)
         elif not begun:
             self._program.first()
+        self.publisher.changed()
+
+    def on_enable(self, ends_a_fault: bool) -> None:
+        """Tell that the drives are switched on from standby."""
+        if ends_a_fault:
+            self.publisher.recovered()
         self.publisher.changed()
 
     def on_rest(self) -> None:

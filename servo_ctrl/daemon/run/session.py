@@ -32,6 +32,8 @@ class Session:
         lockstep: bool,
     ) -> None:
         self.lateness: Lateness | None = None
+        self.beside: list[Callable[[], Coroutine[None, None, None]]] = []
+        """What else runs beside the cycle, each until it is cancelled."""
         self.wall_s = 0.0
         self.ended = asyncio.Event()
         """Set when the cycle has stopped."""
@@ -50,6 +52,7 @@ class Session:
                 await port.caught_up()
             async with asyncio.TaskGroup() as group:
                 beside = [self._watch_progress(cycle, recording), *self._services.tasks()]
+                beside += [begin() for begin in self.beside]
                 if clock is None:
                     beside.append(self._watch_inputs(cycle))
                 tasks = [group.create_task(self._guarded(cycle, coroutine)) for coroutine in beside]

@@ -19,6 +19,7 @@ from servo_ctrl.daemon.learning.pulse_compensation import Compensation
 from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.daemon.page.page_service import PageService
 from servo_ctrl.daemon.run.assemble import build_axes, build_machine, connect
+from servo_ctrl.daemon.run.boot_again import BootAgain
 from servo_ctrl.daemon.run.changed_files import changes_noted
 from servo_ctrl.daemon.run.foreign_frames import LISTENING_S, report_masters
 from servo_ctrl.daemon.run.own_node import beating, leave_nodes, subscribe
@@ -98,6 +99,7 @@ class _Supervisor:
         self._config, self._program, self._pacing = config, program, pacing
         self._record_dir, self._learned_dir, self._fifo = record_dir, options.learned_dir, fifo
         self._lockstep = lockstep = pacing == "lockstep"
+        self._patience_s = LOCKSTEP_SDO_TIMEOUT_S if lockstep else SDO_TIMEOUT_S
         own_dictionary(config)
         self._plans = plan_machine(config)
         self._motion = MotionPlan(config, program)
@@ -160,8 +162,7 @@ class _Supervisor:
             await self._boot
             if not others:
                 bus.node.boot_up()
-                patience_s = LOCKSTEP_SDO_TIMEOUT_S if self._lockstep else SDO_TIMEOUT_S
-                self._boot = asyncio.create_task(boot_nodes(bus.network, self._plans, timeout_s=patience_s))
+                self._boot = asyncio.create_task(boot_nodes(bus.network, self._plans, self._patience_s))
                 async with beating(bus.node):
                     await self._boot
         except asyncio.CancelledError:
@@ -189,6 +190,10 @@ class _Supervisor:
         )
         if self._tested:
             self._try_round_trip(cycle)
+        again = BootAgain(bus.network, self._plans, self._machine, self._patience_s)
+        if self._machine.nodes is not None:
+            self._machine.nodes.boot = again.begin
+        self._session.beside.append(again.run)
         services.begin()
         if self._page is not None:
             self._page.attach(bus.port, bus.network)

@@ -81,7 +81,8 @@ class PowerCard:
         """Enable what is possible now, and show why the machine stands still."""
         self._overload = overload_text(self._ticks.take(status))
         for command, element in self._buttons.items():
-            element.set_enabled(status.stage in ENABLED_IN[command])
+            offered = command is Command.DISABLE if status.setting_up else status.stage in ENABLED_IN[command]
+            element.set_enabled(offered)
         word, reason = shown_stage(status).word, reason_text(status)
         self._reason.set_text(f"{word}: {reason}" if reason else word)
 

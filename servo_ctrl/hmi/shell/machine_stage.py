@@ -30,6 +30,7 @@ _SHOWN: dict[Stage, ShownStage] = {
     Stage.STANDBY: ShownStage("\u25cb", "Standby", "calm"),
 }
 _FAULTED = ShownStage("\u2716", "Fault", "bad")
+_SETTING_UP = ShownStage("\u2026", "Setting up nodes", "warn")
 _HELD = ShownStage("\u23f8", "Held", "warn")
 _JOGGING = ShownStage("\u2194", "Jogging", "good")
 _HOMING = ShownStage("\u2302", "Homing", "warn")
@@ -46,6 +47,8 @@ def shown_stage(status: MachineStatus | None, *, jogged: bool = False) -> ShownS
     """The stage to show; None: there was no status yet. `jogged`: axes are led, not by a step."""
     if status is None:
         return ShownStage("\u2026", "No contact", "bad")
+    if status.setting_up:
+        return _SETTING_UP
     if status.stage is Stage.STANDBY and is_fault(status.reason):
         return _FAULTED
     if status.stage is Stage.STARTING and any(drive.phase == "homing" for drive in status.drives):

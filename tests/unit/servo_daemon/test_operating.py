@@ -7,7 +7,7 @@ import pytest
 from ideal_drives import COUNT_M, PERIOD_S, OperatedStand
 
 from servo_ctrl.axis.fault_policy import Event
-from servo_ctrl.commands.command import JOG_RENEWAL_S, Command, Refusal
+from servo_ctrl.commands.command import JOG_RENEWAL_S, Command
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.telemetry.mqtt.commands import MqttCommands
@@ -116,14 +116,32 @@ class PretendedNodes:
 
     def __init__(self) -> None:
         self.answering: set[int] = set()
-        self.problem = ""
+        self.problem = self.at_end = ""
         self.changed: dict[int, str] = {}
+        self.booting: list[int] = []
+        self.used: list[int] = []
 
     def back(self, lost: frozenset[int]) -> list[int]:
         return sorted(self.answering & set(lost))
 
-    def objection(self, lost: frozenset[int]) -> str:
-        return self.problem or ("it is away" if lost else "")
+    def objection(self) -> str:
+        return self.problem
+
+    def to_boot(self, lost: frozenset[int]) -> list[int]:
+        return sorted(lost)
+
+    def keeps_position(self, node: int) -> bool:
+        return node in self.changed
+
+    def begin_boot(self, nodes: list[int]) -> None:
+        self.booting = nodes
+
+    def booted(self, nodes: tuple[int, ...]) -> str:
+        assert list(nodes) == self.booting
+        return self.at_end
+
+    def use(self, nodes: tuple[int, ...]) -> None:
+        self.used += nodes
 
 
 def test_lost_node_may_return(enabled: Operate) -> None:
@@ -135,15 +153,64 @@ def test_lost_node_may_return(enabled: Operate) -> None:
     assert made.machine.stage is Stage.STANDBY
     assert made.status.reason == "dy: its cyclic inputs do not come any more"
     assert (made.status.drives[1].phase, made.status.drives[1].state) == ("lost", "not heard")
-    verdict = made.ask(Command.ENABLE)
-    assert (verdict.refusal, verdict.reason) == (Refusal.WRONG_STATE, "it is away")
     nodes.answering, made.absent = {2}, set()
     made.run(5)
     assert made.status.drives[1].state == "switch on disabled"
     assert made.machine.events.kept[-1] == "dy: its cyclic inputs come again"
-    nodes.problem = "it has restarted"
-    assert made.ask(Command.ENABLE).reason == "it has restarted"
+    nodes.problem = "it is silent"
+    assert made.ask(Command.ENABLE).reason == "it is silent"
     nodes.problem = ""
+    assert made.ask(Command.ENABLE).accepted
+    made.run(100)
+    assert made.machine.stage is Stage.READY
+
+
+def test_node_that_was_lost_is_booted_and_homed_before_its_axis_gets_power(enabled: Operate) -> None:
+    made = enabled(homing_method=37)
+    nodes = PretendedNodes()
+    made.machine.nodes = nodes  # type: ignore[assignment]  # the same
+    made.absent = {2}
+    made.run(30)
+    assert made.ask(Command.ENABLE).accepted
+    assert (nodes.booting, made.status.setting_up, made.machine.stage) == ([2], True, Stage.STANDBY)
+    assert made.ask(Command.ENABLE).reason == "dy: is being set up again; wait for its end"
+    made.machine.booted("dy: absent")
+    assert (made.status.setting_up, made.machine.events.kept[-1]) == (False, "not enabled: dy: absent")
+
+    assert made.ask(Command.ENABLE).accepted
+    nodes.at_end = "dy: restarted while it was configured"
+    made.machine.booted()
+    assert made.machine.events.kept[-1] == f"not enabled: {nodes.at_end}"
+
+    nodes.at_end = ""
+    assert made.ask(Command.ENABLE).accepted
+    made.machine.booted()
+    made.run(20)
+    assert made.machine.stage is Stage.STANDBY, "its inputs do not come yet"
+    nodes.answering, made.absent = {2}, set()
+    made.run(2)
+    assert (made.machine.stage, nodes.used) == (Stage.STARTING, [2])
+    assert [drive.homed for drive in made.status.drives] == [True, False]
+    made.run(200)
+    assert made.machine.stage is Stage.READY
+    assert [drive.homed for drive in made.status.drives] == [True, True]
+
+
+@pytest.mark.parametrize("stop", [Command.QUICK_STOP, Command.DISABLE])
+def test_a_stop_while_nodes_are_set_up_leaves_the_drives_without_power(
+    enabled: Operate, stop: Command
+) -> None:
+    made = enabled()
+    nodes = PretendedNodes()
+    made.machine.nodes = nodes  # type: ignore[assignment]  # the same
+    made.absent = {2}
+    made.run(30)
+    assert made.ask(Command.ENABLE).accepted
+    assert made.ask(stop).accepted
+    nodes.answering, made.absent = {2}, set()
+    made.machine.booted()
+    made.run(100)
+    assert (made.machine.stage, made.status.setting_up) == (Stage.STANDBY, False)
     assert made.ask(Command.ENABLE).accepted
     made.run(100)
     assert made.machine.stage is Stage.READY
