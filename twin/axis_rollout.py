@@ -81,11 +81,11 @@ def _take_effect(output: int, wires: Wires, sp: Any, origin: int, sent: SetPoint
         return
     sp.current_offset_a = sent.torque_offset * wires.drive_ampere_per_torque
     if output == 1:
-        sp.velocity_m_s = sent.velocity * wires.drive_metre_per_count
+        sp.velocity_m_s = sent.velocity * wires.drive_metre_per_s_per_unit
         sp.velocity_offset_m_s = 0.0
     else:
         sp.position_m = (sent.position + origin) * wires.drive_metre_per_count
-        sp.velocity_offset_m_s = sent.velocity_offset * wires.drive_metre_per_count
+        sp.velocity_offset_m_s = sent.velocity_offset * wires.drive_metre_per_s_per_unit
 
 
 @threaded_kernel  # several axes, machines or variants at once in threads
@@ -106,6 +106,7 @@ def _run_axis(
     units = SetPointUnits(
         wires.newton_per_permille,
         wires.metre_per_count,
+        wires.metre_per_s_per_unit,
         wires.torque_offset_mapped,  # what has no object of its own goes with the set point
         wires.velocity_offset_mapped,
     )

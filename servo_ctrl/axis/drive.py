@@ -71,6 +71,8 @@ class Route(NamedTuple):
     mode: Mode
     homing: bool
     period_s: float
+    mode_switch_disabled: bool = False
+    """It takes another mode only without power."""
 
 
 class Sequence(NamedTuple):
@@ -88,6 +90,8 @@ class Step(NamedTuple):
     controlword: int
     problem: str = ""
     """Why the drive cannot go on; the fault policy decides."""
+    sent_mode: Mode | None = None
+    """Mode of operation that goes out, where it is not yet the sequence's."""
 
 
 POWERED = frozenset(
@@ -96,6 +100,8 @@ POWERED = frozenset(
 """States in which the motor has current."""
 UNDER_CONTROL = frozenset({Phase.SETTLING, Phase.SERVO})
 """Phases in which our loop leads the axis."""
+HOMED = frozenset({Phase.SETTLING, Phase.TAKING_OVER})
+"""Where homing that has come to its end leads to."""
 
 
 def begin(route: Route, *, homed: bool = False) -> Sequence:
@@ -131,11 +137,13 @@ def advance(
     whole: bool = True,
     age: int = 0,
     rests: Callable[[], bool] = lambda: True,
+    mode_shown: int | None = None,
 ) -> Step:
     """Return the next step, given the drive's statusword of this cycle.
 
     `whole`: all inputs of the axis have come in it; `age`: cycles that the statusword may be old;
-    `rests()`: whether the axis stands still, asked where it has no power yet.
+    `rests()`: whether the axis stands still, asked where it has no power yet; `mode_shown`: the mode that
+    the drive says it is in (6061h), None where it does not say.
     """
     state = drive_state(statusword)
     match sequence.phase:
@@ -144,11 +152,11 @@ def advance(
         case Phase.TAKING_OVER | Phase.AWAITING_REST:
             step = _take_over(route, sequence, state, whole=whole, rests=rests)
         case Phase.SWITCHING_ON:
-            step = _switch_on(route, sequence, state, whole=whole)
+            step = _switch_on(route, sequence, state, whole=whole, mode_shown=mode_shown)
         case Phase.HOMING:
             step = _home(route, sequence, statusword, state, whole=whole, age=age)
         case Phase.SETTLING | Phase.SERVO:
-            step = _servo(sequence, state)
+            step = _servo(route, sequence, state, mode_shown)
         case Phase.QUICK_STOPPING:
             step = _quick_stop(route, sequence, state)
         case Phase.DISABLING | Phase.OFF:
@@ -168,16 +176,23 @@ def _take_over(
     waited_s = sequence.cycles * route.period_s
     if state in POWERED or state is DriveState.NOT_READY_TO_SWITCH_ON:
         goal = Goal.QUICK_STOPPED if waited_s <= QUICK_STOP_LIMIT_S else Goal.DISABLED
-        return Step(_waiting(sequence), CONTROLWORD_TOWARDS[goal][state], _too_long(waited_s, state))
+        kept = Mode.HOMING if route.homing and route.mode_switch_disabled else None
+        return Step(_waiting(sequence), CONTROLWORD_TOWARDS[goal][state], _too_long(waited_s, state), kept)
     if not rests():
         problem = "is not switched on: its axis moves" if waited_s > SWITCH_ON_LIMIT_S else ""
         return Step(_waiting(sequence)._replace(phase=Phase.AWAITING_REST), SHUTDOWN, problem)
     return _switch_on(route, Sequence(Phase.SWITCHING_ON, 0, sequence.mode), state, whole=whole)
 
 
-def _switch_on(route: Route, sequence: Sequence, state: DriveState, *, whole: bool) -> Step:
+def _switch_on(
+    route: Route, sequence: Sequence, state: DriveState, *, whole: bool, mode_shown: int | None = None
+) -> Step:
     cycles = sequence.cycles
     homing = sequence.mode is Mode.HOMING
+    if state is DriveState.OPERATION_ENABLED and mode_shown not in {None, sequence.mode}:
+        too_long = cycles * route.period_s > SWITCH_ON_LIMIT_S
+        problem = f"stays in mode {mode_shown} instead of {sequence.mode.value}" if too_long else ""
+        return Step(_waiting(sequence), ENABLE_OPERATION, problem)
     if state is DriveState.OPERATION_ENABLED and (homing or whole):
         following = Phase.HOMING if homing else Phase.SETTLING
         return Step(Sequence(following, 0, sequence.mode), ENABLE_OPERATION)
@@ -203,6 +218,8 @@ def _home(
     problem, progress = "", homing_status(statusword)
     if cycles - age >= 2 * HOMING_START_CYCLES:
         if progress is Homing.COMPLETED and whole:
+            if route.mode_switch_disabled:
+                return Step(Sequence(Phase.TAKING_OVER, 0, route.mode), QUICK_STOP, "", Mode.HOMING)
             return Step(Sequence(Phase.SETTLING, 0, route.mode), ENABLE_OPERATION)
         if progress in {Homing.ERROR, Homing.ERROR_MOVING}:
             problem = "reports a homing error"
@@ -211,10 +228,14 @@ def _home(
     return Step(following, controlword, problem)
 
 
-def _servo(sequence: Sequence, state: DriveState) -> Step:
+def _servo(route: Route, sequence: Sequence, state: DriveState, mode_shown: int | None) -> Step:
     if state is not DriveState.OPERATION_ENABLED:
         return Step(release(sequence), DISABLE_VOLTAGE, f"is in {state.value}")
     settled = sequence.cycles + 1 >= SETTLING_CYCLES
+    if settled and mode_shown not in {None, sequence.mode}:
+        too_long = sequence.cycles * route.period_s > SWITCH_ON_LIMIT_S
+        problem = f"stays in mode {mode_shown} instead of {sequence.mode.value}" if too_long else ""
+        return Step(_waiting(sequence), ENABLE_OPERATION, problem)
     following = Sequence(Phase.SERVO, 0, sequence.mode) if settled else _waiting(sequence)
     return Step(following, ENABLE_OPERATION)
 

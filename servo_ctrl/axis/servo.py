@@ -4,15 +4,16 @@ A shell around two pure functions (`drive.advance`, `control.tick.axis_tick`), w
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernels.records import Pool, flat_layout, record_type, store
+from servo_ctrl.axis import drive
 from servo_ctrl.axis.axis_watch import AxisWatch
-from servo_ctrl.axis.drive import COASTS_M_S, UNDER_CONTROL, Phase, Route, Sequence, advance, begin, home
+from servo_ctrl.axis.drive import COASTS_M_S, HOMED, UNDER_CONTROL, Phase, Route, advance, begin, home
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.inputs import AxisInputs
 from servo_ctrl.axis.set_points import TORQUE_OFFSET, SetPoints
@@ -49,7 +50,10 @@ class AxisServo:
         rpdo: PdoCodec,
         tpdo: PdoCodec,
         scale_tpdo: PdoCodec | None,
+        further_rpdos: Sequence[PdoCodec] = (),
+        further_tpdos: Sequence[PdoCodec] = (),
     ) -> None:
+        """`further_tpdos`: come with every SYNC too; `step` is given their values behind those of `tpdo`."""
         self.name = name
         self.params = params
         self.hold_m = 0.0
@@ -67,9 +71,11 @@ class AxisServo:
         self.error_code: int | None = None
         """Of the last emergency message of its drive, until that reports a reset or is switched on."""
         mode = MODE_OF_NAME[config.mode]
-        self.route = Route(mode, config.homing_method != 0, params.period_s)
-        self.sequence: Sequence = begin(self.route)
-        self.inputs = AxisInputs(config, tpdo, scale_tpdo)
+        self.route = Route(
+            mode, config.homing_method != 0, params.period_s, config.drive.mode_switch == "disabled"
+        )
+        self.sequence: drive.Sequence = begin(self.route)
+        self.inputs = AxisInputs(config, (tpdo, *further_tpdos), scale_tpdo)
         unit = self.inputs.unit
         self._newton_per_ampere = unit.newton_per_ampere
         self._engaged = False
@@ -80,16 +86,21 @@ class AxisServo:
         """Periods since then."""
         self._axes: NDArray[Any]
         self._tables: Pool
-        self._set_points = SetPoints(rpdo)
+        self._set_points = SetPoints((rpdo, *further_rpdos))
         self.watch = AxisWatch(name, config, unit, params.period_s)
         self._units = SetPointUnits(
             unit.newton_per_permille,
             unit.metre_per_count,
-            offset_apart=rpdo.position(TORQUE_OFFSET)
-            is not None,  # else it goes with the force, as in the twin
+            unit.metre_per_s_per_unit,
+            offset_apart=any(codec.position(TORQUE_OFFSET) is not None for codec in (rpdo, *further_rpdos)),
             velocity_offset=mode is Mode.CYCLIC_SYNC_POSITION,
         )
         self._begin_at(0.0)
+
+    @property
+    def further_payloads(self) -> list[bytes]:
+        """Of the RPDOs from 2 on, by the last step."""
+        return self._set_points.further
 
     @property
     def ready(self) -> bool:
@@ -119,7 +130,7 @@ class AxisServo:
     def step(
         self, drive: tuple[int, ...] | None, scale: tuple[int, ...] | None, reference: list[float] | None
     ) -> bytes:
-        """Advance by one cycle; return the payload of the RPDO.
+        """Advance by one cycle; return the payload of RPDO 1, as `further_payloads` has those of the others.
 
         `drive`, `scale`: inputs of this cycle, None = missing; `reference`: `REFERENCE_FIELDS` of this
         axis, None = stay where the axis was taken over.
@@ -128,9 +139,15 @@ class AxisServo:
         whole = inputs.take(drive, scale)
         age = 0 if self.sequence.phase is Phase.SERVO else self.input_age()
         taken = advance(
-            self.route, self.sequence, inputs.statusword, whole=whole, age=age, rests=self._at_rest
+            self.route,
+            self.sequence,
+            inputs.statusword,
+            whole=whole,
+            age=age,
+            rests=self._at_rest,
+            mode_shown=inputs.mode_shown,
         )
-        if self.sequence.phase is Phase.HOMING and taken.sequence.phase is Phase.SETTLING:
+        if self.sequence.phase is Phase.HOMING and taken.sequence.phase in HOMED:
             self.homed = True
         self.sequence = taken.sequence
         if taken.problem:

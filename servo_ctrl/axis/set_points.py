@@ -1,7 +1,8 @@
-"""The RPDO of an axis: values of the control law in the drive's units, in the mapped order."""
+"""The RPDOs of an axis: values of the control law in the drive's units, in the mapped order."""
 
 from collections.abc import Sequence
 from operator import itemgetter
+from typing import Any
 
 from servo_ctrl.axis.drive import Step
 from servo_ctrl.canopen.pdo import PdoCodec
@@ -25,16 +26,27 @@ _ORDER = (
 
 
 class SetPoints:
-    """Fills the RPDO of one drive."""
+    """Fills the RPDOs of one drive."""
 
-    def __init__(self, rpdo: PdoCodec) -> None:
-        self._pack = rpdo.layout.pack
-        self._mapped = itemgetter(*(_ORDER.index(mapped.index) for mapped in rpdo.objects))
+    def __init__(self, rpdos: Sequence[PdoCodec]) -> None:
+        self.further: list[bytes] = []
+        """Payloads of the RPDOs from 2 on, as they were made last."""
+        self._pack, self._mapped = rpdos[0].layout.pack, _values_of(rpdos[0])
+        self._others = [(codec.layout.pack, _values_of(codec)) for codec in rpdos[1:]]
 
     def led(self, taken: Step, counts: Sequence[int]) -> bytes:
-        """Make the payload while we lead the axis; `counts`: values of `SetPointCounts`."""
-        return self._pack(*self._mapped((taken.controlword, taken.sequence.mode, 0, *counts)))
+        """Make the payload of RPDO 1 while we lead the axis; `counts`: values of `SetPointCounts`."""
+        values = (taken.controlword, taken.sent_mode or taken.sequence.mode, 0, *counts)
+        if self._others:
+            self.further = [pack(*mapped(values)) for pack, mapped in self._others]
+        return self._pack(*self._mapped(values))
 
     def neutral(self, taken: Step, position_counts: int) -> bytes:
         """Make the payload while the drive leads the axis: its own position, and nothing else."""
         return self.led(taken, SetPointCounts(0, 0, 0, position_counts, 0))
+
+
+def _values_of(rpdo: PdoCodec) -> Any:
+    """Picks the values of an RPDO, as a tuple also where it is one."""
+    places = [_ORDER.index(mapped.index) for mapped in rpdo.objects]
+    return itemgetter(*places) if len(places) > 1 else itemgetter(slice(places[0], places[0] + 1))

@@ -9,6 +9,7 @@ import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 
+from servo_ctrl.canopen.drive_units import ADDRESSES
 from servo_ctrl.canopen.errors import BootError, NodeError, SdoError
 from servo_ctrl.canopen.nmt import NmtCommand, NmtState, command_nodes
 from servo_ctrl.canopen.pdo import COB_ID_INVALID
@@ -80,13 +81,18 @@ def _boot_ups(network: Network, plans: Sequence[NodePlan]) -> Iterator[set[int]]
 
 def _boot_node(network: Network, plan: NodePlan, restarted: set[int], timeout_s: float) -> None:
     """Check and configure one node, blocking (for a worker thread). Raises NodeError."""
+    timeout_s = plan.sdo_timeout_s or timeout_s
     with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s, tries=PRESENCE_TRIES)) as sdo:
         _check_presence(sdo, plan)
     restarted.discard(plan.node_id)  # it may have been switched on just now; from here on it may not
     with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s)) as sdo:
         _check_identity(sdo, plan)
         _check_expectations(sdo, plan)
-        for write in chain(_unused_pdos_off(plan), *map(_pdo_writes, plan.pdos), plan.writes):
+        _check_units(sdo, plan)
+        for pdo in plan.pdos:
+            if pdo.fixed:
+                _check_mapping(sdo, plan, pdo)
+        for write in chain(_concise(plan), _unused_pdos_off(plan), *map(_pdo_writes, plan.pdos), plan.writes):
             try:
                 sdo.write(write.index, write.subindex, write.data)
             except SdoError as error:
@@ -132,6 +138,32 @@ def _check_expectations(sdo: SdoPort, plan: NodePlan) -> None:
             )
 
 
+def _check_units(sdo: SdoPort, plan: NodePlan) -> None:
+    """Read what the drive makes of its integers, and hold it against the machine file. Raises NodeError."""
+    if plan.units is None:
+        return
+    wanted = [address for address in ADDRESSES if address in plan.eds and address[0] not in plan.left_alone]
+    values = {address: _read(sdo, plan, *address) for address in wanted}
+    if objections := "; ".join(plan.units.objections(values)):
+        raise NodeError(plan.name, objections)
+
+
+def _check_mapping(sdo: SdoPort, plan: NodePlan, pdo: PdoPlan) -> None:
+    """Raise NodeError unless a mapping that cannot be written is the one that is asked for."""
+    count = _read(sdo, plan, pdo.mapping, 0)
+    found = [_read(sdo, plan, pdo.mapping, entry) for entry in range(1, count + 1)]
+    wanted = [mapped.mapping_entry for mapped in pdo.codec.objects]
+    if found != wanted:
+        shown = ", ".join(f"{entry:08X}h" for entry in found)
+        text = f"{pdo.name} maps {shown} and cannot be changed; the machine file says otherwise ({plan.key})"
+        raise NodeError(plan.name, text)
+
+
+def _concise(plan: NodePlan) -> Iterator[Write]:
+    for entry in plan.concise_dcf:
+        yield Write(entry.index, entry.subindex, entry.data, "concise DCF")
+
+
 def _unused_pdos_off(plan: NodePlan) -> Iterator[Write]:
     for index, cob_id in plan.unused_pdos:
         yield Write(index, 1, _u32(cob_id | COB_ID_INVALID), "unused PDO off")
@@ -142,11 +174,18 @@ def _pdo_writes(pdo: PdoPlan) -> Iterator[Write]:
     objects = pdo.codec.objects
     yield Write(pdo.communication, 1, _u32(pdo.cob_id | COB_ID_INVALID), "PDO off")
     yield Write(pdo.communication, 2, bytes((pdo.transmission_type,)), "transmission type")
-    yield Write(pdo.mapping, 0, b"\x00", "empty mapping")
-    for entry, mapped in enumerate(objects, start=1):
-        yield Write(pdo.mapping, entry, _u32(mapped.mapping_entry), f"map {mapped.name}")
-    names = ", ".join(mapped.name for mapped in objects)
-    yield Write(pdo.mapping, 0, bytes((len(objects),)), f"mapping of {names}")
+    if not pdo.received and not pdo.cyclic:
+        if pdo.inhibit_ms:
+            units = round(10.0 * pdo.inhibit_ms)  # of 100 us
+            yield Write(pdo.communication, 3, units.to_bytes(2, "little"), "inhibit time")
+        if pdo.event_timer_ms:
+            yield Write(pdo.communication, 5, pdo.event_timer_ms.to_bytes(2, "little"), "event timer")
+    if not pdo.fixed:
+        yield Write(pdo.mapping, 0, b"\x00", "empty mapping")
+        for entry, mapped in enumerate(objects, start=1):
+            yield Write(pdo.mapping, entry, _u32(mapped.mapping_entry), f"map {mapped.name}")
+        names = ", ".join(mapped.name for mapped in objects)
+        yield Write(pdo.mapping, 0, bytes((len(objects),)), f"mapping of {names}")
     yield Write(pdo.communication, 1, _u32(pdo.cob_id), "PDO on")
 
 

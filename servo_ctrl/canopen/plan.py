@@ -1,29 +1,43 @@
 """Machine file + EDS files -> what boot does to every node. Pure: `servo-ctrl check` runs it offline."""
 
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME, SUPPORTED_BIT, Mode
+from servo_ctrl.canopen.concise_dcf import Entry, read_concise_dcf
+from servo_ctrl.canopen.drive_units import DriveUnits, units_of
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS, PdoCodec, compile_pdo
 from servo_ctrl.canopen.settings import Setting, common_settings, drive_settings
 from servo_ctrl.canopen.stack import Eds, load_eds
 from servo_ctrl.config.model import AxisConfig, MachineConfig
-from servo_ctrl.config.node_model import Drive, Scale
+from servo_ctrl.config.node_model import Drive, Pdo, Scale
 from servo_ctrl.errors import ConfigError
 
 PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
 """Objects the controller has a value for every cycle; nothing else may be in an RPDO."""
-SYNCHRONOUS = 1
-UNIT_COUNT, UNIT_COUNT_PER_SECOND = 0x00B5_0000, 0x00B5_0300
-"""SI unit objects 60A8h, 60A9h (CiA 303-2): B5h increments, 03h second; a drive in rpm has 00B44700h."""
-RPDO_1, TPDO_1, TPDO_2 = 0x1400, 0x1800, 0x1801
-"""Communication parameters (CiA 301); TPDO 2 carries the limit switches."""
+LIMIT_SWITCHES = 0x60FD
+SYNCHRONOUS, EVENT_DRIVEN = 1, 254
+RPDO_1, TPDO_1 = 0x1400, 0x1800
+"""Communication parameters (CiA 301)."""
+PDOS_MAX = 512
+"""PDOs of either direction that a node may have (CiA 301)."""
 COB_ID_BASE = {0x1400: 0x200, 0x1800: 0x180}
 """Pre-defined connection set: of PDO 1 by its communication parameter; each that follows has 100h more."""
 PDOS = 4
 """PDOs of either direction in that set."""
+COB_ID_INVALID = 1 << 31
+READ_ONLY = {"ro", "const"}
+RESTRICTED = (
+    range(0x081),
+    range(0x101, 0x181),
+    range(0x581, 0x600),
+    range(0x601, 0x680),
+    range(0x6E0, 0x700),
+    range(0x701, 0x800),
+)
+"""Identifiers that no PDO may have (CiA 301, 7.3.5): NMT, SYNC, TIME, SDO, heartbeats and reserved ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +70,30 @@ class PdoPlan:
     cob_id: int
     transmission_type: int
     codec: PdoCodec
+    event_timer_ms: int = 0
+    inhibit_ms: float = 0.0
+    fixed: bool = False
+    """Its mapping cannot be written; it must be this one."""
+
+    @property
+    def name(self) -> str:
+        """As people call it, e.g. "TPDO 2"."""
+        return f"{'RPDO' if self.received else 'TPDO'} {(self.communication & 0x1FF) + 1}"
+
+    @property
+    def key(self) -> str:
+        """As the machine file calls it, e.g. "tpdo2"."""
+        return self.name.lower().replace(" ", "")
+
+    @property
+    def received(self) -> bool:
+        """Whether the node receives it (an RPDO)."""
+        return self.communication < TPDO_1
+
+    @property
+    def cyclic(self) -> bool:
+        """Whether it comes or goes with every SYNC."""
+        return self.transmission_type == SYNCHRONOUS
 
     @property
     def mapping(self) -> int:
@@ -75,6 +113,14 @@ class NodePlan:
     """(communication index, COB-ID) of the node's other PDOs, which are switched off."""
     expectations: tuple[Expectation, ...]
     writes: tuple[Write, ...]
+    units: DriveUnits | None = None
+    """Those of a drive, which are read and held against the machine file."""
+    left_alone: frozenset[int] = frozenset()
+    """Objects that are neither read nor written."""
+    concise_dcf: tuple[Entry, ...] = ()
+    """Configuration of a file, which is written before everything else."""
+    sdo_timeout_s: float | None = None
+    """Patience with its answers; None = the usual."""
 
     @property
     def name(self) -> str:
@@ -87,13 +133,25 @@ class NodePlan:
         return next(pdo for pdo in self.pdos if pdo.communication == TPDO_1)
 
     @property
+    def further_tpdos(self) -> tuple[PdoPlan, ...]:
+        """What else the node sends us."""
+        return tuple(pdo for pdo in self.pdos if not pdo.received and pdo.communication != TPDO_1)
+
+    @property
     def switches(self) -> PdoPlan | None:
         """What brings the limit switches of a drive, where they are read."""
-        return next((pdo for pdo in self.pdos if pdo.communication == TPDO_2), None)
+        return next(
+            (pdo for pdo in self.further_tpdos if pdo.codec.position(LIMIT_SWITCHES) is not None), None
+        )
+
+    @property
+    def rpdos(self) -> tuple[PdoPlan, ...]:
+        """What we send the node (drives), PDO 1 first."""
+        return tuple(pdo for pdo in self.pdos if pdo.received)
 
     @property
     def rpdo(self) -> PdoPlan:
-        """What we send the node every cycle (drives)."""
+        """The first of them."""
         return next(pdo for pdo in self.pdos if pdo.communication == RPDO_1)
 
 
@@ -108,7 +166,27 @@ def plan_machine(machine: MachineConfig) -> tuple[NodePlan, ...]:
         plans.append(_drive_plan(machine, f"axis.{name}", axis))
         if axis.scale is not None:
             plans.append(_scale_plan(machine, f"axis.{name}.scale", axis.scale))
+    _check_identifiers(machine, plans)
     return tuple(plans)
+
+
+def _check_identifiers(machine: MachineConfig, plans: Sequence[NodePlan]) -> None:
+    """Refuse an identifier that no PDO may have, or that two participants would send."""
+    own = machine.controller.node_id
+    emcy = {
+        0x080 + node_id: f"EMCY of node {node_id}" for node_id in (own, *(plan.node_id for plan in plans))
+    }
+    taken = {**emcy, COB_ID_BASE[TPDO_1] + own: f"the status TPDO of node {own}"}
+    for plan in plans:
+        for pdo in plan.pdos:
+            reason = ""
+            if any(pdo.cob_id in reserved for reserved in RESTRICTED):
+                reason = f"{pdo.cob_id:03X}h is none that a PDO may have"
+            elif pdo.cob_id in taken:
+                reason = f"{pdo.cob_id:03X}h is that of {taken[pdo.cob_id]}"
+            if reason:
+                raise ConfigError(machine.source, f"{plan.key}.pdo.{pdo.key}.cob_id", reason)
+            taken[pdo.cob_id] = f"{pdo.name} of {plan.name}"
 
 
 class _Planner:
@@ -121,48 +199,95 @@ class _Planner:
         except EdsError as error:
             raise ConfigError(machine.source, f"{key}.eds", str(error)) from None
 
-    def pdo(self, communication: int, key: str, names: Iterable[str], transmission_type: int) -> PdoPlan:
-        """A PDO of these objects, which the file has under `key`."""
-        first = communication & ~0xFF
+    def pdo(self, number: int, key: str, names: Iterable[str], transmission_type: int) -> PdoPlan:
+        """The PDO of this number with these objects, which the file has under `key`."""
+        received = key.startswith("r")
+        communication = (RPDO_1 if received else TPDO_1) + number - 1
         try:
-            codec = compile_pdo(self.eds, names, receive=first == RPDO_1)
+            codec = compile_pdo(self.eds, names, receive=received)
         except EdsError as error:
             raise ConfigError(self._machine.source, f"{self._key}.{key}", str(error)) from None
-        cob_id = _cob_id(communication, self._node.node_id)
-        return PdoPlan(communication, cob_id, transmission_type, codec)
+        settings = self._node.pdo.get(f"{'r' if received else 't'}pdo{number}", Pdo())
+        cob_id = settings.cob_id
+        if cob_id is None and number > PDOS:
+            reason = f"is missing: the pre-defined connection set ends at PDO {PDOS}"
+            raise ConfigError(self._machine.source, f"{self._key}.{key}.cob_id", reason)
+        if (communication, 1) not in self.eds:
+            raise ConfigError(self._machine.source, f"{self._key}.{key}", f"{self.eds.path} has no such PDO")
+        mapping = self.eds.variables.get((communication + 0x200, 0))
+        return PdoPlan(
+            communication,
+            _cob_id(communication, self._node.node_id) if cob_id is None else cob_id,
+            transmission_type,
+            codec,
+            settings.event_timer_ms,
+            settings.inhibit_ms,
+            fixed=mapping is not None and mapping.access in READ_ONLY,
+        )
+
+    def further(self, direction: str) -> Iterator[PdoPlan]:
+        """The PDOs from 2 on of one direction, "r" or "t"."""
+        for number, settings in self._node.numbered(direction).items():
+            if number > 1:
+                kind = SYNCHRONOUS if settings.transmission_type is None else settings.transmission_type
+                yield self.pdo(number, f"{direction}pdo{number}", settings.objects or (), kind)
 
     def tpdo(self) -> PdoPlan:
         """TPDO 1, which comes with every SYNC."""
         if self._node.tpdo_transmission_type != SYNCHRONOUS:
             reason = "must be 1: every cycle waits for every node's inputs"
             raise ConfigError(self._machine.source, f"{self._key}.tpdo_transmission_type", reason)
-        return self.pdo(TPDO_1, "tpdo1", self._node.tpdo1, SYNCHRONOUS)
+        return self.pdo(1, "tpdo1", self._node.tpdo1, SYNCHRONOUS)
 
     def plan(
-        self, pdos: tuple[PdoPlan, ...], expectations: Iterable[Expectation], settings: Iterable[Setting]
+        self,
+        pdos: tuple[PdoPlan, ...],
+        expectations: Iterable[Expectation],
+        settings: Iterable[Setting],
+        units: DriveUnits | None = None,
     ) -> NodePlan:
-        """The whole plan. What the EDS has no entry for is neither expected nor written."""
-        used = {pdo.communication for pdo in pdos}
-        spare = [first + number for first in COB_ID_BASE for number in range(1, PDOS)]
+        """The whole plan. What the EDS does not have or is to be left alone is neither read nor written."""
+        used, node = {pdo.communication for pdo in pdos}, self._node
+        alone = {int(address, 16) for address in node.leave_alone}
+        try:
+            entries = read_concise_dcf(node.concise_dcf) if node.concise_dcf is not None else ()
+        except EdsError as error:
+            raise ConfigError(self._machine.source, f"{self._key}.concise_dcf", str(error)) from None
         return NodePlan(
             key=self._key,
-            node_id=self._node.node_id,
+            node_id=node.node_id,
             eds=self.eds,
             pdos=pdos,
-            unused_pdos=tuple(
-                (index, _cob_id(index, self._node.node_id))
-                for index in spare
-                if index not in used and (index, 1) in self.eds
+            unused_pdos=tuple(self._unused(used)),
+            expectations=tuple(
+                one
+                for one in expectations
+                if (one.index, one.subindex) in self.eds and one.index not in alone
             ),
-            expectations=tuple(one for one in expectations if (one.index, one.subindex) in self.eds),
-            writes=tuple(self._writes(settings)),
+            writes=tuple(write for write in self._writes(settings) if write.index not in alone),
+            units=units,
+            left_alone=frozenset(alone),
+            concise_dcf=entries,
+            sdo_timeout_s=None if node.sdo_timeout_ms is None else node.sdo_timeout_ms * 1e-3,
         )
+
+    def _unused(self, used: set[int]) -> Iterator[tuple[int, int]]:
+        """The node's other PDOs, unless they are off for good or by their default."""
+        for first in COB_ID_BASE:
+            for communication in range(first, first + PDOS_MAX):
+                variable = self.eds.variables.get((communication, 1))
+                if communication in used or variable is None or variable.access in READ_ONLY:
+                    continue
+                if communication - first < PDOS:
+                    yield communication, _cob_id(communication, self._node.node_id)
+                elif isinstance(variable.default, int) and not variable.default & COB_ID_INVALID:
+                    yield communication, variable.default & 0x7FF
 
     def _writes(self, settings: Iterable[Setting]) -> Iterator[Write]:
         """The settings in the types of the EDS; a drive without limits keeps to ours."""
         for index, subindex, value, what in settings:
             variable = self.eds.variables.get((index, subindex))
-            if variable is None or variable.data_type not in STRUCT_FORMATS:
+            if variable is None or variable.data_type not in STRUCT_FORMATS or variable.access in READ_ONLY:
                 continue
             try:
                 data = struct.pack("<" + STRUCT_FORMATS[variable.data_type], value)
@@ -181,52 +306,38 @@ def _cob_id(communication: int, node_id: int) -> int:
 def _drive_plan(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> NodePlan:
     drive, key = axis.drive, f"{axis_key}.drive"
     planner = _Planner(machine, key, drive)
-    rpdo = planner.pdo(RPDO_1, "rpdo1", drive.rpdo1, drive.rpdo_transmission_type)
-    _check_rpdo(machine, axis_key, axis, rpdo.codec)
+    rpdos = [planner.pdo(1, "rpdo1", drive.rpdo1, drive.rpdo_transmission_type), *planner.further("r")]
+    _check_rpdos(machine, axis_key, axis, rpdos)
     modes = [MODE_OF_NAME[axis.mode]] + ([Mode.HOMING] if axis.homing_method else [])
     mask = sum(1 << SUPPORTED_BIT[mode] for mode in modes)
     announced = planner.eds.default(0x6502)
-    if announced is not None and announced & mask != mask:
+    if announced is not None and announced & mask != mask and "0x6502" not in drive.leave_alone:
         reason = f"{planner.eds.path} (6502h) has no mode {axis.mode} or no homing"
         raise ConfigError(machine.source, f"{axis_key}.mode", reason)
-    pdos = [rpdo, planner.tpdo()]
+    tpdos = [planner.tpdo(), *planner.further("t")]
     if drive.limit_switch_syncs:
-        pdos.append(planner.pdo(TPDO_2, "limit_switch_syncs", ["0x60FD:00"], drive.limit_switch_syncs))
+        free = next(number for number in range(2, PDOS_MAX) if f"tpdo{number}" not in drive.pdo)
+        tpdos.append(planner.pdo(free, "tpdo_limit_switches", ["0x60FD:00"], drive.limit_switch_syncs))
     expectations = (
-        Expectation(0x608F, 1, drive.counts_per_rev, f"{key}.counts_per_rev"),
-        Expectation(0x608F, 2, 1, f"{key}.counts_per_rev (motor revolutions)"),
-        *_counts(key, drive.counts_per_rev),
         Expectation(0x6075, 0, drive.rated_current_ma, f"{key}.rated_current_ma"),
         Expectation(0x6076, 0, drive.rated_torque_mnm, f"{key}.rated_torque_mnm"),
         Expectation(0x6502, 0, mask, f"{axis_key}.mode", mask),
     )
     settings = (*common_settings(machine), *drive_settings(machine, axis_key, axis))
-    return planner.plan(tuple(pdos), expectations, settings)
+    return planner.plan((*rpdos, *tpdos), expectations, settings, units_of(axis_key, axis))
 
 
-def _counts(key: str, counts_per_rev: int) -> Iterator[Expectation]:
-    """That the drive speaks in counts and counts/s: gear, feed and unit objects, where it has them.
-
-    A drive that is scaled in rpm or micrometres would take our set points for others.
-    """
-    gear, unit = f"{key} (no gear and no velocity factor in the drive)", f"{key} (set points are counts)"
-    for index in (0x6091, 0x6096):
-        yield Expectation(index, 1, 1, gear)
-        yield Expectation(index, 2, 1, gear)
-    yield Expectation(0x6092, 1, counts_per_rev, f"{key}.counts_per_rev (feed constant in counts)")
-    yield Expectation(0x6092, 2, 1, f"{key}.counts_per_rev (feed constant in counts)")
-    yield Expectation(0x60A8, 0, UNIT_COUNT, unit)
-    yield Expectation(0x60A9, 0, UNIT_COUNT_PER_SECOND, unit)
-
-
-def _check_rpdo(machine: MachineConfig, axis_key: str, axis: AxisConfig, rpdo: PdoCodec) -> None:
+def _check_rpdos(machine: MachineConfig, axis_key: str, axis: AxisConfig, rpdos: Sequence[PdoPlan]) -> None:
     """Refuse an object that we have no value for, and an object that is missing where we have one."""
     key = f"{axis_key}.drive.rpdo1"
-    for mapped in rpdo.objects:
-        if mapped.index not in PRODUCED:
-            reason = f"{mapped.name} is nothing the controller computes every cycle"
-            raise ConfigError(machine.source, key, reason)
-    if axis.homing_method and rpdo.position(0x6060) is None:
+    carried = set()
+    for pdo in rpdos:
+        for mapped in pdo.codec.objects:
+            if mapped.index not in PRODUCED:
+                reason = f"{mapped.name} is nothing the controller computes every cycle"
+                raise ConfigError(machine.source, f"{axis_key}.drive.{pdo.key}", reason)
+            carried.add(mapped.index)
+    if axis.homing_method and 0x6060 not in carried:
         reason = "modes_of_operation is missing; homing switches the mode over the PDO"
         raise ConfigError(machine.source, key, reason)
     # Where the amplifier closes a loop, feedforward reaches it as an offset of its own or not at all.
@@ -241,10 +352,8 @@ def _check_rpdo(machine: MachineConfig, axis_key: str, axis: AxisConfig, rpdo: P
         ),
         ("velocity_feedforward", control.velocity_feedforward, {csp}, 0x60B1, "velocity_offset"),
     ):
-        if value > 0.0 and axis.mode in modes and rpdo.position(index) is None:
-            reason = (
-                f'mode {axis.mode} needs "{name}" in drive.rpdo1 for it; without room there, set it to 0.0'
-            )
+        if value > 0.0 and axis.mode in modes and index not in carried:
+            reason = f'mode {axis.mode} needs "{name}" in an RPDO (drive.pdo.rpdo2); else set it to 0.0'
             raise ConfigError(machine.source, f"{axis_key}.control.{gain}", reason)
 
 

@@ -7,6 +7,7 @@ force_n  = torque_nm * 2 pi / lead_m,  torque in per mille of 6076h,  current in
 import math
 from typing import NamedTuple
 
+from servo_ctrl.config.drive_units import drive_unit
 from servo_ctrl.config.model import AxisConfig
 
 
@@ -17,17 +18,26 @@ class DriveScaling(NamedTuple):
     newton_per_permille: float
     ampere_per_permille: float
     newton_per_ampere: float
+    metre_per_s_per_unit: float
+    """Of its velocities."""
+    metre_per_s2_per_unit: float
+    """Of its accelerations."""
 
 
 def drive_scaling(axis: AxisConfig) -> DriveScaling:
-    """The scaling that an axis' machine file states; boot holds it against 608Fh, 6075h and 6076h."""
+    """The scaling that an axis' machine file states; boot holds it against what the drive says."""
     lead_m = axis.transmission.lead_mm * 1e-3
     rated_torque_nm = axis.drive.rated_torque_mnm * 1e-3
+    metre_per_count = lead_m / axis.drive.counts_per_rev
+    velocity = drive_unit(axis.drive.velocity_unit, axis.drive.counts_per_rev)
+    acceleration = drive_unit(axis.drive.acceleration_unit, axis.drive.counts_per_rev)
     return DriveScaling(
-        metre_per_count=lead_m / axis.drive.counts_per_rev,
+        metre_per_count=metre_per_count,
         newton_per_permille=rated_torque_nm * 1e-3 * 2.0 * math.pi / lead_m,
         ampere_per_permille=axis.drive.rated_current_ma * 1e-6,
         newton_per_ampere=axis.drive.torque_constant_nm_a * 2.0 * math.pi / lead_m,
+        metre_per_s_per_unit=velocity.counts * metre_per_count,
+        metre_per_s2_per_unit=acceleration.counts * metre_per_count,
     )
 
 

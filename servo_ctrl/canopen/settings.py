@@ -48,6 +48,7 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
     """
     scaling, limits = drive_scaling(axis), axis.limits
     count_per_mm = 1e-3 / scaling.metre_per_count
+    unit_per_mm_s, unit_per_mm_s2 = 1e-3 / scaling.metre_per_s_per_unit, 1e-3 / scaling.metre_per_s2_per_unit
     beyond_mm = _correction_mm(axis)
     lowest, highest = (
         round((mm + side * beyond_mm) * count_per_mm)
@@ -57,15 +58,15 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
     key, reason = "", ""
     if not -(2**31) <= lowest < highest < 2**31:
         key, reason = "position_mm", "is more than 32-bit counts can hold"
-    elif axis.mode != "cst" and limits.velocity_mm_s * count_per_mm >= 2**31:
-        key, reason = "velocity_mm_s", "is more than 32-bit counts/s can hold"
+    elif axis.mode != "cst" and limits.velocity_mm_s * unit_per_mm_s >= 2**31:
+        key, reason = "velocity_mm_s", f"is more than 32 bits of {axis.drive.velocity_unit} can hold"
     elif max_torque > 0x8000 or (axis.mode == "cst" and max_current > 0x10000):
         end = "a set point of 16 bits ends at 32767"
         key, reason = "force_n", f"is {max_torque - 1} per mille of rated_torque_mnm; {end}"
     if reason:
         raise ConfigError(machine.source, f"{axis_key}.limits.{key}", reason)
-    deceleration = round(limits.acceleration_mm_s2 * count_per_mm)
-    fast, slow = (max(round(limits.velocity_mm_s * share * count_per_mm), 1) for share in HOMING_SPEED_SHARE)
+    deceleration = max(round(limits.acceleration_mm_s2 * unit_per_mm_s2), 1)
+    fast, slow = (max(round(limits.velocity_mm_s * share * unit_per_mm_s), 1) for share in HOMING_SPEED_SHARE)
     yield (0x6060, 0, MODE_OF_NAME[axis.mode], "modes of operation")
     yield (0x605A, 0, QUICK_STOP_RAMP_THEN_DISABLE, "quick stop option code")
     yield (0x6085, 0, deceleration, "quick stop deceleration")

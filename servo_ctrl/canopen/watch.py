@@ -70,6 +70,7 @@ class HeartbeatWatch:
         self, plans: Sequence[NodePlan], heartbeat_cycles: int, on_restart: Callable[[str], None]
     ) -> None:
         self._names = [plan.name for plan in plans]
+        self.nodes = len(plans)
         self._period, self._limit = heartbeat_cycles, heartbeat_cycles * HEARTBEATS_MISSED
         self._last = [0] * len(plans)
         """Cycle of the last heartbeat of each node."""

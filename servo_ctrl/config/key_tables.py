@@ -28,6 +28,7 @@ SECTIONS: dict[str, Any] = {
     "axis.NAME": model.AxisConfig,
     "axis.NAME.drive": node_model.Drive,
     "axis.NAME.scale": node_model.Scale,
+    "axis.NAME.drive.pdo.NAME": node_model.Pdo,
     "axis.NAME.transmission": model.Transmission,
     "axis.NAME.limits": model.Limits,
     "axis.NAME.control": model.Control,

@@ -47,6 +47,7 @@ def _bounds(key: Key) -> Any:
     return Field(gt=key.above, ge=key.at_least, le=key.at_most)
 
 
+MEASURED_CURRENT = ("current_actual_value", "0x6078:00")
 SECTION_TYPES: dict[str, Any] = {name: _checked_type(name) for name in {s.name: 0 for s in SECTIONS.values()}}
 """Name of the section -> type that checks it."""
 MEANINGS = {section.name: section.meaning for section in SECTIONS.values()}
@@ -73,7 +74,7 @@ def _unmet(need: Need, axis: Any, name: str) -> str:
             return f"{name}: mode csp has no velocity set point of ours"
         case Need.FORCE_SET_POINT if axis.mode != "cst":
             return f"{name}: only mode cst has a force set point"
-        case Need.MEASURED_CURRENT if not is_mapped(axis.drive.tpdo1, ("current_actual_value", "0x6078:00")):
+        case Need.MEASURED_CURRENT if not is_mapped(axis.drive.received_every_cycle, MEASURED_CURRENT):
             return f'drive.tpdo1: "current_actual_value" is missing; the {name} needs it'
         case Need.SCALE if axis.scale is None:
             return f"{name}: there is no scale section to read"

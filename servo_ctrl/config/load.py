@@ -18,7 +18,7 @@ from servo_ctrl.errors import ConfigError
 MACHINE_FILE = "controller.toml"
 KINDS = {"machine": "a controller file", "plant": "the plant file of a simulator", "step": "a program"}
 """What a file is, by a section that this kind alone has."""
-FILE_KEYS = frozenset({"eds", "password_file", "ca_file", "cert_file", "key_file"})
+FILE_KEYS = frozenset({"eds", "concise_dcf", "password_file", "ca_file", "cert_file", "key_file"})
 """Keys of a machine file that hold paths, relative to it."""
 
 

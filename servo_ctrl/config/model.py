@@ -139,10 +139,10 @@ class AxisConfig(FileSection):
         if self.control.feedback == "scale" and self.scale is None:
             raise ValueError('control.feedback: "scale" needs a scale section')
         for key, mapping, wanted in (
-            ("drive.rpdo1", self.drive.rpdo1, ("controlword", "0x6040:00")),
-            ("drive.rpdo1", self.drive.rpdo1, SETPOINT_OF_MODE[self.mode]),
-            ("drive.tpdo1", self.drive.tpdo1, ("statusword", "0x6041:00")),
-            ("drive.tpdo1", self.drive.tpdo1, ("position_actual_value", "0x6064:00")),
+            ("drive.rpdo1", self.drive.sent, ("controlword", "0x6040:00")),
+            ("drive.rpdo1", self.drive.sent, SETPOINT_OF_MODE[self.mode]),
+            ("drive.tpdo1", self.drive.received, ("statusword", "0x6041:00")),
+            ("drive.tpdo1", self.drive.received_every_cycle, ("position_actual_value", "0x6064:00")),
         ):
             if not is_mapped(mapping, wanted):
                 raise ValueError(f'{key}: "{wanted[0]}" is missing; mode {self.mode} needs it')

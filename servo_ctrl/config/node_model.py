@@ -1,10 +1,11 @@
 """controller.toml as types: the nodes on the bus, ours and those of an axis, and what they must map."""
 
 from pathlib import Path  # pydantic resolves the annotation when the class is made
-from typing import Annotated
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, Strict, StringConstraints, field_validator
+from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
 
+from servo_ctrl.config.drive_units import checked_unit
 from servo_ctrl.config.section import FileSection, Positive
 
 Count = Annotated[int, Strict(), Field(ge=1, le=0xFFFFFFFF)]
@@ -12,6 +13,8 @@ NodeId = Annotated[int, Strict(), Field(ge=1, le=127)]
 TransmissionType = Annotated[int, Strict()]
 PdoName = Annotated[str, StringConstraints(pattern=r"^([a-z][a-z0-9_.]*|0x[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2})$")]
 PdoMapping = Annotated[list[PdoName], Field(min_length=1, max_length=8)]
+PdoKey = Annotated[str, StringConstraints(pattern=r"^[rt]pdo([1-9]|[1-9][0-9]|[1-4][0-9][0-9])$")]
+ObjectAddress = Annotated[str, StringConstraints(pattern=r"^0x[0-9A-Fa-f]{4}$")]
 
 SETPOINT_OF_MODE: dict[str, tuple[str, str]] = {
     "cst": ("target_torque", "0x6071:00"),
@@ -48,13 +51,67 @@ class Controller(FileSection):
     """Producer heartbeat time (1017h), milliseconds; 0 = none."""
 
 
-class Drive(FileSection):
-    """The amplifier of an axis and the motor encoder inside it."""
+class Pdo(FileSection):
+    """What a PDO of a node is besides the usual: of a further one its objects, of any one its identifier."""
+
+    objects: PdoMapping | None = None
+    """What it carries, from PDO 2 on; those of PDO 1 are in rpdo1 and tpdo1."""
+    cob_id: Annotated[int, Strict(), Field(ge=0x001, le=0x7FF)] | None = None
+    """Its identifier; where not given that of the pre-defined connection set, which ends at PDO 4."""
+    transmission_type: TransmissionType | None = None
+    """From PDO 2 on: 1 (the default) = with every SYNC, to 240 = every so many, 254, 255 = at a change."""
+    event_timer_ms: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] = 0
+    """TPDOs of type 254 and 255: sent after so long without a change, too, milliseconds; 0 = not."""
+    inhibit_ms: Annotated[float, Strict(), Field(ge=0.0, le=6553.5)] = 0.0
+    """The same TPDOs: shortest time between two of them, milliseconds."""
+
+    @field_validator("transmission_type")
+    @classmethod
+    def _type(cls, value: int | None) -> int | None:
+        return value if value is None else _checked_transmission_type(value)
+
+
+class Node(FileSection):
+    """What every node on the bus has in common."""
 
     node_id: NodeId
-    """Node id of the amplifier."""
+    """Node id on the bus."""
     eds: Path
     """Its EDS file, relative to this file."""
+    concise_dcf: Path | None = None
+    """Configuration as concise DCF (CiA 302, as of dcfgen): written at boot before what this file says."""
+    sdo_timeout_ms: Annotated[float, Strict(), Field(gt=0.0, le=60_000.0)] | None = None
+    """Patience with its SDO answers, milliseconds; where not given 300, in lockstep 1000."""
+    leave_alone: Annotated[list[ObjectAddress], Field(min_length=0, max_length=64)] = []  # noqa: RUF012  # pydantic copies it
+    """Objects that boot neither reads nor writes although the EDS has them, as "0x6092"."""
+    pdo: dict[PdoKey, Pdo] = {}  # noqa: RUF012  # the same
+    """PDOs by name."""
+
+    def numbered(self, direction: str) -> dict[int, Pdo]:
+        """The PDOs of `pdo` of one direction, "r" or "t", by their number."""
+        found = {int(key[4:]): pdo for key, pdo in self.pdo.items() if key[0] == direction}
+        return dict(sorted(found.items()))
+
+    @model_validator(mode="after")
+    def _further_pdos_carry_something(self) -> Self:
+        for key, pdo in self.pdo.items():
+            if key[4:] == "1":
+                if pdo.objects is not None or pdo.transmission_type is not None:
+                    raise ValueError(
+                        f"pdo.{key}: objects and type of PDO 1 are {key} and {key[:4]}_transmission_type"
+                    )
+            elif pdo.objects is None:
+                raise ValueError(f"pdo.{key}.objects: is missing")
+            if key[0] == "r" and (pdo.event_timer_ms or pdo.inhibit_ms):
+                raise ValueError(
+                    f"pdo.{key}: only what the node sends has an event timer and an inhibit time"
+                )
+        return self
+
+
+class Drive(Node):
+    """The amplifier of an axis and the motor encoder inside it."""
+
     rpdo1: PdoMapping
     """What we send: EDS parameter names in lower case with underscores, or "0x6071:00"."""
     tpdo1: PdoMapping
@@ -66,7 +123,13 @@ class Drive(FileSection):
     limit_switch_syncs: Annotated[int, Strict(), Field(ge=0, le=240)] = 0
     """Every how many SYNCs the drive sends its limit switches (60FDh) in TPDO 2; 0 = they are not read."""
     counts_per_rev: Count
-    """Position units (encoder counts) of one motor revolution, 608Fh."""
+    """Position units (as a rule encoder counts) of one motor revolution: 608Fh, or 6091h, 6092h and 60A8h."""
+    velocity_unit: Annotated[str, Strict()] = "counts/s"
+    """Unit of its velocities (60A9h): "counts/s", "rpm" or "rev/s", or a multiple as "0.1 counts/s"."""
+    acceleration_unit: Annotated[str, Strict()] = "counts/s2"
+    """Unit of its accelerations (60AAh): "counts/s2", "rpm/s", "rev/s2", or a multiple: "10 counts/s2"."""
+    mode_switch: Literal["enabled", "disabled"] = "enabled"
+    """Where it takes another mode, behind homing: in operation enabled, or only without power."""
     rated_torque_mnm: Count
     """6076h, mNm: the unit of all torques is a thousandth of it."""
     rated_current_ma: Count
@@ -75,15 +138,29 @@ class Drive(FileSection):
     """Torque per current of the motor, Nm/A."""
 
     _types = field_validator("rpdo_transmission_type", "tpdo_transmission_type")(_checked_transmission_type)
+    _velocity = field_validator("velocity_unit")(checked_unit("/s"))
+    _acceleration = field_validator("acceleration_unit")(checked_unit("/s2"))
+
+    @property
+    def sent(self) -> list[str]:
+        """Objects of all RPDOs."""
+        return self.rpdo1 + [name for pdo in self.numbered("r").values() for name in pdo.objects or ()]
+
+    @property
+    def received(self) -> list[str]:
+        """Objects of all TPDOs."""
+        return self.tpdo1 + [name for pdo in self.numbered("t").values() for name in pdo.objects or ()]
+
+    @property
+    def received_every_cycle(self) -> list[str]:
+        """Objects of the TPDOs that come with every SYNC."""
+        further = [pdo for pdo in self.numbered("t").values() if pdo.transmission_type in {None, 1}]
+        return self.tpdo1 + [name for pdo in further for name in pdo.objects or ()]
 
 
-class Scale(FileSection):
+class Scale(Node):
     """The linear grating scale of an axis."""
 
-    node_id: NodeId
-    """Node id of the scale."""
-    eds: Path
-    """Its EDS file, relative to this file."""
     tpdo1: PdoMapping
     """What we receive; position_value at least."""
     tpdo_transmission_type: TransmissionType = 1

@@ -92,7 +92,7 @@ def _step(config: StepConfig, machine: MachineConfig, source: Path, key: str) ->
             return Dwell(config.label, config.seconds)
         case SamplesStep():
             for axis in config.force_offset:
-                if not is_mapped(machine.axes[axis].drive.rpdo1, TORQUE_OFFSET):
+                if not is_mapped(machine.axes[axis].drive.sent, TORQUE_OFFSET):
                     reason = f'needs "torque_offset" in axis.{axis}.drive.rpdo1 of {machine.source}'
                     raise ConfigError(source, f"{key}.force_offset.{axis}", reason)
             return _samples(config, machine)

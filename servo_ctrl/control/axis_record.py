@@ -35,7 +35,7 @@ class AxisRecord(NamedTuple):
     """Of `control.signs`."""
 
 
-SI = SetPointUnits(1.0, 1.0, offset_apart=True, velocity_offset=True)
+SI = SetPointUnits(1.0, 1.0, 1.0, offset_apart=True, velocity_offset=True)
 
 
 def axis_records(

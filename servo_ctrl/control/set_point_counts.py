@@ -20,6 +20,8 @@ class SetPointUnits(NamedTuple):
 
     newton_per_permille: float
     metre_per_count: float
+    metre_per_s_per_unit: float
+    """Of velocities."""
     offset_apart: bool
     """The force offset does not go with the force."""
     velocity_offset: bool
@@ -59,7 +61,7 @@ def set_point_counts(
     return SetPointCounts(
         torque=whole(force_n, units.newton_per_permille, I16_MAX),
         torque_offset=whole(offset_n, units.newton_per_permille, I16_MAX),
-        velocity=whole(command.velocity_m_s, units.metre_per_count, I32_MAX),
+        velocity=whole(command.velocity_m_s, units.metre_per_s_per_unit, I32_MAX),
         position=whole(command.position_m + command.correction_m, units.metre_per_count, I32_MAX),
-        velocity_offset=whole(feedforward * velocity_m_s, units.metre_per_count, I32_MAX),
+        velocity_offset=whole(feedforward * velocity_m_s, units.metre_per_s_per_unit, I32_MAX),
     )

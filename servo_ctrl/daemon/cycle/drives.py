@@ -22,6 +22,8 @@ class AxisPlace(NamedTuple):
     drive: int
     scale: int | None
     stop_acceleration_m_s2: float
+    further: tuple[int, ...] = ()
+    """Other TPDOs of the drive that come with every SYNC."""
 
 
 class Drives:
@@ -73,9 +75,13 @@ class Drives:
         """
         payloads: list[bytes] = []
         first = 0
-        for servo, own, scale, _stop in self._places:
+        for servo, own, scale, _stop, further in self._places:
             led = None if row is None else row[first : first + REFERENCE_FIELDS]
-            payloads.append(servo.step(inputs[own], None if scale is None else inputs[scale], led))
+            taken = inputs[own]
+            for place in further:
+                taken = _joined(taken, inputs[place])
+            payloads.append(servo.step(taken, None if scale is None else inputs[scale], led))
+            payloads += servo.further_payloads
             record += servo.row
             first += REFERENCE_FIELDS
         return payloads
@@ -141,3 +147,8 @@ class Drives:
         for place in self._places:
             if place.drive == node:
                 place.servo.sequence = change(place.servo.sequence)
+
+
+def _joined(first: tuple[int, ...] | None, further: tuple[int, ...] | None) -> tuple[int, ...] | None:
+    """Values of two TPDOs in a row; None where one did not come."""
+    return None if first is None or further is None else first + further

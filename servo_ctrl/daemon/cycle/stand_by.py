@@ -14,20 +14,27 @@ class Nodes:
     """The nodes of a machine that stands by. `start` commands one to NMT operational.
 
     It may have left that for an error of communication, and has its configuration then. One that has
-    restarted, or whose objects somebody else has written, is booted and configured again.
+    restarted, or whose objects somebody else has written, is booted and configured again. `sender` has the
+    node of each input of a cycle.
     """
 
     def __init__(
-        self, cycle: Cycle, watch: HeartbeatWatch, names: Sequence[str], start: Callable[[int], None]
+        self,
+        cycle: Cycle,
+        watch: HeartbeatWatch,
+        names: Sequence[str],
+        start: Callable[[int], None],
+        sender: Sequence[int],
     ) -> None:
         self._cycle, self._watch, self._names, self._start = cycle, watch, names, start
+        self._sender = tuple(sender)
         self.changed: dict[int, str] = {}
         """Nodes to which another participant has written, and what."""
         self.boot: Callable[[list[int]], None] = lambda _nodes: None
         """Begins to boot nodes; `machine.booted` or `machine.not_booted` is called at its end."""
 
     def back(self, lost: Collection[int]) -> list[int]:
-        """Find the nodes among those given up that respond again; they are expected from now on."""
+        """Find the inputs among those given up that come again; they are expected from now on."""
         back = [node for node in lost if self._cycle.responding(node)]
         for node in back:
             self._cycle.expect(node)
@@ -35,9 +42,9 @@ class Nodes:
 
     def objection(self) -> str:
         """Say why nodes can be neither used nor booted, "" when they can."""
-        for node, name in enumerate(self._names):
+        for node in range(self._watch.nodes):
             if silence := self._watch.silence(node):
-                return f"{name}: {silence}; {SWITCH_ON}"
+                return f"{self._names[node]}: {silence}; {SWITCH_ON}"
         unset = self.to_boot(())
         left = [node for node in self._watch.left_operational() if node not in unset]
         for node in left:
@@ -47,9 +54,9 @@ class Nodes:
         return ""
 
     def to_boot(self, lost: Collection[int]) -> list[int]:
-        """Find the nodes to be booted before a drive gets power; `lost`: nodes that are given up."""
-        restarted = {node for node in range(len(self._names)) if self._watch.restarted(node)}
-        return sorted(restarted | self.changed.keys() | set(lost))
+        """Find the nodes to be booted before a drive gets power; `lost`: inputs that are given up."""
+        restarted = {node for node in range(self._watch.nodes) if self._watch.restarted(node)}
+        return sorted(restarted | self.changed.keys() | {self._sender[place] for place in lost})
 
     def keeps_position(self, node: int) -> bool:
         """Whether a node that is to be booted has gone on since the last boot, so that its home holds."""

@@ -7,12 +7,13 @@ from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.node import ControllerNode
-from servo_ctrl.canopen.plan import NodePlan, PdoPlan
+from servo_ctrl.canopen.plan import LIMIT_SWITCHES, NodePlan, PdoPlan
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.cycle.drives import AxisPlace
+from servo_ctrl.daemon.cycle.event_timer import EventTimer
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
 from servo_ctrl.daemon.cycle.stand_by import Nodes, keeping_error_code
@@ -25,6 +26,7 @@ from servo_ctrl.units import MM
 def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPlace]:
     """Make the axes of a machine, their kernels compiled; the inputs are numbered as the plans are."""
     index = {plan.key: place for place, plan in enumerate(plans)}
+    further = {key: place for place, (key, _) in enumerate(further_inputs(plans), start=len(plans))}
     places = []
     for name, axis in config.axes.items():
         drive, scale = index[f"axis.{name}.drive"], index.get(f"axis.{name}.scale")
@@ -35,10 +37,25 @@ def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPla
             rpdo=plans[drive].rpdo.codec,
             tpdo=plans[drive].tpdo.codec,
             scale_tpdo=plans[scale].tpdo.codec if scale is not None else None,
+            further_rpdos=[pdo.codec for pdo in plans[drive].rpdos[1:]],
+            further_tpdos=[pdo.codec for pdo in plans[drive].further_tpdos if pdo.cyclic],
         )
         servo.warm_up()
-        places.append(AxisPlace(servo, drive, scale, axis.limits.acceleration_mm_s2 * MM))
+        others = tuple(
+            further[f"{plans[drive].name}, {pdo.name}"] for pdo in plans[drive].further_tpdos if pdo.cyclic
+        )
+        places.append(AxisPlace(servo, drive, scale, axis.limits.acceleration_mm_s2 * MM, others))
     return places
+
+
+def further_inputs(plans: Sequence[NodePlan]) -> list[tuple[str, PdoPlan]]:
+    """TPDOs besides the first of each node that come with every SYNC: inputs behind those of the nodes."""
+    return [(f"{plan.name}, {pdo.name}", pdo) for plan in plans for pdo in plan.further_tpdos if pdo.cyclic]
+
+
+def input_names(plans: Sequence[NodePlan]) -> list[str]:
+    """How messages name the inputs of a cycle: nodes, and behind them their further TPDOs."""
+    return [plan.name for plan in plans] + [name for name, _ in further_inputs(plans)]
 
 
 def build_machine(
@@ -47,7 +64,7 @@ def build_machine(
     """Make the machine of these axes. Lockstep waits for each input, and tolerates none that is missing."""
     gap_cycles = 0 if lockstep else round(GAP_TOLERATED_S / config.period_s)
     tolerance = Tolerance(gap_cycles, config.bus.missed_per_1000)
-    return MachineController(places, [plan.name for plan in plans], config.period_s, tolerance)
+    return MachineController(places, input_names(plans), config.period_s, tolerance)
 
 
 def connect(
@@ -75,37 +92,63 @@ def connect(
             port.fail(error)
         for text in watch.advance(cycle.number):
             machine.event(Event.LOST_HEARTBEAT, text)
+        for timed in timers:
+            if text := timed.advance(cycle.number):
+                machine.event(Event.LOST_TPDO, text)
 
+    further = further_inputs(plans)
+    timers: list[EventTimer] = []
     cycle = Cycle(
         machine,
         port.frame(SYNC_COB_ID),
-        [port.frame(plan.rpdo.cob_id) for plan in plans if len(plan.pdos) > 1],
-        [plan.tpdo.codec.layout for plan in plans],
+        [port.frame(rpdo.cob_id) for plan in plans for rpdo in plan.rpdos],
+        [plan.tpdo.codec.layout for plan in plans] + [pdo.codec.layout for _, pdo in further],
         port.flush,
         lockstep=lockstep,
         on_begin=on_begin,
         on_end=on_end,
     )
     machine.on_fault = fault_reporter(node)
+    sender = [place for place, plan in enumerate(plans) for pdo in plan.further_tpdos if pdo.cyclic]
+    names = input_names(plans)
     machine.nodes = Nodes(
-        cycle, watch, [plan.name for plan in plans], lambda place: node.start(plans[place].node_id)
+        cycle, watch, names, lambda place: node.start(plans[place].node_id), [*range(len(plans)), *sender]
     )
+    _take_frames(plans, places, machine, port, cycle, watch, timers, config.period_s)
+    report_masters(config, plans, port, partial(machine.event, Event.FOREIGN_MASTER))
+    report_writes(plans, port, machine.object_changed)
+    _watch_bus(port, machine, cycle)
+    return cycle
+
+
+def _take_frames(
+    plans: Sequence[NodePlan],
+    places: list[AxisPlace],
+    machine: MachineController,
+    port: CanPort,
+    cycle: Cycle,
+    watch: HeartbeatWatch,
+    timers: list[EventTimer],
+    period_s: float,
+) -> None:
+    """Give every frame of the nodes its handler."""
     servo_of = {place.drive: place.servo for place in places}
     for axis in places:
-        own = (axis.drive,) if axis.scale is None else (axis.drive, axis.scale)
+        own = (axis.drive, *axis.further) if axis.scale is None else (axis.drive, *axis.further, axis.scale)
         axis.servo.input_age = partial(cycle.age, *own)
+    for place, (_, pdo) in enumerate(further_inputs(plans), start=len(plans)):
+        port.handlers[pdo.cob_id] = cycle.handler(place)
     for place, plan in enumerate(plans):
         port.handlers[plan.tpdo.cob_id] = cycle.handler(place)
         port.handlers[0x700 + plan.node_id] = watch.handler(place)
         on_emcy = emcy_handler(plan, partial(machine.event, Event.EMCY))
         servo = servo_of.get(place)
-        if plan.switches is not None and servo is not None:
-            port.handlers[plan.switches.cob_id] = _switch_handler(machine, place, servo, plan.switches)
+        for pdo in plan.further_tpdos:
+            if servo is not None and not pdo.cyclic:
+                timer = EventTimer(f"{plan.name}, {pdo.name}", pdo, period_s, cycle)
+                timers.append(timer)
+                port.handlers[pdo.cob_id] = _event_handler(machine, place, servo, pdo, timer)
         port.handlers[0x080 + plan.node_id] = on_emcy if servo is None else keeping_error_code(servo, on_emcy)
-    report_masters(config, plans, port, partial(machine.event, Event.FOREIGN_MASTER))
-    report_writes(plans, port, machine.object_changed)
-    _watch_bus(port, machine, cycle)
-    return cycle
 
 
 def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle) -> None:
@@ -128,15 +171,20 @@ def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle) -> None:
     port.on_down, port.on_error_frame = on_down, on_error_frame
 
 
-def _switch_handler(
-    machine: MachineController, place: int, servo: AxisServo, pdo: PdoPlan
+def _event_handler(
+    machine: MachineController, place: int, servo: AxisServo, pdo: PdoPlan, timer: EventTimer
 ) -> Callable[[bytearray, float], None]:
-    """Handle the PDO with the limit switches of a drive, the node at this place."""
+    """Handle a TPDO of a drive, the node at this place, that comes when it likes: values, limit switches."""
+    switches_at = pdo.codec.position(LIMIT_SWITCHES)
 
-    def on_switches(payload: bytearray, _timestamp_s: float) -> None:
+    def on_event(payload: bytearray, _timestamp_s: float) -> None:
+        timer.came()
         if len(payload) != pdo.codec.size:
             machine.input_of_other_length(place, len(payload))
-        elif text := servo.closed_switch(pdo.codec.unpack(payload)[0]):
+            return
+        values = pdo.codec.unpack(payload)
+        servo.inputs.take_event(pdo.codec, values)
+        if switches_at is not None and (text := servo.closed_switch(values[switches_at])):
             machine.event(Event.LIMIT_SWITCH, text, servo)
 
-    return on_switches
+    return on_event

@@ -47,6 +47,9 @@ class Bench:
         node = self.far.create_node(plan.node_id, str(plan.eds.path))
         for wanted in plan.expectations:
             set_value(node, wanted.index, wanted.subindex, wanted.value)
+        if plan.units is not None:
+            set_value(node, 0x608F, 1, plan.units.counts_per_rev)
+            set_value(node, 0x6092, 1, plan.units.counts_per_rev)
         for key, value in values.items():
             index, subindex = (int(part, 16) for part in key.removeprefix("x").split("_"))
             set_value(node, index, subindex, value)

@@ -9,6 +9,7 @@ from servo_ctrl import config
 from servo_ctrl.config.key_tables import SECTIONS, filled, key_table
 from servo_ctrl.config.law_sections import SECTION_TYPES
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.node_model import Node
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.config.section import FileSection
 
@@ -26,7 +27,8 @@ def test_every_section_has_its_table_in_the_documents() -> None:
     marked = re.findall(r"<!-- keys: (\S+) -->", documents)
     assert sorted(marked) == sorted(SECTIONS)
     prefix = config.__name__ + "."
-    in_config = {kind for kind in FileSection.__subclasses__() if kind.__module__.startswith(prefix)}
+    kinds = {kind for base in (FileSection, Node) for kind in base.__subclasses__()} - {Node}
+    in_config = {kind for kind in kinds if kind.__module__.startswith(prefix)}
     assert set(SECTIONS.values()) == in_config - {MachineConfig, ProgramConfig} | set(SECTION_TYPES.values())
 
 

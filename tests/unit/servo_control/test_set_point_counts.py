@@ -9,7 +9,13 @@ from servo_ctrl.canopen.scaling import to_integer
 from servo_ctrl.control.set_point_counts import I16_MAX, SetPointUnits, set_point_counts, whole
 from servo_ctrl.control.types import AxisCommand
 
-UNITS = SetPointUnits(newton_per_permille=0.5, metre_per_count=1e-6, offset_apart=True, velocity_offset=False)
+UNITS = SetPointUnits(
+    newton_per_permille=0.5,
+    metre_per_count=1e-6,
+    metre_per_s_per_unit=1e-6,
+    offset_apart=True,
+    velocity_offset=False,
+)
 COMMAND = AxisCommand(
     position_m=0.25,
     velocity_m_s=-0.5,

@@ -1,0 +1,59 @@
+"""A concise DCF (CiA 302, object 1F22h): a node's configuration as a block of bytes, as dcfgen writes it.
+
+number of entries u32, then of each: index u16, subindex u8, size u32, data; all little-endian
+"""
+
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+
+from servo_ctrl.canopen.errors import EdsError
+
+_COUNT, _ENTRY = struct.Struct("<I"), struct.Struct("<HBI")
+LARGEST_BYTES = 1 << 20
+"""Bounds a file; chosen."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One SDO download."""
+
+    index: int
+    subindex: int
+    data: bytes
+
+
+def read_concise_dcf(path: Path) -> tuple[Entry, ...]:
+    """The entries of a file, in its order. Raises EdsError naming it."""
+    try:
+        with path.open("rb") as file:
+            block = file.read(LARGEST_BYTES + 1)
+    except OSError as error:
+        raise EdsError(f"{path}: concise DCF cannot be read: {error.strerror}") from None
+    if len(block) > LARGEST_BYTES:
+        raise EdsError(f"{path}: a concise DCF of more than {LARGEST_BYTES} bytes")
+    try:
+        return tuple(_entries(block))
+    except (struct.error, ValueError) as error:
+        raise EdsError(f"{path}: no concise DCF: {error}") from None
+
+
+def pack_concise_dcf(entries: list[Entry]) -> bytes:
+    """The block of these entries."""
+    packed = (_ENTRY.pack(entry.index, entry.subindex, len(entry.data)) + entry.data for entry in entries)
+    return _COUNT.pack(len(entries)) + b"".join(packed)
+
+
+def _entries(block: bytes) -> list[Entry]:
+    (count,) = _COUNT.unpack_from(block)
+    at, found = _COUNT.size, []
+    for number in range(1, count + 1):
+        index, subindex, size = _ENTRY.unpack_from(block, at)
+        at += _ENTRY.size
+        if at + size > len(block):
+            raise ValueError(f"entry {number}, {index:04X}h:{subindex:02X}, is cut off")
+        found.append(Entry(index, subindex, block[at : at + size]))
+        at += size
+    if at != len(block):
+        raise ValueError(f"{len(block) - at} bytes behind the last entry")
+    return found

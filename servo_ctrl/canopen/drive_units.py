@@ -1,0 +1,111 @@
+"""What the units of a drive come to, read from it at boot: positions a revolution, unit of velocities.
+
+    positions a motor revolution = feed constant 6092h (without one: resolution 608Fh) / gear ratio 6091h
+
+where 60A8h says increments or nothing; a revolution, a degree or a metre gives it by itself (CiA 402-2).
+
+The machine file states the same numbers, and set points are made with those. Where the two differ the drive
+would take them for others, so it is not led.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from servo_ctrl.config.drive_units import drive_unit
+from servo_ctrl.config.model import AxisConfig
+
+Values = Mapping[tuple[int, int], int]
+ENCODER, GEAR, FEED, VELOCITY_FACTOR = 0x608F, 0x6091, 0x6092, 0x6096
+POSITION_UNIT, VELOCITY_UNIT, ACCELERATION_UNIT = 0x60A8, 0x60A9, 0x60AA
+RATIOS = (ENCODER, GEAR, FEED, VELOCITY_FACTOR)
+UNITS = (POSITION_UNIT, VELOCITY_UNIT, ACCELERATION_UNIT)
+ADDRESSES = (*((index, sub) for index in RATIOS for sub in (1, 2)), *((index, 0) for index in UNITS))
+"""All that is read."""
+_NUMERATOR = 0x00FF_0000
+INCREMENT, REVOLUTION, DEGREE, METRE = 0x00B5_0000, 0x00B4_0000, 0x0041_0000, 0x0001_0000
+"""Numerators of 60A8h (CiA 303-2)."""
+
+
+class DriveUnits(NamedTuple):
+    """What the machine file states of a drive's units; `key` is its section."""
+
+    key: str
+    counts_per_rev: int
+    lead_m: float
+    velocity: str
+    velocity_code: int | None
+    acceleration: str
+    acceleration_code: int | None
+
+    def objections(self, values: Values) -> Iterator[str]:
+        """Why a drive with these values of `ADDRESSES`, as far as it has them, cannot be led."""
+        found = self._positions_per_rev(values)
+        if isinstance(found, str):
+            yield found
+        elif found is not None and abs(found - self.counts_per_rev) > 1e-6 * self.counts_per_rev:
+            yield (
+                f"has {found:.10g} positions a motor revolution ({_shown(values)}), the machine file says "
+                f"{self.counts_per_rev} ({self.key}.counts_per_rev); correct the one that is wrong"
+            )
+        if _ratio(values, VELOCITY_FACTOR) not in {None, 1.0}:
+            above, below = (values[VELOCITY_FACTOR, subindex] for subindex in (1, 2))
+            advice = f"set it to 1/1 and say its unit in {self.key}.velocity_unit"
+            yield f"scales velocities by 6096h = {above}/{below}; {advice}"
+        for index, text, code, key in (
+            (VELOCITY_UNIT, self.velocity, self.velocity_code, "velocity_unit"),
+            (ACCELERATION_UNIT, self.acceleration, self.acceleration_code, "acceleration_unit"),
+        ):
+            stated = values.get((index, 0), 0)
+            if stated and code is not None and stated != code:
+                yield (
+                    f"has the unit {index:04X}h = {stated:08X}h, the machine file says {code:08X}h, "
+                    f"{text} ({self.key}.{key}); correct the one that is wrong"
+                )
+
+    def _positions_per_rev(self, values: Values) -> float | str | None:
+        """Position units of a motor revolution, None where it does not tell, text where it cannot be."""
+        code = values.get((POSITION_UNIT, 0), 0)
+        exponent = (code >> 24 ^ 0x80) - 0x80
+        gear = _ratio(values, GEAR)
+        match code & _NUMERATOR:
+            case 0 | 0x00B5_0000 if exponent == 0:
+                turn = _ratio(values, FEED)
+                turn = _ratio(values, ENCODER) if turn is None else turn
+                return None if turn is None else turn / (1.0 if gear is None else gear)
+            case 0x00B4_0000:
+                return 10.0**-exponent
+            case 0x0041_0000:
+                return 360.0 * 10.0**-exponent
+            case 0x0001_0000:
+                return self.lead_m * 10.0**-exponent
+        return f"has positions in a unit that is not known here, 60A8h = {code:08X}h"
+
+
+def units_of(axis_key: str, axis: AxisConfig) -> DriveUnits:
+    """What the machine file states of an axis."""
+    drive = axis.drive
+    return DriveUnits(
+        key=f"{axis_key}.drive",
+        counts_per_rev=drive.counts_per_rev,
+        lead_m=axis.transmission.lead_mm * 1e-3,
+        velocity=drive.velocity_unit,
+        velocity_code=drive_unit(drive.velocity_unit, drive.counts_per_rev).code,
+        acceleration=drive.acceleration_unit,
+        acceleration_code=drive_unit(drive.acceleration_unit, drive.counts_per_rev).code,
+    )
+
+
+def _ratio(values: Values, index: int) -> float | None:
+    """An object of two numbers as their ratio; None where the drive has it not, or zero in it."""
+    above, below = values.get((index, 1)), values.get((index, 2), 1)
+    return above / below if above and below else None
+
+
+def _shown(values: Values) -> str:
+    ratios = (
+        f"{index:04X}h = {values[index, 1]}/{values.get((index, 2), 1)}"
+        for index in (ENCODER, GEAR, FEED)
+        if (index, 1) in values
+    )
+    unit = values.get((POSITION_UNIT, 0))
+    return ", ".join((*ratios, *([f"60A8h = {unit:08X}h"] if unit else [])))
