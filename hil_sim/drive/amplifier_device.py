@@ -70,6 +70,12 @@ class Drive:
         """Whether the motor has no power: parameters may be stored then."""
         return not self.motion.powered
 
+    def manufacturer_status(self) -> int:
+        """Bit 0 motor under power, 1 homed, 2 stopping, 3 a limit switch blocks a direction."""
+        motion = self.motion
+        bits = (motion.powered, motion.homed, motion.stopping, motion.limits.switched)
+        return sum(1 << place for place, bit in enumerate(bits) if bit)
+
     def connection_lost(self, code: int) -> None:
         """React by the abort connection option code 6007h; `code` 0: the master stopped or reset the node."""
         powered = self.motion.powered

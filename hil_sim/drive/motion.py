@@ -34,11 +34,12 @@ class Motion:
     def reset(self) -> None:
         """Return to the state after power-up: power stage off, no mode, not homed."""
         parts = (self._objects, self._port, self.limits)
+        self._homing = Homing(*parts)
         self.modes: dict[int, Mode] = {
             ModeCode.NONE: Mode(*parts),
             ModeCode.PROFILE_POSITION: ProfilePosition(*parts),
             ModeCode.PROFILE_VELOCITY: ProfileVelocity(*parts),
-            ModeCode.HOMING: Homing(*parts),
+            ModeCode.HOMING: self._homing,
             ModeCode.CYCLIC_POSITION: CyclicPosition(*parts),
             ModeCode.CYCLIC_VELOCITY: CyclicVelocity(*parts),
             ModeCode.CYCLIC_TORQUE: CyclicTorque(*parts),
@@ -47,6 +48,11 @@ class Motion:
         for _, side in SWITCHES:
             self.limits.release(side)
         self.switch_off()
+
+    @property
+    def homed(self) -> bool:
+        """Whether a homing has given the position its zero."""
+        return self._homing.homed
 
     def switch_off(self) -> None:
         """Switch the power stage off: the axis coasts."""

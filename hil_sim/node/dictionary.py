@@ -5,8 +5,10 @@ Process objects are plain attributes. Every write is checked against the limits 
 of the object.
 """
 
+import io
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -44,16 +46,14 @@ class Dictionary:
         self.checks: dict[int, Callable[[int, Any], None]] = {}
         self.readers: dict[int, Callable[[int], Any]] = {}
         self.followers: dict[int, Callable[[int], None]] = {}
+        self.on_write: Callable[[int, int], None] = lambda _index, _subindex: None
+        """Called after every write of a client, of any object."""
         self.stored: dict[Address, bytes] = {}
         """Encoded values that are neither attributes nor still the default."""
-        self.variables: dict[Address, Any] = {}
-        """Description of every object that the EDS lists, as canopen has read it, by index."""
-        entries = canopen.import_od(str(eds), node_id).indices
-        for index, entry in sorted(entries.items()):
-            members = {0: entry} if isinstance(entry, ODVariable) else entry.subindices
-            self.variables.update(((index, subindex), member) for subindex, member in members.items())
-        self.indices = sorted(entries)
         self._eds_text = eds.read_bytes()
+        self.variables: dict[Address, Any] = described(self._eds_text, str(eds), node_id)
+        """Description of every object that the EDS lists, as canopen has read it, by index."""
+        self.indices = sorted({index for index, _subindex in self.variables})
         for index, subindex in sorted(self.attributes.keys() - self.variables.keys()):
             raise ValueError(f"object {index:04X}h:{subindex:02X} is missing")
         self.load_defaults(0x1000, 0xFFFF)
@@ -134,6 +134,7 @@ class Dictionary:
             self.stored[index, subindex] = data
         if index in self.followers:
             self.followers[index](subindex)
+        self.on_write(index, subindex)
 
     def load_defaults(self, first: int, last: int) -> None:
         """Give the objects `first` ... `last` the values they have in the EDS."""
@@ -143,6 +144,18 @@ class Dictionary:
                 setattr(self.objects, name, self.variables[address].default or 0)
         if first <= STORE_EDS <= last and STORE_EDS in self.indices:
             self.stored[STORE_EDS, 0] = self._eds_text
+
+
+@lru_cache(maxsize=64)
+def described(eds: bytes, file_name: str, node_id: int) -> dict[Address, Any]:
+    """Objects of an EDS by address; nobody changes them. Raises what canopen does at a file that is none."""
+    source = io.StringIO(eds.decode())
+    source.name = file_name  # canopen tells by it which format this is
+    found: dict[Address, Any] = {}
+    for index, entry in sorted(canopen.import_od(source, node_id).indices.items()):
+        members = {0: entry} if isinstance(entry, ODVariable) else entry.subindices
+        found.update(((index, subindex), member) for subindex, member in members.items())
+    return found
 
 
 def limits_of(variable: Any) -> tuple[float, float]:

@@ -19,7 +19,10 @@ PDO_TOO_SHORT = 0x8210  # not processed due to length error
 PDO_TOO_LONG = 0x8220  # length exceeded, surplus ignored
 SYNC_LENGTH = 0x8240
 RPDO_TIMEOUT = 0x8250
+SYNC_MISSING = 0x8700
 FOLLOWING_ERROR = 0x8611
+NEIGHBOUR = 0xFF10
+"""A node whose EMCY is consumed (1028h) has an error: in the detail its id and the code."""
 
 FRAME = struct.Struct("<HB5s")
 DISABLED = 0x8000_0000

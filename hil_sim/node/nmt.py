@@ -62,7 +62,7 @@ class NmtSlave:
         self._send = send
         self._on_state = on_state
         self._on_reset = on_reset
-        self._cob_id = 0x700 + dictionary.node_id
+        self.cob_id = 0x700 + dictionary.node_id
         self._period_us = 0
         self.state = NmtState.INITIALISING
         self.alive = True
@@ -73,7 +73,7 @@ class NmtSlave:
         """Send the boot-up message and enter pre-operational."""
         self.state = NmtState.INITIALISING
         self._follow_period(0)
-        self._send(self._cob_id, b"\0")
+        self._send(self.cob_id, b"\0")
         self.enter(NmtState.PRE_OPERATIONAL)
 
     def on_command(self, data: bytes) -> None:
@@ -99,7 +99,7 @@ class NmtSlave:
     def run(self) -> None:
         """Send the heartbeat that is due."""
         if self._clock.now_us >= self.due_us:
-            self._send(self._cob_id, bytes((self.state,)))
+            self._send(self.cob_id, bytes((self.state,)))
             late_us = self._clock.now_us - self.due_us
             self.due_us += self._period_us * (1 + late_us // self._period_us)
 

@@ -32,6 +32,10 @@ class PdoSettings(NamedTuple):
     transmission_type: int
     inhibit_us: int
     event_timer_us: int
+    sync_start: int = 0
+    """Counter of the SYNC that a TPDO begins with, 180xh:06; 0 is off."""
+    remote: bool = True
+    """Whether a remote frame is answered, bit 30 of the COB-ID."""
 
 
 def compile_struct(mapping: list[MappedObject]) -> struct.Struct:
@@ -139,6 +143,10 @@ class Tpdo:
         if frame != self._sent:
             self._sent = frame
             self._send(self.cob_id, frame)
+
+    def on_request(self) -> None:
+        """Send the present values: a remote frame has asked for them."""
+        self._send(self.cob_id, self.sample())
 
     def on_event_check(self, now_us: int) -> None:
         """Event-driven: send on a change or when the event timer is over, not within the inhibit time."""

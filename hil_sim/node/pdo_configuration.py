@@ -11,16 +11,22 @@ from functools import partial
 from hil_sim.node.dictionary import Dictionary, limits_of
 from hil_sim.node.identifiers import check_identifier
 from hil_sim.node.pdo import MappedObject, PdoSettings, Rpdo, Tpdo
+from hil_sim.node.pdo_kinds import tpdo_of
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 logger = logging.getLogger(__name__)
 
 SYNC, EMCY = 0x1005, 0x1014
 SWITCHED_OFF = 0x8000_0000
+NOT_ON_REQUEST = 0x4000_0000
+"""Bit of a TPDO's COB-ID: no remote frame is answered."""
 RPDO, TPDO = 0x1400, 0x1800
 MAPPING = 0x200  # distance of a mapping parameter from its communication parameter
 SPAN = 0x200  # of the communication parameters of one direction
-RESERVED_TYPES = range(241, 254)  # 241-251 reserved, 252 and 253 are for remote frames
+RESERVED_TYPES = {RPDO: range(241, 254), TPDO: range(241, 252)}
+"""Transmission types by direction: 241-251 are reserved, 252 and 253 send a TPDO on request."""
+INHIBIT_TIME, SYNC_START = 3, 6
+LARGEST_SYNC_START = 240
 RECEIVED_ACCESS = {"rw", "rww", "wo"}
 TRANSMITTED_ACCESS = {"ro", "rw", "rwr", "const"}
 
@@ -46,11 +52,13 @@ class PdoConfiguration:
             for settings, mapping in self._enabled(index)
         ]
 
-    def tpdos(self, send: Callable[[int, bytes], None]) -> list[Tpdo]:
-        """Compile the enabled TPDOs."""
+    def tpdos(
+        self, send: Callable[[int, bytes], None], sync_counter: Callable[[], int] | None = None
+    ) -> list[Tpdo]:
+        """Compile the enabled TPDOs; `sync_counter`: see `tpdo_of`."""
         objects = self._dictionary.objects
         return [
-            Tpdo(settings, mapping, objects, send)
+            tpdo_of(settings, mapping, objects, send, sync_counter)
             for index in self._transmitted
             for settings, mapping in self._enabled(index)
         ]
@@ -64,9 +72,11 @@ class PdoConfiguration:
         if not mapping or not self._is_on(index):
             return
         value, variables = self._dictionary.value, self._dictionary.variables
-        inhibit_us = 100 * value(index, 3) if (index, 3) in variables else 0
+        inhibit_us = 100 * value(index, INHIBIT_TIME) if (index, INHIBIT_TIME) in variables else 0
         event_timer_us = 1000 * value(index, 5) if (index, 5) in variables else 0
-        yield PdoSettings(value(index, 1) & 0x7FF, value(index, 2), inhibit_us, event_timer_us), mapping
+        sync_start = value(index, SYNC_START) if (index, SYNC_START) in variables else 0
+        cob_id, remote = value(index, 1) & 0x7FF, not value(index, 1) & NOT_ON_REQUEST
+        yield PdoSettings(cob_id, value(index, 2), inhibit_us, event_timer_us, sync_start, remote), mapping
 
     def _usable_mapping(self, index: int) -> list[MappedObject]:
         """The mapping; empty if an entry of a stored one is no longer in the EDS."""
@@ -114,9 +124,11 @@ class PdoConfiguration:
             if self._is_on(index) and not value & SWITCHED_OFF and (value ^ present) & 0x7FF:
                 raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
         elif subindex == 2:
-            if value in RESERVED_TYPES:
+            if value in RESERVED_TYPES[RPDO if index < TPDO else TPDO]:
                 raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
-        elif subindex == 3 and self._is_on(index):
+        elif subindex == SYNC_START and value > LARGEST_SYNC_START:
+            raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
+        elif subindex in {INHIBIT_TIME, SYNC_START} and self._is_on(index):
             raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
 
     def _check_mapping(self, index: int, subindex: int, value: int) -> None:

@@ -9,6 +9,9 @@ from hil_sim.node.nmt import NEVER_US
 from hil_sim.node.pdo import Rpdo, Tpdo
 from hil_sim.node.pdo_configuration import PdoConfiguration
 
+FIRST_EVENT_DRIVEN = 254
+"""Transmission types from here on; 253 is sent on request alone."""
+
 
 class PdoExchange:
     """The PDOs that the dictionary enables; calls `on_change` when a client may have changed their set."""
@@ -26,14 +29,17 @@ class PdoExchange:
         self.rpdos: list[Rpdo] = []
         self._synchronous: list[Tpdo] = []
         self._event_driven: list[Tpdo] = []
+        self.on_request: list[Tpdo] = []
+        """TPDOs that answer a remote frame."""
 
-    def configure(self, operational: bool) -> None:
-        """Compile the enabled PDOs anew; a node that is not operational has none."""
+    def configure(self, operational: bool, sync_counter: Callable[[], int] | None = None) -> None:
+        """Compile the enabled PDOs anew, with `tpdo_of`; a node that is not operational has none."""
         self._emergency.clear(emcy.PDO_TOO_SHORT, emcy.PDO_TOO_LONG, emcy.RPDO_TIMEOUT)
         self.rpdos = self._configuration.rpdos(self._report_length) if operational else []
-        tpdos = self._configuration.tpdos(self._send) if operational else []
+        tpdos = self._configuration.tpdos(self._send, sync_counter) if operational else []
         self._synchronous = [tpdo for tpdo in tpdos if tpdo.synchronous]
-        self._event_driven = [tpdo for tpdo in tpdos if not tpdo.synchronous]
+        self._event_driven = [tpdo for tpdo in tpdos if tpdo.settings.transmission_type >= FIRST_EVENT_DRIVEN]
+        self.on_request = [tpdo for tpdo in tpdos if tpdo.settings.remote]
 
     def receive(self, rpdo: Rpdo, data: bytes, now_us: int) -> bool:
         """Receive a frame; return whether process objects have changed (asynchronous types)."""

@@ -15,11 +15,13 @@ from hil_sim.node.pdo_exchange import PdoExchange
 from hil_sim.node.process_objects import ProcessObjects
 from hil_sim.node.sdo_server import SdoServer
 from hil_sim.node.storage import Storage
+from hil_sim.node.supervision import Supervision
+from hil_sim.node.verify_configuration import verify_configuration
 
 IDENTITY, SERIAL = 0x1018, 4
 FIRST_SERIAL = 0x0001_0000
 """Serial numbers of the simulated devices count from here by node id: no two on a bus have the same."""
-SYNC_ID, WATCHED_NODES = 0x1005, 0x1016
+STATUS, SYNC_ID, WATCHED_NODES = 0x1002, 0x1005, 0x1016
 COMMUNICATING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
 ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}  # 1029h.1; 1 changes nothing
 
@@ -54,6 +56,9 @@ class Device(Protocol):
     def is_idle(self) -> bool:
         """Whether parameters may be stored and restored now."""
 
+    def manufacturer_status(self) -> int:
+        """The upper 16 bits of 1002h, which each device has its own meaning for."""
+
 
 class Slave:
     """Services of node `node_id`. It calls `on_routes` when the identifiers that it receives have changed.
@@ -86,10 +91,19 @@ class Slave:
         self.nmt = NmtSlave(self.dictionary, host.clock, self._send, self._state_changed, self._reset)
         self.sdo = SdoServer(self.dictionary, self._send)
         self.pdos = PdoExchange(self.dictionary, self.emergency, self._send, self._configure_pdos)
+        self.supervision = Supervision(
+            self.dictionary,
+            host.clock,
+            self._lost,
+            self.emergency.clear,
+            self._configure_pdos,
+        )
         self.dictionary.checks[SYNC_ID] = check_sync
         self.dictionary.readers[IDENTITY] = lambda sub: FIRST_SERIAL + node_id if sub == SERIAL else None
         self.dictionary.followers[SYNC_ID] = lambda _sub: self.on_routes()
         self.dictionary.followers[WATCHED_NODES] = lambda _sub: self._watch()
+        self.dictionary.readers[STATUS] = lambda _sub: device.manufacturer_status() << 16 | self.nmt.state
+        verify_configuration(self.dictionary)
         file = host.state_directory and host.state_directory / f"node_{node_id}.json"
         self._storage = Storage(self.dictionary, file, device.is_idle)
 
@@ -130,6 +144,8 @@ class Slave:
             self.nmt.run()
         if now_us >= self.heartbeats.due_us:
             self.heartbeats.run()
+        if now_us >= self.supervision.due_us:
+            self.supervision.run()
         if self.emergency.waiting:
             self.emergency.flush(now_us)
         self.pdos.run(now_us)
@@ -146,12 +162,17 @@ class Slave:
         if self.nmt.alive and self.nmt.state in COMMUNICATING:
             self.sdo.on_request(data)
 
-    def on_sync_length(self, length: int) -> None:
-        """Report a SYNC with data; clear the error at the first one without."""
-        if length:
-            self.emergency.report(emcy.SYNC_LENGTH, emcy.COMMUNICATION, bytes((length,)))
-        else:
+    def on_sync_data(self, data: bytes) -> None:
+        """Take the counter of a SYNC; report one of a wrong length, until the first of the right one."""
+        if self.supervision.sync.length_is_right(data):
             self.emergency.clear(emcy.SYNC_LENGTH)
+        else:
+            self.emergency.report(emcy.SYNC_LENGTH, emcy.COMMUNICATION, bytes((len(data),)))
+
+    def on_guarding(self) -> None:
+        """Answer the remote frame of node guarding."""
+        if self.nmt.alive and (answer := self.supervision.guarded(self.nmt.state)) is not None:
+            self._send(self.nmt.cob_id, answer)
 
     def on_overrun(self) -> None:
         """Report lost frames: an event, so its end is reported at once."""
@@ -161,7 +182,9 @@ class Slave:
     # --- changes ----------------------------------------------------------------------------------
 
     def _configure_pdos(self) -> None:
-        self.pdos.configure(self.nmt.state == NmtState.OPERATIONAL)
+        sync = self.supervision.sync
+        counter = (lambda: sync.counter) if sync.counted else None
+        self.pdos.configure(self.nmt.state == NmtState.OPERATIONAL, counter)
         self.on_routes()
 
     def _watch(self) -> None:
@@ -169,8 +192,14 @@ class Slave:
         self.on_routes()
 
     def _heartbeat_lost(self, node: int) -> None:
-        self.emergency.report(emcy.HEARTBEAT_LOST, emcy.COMMUNICATION, bytes((node,)))
-        self._device.connection_lost(emcy.HEARTBEAT_LOST)
+        self._lost(emcy.HEARTBEAT_LOST, bytes((node,)))
+
+    def _lost(self, code: int, detail: bytes) -> None:
+        """React to a lost master, SYNC or neighbour; 1029h is for the first two."""
+        self.emergency.report(code, emcy.COMMUNICATION, detail)
+        self._device.connection_lost(code)
+        if code == emcy.NEIGHBOUR:
+            return
         target = ON_COMMUNICATION_ERROR.get(self.dictionary.value(0x1029, 1))
         if target is not None and self.nmt.state == NmtState.OPERATIONAL:
             self.nmt.enter(target)
@@ -191,6 +220,7 @@ class Slave:
             self._device.factory_settings()
         self._storage.load(0x1000, last)
         self.heartbeats.follow()
+        self.supervision.reset()
         if whole:
             self.emergency.reset()
             self._device.reset()

@@ -67,6 +67,7 @@ class Bench:
         self.on_async: Callable[[], None] = lambda: None
         self.cycle_us = 1000
         self.routes: dict[int, Callable[[bytes], None]] = {}
+        self.remote_routes: dict[int, list[Callable[[], None]]] = {}
         for slave in self.slaves:
             slave.on_routes = self._route
             slave.dictionary.checks[CYCLE_PERIOD] = self._check_cycle
@@ -136,19 +137,34 @@ class Bench:
         if route is not None:
             route(data)
 
+    def handle_remote(self, can_id: int) -> None:
+        """Answer a remote frame."""
+        if can_id in self.remote_routes:
+            self.on_async()
+            for answer in self.remote_routes[can_id]:
+                answer()
+
     def _route(self) -> None:
         """Collect the handlers of the identifiers that the nodes receive."""
         routes: dict[int, list[Callable[[bytes], None]]] = {0x000: [self._nmt]}
+        remote: dict[int, list[Callable[[], None]]] = {}
         for sync_id in {slave.sync_id for slave in self.slaves}:
             listeners = [slave for slave in self.slaves if slave.sync_id == sync_id]
-            routes[sync_id] = [partial(self._sync, listeners)]
+            watched = any(slave.supervision.sync.watches for slave in listeners)
+            routes[sync_id] = [partial(self._watched_sync if watched else self._sync, listeners)]
         for slave in self.slaves:
+            remote.setdefault(slave.nmt.cob_id, []).append(slave.on_guarding)
+            for tpdo in slave.pdos.on_request:
+                remote.setdefault(tpdo.cob_id, []).append(tpdo.on_request)
+            for can_id, take in slave.supervision.routes():
+                routes.setdefault(can_id, []).append(partial(self._timely, take))
             routes.setdefault(slave.sdo.request_id, []).append(partial(self._sdo, slave))
             for rpdo in slave.pdos.rpdos:
                 routes.setdefault(rpdo.cob_id, []).append(partial(self._rpdo, slave, rpdo))
             for node in slave.heartbeats.watched:
                 routes.setdefault(0x700 + node, []).append(partial(self._heartbeat, slave, node))
         self.routes = {can_id: single(handlers) for can_id, handlers in routes.items()}
+        self.remote_routes = remote
 
     def _nmt(self, data: bytes) -> None:
         for slave in self.slaves:
@@ -158,8 +174,20 @@ class Bench:
         if data or self._wrong_sync:
             self._wrong_sync = bool(data)
             for slave in listeners:
-                slave.on_sync_length(len(data))
+                slave.on_sync_data(data)
         self.on_sync(listeners)
+
+    def _watched_sync(self, listeners: list[Slave], data: bytes) -> None:
+        """A SYNC with nodes that look at its counter or its time."""
+        for slave in listeners:
+            slave.on_sync_data(data)
+        self.on_sync(listeners)
+        for slave in listeners:
+            slave.supervision.on_sync()
+
+    def _timely(self, take: Callable[[bytes], None], data: bytes) -> None:
+        self.on_async()  # as for a heartbeat: the time of the frame is now
+        take(data)
 
     def _sdo(self, slave: Slave, data: bytes) -> None:
         slave.on_sdo(data)
@@ -169,6 +197,10 @@ class Bench:
     def _rpdo(self, slave: Slave, rpdo: Rpdo, data: bytes) -> None:
         if not rpdo.synchronous:
             self.on_async()
+        elif slave.supervision.sync.window_us:
+            self.on_async()
+            if not slave.supervision.sync.in_window():
+                return
         slave.on_rpdo(rpdo, data)
 
     def _heartbeat(self, slave: Slave, node: int, _data: bytes) -> None:

@@ -10,6 +10,7 @@ from can_frames.frame import (
     HEADER,
     IDENTIFIER_MASK,
     LARGEST_STANDARD,
+    REMOTE,
     pack_frame,
 )
 from can_frames.frame_bus import Patience, frame_bus
@@ -71,11 +72,12 @@ def open_bus(address: str) -> can.BusABC:
 
 
 class CanPort:
-    """Sends and receives standard data frames; calls `on_overrun` when frames were lost."""
+    """Standard frames of a bus; calls `on_overrun` when some are lost, `on_remote` at a remote one."""
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus, self._frames = bus, frame_bus(bus, PATIENCE)
         self.on_overrun: Callable[[], None] = lambda: None
+        self.on_remote: Callable[[int], None] = lambda _can_id: None
         self._burst: list[bytes] = []
 
     @property
@@ -139,6 +141,8 @@ class CanPort:
             data = bytes(burst[start + DATA_AT : start + DATA_AT + size])
             if header <= LARGEST_STANDARD:
                 handle(header, data)
+            elif header ^ REMOTE <= LARGEST_STANDARD:
+                self.on_remote(header ^ REMOTE)
             elif header & ERROR:
                 self._check_overrun(header & IDENTIFIER_MASK, data)
 

@@ -42,6 +42,7 @@ async def serve(
     bench = Bench(config, send, state_directory, faults)
     with contextlib.closing(open_port()) as port:
         port.on_overrun = bench.on_overrun
+        port.on_remote = bench.handle_remote
         pacing = RealTime(bench) if realtime else Lockstep(bench)
         if fifo:
             take_priority()

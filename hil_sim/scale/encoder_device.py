@@ -72,6 +72,10 @@ class LinearScale:
         """Parameters may always be stored."""
         return True
 
+    def manufacturer_status(self) -> int:
+        """Bit 0: the reference mark has been passed since power-up."""
+        return int(self.objects.reference_mark_passages > 0)
+
     # --- the tick ---------------------------------------------------------------------------------
 
     def command_axis(self, dt_s: float, share: float) -> None:

@@ -54,6 +54,9 @@ class InProcessNodes:
     def send(self, message: can.Message, timeout: float | None = None) -> None:
         """The master's bus: frames of the master arrive at once."""
         del timeout
+        if message.is_remote_frame:
+            self.bench.handle_remote(message.arbitration_id)
+            return
         self.bench.handle(message.arbitration_id, bytes(message.data))
         if self.sync_on_every_frame:
             self.bench.handle(0x80, b"")
@@ -61,6 +64,10 @@ class InProcessNodes:
     def put(self, can_id: int, data: bytes = b"") -> None:
         """Send a raw frame to the nodes."""
         self.bench.handle(can_id, data)
+
+    def ask(self, can_id: int) -> None:
+        """Send a remote frame to the nodes."""
+        self.bench.handle_remote(can_id)
 
     def _from_nodes(self, can_id: int, data: bytes) -> None:
         self.frames.append((can_id, bytes(data)))

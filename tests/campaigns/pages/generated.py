@@ -12,7 +12,7 @@ from servo_ctrl.config import key_tables
 from studies.compensations.run import markdown
 from studies.compensations.twin_study import Row
 from tests.campaigns.bench import real_page
-from tests.campaigns.pages import claims, families
+from tests.campaigns.pages import claims, drive_objects, families
 
 ROOT = Path(__file__).parents[3]
 
@@ -58,6 +58,10 @@ def _measured_axes(_: str) -> str:
     return real_page.page(_figures("docs/reconcile_real.json"))
 
 
+def _drive_objects(_: str) -> str:
+    return drive_objects.page(ROOT / "eds/servo_drive.eds", ROOT / "eds/linear_scale.eds")
+
+
 def _claims(_: str) -> str:
     listed = tomllib.loads((ROOT / "docs/claims.toml").read_text(encoding="utf-8"))
     return claims.page(claims.read(listed))
@@ -67,6 +71,7 @@ GENERATED = (
     Generated("docs/blind-families.md", ("docs/blind_families.json",), _families),
     Generated("docs/claims.md", ("docs/claims.toml",), _claims),
     Generated("docs/compensations.md", ("docs/compensations.json",), _compensations),
+    Generated("docs/drive_objects.md", ("eds/servo_drive.eds", "eds/linear_scale.eds"), _drive_objects),
     Generated("docs/machines.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
     Generated("docs/plant.md", ("hil_sim/config/effect_tables.py",), effect_tables.filled),
     Generated("docs/programs.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
