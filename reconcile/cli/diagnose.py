@@ -37,6 +37,7 @@ def diagnose(
             "--proof/--no-proof", help="Leave each recording out in turn; hold the written model against it."
         ),
     ] = True,
+    following: Annotated[bool, typer.Option("--next/--no-next", help="Plan the next experiment.")] = True,
     matters: Annotated[
         float,
         typer.Option(min=0.0, max=0.5, help="Share of the motor force below which no effect is named."),
@@ -87,6 +88,7 @@ def diagnose(
             on_progress,
             with_report=report,
             with_proof=proof,
+            with_next=following,
             matters=matters,
         )
     show(result.verdict, Console())

@@ -47,7 +47,7 @@ def one(family: str, seed: int, kind: str | None, directory: Path) -> Row:
     base = {"family": family, "seed": seed, "kind": case.kind, "sha256": seal}
     try:
         done = subprocess.run(
-            [*map(str, asked), "--no-report", "--no-proof"],
+            [*map(str, asked), "--no-report", "--no-proof", "--no-next"],
             capture_output=True,
             text=True,
             timeout=LONGEST_S,
