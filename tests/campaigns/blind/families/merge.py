@@ -7,27 +7,25 @@ import argparse
 import json
 from pathlib import Path
 
-from tests.campaigns.blind.families.score import Row, summary
+from tests.campaigns.blind.families.score import Row
 
 KEPT = Path(__file__).parents[4] / "docs" / "blind_families.json"
 
 
 def merged(runs: list[Row], engine: str) -> Row:
-    """Return one result of all runs' rows, without the truths, which the seeds give again.
+    """Return one result of all runs' rows, by family and seed.
 
     Raises:
         ValueError: a case is in two of the runs, or scored and training seeds are mixed.
     """
-    rows = [
-        {key: value for key, value in row.items() if key != "truth"} for run in runs for row in run["rows"]
-    ]
+    rows = [row for run in runs for row in run["rows"]]
     cases = [(row["family"], row["seed"]) for row in rows]
     if len({*cases}) != len(cases):
         raise ValueError("a case is in two of the files: give each once")
     if len({run["scored"] for run in runs}) != 1:
         raise ValueError("scored and training seeds are mixed: merge them apart")
     rows.sort(key=lambda row: (row["family"], row["seed"]))
-    return {"scored": runs[0]["scored"], "engine": engine, "summary": summary(rows), "rows": rows}
+    return {"scored": runs[0]["scored"], "engine": engine, "rows": rows}
 
 
 def main() -> None:

@@ -1,13 +1,27 @@
 """Score a verdict against the sealed truth of a case, by what stands in the two files alone."""
 
+import math
 import re
 from collections import defaultdict
 from typing import Any
 
+from tests.campaigns.blind.families.decide import Rules, decided
+
 Row = dict[str, Any]
 FACTOR = 1.5
 """An unexplained share is told where it is within this factor of the truth."""
+UNNAMED = "unnamed terms"
 UNIT = re.compile(r"_(n|nm|m|rad|s|hz|n_m|n_s_m|nm_s_rad|nm_rad|n_s2_m2|nm_s2_rad2|1_m)$")
+
+
+def scored_anew(rows: list[Row], rules: Rules | None = None) -> list[Row]:
+    """Return scores of rows of the trial, each decided anew under `rules`, or as the engine decided."""
+    return [
+        row
+        if "error" in row
+        else scored(row["truth"], row["evidence"] if rules is None else decided(row["evidence"], rules))
+        for row in rows
+    ]
 
 
 def scored(truth: Row, verdict: Row) -> Row:
@@ -17,6 +31,7 @@ def scored(truth: Row, verdict: Row) -> Row:
     findings = [one for one in verdict["findings"] if one["effect"] != "unknown"]
     classes = [{one["effect"], *one["equivalent"]} for one in findings]
     observable = [effect for effect in truth["effects"] if effect["observable"]]
+    first = classes[0] if classes else set()
     right = {
         effect["name"]: any(({effect["name"], *effect["alike"]} & told) for told in classes)
         for effect in observable
@@ -35,6 +50,7 @@ def scored(truth: Row, verdict: Row) -> Row:
         "findings": [{"effect": one["effect"], "confidence": one["confidence"]} for one in findings],
         "verdict": verdict["verdict"],
         "right": right,
+        "first": any(({effect["name"], *effect["alike"]} & first) for effect in observable),
         "false": false,
         "unknown": _says_unknown(verdict),
         "covered": _covered(observable, findings),
@@ -71,14 +87,15 @@ def _stem(name: str) -> str:
 
 
 def _unexplained(truth: Row, verdict: Row) -> Row | None:
-    """Return the RMS of foreign force as it is and as it was told; None where none is concealed."""
+    """Return the RMS of foreign force as it is and as it was told; None where none is concealed.
+
+    Told is what the verdict gives no name: its terms without a name, and what is left beside the noise.
+    """
     if truth["foreign"] is None:
         return None
-    told = sum(
-        axis["force"]["parts"]["unexplained"]["rms"]
-        for axis in verdict["accounted"].values()
-        if "force" in axis
-    )
+    parts = [axis["force"]["parts"] for axis in verdict["accounted"].values() if "force" in axis]
+    nameless = [of[name]["rms"] for of in parts for name in ("unexplained", UNNAMED) if name in of]
+    told = math.sqrt(sum(rms**2 for rms in nameless))
     true = truth["foreign"]["rms"]
     return {"true": true, "told": told, "within": bool(true / FACTOR <= told <= true * FACTOR)}
 
@@ -94,6 +111,7 @@ def summary(rows: list[Row]) -> Row:
 def _figures(rows: list[Row]) -> Row:
     good = [row for row in rows if "error" not in row]
     single = [right for row in good if row["kind"] == "single" for right in row["right"].values()]
+    first = [row["first"] for row in good if row["kind"] == "single" and row["right"]]
     several = [all(row["right"].values()) for row in good if row["kind"] == "several" and row["right"]]
     clean = [bool(row["false"]) for row in good if row["kind"] in {"quiet", "foreign"}]
     beside = [bool(row["false"]) for row in good if row["kind"] not in {"quiet", "foreign"}]
@@ -104,6 +122,7 @@ def _figures(rows: list[Row]) -> Row:
     shares = {
         "failed": ["error" in row for row in rows],
         "right_of_single": single,
+        "first_of_single": first,
         "all_of_several": several,
         "false_names_quiet_and_foreign": clean,
         "false_names_beside_true": beside,

@@ -8,15 +8,17 @@ The hash of a truth is printed before its diagnosis. Seeds from 10000 on are pro
 
 import argparse
 import importlib
+import itertools
 import json
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from tests.campaigns.blind.families.evidence import kept_of_truth, kept_of_verdict
 from tests.campaigns.blind.families.files import SEALED, record
 from tests.campaigns.blind.families.interface import SHARES, Case
-from tests.campaigns.blind.families.score import Row, scored, summary
+from tests.campaigns.blind.families.score import Row, scored_anew, summary
 from tests.campaigns.blind.families.seeds import FAMILIES, FIRST_SCORED, claim, first_fresh, fresh_words
 
 RECONCILE = Path(sys.executable).with_name("reconcile")
@@ -59,7 +61,7 @@ def one(family: str, seed: int, kind: str | None, directory: Path) -> Row:
         return base | {"error": done.stderr.strip().splitlines()[-8:]}
     truth = json.loads((directory / SEALED / "truth.json").read_text(encoding="utf-8"))
     verdict = json.loads((directory / "verdict" / "verdict.json").read_text(encoding="utf-8"))
-    return base | scored(truth, verdict) | {"truth": truth}
+    return base | {"truth": kept_of_truth(truth), "evidence": kept_of_verdict(verdict)}
 
 
 def main() -> None:
@@ -80,27 +82,30 @@ def main() -> None:
     asked = parser.parse_args()
     if asked.cases < 1 or (asked.seed is not None and asked.seed < 0):
         parser.error("--cases is 1 or more, --seed 0 or more")
-    rows: list[Row] = []
+    families = FAMILIES if asked.family == "all" else (asked.family,)
+    firsts = {family: first_fresh(family) if asked.seed is None else asked.seed for family in families}
+    if asked.kind and max(firsts.values()) + asked.cases > FIRST_SCORED:
+        parser.error("--kind chooses cases: give training seeds, below 10000")
     is_proof = True
-    for family in FAMILIES if asked.family == "all" else [asked.family]:
-        first = first_fresh(family) if asked.seed is None else asked.seed
-        if asked.kind and first + asked.cases > FIRST_SCORED:
-            parser.error("--kind chooses cases: give training seeds, below 10000")
-        try:
+    try:
+        for family, first in firsts.items():
             is_proof &= claim(family, first, asked.cases)
-        except ValueError as error:
-            parser.error(str(error))
-        for seed in range(first, first + asked.cases):
-            with tempfile.TemporaryDirectory() as temporary:
-                folder = asked.keep / f"{family}_{seed}" if asked.keep else Path(temporary)
-                row = one(family, seed, asked.kind, folder)
-            rows.append(row)
-            said = row.get("error") or [found["effect"] for found in row["findings"]]
-            print(f"{family} {seed}: {row['kind']}; planted {row.get('planted')}; said {said}", flush=True)
-            content = {"scored": is_proof, "summary": summary(rows), "rows": rows}
-            asked.json.parent.mkdir(parents=True, exist_ok=True)
-            asked.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    print(json.dumps(summary(rows), indent=1))
+    except ValueError as error:
+        parser.error(str(error))
+    rows: list[Row] = []
+    asked.json.parent.mkdir(parents=True, exist_ok=True)
+    for number, family in itertools.product(range(asked.cases), families):
+        seed = firsts[family] + number
+        with tempfile.TemporaryDirectory() as temporary:
+            folder = asked.keep / f"{family}_{seed}" if asked.keep else Path(temporary)
+            row = one(family, seed, asked.kind, folder)
+        rows.append(row)
+        [score] = scored_anew([row])
+        said = row.get("error") or [found["effect"] for found in score["findings"]]
+        print(f"{family} {seed}: {row['kind']}; planted {score.get('planted')}; said {said}", flush=True)
+        content = {"scored": is_proof, "rows": rows}
+        asked.json.write_text(json.dumps(content) + "\n", encoding="utf-8")
+    print(json.dumps(summary(scored_anew(rows)), indent=1))
 
 
 if __name__ == "__main__":
