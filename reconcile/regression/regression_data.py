@@ -128,11 +128,13 @@ def with_model_force(data: RegressionData) -> RegressionData:
     weight_n = places @ fitted[3:]
     frictionless_n = mass_kg * m.acceleration_m_s2 + viscous_n_s_m * m.velocity_m_s
     direction = friction_direction(data, frictionless_n + weight_n, max(coulomb_n, 1e-9))
+    # below the level of friction it may be a sensor's offset, or friction that differs by direction
+    borne_n = weight_n if float(np.abs(weight_n).max()) > coulomb_n else np.zeros(len(weight_n))
     rest = y - rigid @ fitted
     late_n = _building_up_n(data, rigid, rest, used, direction)
     return data._replace(
         motion=m._replace(direction=direction),
-        model_force_n=frictionless_n + coulomb_n * direction + late_n + data.presliding_law_n,
+        model_force_n=frictionless_n + coulomb_n * direction + late_n + data.presliding_law_n + borne_n,
         load_n=(mass_kg - data.motor_mass_kg) * m.acceleration_m_s2 + weight_n,
     )
 

@@ -53,6 +53,7 @@ def scored(truth: Row, verdict: Row) -> Row:
         "first": any(({effect["name"], *effect["alike"]} & first) for effect in observable),
         "false": false,
         "unknown": _says_unknown(verdict),
+        "with_parameter": [effect["name"] for effect in observable if effect["parameters"]],
         "covered": _covered(observable, findings),
         "unexplained": _unexplained(truth, verdict),
         "foreign_observable": bool(truth["foreign"] and truth["foreign"]["observable"]),
