@@ -12,7 +12,9 @@ def trial(
     seed: Annotated[
         int,
         typer.Option(
-            min=0, help=f"First seed. From {FIRST_SCORED_SEED} on they are never used to tune anything."
+            min=0,
+            help=f"First seed; fresh from {FIRST_SCORED_SEED} on. What was scored before is refused, and the "
+            "first fresh one named. Below 10000: training.",
         ),
     ] = FIRST_SCORED_SEED,
     cases: Annotated[int, typer.Option(min=1, help="How many seeds, one a case.")] = 20,
@@ -39,7 +41,7 @@ def trial(
 
     from reconcile.trials.page import write_page
     from reconcile.trials.summary import summary
-    from reconcile.trials.trial import Seal, name_of, trials
+    from reconcile.trials.trial import Seal, claimed, name_of, trials
     from servo_ctrl.files.whole_file import write_text_whole
 
     console = Console(highlight=False, soft_wrap=True)
@@ -49,6 +51,7 @@ def trial(
     def print_seal(seal: Seal) -> None:
         console.print(f"{seal.seed}: truth sealed, SHA-256 {seal.sha256}")
 
+    is_proof = claimed(generator, seed, cases)
     seeds = range(seed, seed + cases)
     for row in trials(seeds, generator, processes, print_seal, keep, beside):
         rows.append(row)
@@ -57,7 +60,7 @@ def trial(
         "generator": generator,
         "first_seed": seed,
         "cases": cases,
-        "scored": seed >= FIRST_SCORED_SEED,
+        "scored": is_proof,
         "summary": summary(rows),
         "beside": other and {"name": other, "summary": summary([row["beside"] for row in rows])},
         "rows": rows,

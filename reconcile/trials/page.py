@@ -1,4 +1,4 @@
-"""docs/blind-trials.md: the scores of blind trials, generated from their JSON."""
+"""`reconcile trial --page`: the scores of blind trials, generated from their JSON."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -44,7 +44,7 @@ TRAINED_ON = (
 )
 RULES = """## How it is done
 
-`reconcile trial --seed {first} --cases {cases} --json FILE --page docs/blind-trials.md` makes this page. A
+`reconcile trial --seed {first} --cases {cases} --json FILE --page PAGE` makes this page. A
 generator in `tests/campaigns/blind`, which imports nothing of `hil_sim`, `servo_ctrl` or `reconcile` and
 writes the laws in another form wherever there is one, draws for each seed an axis (10 to 150 kg, 3 to 40 N of
 Coulomb friction, screws of 2 to 20 mm and linear motors), a controller (P-PI or PID, on motor or scale),

@@ -42,6 +42,18 @@ def generator_of(name: str) -> ModuleType:
     return module
 
 
+def claimed(generator: str, first: int, cases: int) -> bool:
+    """Note with the generator which seeds are looked at now; return if they are proof. Raises ReconcileError.
+
+    A generator without `claim(first, count)` keeps no list, and nothing of it is proof.
+    """
+    claim = getattr(generator_of(generator), "claim", None)
+    try:
+        return bool(claim(first, cases)) if claim else False
+    except ValueError as error:
+        raise ReconcileError(generator, "", str(error), "choose fresh seeds with --seed") from None
+
+
 def name_of(tool: str) -> str:
     """Return the name of another tool from its module. Raises ReconcileError."""
     try:

@@ -2,5 +2,6 @@
 
 from tests.campaigns.blind.draws import draw
 from tests.campaigns.blind.recorded import record
+from tests.campaigns.blind.seeds import claim
 
-__all__ = ["draw", "record"]
+__all__ = ["claim", "draw", "record"]

@@ -7,9 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from reconcile.catalogue.registry import ENTRIES
-from tests.campaigns.blind import draw, record
+from reconcile.cli.main import app
+from reconcile.errors import ReconcileError
+from reconcile.trials.seeds import FIRST_SCORED_SEED
+from tests.campaigns.blind import claim, draw, record
 from tests.campaigns.blind.case import Planted, SimulatedRecording
 from tests.campaigns.blind.contributions import known_force_n
 from tests.campaigns.blind.draws import SHARES
@@ -114,3 +118,11 @@ def test_clutter_is_there_and_smaller_than_the_friction() -> None:
     sizes = clutter(case, [simulated(case, run) for run in case.runs])
     assert 0.0 < sizes["presliding_hysteresis"] < case.plant.coulomb_n
     assert 0.0 < sizes["cogging"] < 0.1 * case.plant.coulomb_n
+
+
+def test_seeds_that_were_scored_are_refused_and_fresh_ones_named() -> None:
+    result = CliRunner().invoke(app, ["trial", "--seed", "100590", "--cases", "20"])
+    assert isinstance(result.exception, ReconcileError)
+    assert "seeds 100000 to 100599 are used; begin at 100600" in str(result.exception)
+    assert str(FIRST_SCORED_SEED) in CliRunner().invoke(app, ["trial", "--help"]).output
+    assert not claim(0, 100)

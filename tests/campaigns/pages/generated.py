@@ -51,7 +51,8 @@ def _compensations(document: str) -> str:
 
 
 def _families(document: str) -> str:
-    return between(document, "figures", families.section(_figures("docs/blind_families.json")))
+    scored, training = (_figures(f"docs/blind_families{end}.json") for end in ("", "_training"))
+    return between(document, "figures", families.section(scored, training))
 
 
 def _measured_axes(_: str) -> str:
@@ -68,7 +69,9 @@ def _claims(_: str) -> str:
 
 
 GENERATED = (
-    Generated("docs/blind-families.md", ("docs/blind_families.json",), _families),
+    Generated(
+        "docs/blind-trials.md", ("docs/blind_families.json", "docs/blind_families_training.json"), _families
+    ),
     Generated("docs/claims.md", ("docs/claims.toml",), _claims),
     Generated("docs/compensations.md", ("docs/compensations.json",), _compensations),
     Generated("docs/drive_objects.md", ("eds/servo_drive.eds", "eds/linear_scale.eds"), _drive_objects),

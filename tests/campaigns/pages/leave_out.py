@@ -22,9 +22,9 @@ def leave_out(training: Mapping[str, Any], scored: Mapping[str, Any]) -> LeftOut
     """Fit and score; both have `rows` of the trial.
 
     Raises:
-        ValueError: the training rows hold a case that is scored.
+        ValueError: the rows to fit on are of scored seeds.
     """
-    if scored["scored"] and training["scored"]:
+    if training["scored"]:
         raise ValueError("rules are fitted on training seeds: give rows that are not scored")
     rules, scores = {}, []
     for family in sorted({row["family"] for row in scored["rows"]}):

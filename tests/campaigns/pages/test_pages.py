@@ -13,9 +13,11 @@ import typer.main
 
 from reconcile.cli.main import app as reconcile
 from servo_ctrl.cli.main import app as servo_ctrl
+from tests.campaigns.blind.families.fit import fitted
 from tests.campaigns.blind.families.merge import merged
 from tests.campaigns.pages import claims, families
 from tests.campaigns.pages.generated import GENERATED, ROOT, Generated, between
+from tests.campaigns.pages.leave_out import BEGUN, leave_out
 
 LISTED = claims.read(tomllib.loads((ROOT / "docs/claims.toml").read_text(encoding="utf-8")))
 PROGRAMS: dict[str, Any] = {"reconcile": reconcile, "servo-ctrl": servo_ctrl}
@@ -89,30 +91,49 @@ def test_a_claim_without_a_showing_is_refused() -> None:
         claims.read({"a.md": [{"claim": "all is well", "how": "words"}]})
 
 
-def test_the_worst_family_is_held_against_the_bar() -> None:
-    def shares(right: float, false: float) -> dict[str, dict[str, float | int | None]]:
-        figures: dict[str, dict[str, float | int | None]] = {
-            name: {"share": None, "of": 0} for name in families.BARS
-        }
-        figures["failed"] = {"share": 0.0, "of": 20}
-        figures["right_of_single"] = {"share": right, "of": 10}
-        return figures | {"false_names_beside_true": {"share": false, "of": 10}}
+def row_of(family: str, seed: int, *, named: bool, kind: str = "single") -> dict[str, Any]:
+    """A case that conceals backlash, and a verdict that names it or cogging."""
+    effect = "backlash" if named else "cogging"
+    finding = {"axis": "x", "effect": effect, "over": "", "confidence": 0.9, "equivalent": [], "share": 0.9}
+    finding |= {"gain": 0.9, "heldout_gain": 0.9, "sensor": "force", "best_rival": 0.0, "parameters": {}}
+    parts = {"noise": {"rms": 1.0}, "unexplained": {"rms": 0.0}, effect: {"rms": 5.0}}
+    force = {"measured": 100.0, "parts": parts, "left": 1.0, "matters": 1.0, "is_noise": True}
+    concealed = {"name": "backlash", "parameters": {}, "also": [], "alike": [], "observable": True}
+    truth = {"family": family, "seed": seed, "kind": kind, "clutter": [], "foreign": None}
+    evidence = {"verdict": "effects", "findings": [finding], "accounted": {"x": {"force": force}}}
+    evidence |= {"fit": {"x": {"force": {"refitted": {"train": 10.0}}}}, "colour": {"x": {"force": 1.0}}}
+    base = {"family": family, "seed": seed, "kind": kind, "sha256": ""}
+    return base | {"truth": truth | {"effects": [concealed]}, "evidence": evidence}
 
-    summary = {"a": shares(0.9, 0.0), "b": shares(0.8, 0.1)}
-    text = families.section({"scored": False, "engine": "x", "summary": summary})
+
+def test_the_worst_family_is_held_against_the_bar() -> None:
+    rows = [row_of("a", seed, named=True) for seed in range(20)]
+    rows += [row_of("b", seed, named=seed < 16) for seed in range(20)]
+    result = {"scored": False, "engine": "x", "rows": rows}
+    text = families.section(result, result)
     lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
-    assert lines["one effect, observable: its name or declared class"].endswith(
-        "| 9 of 10 | 8 of 10 | 0.80 | **missed** |"
-    )
-    assert lines["others: a false name"].endswith("| 0 of 10 | 1 of 10 | 0.10 | **missed** |")
-    assert lines["diagnosis failed"].endswith("| 0 of 20 | 0 of 20 | 0.00 |  |")
+    asked = lines["one effect, observable: its name or declared class"]
+    assert "| 20 of 20 | 16 of 20 | 0.80 | **missed** |" in asked
+    assert "| 0 of 20 | 4 of 20 | 0.20 | **missed** |" in lines["others: a false name"]
     assert "training seeds, which are no proof" in text
+    assert "Observable effects not named: backlash 4 of 40." in text
+
+
+def test_rules_of_a_family_are_fitted_without_it_and_never_on_scored_seeds() -> None:
+    ours = [row_of("a", seed, named=True) for seed in range(4)]
+    others = [row_of("b", seed, named=False) for seed in range(4)]
+    training = {"scored": False, "engine": "x", "rows": [*ours, *others]}
+    found = leave_out(training, training)
+    assert found.rules["a"] == fitted(others, BEGUN)
+    assert found.rules["b"] == fitted(ours, BEGUN)
+    with pytest.raises(ValueError, match="training seeds"):
+        leave_out(training | {"scored": True}, training | {"scored": True})
 
 
 def test_runs_are_merged_once_each_and_of_one_sort() -> None:
     row = {"family": "f", "seed": 1, "kind": "single", "error": "none", "truth": {}}
     one, scored = {"scored": False, "rows": [row]}, {"scored": True, "rows": [{**row, "seed": 2}]}
-    assert "truth" not in merged([one], "x")["rows"][0]
+    assert merged([one], "x") == {"scored": False, "engine": "x", "rows": [row]}
     with pytest.raises(ValueError, match="in two of the files"):
         merged([one, one], "x")
     with pytest.raises(ValueError, match="merge them apart"):
