@@ -2,10 +2,12 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
+UNNAMED = 255
+"""The node id of a device that has none."""
 NodeId = Annotated[int, Field(ge=1, le=127)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -21,7 +23,8 @@ class Section(BaseModel):
 class BusNode(Section):
     """A device's place on the bus. `eds` is relative to the plant file in TOML, absolute once loaded."""
 
-    node_id: NodeId
+    node_id: NodeId | Literal[255]
+    """255: none, LSS gives it one."""
     eds: Path
 
 
@@ -125,7 +128,7 @@ class PlantConfig(Section):
         nodes = [axis.drive.node_id for axis in self.axes.values()]
         nodes += [axis.scale.node_id for axis in self.axes.values() if axis.scale]
         for node in nodes:
-            if nodes.count(node) > 1:
+            if node != UNNAMED and nodes.count(node) > 1:
                 raise ValueError(f"node id {node} is used twice")
         return self
 

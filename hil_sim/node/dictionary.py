@@ -50,13 +50,18 @@ class Dictionary:
         """Called after every write of a client, of any object."""
         self.stored: dict[Address, bytes] = {}
         """Encoded values that are neither attributes nor still the default."""
-        self._eds_text = eds.read_bytes()
+        self._eds, self._eds_text = eds, eds.read_bytes()
         self.variables: dict[Address, Any] = described(self._eds_text, str(eds), node_id)
         """Description of every object that the EDS lists, as canopen has read it, by index."""
         self.indices = sorted({index for index, _subindex in self.variables})
         for index, subindex in sorted(self.attributes.keys() - self.variables.keys()):
             raise ValueError(f"object {index:04X}h:{subindex:02X} is missing")
         self.load_defaults(0x1000, 0xFFFF)
+
+    def readdress(self, node_id: int) -> None:
+        """Describe the objects for another node id; their values are to be loaded anew."""
+        self.node_id = node_id
+        self.variables = described(self._eds_text, str(self._eds), node_id)
 
     def variable(self, index: int, subindex: int) -> Any:
         """Description of an object. Raises SdoAbort where there is none."""

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from enum import IntEnum
 
 from hil_sim.node.dictionary import Dictionary
+from hil_sim.node.lss_slave import UNNAMED
 
 NEVER_US = 1 << 62
 
@@ -70,15 +71,23 @@ class NmtSlave:
         dictionary.followers[0x1017] = self._follow_period
 
     def boot(self) -> None:
-        """Send the boot-up message and enter pre-operational."""
+        """Send the boot-up message and enter pre-operational; a node without an id stays as it is."""
         self.state = NmtState.INITIALISING
+        self.cob_id = 0x700 + self._dictionary.node_id
+        if self._dictionary.node_id == UNNAMED:
+            return
         self._follow_period(0)
         self._send(self.cob_id, b"\0")
         self.enter(NmtState.PRE_OPERATIONAL)
 
     def on_command(self, data: bytes) -> None:
         """Execute an NMT frame that addresses this node or all."""
-        if not self.alive or len(data) != 2 or data[1] not in {0, self._dictionary.node_id}:
+        if (
+            not self.alive
+            or self.state == NmtState.INITIALISING
+            or len(data) != 2
+            or data[1] not in {0, self._dictionary.node_id}
+        ):
             return
         try:
             command = NmtCommand(data[0])

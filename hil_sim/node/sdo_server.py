@@ -49,7 +49,6 @@ class SdoServer:
     """Serves `dictionary` to the frames of identifier `request_id`; `send(can_id, data)` sends answers."""
 
     def __init__(self, dictionary: Dictionary, send: Callable[[int, bytes], None]) -> None:
-        self.request_id = 0x600 + dictionary.node_id
         self.now_s: Callable[[], float] = time.monotonic
         self._dictionary = dictionary
         self._send = send
@@ -58,6 +57,11 @@ class SdoServer:
         self._address = NO_ADDRESS  # of the transfer in progress
         self._timed_out = False  # the transfer of this address has, and its client does not know
         self._transfer: Transfer | None = None
+
+    @property
+    def request_id(self) -> int:
+        """Identifier of the requests."""
+        return 0x600 + self._dictionary.node_id
 
     def on_request(self, frame: bytes) -> None:
         """Serve one frame; an error becomes an abort on the bus."""

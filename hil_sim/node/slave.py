@@ -1,6 +1,6 @@
 """One CANopen slave: its services, wired to the device whose objects they carry."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -9,6 +9,8 @@ from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.emcy import EmergencyProducer
 from hil_sim.node.heartbeat_consumer import HeartbeatConsumer
 from hil_sim.node.identifiers import check_sync
+from hil_sim.node.lss_slave import UNNAMED, LssSlave
+from hil_sim.node.named_node import store_node_id, stored_node_id
 from hil_sim.node.nmt import Clock, NmtSlave, NmtState
 from hil_sim.node.pdo import Rpdo
 from hil_sim.node.pdo_exchange import PdoExchange
@@ -19,8 +21,10 @@ from hil_sim.node.supervision import Supervision
 from hil_sim.node.verify_configuration import verify_configuration
 
 IDENTITY, SERIAL = 0x1018, 4
-FIRST_SERIAL = 0x0001_0000
-"""Serial numbers of the simulated devices count from here by node id: no two on a bus have the same."""
+FIRST_SERIAL, FIRST_UNNAMED_SERIAL = 0x0001_0000, 0x0001_0100
+"""Serial numbers of the simulated devices count from here by their node id in the plant file, or by their
+place in it where they have none: no two on a bus have the same.
+"""
 STATUS, SYNC_ID, WATCHED_NODES = 0x1002, 0x1005, 0x1016
 COMMUNICATING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
 ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}  # 1029h.1; 1 changes nothing
@@ -34,6 +38,8 @@ class NodeHost(NamedTuple):
     """Puts a frame (identifier, data) on the bus."""
     state_directory: Path | None
     """Where stored parameters are kept; None keeps them in memory only."""
+    unnamed: Iterator[int]
+    """Counts the devices without a node id."""
 
 
 class Device(Protocol):
@@ -61,7 +67,9 @@ class Device(Protocol):
 
 
 class Slave:
-    """Services of node `node_id`. It calls `on_routes` when the identifiers that it receives have changed.
+    """Services of node `node_id`, UNNAMED until LSS gives it one.
+
+    It calls `on_routes` when the identifiers that it receives have changed.
 
     Raises:
         OSError, ValueError: the EDS cannot be read, or is none of this profile.
@@ -71,7 +79,11 @@ class Slave:
     def __init__(
         self, node_id: int, eds: Path, objects: ProcessObjects, device: Device, host: NodeHost
     ) -> None:
-        self.node_id = node_id
+        serial = FIRST_SERIAL + node_id if node_id != UNNAMED else FIRST_UNNAMED_SERIAL + next(host.unnamed)
+        name = f"node_{node_id}" if node_id != UNNAMED else f"serial_{serial:08X}"
+        self._name_file = host.state_directory and host.state_directory / f"{name}_id.json"
+        given = stored_node_id(self._name_file)
+        self.node_id = node_id = node_id if given is None else given
         self.mute = False
         """Whether its frames are kept off the bus."""
         self.on_routes: Callable[[], None] = lambda: None
@@ -99,13 +111,14 @@ class Slave:
             self._configure_pdos,
         )
         self.dictionary.checks[SYNC_ID] = check_sync
-        self.dictionary.readers[IDENTITY] = lambda sub: FIRST_SERIAL + node_id if sub == SERIAL else None
+        self.dictionary.readers[IDENTITY] = lambda sub: serial if sub == SERIAL else None
         self.dictionary.followers[SYNC_ID] = lambda _sub: self.on_routes()
         self.dictionary.followers[WATCHED_NODES] = lambda _sub: self._watch()
         self.dictionary.readers[STATUS] = lambda _sub: device.manufacturer_status() << 16 | self.nmt.state
         verify_configuration(self.dictionary)
-        file = host.state_directory and host.state_directory / f"node_{node_id}.json"
+        file = host.state_directory and host.state_directory / f"{name}.json"
         self._storage = Storage(self.dictionary, file, device.is_idle)
+        self.lss = LssSlave(self, self._send)
 
     @property
     def sync_id(self) -> int:
@@ -116,6 +129,24 @@ class Slave:
         """Power up: stored parameters, boot-up message, pre-operational."""
         self._reset(whole=True)
         self.nmt.boot()
+
+    def identity(self) -> tuple[int, int, int, int]:
+        """Vendor, product, revision and serial number, 1018h: the LSS address."""
+        vendor, product, revision, serial = (self.dictionary.value(IDENTITY, sub) for sub in range(1, 5))
+        return vendor, product, revision, serial
+
+    def may_be_named(self) -> bool:
+        """Whether LSS is served (CiA 305): not while operational."""
+        return self.nmt.alive and self.nmt.state != NmtState.OPERATIONAL
+
+    def take_node_id(self) -> None:
+        """Start with the id that LSS has given."""
+        self._reset(whole=False)
+        self.nmt.boot()
+
+    def store_node_id(self, node_id: int) -> bool:
+        """Keep the id over a power cycle; without a directory it lasts as long as the process."""
+        return self._name_file is None or store_node_id(self._name_file, node_id)
 
     def die(self) -> None:
         """Stop sending and receiving, for good."""
@@ -215,6 +246,9 @@ class Slave:
         """Reset the communication, or the `whole` node."""
         last = 0xFFFF if whole else 0x1FFF
         self._device.connection_lost(0)
+        if self.lss.pending != self.node_id:
+            self.node_id = self.lss.pending
+            self.dictionary.readdress(self.node_id)
         self.dictionary.load_defaults(0x1000, last)
         if whole:
             self._device.factory_settings()

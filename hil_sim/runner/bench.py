@@ -3,12 +3,14 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
+from itertools import count
 from pathlib import Path
 
 from hil_sim.config import ConfigError, PlantConfig, build_plant
 from hil_sim.drive.amplifier_device import Drive
 from hil_sim.faults.fault_target import FaultTarget
 from hil_sim.faults.schedule import Fault, Schedule
+from hil_sim.node import lss_slave
 from hil_sim.node.nmt import Clock
 from hil_sim.node.pdo import Rpdo
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
@@ -45,7 +47,7 @@ class Bench:
         self._wrong_sync = False
         self.devices: list[Drive | LinearScale] = []
         self.fault_targets: dict[str, FaultTarget] = {}
-        host = NodeHost(self.clock, send, state_directory)
+        host = NodeHost(self.clock, send, state_directory, count())
         for index, (name, axis) in enumerate(config.axes.items()):
             with _eds_of(axis.drive.eds, f"axis.{name}.drive.eds"):
                 drive = Drive(axis, self.plant, index, host)
@@ -152,6 +154,7 @@ class Bench:
             listeners = [slave for slave in self.slaves if slave.sync_id == sync_id]
             watched = any(slave.supervision.sync.watches for slave in listeners)
             routes[sync_id] = [partial(self._watched_sync if watched else self._sync, listeners)]
+        routes[lss_slave.REQUEST] = [slave.lss.on_request for slave in self.slaves]
         for slave in self.slaves:
             remote.setdefault(slave.nmt.cob_id, []).append(slave.on_guarding)
             for tpdo in slave.pdos.on_request:

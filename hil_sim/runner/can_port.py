@@ -28,9 +28,9 @@ CONTROLLER_PROBLEM = 0x004  # class of an error frame
 OVERRUN = 0x03  # in its byte 1: receive, transmit
 FRAMES_PER_WAKE = 256
 """Bounds the frames read at once, so that timers and signals are served on a busy bus (chosen)."""
-RECEIVED_IDENTIFIERS: can.typechecking.CanFilters = [  # 000h to 77Fh, in four prefixes
+RECEIVED_IDENTIFIERS: can.typechecking.CanFilters = [  # 000h to 77Fh, in four prefixes, and LSS
     {"can_id": can_id, "can_mask": can_mask, "extended": False}
-    for can_id, can_mask in ((0x000, 0x400), (0x400, 0x600), (0x600, 0x700), (0x700, 0x780))
+    for can_id, can_mask in ((0x000, 0x400), (0x400, 0x600), (0x600, 0x700), (0x700, 0x780), (0x7E5, 0x7FF))
 ]
 """Identifiers that a node may be configured to receive (see `identifiers`); adapter or hub drop others.
 

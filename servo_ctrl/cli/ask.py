@@ -68,20 +68,51 @@ def conformance(
         raise typer.Exit(1)
 
 
-def nodes(bus: BusOption) -> None:
-    """Name the nodes on a bus: id, profile, vendor, product, revision, serial number and name of each.
+def nodes(
+    bus: BusOption,
+    name: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SERIAL=ID", help="Give the node with this serial number (hex) a node id. Repeatable."
+        ),
+    ] = None,
+) -> None:
+    """List the nodes on a bus: id, profile, vendor, product, revision, serial number and name of each.
 
-    Nothing is written, and a node need not be known. The exit status is 1 where no node answers.
+    Nodes without a node id are found by LSS fastscan. Without --name nothing is written, and a node need not
+    be known. --name gives node ids by LSS, to nodes without one and to others, which store them; nothing may
+    be operational. The exit status is 1 where no node answers.
 
-    Example: `servo-ctrl nodes --bus socketcan:can0`
+    Example: `servo-ctrl nodes --bus socketcan:can0 --name 10101=1 --name 10102=2`
     """
     import asyncio
 
     from servo_ctrl.cli.conformance_request import lines_of
+    from servo_ctrl.conformance.dialogue import Failed
 
-    found = asyncio.run(lines_of(bus))
+    try:
+        found = asyncio.run(lines_of(bus, _names(name or [])))
+    except Failed as failed:
+        raise typer.BadParameter(str(failed), param_hint="--name") from failed
     for line in found:
         typer.echo(line)
     typer.echo(f"{len(found)} nodes")
     if not found:
         raise typer.Exit(1)
+
+
+def _names(texts: list[str]) -> dict[int, int]:
+    """Node ids by serial number. Raises typer.BadParameter."""
+    names: dict[int, int] = {}
+    for text in texts:
+        serial_text, _, id_text = text.partition("=")
+        try:
+            serial, node_id = int(serial_text, 16), int(id_text)
+        except ValueError:
+            raise typer.BadParameter(f"{text!r}: give SERIAL=ID, as 10101=1", param_hint="--name") from None
+        if not 1 <= node_id <= 127:
+            raise typer.BadParameter(f"{text!r}: node ids are 1 to 127", param_hint="--name")
+        if serial in names or node_id in names.values():
+            raise typer.BadParameter(f"{text!r}: one id for one node", param_hint="--name")
+        names[serial] = node_id
+    return names

@@ -45,7 +45,9 @@ def test_frames_go_out_as_standard_data_frames(port: CanPort, other: can.BusABC)
     assert (bytes(second.data), second.dlc) == (b"", 0)
 
 
-def test_only_standard_data_frames_come_in_in_order(port: CanPort, other: can.BusABC) -> None:
+def test_only_standard_frames_come_in_in_order_and_remote_ones_apart(
+    port: CanPort, other: can.BusABC
+) -> None:
     for message in (
         can.Message(arbitration_id=0x80, is_extended_id=False),
         can.Message(arbitration_id=0x201, is_extended_id=True, data=b"\1"),
@@ -53,13 +55,16 @@ def test_only_standard_data_frames_come_in_in_order(port: CanPort, other: can.Bu
         can.Message(arbitration_id=0x201, is_extended_id=False, data=b"\2"),
     ):
         other.send(message)
+    asked: list[int] = []
+    port.on_remote = asked.append
     assert drained(port, 4) == [(0x80, b""), (0x201, b"\2")]
+    assert asked == [0x201]
 
 
 def test_exactly_the_frames_that_a_node_may_receive_are_received(port: CanPort, other: can.BusABC) -> None:
     for can_id in range(0x800):
         other.send(can.Message(arbitration_id=can_id, is_extended_id=False))
-    assert [can_id for can_id, _data in drained(port, 0x800)] == list(range(0x780))
+    assert [can_id for can_id, _data in drained(port, 0x800)] == [*range(0x780), 0x7E5]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,154 @@
+"""LSS slave (CiA 305): its node id given over the bus, by selection, identification and fastscan.
+
+Bit timing is not supported: the bench does not set the bit rate of its bus. A configured node takes part in
+every NMT state but operational; one without an id (255) does nothing else than this.
+"""
+
+from collections.abc import Callable
+from enum import Enum
+from typing import Protocol
+
+REQUEST, RESPONSE = 0x7E5, 0x7E4
+FRAME_BYTES = 8
+UNNAMED = 255
+"""The node id of a node that has none."""
+SWITCH_GLOBAL, CONFIGURE_NODE_ID, CONFIGURE_BIT_TIMING, STORE = 0x04, 0x11, 0x13, 0x17
+SELECT = range(0x40, 0x44)
+"""Vendor, product, revision, serial number of the node that is selected."""
+SELECTED = 0x44
+IDENTIFY = range(0x46, 0x4C)
+"""Vendor, product, revision from and to, serial number from and to."""
+IDENTIFY_UNNAMED, IDENTIFIED, UNNAMED_IDENTIFIED, FASTSCAN = 0x4C, 0x4F, 0x50, 0x51
+INQUIRE_IDENTITY = range(0x5A, 0x5E)
+INQUIRE_NODE_ID = 0x5E
+ACCEPTED, REFUSED, STORE_FAILED = 0, 1, 2
+"""Error codes; 1 is out of range, or not supported."""
+SCAN_BEGINS = 0x80
+"""Bit number of the fastscan that every node without an id answers."""
+WORDS = 4
+
+
+class Mode(Enum):
+    """States of an LSS slave."""
+
+    WAITING = 0
+    CONFIGURATION = 1
+
+
+class NamedNode(Protocol):
+    """The node whose id is given."""
+
+    node_id: int
+    """Active, UNNAMED without one."""
+
+    def identity(self) -> tuple[int, int, int, int]:
+        """Vendor, product, revision and serial number, 1018h."""
+
+    def may_be_named(self) -> bool:
+        """Whether LSS is served: not while operational, not when dead."""
+
+    def take_node_id(self) -> None:
+        """Start with the pending id: this node had none."""
+
+    def store_node_id(self, node_id: int) -> bool:
+        """Keep the id over a power cycle; return whether that worked."""
+
+
+class LssSlave:
+    """State of one node; `pending` takes effect with the next reset of the communication."""
+
+    def __init__(self, node: NamedNode, send: Callable[[int, bytes], None]) -> None:
+        self._node = node
+        self._send = send
+        self._mode = Mode.WAITING
+        self._selected = 0  # words of the address that have agreed, in order
+        self._identified = 0
+        self._scanned = 0  # word that the fastscan is at
+        self.pending = node.node_id
+
+    def on_request(self, data: bytes) -> None:
+        """Serve a frame of the LSS master."""
+        if len(data) != FRAME_BYTES or not self._node.may_be_named():
+            return
+        command, number = data[0], int.from_bytes(data[1:5], "little")
+        if command == SWITCH_GLOBAL:
+            self._switch(data[1])
+        elif command == FASTSCAN:
+            self._fastscan(number, *data[5:])
+        elif command in SELECT:
+            self._select(command, number)
+        elif command in IDENTIFY:
+            self._identify(command, number)
+        elif command == IDENTIFY_UNNAMED:
+            if self._node.node_id == UNNAMED:
+                self._answer(UNNAMED_IDENTIFIED)
+        elif self._mode is Mode.CONFIGURATION:
+            self._configure(command, data[1])
+
+    def _switch(self, mode: int) -> None:
+        named = self._mode is Mode.CONFIGURATION and mode == Mode.WAITING.value
+        self._mode = Mode.CONFIGURATION if mode == Mode.CONFIGURATION.value else Mode.WAITING
+        if named and self._node.node_id == UNNAMED != self.pending:
+            self._node.take_node_id()
+
+    def _configure(self, command: int, value: int) -> None:
+        if command == CONFIGURE_NODE_ID:
+            accepted = 1 <= value <= 127 or value == UNNAMED
+            if accepted:
+                self.pending = value
+            self._answer(command, ACCEPTED if accepted else REFUSED)
+        elif command == CONFIGURE_BIT_TIMING:
+            self._answer(command, REFUSED)
+        elif command == STORE:
+            self._answer(command, ACCEPTED if self._node.store_node_id(self.pending) else STORE_FAILED)
+        elif command in INQUIRE_IDENTITY:
+            number = self._node.identity()[command - INQUIRE_IDENTITY.start]
+            self._answer(command, *number.to_bytes(4, "little"))
+        elif command == INQUIRE_NODE_ID:
+            self._answer(command, self._node.node_id)
+
+    def _select(self, command: int, number: int) -> None:
+        word = command - SELECT.start
+        agrees = word in {0, self._selected} and self._node.identity()[word] == number
+        self._selected = word + 1 if agrees else 0
+        if self._selected == WORDS:
+            self._selected = 0
+            self._mode = Mode.CONFIGURATION
+            self._answer(SELECTED)
+
+    def _identify(self, command: int, number: int) -> None:
+        step = command - IDENTIFY.start
+        vendor, product, revision, serial = self._node.identity()
+        agrees = (
+            vendor == number,
+            product == number,
+            revision >= number,
+            revision <= number,
+            serial >= number,
+            serial <= number,
+        )[step]
+        self._identified = step + 1 if agrees and step in {0, self._identified} else 0
+        if self._identified == len(IDENTIFY):
+            self._identified = 0
+            self._answer(IDENTIFIED)
+
+    def _fastscan(self, number: int, bit: int, word: int, following: int) -> None:
+        """Answer where the address agrees down to `bit`; one that agrees altogether is configured."""
+        if self._node.node_id != UNNAMED or self._mode is not Mode.WAITING:
+            return
+        if bit == SCAN_BEGINS:
+            self._scanned = 0
+            self._answer(IDENTIFIED)
+            return
+        if bit > 31 or word >= WORDS or word != self._scanned:
+            return
+        if (self._node.identity()[word] ^ number) >> bit:
+            return
+        if bit == 0 and following != word:
+            self._scanned = following
+            if following < word:
+                self._mode = Mode.CONFIGURATION
+        self._answer(IDENTIFIED)
+
+    def _answer(self, *content: int) -> None:
+        self._send(RESPONSE, bytes(content).ljust(FRAME_BYTES, b"\0"))

@@ -1,0 +1,121 @@
+"""LSS master (CiA 305): finds nodes without an id on a new bus, and gives ids to these and to others.
+
+Fastscan: every node without an id answers at once, and the master asks bit by bit which address the lowest
+one has. It is in configuration state then and answers no further scan, so the next scan finds the next one.
+"""
+
+import struct
+import time
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+from servo_ctrl.conformance.dialogue import Failed, Wire
+
+REQUEST, RESPONSE = 0x7E5, 0x7E4
+FRAME_BYTES = 8
+SWITCH_GLOBAL, CONFIGURE_NODE_ID, STORE, SELECT_VENDOR, SELECTED = 0x04, 0x11, 0x17, 0x40, 0x44
+IDENTIFIED, FASTSCAN = 0x4F, 0x51
+WAITING = 0
+SCAN = struct.Struct("<BIBBB")
+"""Command, number, bit, word of the address, next word."""
+SCAN_BEGINS = 0x80
+BITS, WORDS = 32, 4
+ANSWER_S = 0.05
+"""How long the bus is listened to after a request; nodes answer within some ms (chosen)."""
+STORED_S = 1.0
+"""The same, where a node writes its memory (chosen)."""
+MOST_NODES = 127
+FIRST_ID, LAST_ID = 1, 127
+RESET_COMMUNICATION = 130
+
+
+class Address(NamedTuple):
+    """Vendor, product, revision and serial number, 1018h: no two nodes have the same."""
+
+    vendor: int
+    product: int
+    revision: int
+    serial: int
+
+    @property
+    def line(self) -> str:
+        """For the terminal, in the columns of `FoundNode.line`."""
+        return "no node id               " + " ".join(f"{number:08X}h" for number in self)
+
+
+def find_unnamed(wire: Wire) -> list[Address]:
+    """Addresses of the nodes without an id; they wait again at the end. Raises Failed for a lost scan."""
+    found: list[Address] = []
+    while len(found) < MOST_NODES and (address := _fastscan(wire)) is not None:
+        found.append(address)
+    if found:
+        _switch_to_waiting(wire)
+    return found
+
+
+def give_ids(wire: Wire, ids: Iterable[tuple[Address, int, int | None]]) -> None:
+    """Give each node (address, new id, present id or None) its id, stored by the node.
+
+    A node without one starts up with it; another has its communication reset, and must not be operational.
+
+    Raises:
+        Failed: a node does not answer, or refuses; those before it have their ids.
+    """
+    for address, node_id, present in ids:
+        _switch_to_waiting(wire)
+        for word, number in enumerate(address):
+            answer = _exchange(wire, bytes((SELECT_VENDOR + word,)) + number.to_bytes(4, "little"), ANSWER_S)
+        if answer is None or answer[0] != SELECTED:
+            raise Failed(f"{address.line} does not answer; an operational node has no LSS")
+        _confirm(wire, bytes((CONFIGURE_NODE_ID, node_id)), f"node id {node_id}")
+        _confirm(wire, bytes((STORE,)), "storing the node id")
+        _switch_to_waiting(wire)
+        if present is not None:
+            wire.send(0x000, bytes((RESET_COMMUNICATION, present)))
+
+
+def _switch_to_waiting(wire: Wire) -> None:
+    wire.send(REQUEST, bytes((SWITCH_GLOBAL, WAITING)).ljust(FRAME_BYTES, b"\0"))
+
+
+def _confirm(wire: Wire, request: bytes, what: str) -> None:
+    answer = _exchange(wire, request, STORED_S)
+    if answer is None or answer[0] != request[0]:
+        raise Failed(f"{what}: no answer within {STORED_S:g} s")
+    if answer[1]:
+        raise Failed(f"{what}: refused with LSS error {answer[1]}")
+
+
+def _exchange(wire: Wire, request: bytes, timeout_s: float) -> bytes | None:
+    """Send a request; return the first answer. A late answer to an earlier one is dropped before."""
+    while wire.receive(0.0) is not None:
+        pass
+    wire.send(REQUEST, request.ljust(FRAME_BYTES, b"\0"))
+    ends_s = time.monotonic() + timeout_s
+    while (left_s := ends_s - time.monotonic()) > 0.0 and (frame := wire.receive(left_s)) is not None:
+        if frame[0] == RESPONSE and len(frame[1]) == FRAME_BYTES:
+            return frame[1]
+    return None
+
+
+def _fastscan(wire: Wire) -> Address | None:
+    """Address of a node without an id, which is in configuration state then; None where there is none."""
+
+    def agrees(number: int, bit: int, word: int, following: int) -> bool:
+        answer = _exchange(wire, SCAN.pack(FASTSCAN, number, bit, word, following), ANSWER_S)
+        return answer is not None and answer[0] == IDENTIFIED
+
+    if not agrees(0, SCAN_BEGINS, 0, 0):
+        return None
+    return Address(*(_word(agrees, word) for word in range(WORDS)))
+
+
+def _word(agrees: Callable[[int, int, int, int], bool], word: int) -> int:
+    """One number of the lowest address, from its highest bit down."""
+    number = 0
+    for bit in reversed(range(BITS)):
+        if not agrees(number, bit, word, word):
+            number |= 1 << bit
+    if not agrees(number, 0, word, (word + 1) % WORDS):
+        raise Failed(f"fastscan: no node confirms {number:08X}h; is there a second LSS master?")
+    return number
