@@ -15,7 +15,8 @@ EDS, MACHINES = ROOT / "eds", ROOT / "machines"
 
 def machine_names() -> list[str]:
     """Return the names of the machines that come with the programs."""
-    return sorted(entry.name for entry in MACHINES.iterdir() if entry.is_dir())
+    files = (*MACHINES.glob("*/controller.toml"), *MACHINES.glob("templates/*/controller.toml"))
+    return sorted(str(file.parent.relative_to(MACHINES)) for file in files)
 
 
 def shipped(given: Path) -> Path:

@@ -107,6 +107,11 @@ def _axis(file: Path, own_name: str, value: Any, numbers: dict[str, int]) -> dic
     for section in ("drive", "scale"):
         if isinstance(axis.get(section), dict) and isinstance(axis[section].get("eds"), str):
             axis[section] = {**axis[section], "eds": (file.parent / axis[section]["eds"]).resolve()}
+    drive = axis.get("drive")
+    ways = drive.get("personality") if isinstance(drive, dict) else None
+    if isinstance(drive, dict) and isinstance(ways, dict) and isinstance(ways.get("inside_eds"), str):
+        inside = (file.parent / ways["inside_eds"]).resolve()
+        axis["drive"] = {**drive, "personality": {**ways, "inside_eds": inside}}
     return axis
 
 

@@ -28,6 +28,35 @@ class BusNode(Section):
     eds: Path
 
 
+class Personality(Section):
+    """How the drive of an axis differs from the bench's own: the ways of a family of real drives."""
+
+    inside_eds: Path
+    """What it has inside; its own EDS is what it shows, and what that leaves out no client finds."""
+    velocity_counts_s: Positive = 1.0
+    """One unit of its velocities, counts/s."""
+    acceleration_counts_s2: Positive = 1.0
+    """One unit of its accelerations, counts/s^2."""
+    needs_mode: bool = False
+    """Whether it enables operation only with a mode of operation."""
+    mode_switch_enabled: bool = True
+    """Whether it takes another mode in operation enabled."""
+    mode_switch_with_halt: bool = True
+    """Whether it takes another mode while the halt bit is set."""
+    homing_reached_bit: bool = True
+    """Whether statusword bit 10 (target reached) tells the end of homing, beside bit 12."""
+    no_homing_method: bool = True
+    """Whether 6098h takes 0."""
+    sdo_delay_ms: NonNegative = 0.0
+    """How long it takes over an SDO answer, wall clock."""
+
+
+class DriveNode(BusNode):
+    """The amplifier's place on the bus, and its ways."""
+
+    personality: Personality | None = None
+
+
 class Scale(BusNode):
     """The grating scale: its place on the bus, its step and its reference mark."""
 
@@ -80,7 +109,7 @@ class Table(Section):
 class AxisPlant(Section):
     """One axis. `amplifier` and `effects` hold `Params` tuples in SI, by section name."""
 
-    drive: BusNode
+    drive: DriveNode
     motor: Motor
     transmission: Transmission
     table: Table

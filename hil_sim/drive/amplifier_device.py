@@ -31,13 +31,19 @@ class Drive:
     profile = 402
 
     def __init__(self, config: AxisPlant, plant: Plant, index: int, host: NodeHost) -> None:
-        self.objects = DriveObjects()
+        self.objects = self._make_objects(config)
         self.port = AxisPort(config, plant, index)
         self.motion = Motion(self.objects, self.port)
         self._hardware_values = hardware_values(config)
         self._power_up()
-        self.slave = Slave(config.drive.node_id, config.drive.eds, self.objects, self, host)
+        ways = config.drive.personality
+        inside_eds = None if ways is None else ways.inside_eds
+        self.slave = Slave(config.drive.node_id, config.drive.eds, self.objects, self, host, inside_eds)
         guard(self.slave.dictionary, self)
+
+    @staticmethod
+    def _make_objects(_config: AxisPlant) -> DriveObjects:
+        return DriveObjects()
 
     def _power_up(self) -> None:
         self.state = State.NOT_READY_TO_SWITCH_ON

@@ -39,7 +39,10 @@ class Dictionary:
         OSError, ValueError: the EDS cannot be read, or is none.
     """
 
-    def __init__(self, node_id: int, eds: Path, objects: ProcessObjects) -> None:
+    def __init__(
+        self, node_id: int, eds: Path, objects: ProcessObjects, inside_eds: Path | None = None
+    ) -> None:
+        """`inside_eds`: describes what the device has but does not show to clients; `eds` goes before it."""
         self.node_id = node_id
         self.objects = objects
         self.attributes = attribute_names(objects)
@@ -53,7 +56,13 @@ class Dictionary:
         self._eds, self._eds_text = eds, eds.read_bytes()
         self.variables: dict[Address, Any] = described(self._eds_text, str(eds), node_id)
         """Description of every object that the EDS lists, as canopen has read it, by index."""
-        self.indices = sorted({index for index, _subindex in self.variables})
+        self.hidden: set[Address] = set()
+        """What no client can ask for."""
+        if inside_eds is not None:
+            inside = described(inside_eds.read_bytes(), str(inside_eds), node_id)
+            self.hidden = inside.keys() - self.variables.keys()
+            self.variables = dict(sorted({**inside, **self.variables}.items()))
+        self.indices = sorted({index for index, _subindex in self.variables.keys() - self.hidden})
         for index, subindex in sorted(self.attributes.keys() - self.variables.keys()):
             raise ValueError(f"object {index:04X}h:{subindex:02X} is missing")
         self.load_defaults(0x1000, 0xFFFF)
@@ -73,14 +82,14 @@ class Dictionary:
 
     def check_writable(self, index: int, subindex: int) -> None:
         """Raise SdoAbort where a client cannot write this object at all."""
-        if index < FIRST_OBJECT:
+        if index < FIRST_OBJECT or (index, subindex) in self.hidden:
             raise SdoAbort(AbortCode.NO_SUCH_OBJECT)
         if not self.variable(index, subindex).writable:
             raise SdoAbort(AbortCode.WRITE_OF_READ_ONLY)
 
     def check_readable(self, index: int, subindex: int) -> None:
         """Raise SdoAbort where a client cannot read this object."""
-        if index < FIRST_OBJECT:
+        if index < FIRST_OBJECT or (index, subindex) in self.hidden:
             raise SdoAbort(AbortCode.NO_SUCH_OBJECT)
         if not self.variable(index, subindex).readable:
             raise SdoAbort(AbortCode.READ_OF_WRITE_ONLY)

@@ -77,7 +77,13 @@ class Slave:
     """
 
     def __init__(
-        self, node_id: int, eds: Path, objects: ProcessObjects, device: Device, host: NodeHost
+        self,
+        node_id: int,
+        eds: Path,
+        objects: ProcessObjects,
+        device: Device,
+        host: NodeHost,
+        inside_eds: Path | None = None,
     ) -> None:
         serial = FIRST_SERIAL + node_id if node_id != UNNAMED else FIRST_UNNAMED_SERIAL + next(host.unnamed)
         name = f"node_{node_id}" if node_id != UNNAMED else f"serial_{serial:08X}"
@@ -89,7 +95,7 @@ class Slave:
         self.on_routes: Callable[[], None] = lambda: None
         self._device = device
         self._host = host
-        self.dictionary = Dictionary(node_id, eds, objects)
+        self.dictionary = Dictionary(node_id, eds, objects, inside_eds)
         described = self.dictionary.value(0x1000) & 0xFFFF
         if described != device.profile:
             raise ValueError(f"device profile {described}, not {device.profile}")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hil_sim.config import ConfigError, PlantConfig, build_plant
 from hil_sim.drive.amplifier_device import Drive
+from hil_sim.drive.personality import PersonalDrive
 from hil_sim.faults.fault_target import FaultTarget
 from hil_sim.faults.schedule import Fault, Schedule
 from hil_sim.node import lss_slave
@@ -50,7 +51,8 @@ class Bench:
         host = NodeHost(self.clock, send, state_directory, count())
         for index, (name, axis) in enumerate(config.axes.items()):
             with _eds_of(axis.drive.eds, f"axis.{name}.drive.eds"):
-                drive = Drive(axis, self.plant, index, host)
+                kind = PersonalDrive if axis.drive.personality is not None else Drive
+                drive = kind(axis, self.plant, index, host)
             self.devices.append(drive)
             scale = None
             if axis.scale is not None:

@@ -73,6 +73,8 @@ class Route(NamedTuple):
     period_s: float
     mode_switch_disabled: bool = False
     """It takes another mode only without power."""
+    homed_by_bit_12: bool = False
+    """Statusword bit 10 does not tell the end of homing."""
 
 
 class Sequence(NamedTuple):
@@ -216,6 +218,8 @@ def _home(
         return Step(following, ENABLE_OPERATION)
     controlword = ENABLE_OPERATION | START_HOMING
     problem, progress = "", homing_status(statusword)
+    if route.homed_by_bit_12 and progress is Homing.ATTAINED_MOVING:
+        progress = Homing.COMPLETED
     if cycles - age >= 2 * HOMING_START_CYCLES:
         if progress is Homing.COMPLETED and whole:
             if route.mode_switch_disabled:

@@ -72,7 +72,11 @@ class AxisServo:
         """Of the last emergency message of its drive, until that reports a reset or is switched on."""
         mode = MODE_OF_NAME[config.mode]
         self.route = Route(
-            mode, config.homing_method != 0, params.period_s, config.drive.mode_switch == "disabled"
+            mode,
+            config.homing_method != 0,
+            params.period_s,
+            mode_switch_disabled=config.drive.mode_switch == "disabled",
+            homed_by_bit_12=config.drive.homing_bits == "12",
         )
         self.sequence: drive.Sequence = begin(self.route)
         self.inputs = AxisInputs(config, (tpdo, *further_tpdos), scale_tpdo)

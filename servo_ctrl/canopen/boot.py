@@ -6,7 +6,7 @@ reported together, each with what to do about it.
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 
 from servo_ctrl.canopen.drive_units import ADDRESSES
@@ -87,17 +87,23 @@ def _boot_node(network: Network, plan: NodePlan, restarted: set[int], timeout_s:
     restarted.discard(plan.node_id)  # it may have been switched on just now; from here on it may not
     with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s)) as sdo:
         _check_identity(sdo, plan)
+        _write(sdo, plan, _concise(plan))  # it may be what sets the units
         _check_expectations(sdo, plan)
         _check_units(sdo, plan)
         for pdo in plan.pdos:
             if pdo.fixed:
                 _check_mapping(sdo, plan, pdo)
-        for write in chain(_concise(plan), _unused_pdos_off(plan), *map(_pdo_writes, plan.pdos), plan.writes):
-            try:
-                sdo.write(write.index, write.subindex, write.data)
-            except SdoError as error:
-                text = f"{write.what}: {error}; see {plan.key} in the machine file"
-                raise NodeError(plan.name, text) from None
+        _write(sdo, plan, chain(_unused_pdos_off(plan), *map(_pdo_writes, plan.pdos), plan.writes))
+
+
+def _write(sdo: SdoPort, plan: NodePlan, writes: Iterable[Write]) -> None:
+    """Write them one after the other. Raises NodeError for the first that is not taken."""
+    for write in writes:
+        try:
+            sdo.write(write.index, write.subindex, write.data)
+        except SdoError as error:
+            text = f"{write.what}: {error}; see {plan.key} in the machine file"
+            raise NodeError(plan.name, text) from None
 
 
 def _check_presence(sdo: SdoPort, plan: NodePlan) -> None:

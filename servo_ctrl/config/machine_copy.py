@@ -1,12 +1,13 @@
 """A copy of a machine that comes with the program, whole by itself: its EDS files lie inside it."""
 
+import re
 import shutil
 from pathlib import Path
 
 from servo_ctrl.errors import ConfigError
 from shipped_files import EDS, MACHINES, machine_names
 
-EDS_BESIDE, EDS_INSIDE = '"../../eds/', '"eds/'
+EDS_BESIDE, EDS_INSIDE = re.compile(r'"(?:\.\./)+eds/'), '"eds/'
 """How a shipped machine and its copy name their EDS files."""
 
 
@@ -18,6 +19,9 @@ def copy_machine(name: str, directory: Path) -> None:
         raise ConfigError(directory, "", "exists already; name a directory that does not")
     shutil.copytree(MACHINES / name, directory, ignore=shutil.ignore_patterns("learned", "__pycache__"))
     shutil.copytree(EDS, directory / "eds")
+    own = (MACHINES / name).parent / "eds"  # of the templates
+    if own.is_dir() and own != EDS:
+        shutil.copytree(own, directory / "eds", dirs_exist_ok=True)
     for file in directory.glob("*.toml"):
         text = file.read_text(encoding="utf-8")
-        file.write_text(text.replace(EDS_BESIDE, EDS_INSIDE), encoding="utf-8")
+        file.write_text(EDS_BESIDE.sub(EDS_INSIDE, text), encoding="utf-8")

@@ -128,6 +128,8 @@ class Drive(Node):
     """Unit of its velocities (60A9h): "counts/s", "rpm" or "rev/s", or a multiple as "0.1 counts/s"."""
     acceleration_unit: Annotated[str, Strict()] = "counts/s2"
     """Unit of its accelerations (60AAh): "counts/s2", "rpm/s", "rev/s2", or a multiple: "10 counts/s2"."""
+    homing_bits: Literal["10 and 12", "12"] = "10 and 12"
+    """Statusword bits that tell the end of homing: some drives never set bit 10 (target reached) in it."""
     mode_switch: Literal["enabled", "disabled"] = "enabled"
     """Where it takes another mode, behind homing: in operation enabled, or only without power."""
     rated_torque_mnm: Count

@@ -176,9 +176,9 @@ def test_missing_file_and_broken_toml_are_named(tmp_path: Path) -> None:
         load_plant(write_plant(tmp_path, "[plant"))
 
 
-@pytest.mark.parametrize("machine", sorted(p.name for p in MACHINES.iterdir() if p.is_dir()))
-def test_every_machine_of_the_project_loads_and_runs(machine: str) -> None:
-    config = load_plant(MACHINES / machine)
+@pytest.mark.parametrize("machine", sorted(file.parent for file in MACHINES.rglob("plant.toml")), ids=str)
+def test_every_machine_of_the_project_loads_and_runs(machine: Path) -> None:
+    config = load_plant(machine)
     plant = build_plant(config)
     plant.setpoint["loop"] = 1
     plant.setpoint["current_a"] = 0.2
