@@ -43,7 +43,7 @@ system:  ## install the system packages that some tests need (as root, by apt)
 	@sh tests/system_packages.sh
 
 # A file is run by one process, so its fixtures are made once; long files begin first (tests/conftest.py).
-PYTEST := $(BIN)/pytest -n auto --dist loadfile --no-loadscope-reorder
+PYTEST := $(BIN)/pytest --workers auto
 
 test: setup system  ## all checks and every test, on the embedded bus and on real SocketCAN
 	@$(MAKE) --no-print-directory --jobs 3 check tests test-vcan

@@ -1,13 +1,15 @@
 """For every test: long files begin first, no task is left behind, no property fails for having taken long."""
 
 import asyncio
-import os
 from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
 import pytest_asyncio
+from forked_workers import pytest_addoption, pytest_runtestloop
 from hypothesis import HealthCheck, settings
+
+__all__ = ["pytest_addoption", "pytest_runtestloop"]  # hooks of pytest
 
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("untimed")
@@ -53,13 +55,8 @@ SLOW = tuple(f"tests/unit/{beginning}" for beginning in SLOW_UNITS.split())
 """Unit tests of many seconds: whole diagnoses, whole commands, studies, long properties; marked `slow`."""
 
 
-def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Two more than there are processors: the tests of a page, a bus or a broker wait for others."""
-    return 2 + len(os.sched_getaffinity(0))
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Workers take files in the order of their first tests (`--dist loadfile --no-loadscope-reorder`)."""
+    """Put the files in the order in which workers take them."""
     paths = {item: item.path.relative_to(ROOT).as_posix() for item in items}
     last = len(LONGEST_FIRST)
 

@@ -1,0 +1,134 @@
+"""Runs the tests in forks of the process that has collected them: `pytest --workers auto`.
+
+Collecting takes a worker of pytest-xdist 30 s of processor time in a fresh clone (imports, rewriting of asserts), and
+each worker collects everything. Here one process collects, and its forks have what it has loaded (decision 0033).
+A fork runs whole files, so that their fixtures are made once, and takes the next file when it has done one.
+"""
+
+import gc
+import multiprocessing
+import os
+from collections.abc import Iterator
+from itertools import groupby
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+FORK = multiprocessing.get_context("fork")
+Files = list[list[pytest.Item]]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the option."""
+    words = "run the tests in N forks of this process; auto: two more than there are processors"
+    parser.addoption("--workers", default="0", metavar="N", help=words)
+
+
+def pytest_runtestloop(session: pytest.Session) -> bool | None:
+    """Run the tests in forks, where that is wanted, and report here what they report."""
+    count = worker_count(str(session.config.getoption("--workers")))
+    if not count or session.config.option.collectonly or session.testsfailed:
+        return None  # pytest's own loop runs them, or says that collecting has failed
+    session.config._tmp_path_factory.getbasetemp()  # type: ignore[attr-defined]  # noqa: SLF001  # one for all
+    files = [list(items) for _, items in groupby(session.items, lambda item: item.path)]
+    taken = FORK.Value("i", 0)
+    gc.collect()
+    gc.freeze()  # the collected tests stay: no fork looks through them again
+    forks: dict[Connection, BaseProcess] = {}
+    try:
+        for _ in range(count):
+            reports, reporting = FORK.Pipe(duplex=False)
+            fork = FORK.Process(target=run_files, args=(session, files, taken, reporting))
+            fork.start()
+            reporting.close()
+            forks[reports] = fork
+        pass_on_reports(session, dict(forks))
+    finally:
+        for fork in forks.values():
+            fork.terminate()
+    return True
+
+
+def worker_count(wanted: str) -> int:
+    """How many forks: tests of a page, a bus or a broker wait for others, so more than there are processors."""
+    return 2 + len(os.sched_getaffinity(0)) if wanted == "auto" else int(wanted)
+
+
+def run_files(session: pytest.Session, files: Files, taken: Any, reporting: Connection) -> None:
+    """In a fork: run files until all are taken. A session's ends are those of the process it was forked from."""
+    plugins = session.config.pluginmanager
+    capture = plugins.getplugin("capturemanager")
+    capture.stop_global_capturing()  # forks would share the files behind it
+    capture.start_global_capturing()
+    capture.suspend_global_capture()
+    with Path(os.devnull).open("w") as nowhere:
+        session.config.get_terminal_writer()._file = nowhere  # noqa: SLF001
+        plugins.register(Reporting(session.config, reporting))
+        item = None
+        for following in taken_tests(files, taken):
+            run(session, item, following)
+            item = following
+        run(session, item, None)
+
+
+def run(session: pytest.Session, item: pytest.Item | None, following: pytest.Item | None) -> None:
+    """Run a test; fixtures that the following one does not share are torn down."""
+    if item is not None:
+        session.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+
+
+def taken_tests(files: Files, taken: Any) -> Iterator[pytest.Item]:
+    """Tests of one file after another that no other fork has taken."""
+    while True:
+        with taken.get_lock():
+            place = taken.value
+            taken.value += 1
+        if place >= len(files):
+            return
+        yield from files[place]
+
+
+class Reporting:
+    """In a fork: hands on which test begins, so that its name is known if it ends the fork, and its reports."""
+
+    def __init__(self, config: pytest.Config, reporting: Connection) -> None:
+        self._hook = config.hook
+        self._config = config
+        self._send = reporting.send
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        """A test begins."""
+        self._send(nodeid)
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """A phase of a test has ended."""
+        self._send(self._hook.pytest_report_to_serializable(config=self._config, report=report))
+
+
+def pass_on_reports(session: pytest.Session, forks: dict[Connection, BaseProcess]) -> None:
+    """Report what the forks report, until all have ended."""
+    hook, config, running = session.config.hook, session.config, dict.fromkeys(forks, "no test")
+    while forks:
+        for reports in wait(list(forks)):
+            assert isinstance(reports, Connection)
+            try:
+                data = reports.recv()
+            except EOFError:
+                fork = forks.pop(reports)
+                fork.join()
+                if fork.exitcode:
+                    raise pytest.UsageError(
+                        f"{running[reports]} ended its process with {fork.exitcode}"
+                    ) from None
+                continue
+            if isinstance(data, str):
+                running[reports] = data
+                continue
+            hook.pytest_runtest_logreport(report=hook.pytest_report_from_serializable(config=config, data=data))
+            if session.shouldfail:
+                raise session.Failed(session.shouldfail)
+            if session.shouldstop:
+                raise session.Interrupted(session.shouldstop)
