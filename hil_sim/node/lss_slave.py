@@ -28,7 +28,7 @@ SCAN_BEGINS = 0x80
 WORDS = 4
 
 
-class Mode(Enum):
+class LssState(Enum):
     """States of an LSS slave."""
 
     WAITING = 0
@@ -60,7 +60,7 @@ class LssSlave:
     def __init__(self, node: NamedNode, send: Callable[[int, bytes], None]) -> None:
         self._node = node
         self._send = send
-        self._mode = Mode.WAITING
+        self._mode = LssState.WAITING
         self._selected = 0  # words of the address that have agreed, in order
         self._identified = 0
         self._scanned = 0  # word that the fastscan is at
@@ -82,12 +82,12 @@ class LssSlave:
         elif command == IDENTIFY_UNNAMED:
             if self._node.node_id == UNNAMED:
                 self._answer(UNNAMED_IDENTIFIED)
-        elif self._mode is Mode.CONFIGURATION:
+        elif self._mode is LssState.CONFIGURATION:
             self._configure(command, data[1])
 
     def _switch(self, mode: int) -> None:
-        named = self._mode is Mode.CONFIGURATION and mode == Mode.WAITING.value
-        self._mode = Mode.CONFIGURATION if mode == Mode.CONFIGURATION.value else Mode.WAITING
+        named = self._mode is LssState.CONFIGURATION and mode == LssState.WAITING.value
+        self._mode = LssState.CONFIGURATION if mode == LssState.CONFIGURATION.value else LssState.WAITING
         if named and self._node.node_id == UNNAMED != self.pending:
             self._node.take_node_id()
 
@@ -113,7 +113,7 @@ class LssSlave:
         self._selected = word + 1 if agrees else 0
         if self._selected == WORDS:
             self._selected = 0
-            self._mode = Mode.CONFIGURATION
+            self._mode = LssState.CONFIGURATION
             self._answer(SELECTED)
 
     def _identify(self, command: int, number: int) -> None:
@@ -134,7 +134,7 @@ class LssSlave:
 
     def _fastscan(self, number: int, bit: int, word: int, following: int) -> None:
         """Answer where the address agrees down to `bit`; one that agrees altogether is configured."""
-        if self._node.node_id != UNNAMED or self._mode is not Mode.WAITING:
+        if self._node.node_id != UNNAMED or self._mode is not LssState.WAITING:
             return
         if bit == SCAN_BEGINS:
             self._scanned = 0
@@ -147,7 +147,7 @@ class LssSlave:
         if bit == 0 and following != word:
             self._scanned = following
             if following < word:
-                self._mode = Mode.CONFIGURATION
+                self._mode = LssState.CONFIGURATION
         self._answer(IDENTIFIED)
 
     def _answer(self, *content: int) -> None:

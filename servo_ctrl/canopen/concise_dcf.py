@@ -15,7 +15,7 @@ LARGEST_BYTES = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class SdoDownload:
     """One SDO download."""
 
     index: int
@@ -23,7 +23,7 @@ class Entry:
     data: bytes
 
 
-def read_concise_dcf(path: Path) -> tuple[Entry, ...]:
+def read_concise_dcf(path: Path) -> tuple[SdoDownload, ...]:
     """The entries of a file, in its order. Raises EdsError naming it."""
     try:
         with path.open("rb") as file:
@@ -38,13 +38,13 @@ def read_concise_dcf(path: Path) -> tuple[Entry, ...]:
         raise EdsError(f"{path}: no concise DCF: {error}") from None
 
 
-def pack_concise_dcf(entries: list[Entry]) -> bytes:
+def pack_concise_dcf(entries: list[SdoDownload]) -> bytes:
     """The block of these entries."""
     packed = (_ENTRY.pack(entry.index, entry.subindex, len(entry.data)) + entry.data for entry in entries)
     return _COUNT.pack(len(entries)) + b"".join(packed)
 
 
-def _entries(block: bytes) -> list[Entry]:
+def _entries(block: bytes) -> list[SdoDownload]:
     (count,) = _COUNT.unpack_from(block)
     at, found = _COUNT.size, []
     for number in range(1, count + 1):
@@ -52,7 +52,7 @@ def _entries(block: bytes) -> list[Entry]:
         at += _ENTRY.size
         if at + size > len(block):
             raise ValueError(f"entry {number}, {index:04X}h:{subindex:02X}, is cut off")
-        found.append(Entry(index, subindex, block[at : at + size]))
+        found.append(SdoDownload(index, subindex, block[at : at + size]))
         at += size
     if at != len(block):
         raise ValueError(f"{len(block) - at} bytes behind the last entry")

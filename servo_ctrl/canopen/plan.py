@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from servo_ctrl.canopen.cia402 import MODE_OF_NAME, SUPPORTED_BIT, Mode
-from servo_ctrl.canopen.concise_dcf import Entry, read_concise_dcf
+from servo_ctrl.canopen.concise_dcf import SdoDownload, read_concise_dcf
 from servo_ctrl.canopen.drive_units import DriveUnits, units_of
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS, PdoCodec, compile_pdo
@@ -117,7 +117,7 @@ class NodePlan:
     """Those of a drive, which are read and held against the machine file."""
     left_alone: frozenset[int] = frozenset()
     """Objects that are neither read nor written."""
-    concise_dcf: tuple[Entry, ...] = ()
+    concise_dcf: tuple[SdoDownload, ...] = ()
     """Configuration of a file, which is written before everything else."""
     sdo_timeout_s: float | None = None
     """Patience with its answers; None = the usual."""

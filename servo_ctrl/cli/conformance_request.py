@@ -10,10 +10,10 @@ from servo_ctrl.conformance.dialogue import Failed
 from servo_ctrl.conformance.lss_master import Address, find_unnamed, give_ids
 from servo_ctrl.conformance.scan import scan
 from servo_ctrl.conformance.suite import examine
-from servo_ctrl.conformance.verdicts import Finding, line
+from servo_ctrl.conformance.verdicts import ClauseFinding, line
 
 
-async def findings_of(bus: str, node_id: int, eds: Path) -> list[Finding]:
+async def findings_of(bus: str, node_id: int, eds: Path) -> list[ClauseFinding]:
     """Open the bus, ask, print a line a clause. Raises BusError, EdsError."""
     found = []
     async with bus_wire(bus) as wire:

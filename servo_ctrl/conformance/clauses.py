@@ -23,7 +23,7 @@ BOOT_UP_S = 5.0
 TPDO, TPDO_MAPPING = 0x1800, 0x1A00
 
 
-class Node(NamedTuple):
+class NodeUnderTest(NamedTuple):
     """The node under test, and what its EDS says of it."""
 
     dialogue: Dialogue
@@ -42,16 +42,16 @@ class Clause(NamedTuple):
 
     number: str
     title: str
-    check: Callable[[Node], None]
+    check: Callable[[NodeUnderTest], None]
 
 
 CLAUSES: list[Clause] = []
 
 
-def clause(number: str) -> Callable[[Callable[[Node], None]], Callable[[Node], None]]:
+def clause(number: str) -> Callable[[Callable[[NodeUnderTest], None]], Callable[[NodeUnderTest], None]]:
     """Put a dialogue on the list, its docstring as the title."""
 
-    def add(check: Callable[[Node], None]) -> Callable[[Node], None]:
+    def add(check: Callable[[NodeUnderTest], None]) -> Callable[[NodeUnderTest], None]:
         CLAUSES.append(Clause(number, (check.__doc__ or "").rstrip("."), check))
         return check
 

@@ -11,14 +11,14 @@ from servo_ctrl.conformance.clauses import (
     START,
     STOP,
     STOPPED,
-    Node,
+    NodeUnderTest,
     clause,
 )
 from servo_ctrl.conformance.dialogue import INITIATE, Failed, NotApplicable
 
 
 @clause("CiA 301 7.2.8")
-def states(node: Node) -> None:
+def states(node: NodeUnderTest) -> None:
     """NMT states as the heartbeat shows them."""
     with _Heartbeats(node) as shown:
         for command, state in (
@@ -32,7 +32,7 @@ def states(node: Node) -> None:
 
 
 @clause("CiA 301 7.2.8")
-def foreign_command(node: Node) -> None:
+def foreign_command(node: NodeUnderTest) -> None:
     """NMT for another node, or of one byte, changes nothing."""
     dialogue = node.dialogue
     with _Heartbeats(node) as shown:
@@ -43,7 +43,7 @@ def foreign_command(node: Node) -> None:
 
 
 @clause("CiA 301 7.3.2")
-def stopped(node: Node) -> None:
+def stopped(node: NodeUnderTest) -> None:
     """A stopped node answers no SDO."""
     dialogue = node.dialogue
     dialogue.command(STOP)
@@ -56,7 +56,7 @@ def stopped(node: Node) -> None:
 
 
 @clause("CiA 301 7.2.8")
-def boot_up(node: Node) -> None:
+def boot_up(node: NodeUnderTest) -> None:
     """Reset communication ends in a boot-up message."""
     dialogue = node.dialogue
     dialogue.forget()
@@ -69,7 +69,7 @@ def boot_up(node: Node) -> None:
 class _Heartbeats:
     """A heartbeat every 20 ms, as it was afterwards; entering gives what tells the state of the next."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: NodeUnderTest) -> None:
         if "w" not in node.variable(0x1017).access:
             raise NotApplicable("the heartbeat is fixed")
         self._dialogue = node.dialogue

@@ -1,12 +1,12 @@
 """The object dictionary against the EDS (CiA 301 7.5, CiA 306)."""
 
 from servo_ctrl.canopen.errors import AbortCode
-from servo_ctrl.conformance.clauses import OUT_OF_RANGE, Node, clause, size_of
+from servo_ctrl.conformance.clauses import OUT_OF_RANGE, NodeUnderTest, clause, size_of
 from servo_ctrl.conformance.dialogue import Failed, Refused
 
 
 @clause("CiA 306-1")
-def every_object(node: Node) -> None:
+def every_object(node: NodeUnderTest) -> None:
     """Every readable object of the EDS is there, in the length of its type."""
     for (index, subindex), variable in sorted(node.eds.variables.items()):
         if index < 0x1000 or variable.access == "wo" or not (size := size_of(variable)):
@@ -22,7 +22,7 @@ def every_object(node: Node) -> None:
 
 
 @clause("CiA 306-1")
-def constants(node: Node) -> None:
+def constants(node: NodeUnderTest) -> None:
     """Constants are those of the EDS."""
     for (index, subindex), variable in sorted(node.eds.variables.items()):
         if variable.access == "const" and isinstance(variable.default, int) and (size := size_of(variable)):
@@ -32,7 +32,7 @@ def constants(node: Node) -> None:
 
 
 @clause("CiA 301 7.5.2")
-def identity(node: Node) -> None:
+def identity(node: NodeUnderTest) -> None:
     """1018h identity is that of the EDS, where that states it."""
     for subindex in (1, 2, 3):
         stated = node.eds.default(0x1018, subindex)
@@ -41,7 +41,7 @@ def identity(node: Node) -> None:
 
 
 @clause("CiA 301 7.5.2")
-def emergency_identifier(node: Node) -> None:
+def emergency_identifier(node: NodeUnderTest) -> None:
     """1014h EMCY identifier is 80h + node id."""
     node.variable(0x1014)
     found = node.dialogue.number(0x1014)
@@ -50,7 +50,7 @@ def emergency_identifier(node: Node) -> None:
 
 
 @clause("CiA 301 7.5.2")
-def error_history(node: Node) -> None:
+def error_history(node: NodeUnderTest) -> None:
     """1003h takes no number of errors but 0."""
     node.variable(0x1003)
     node.dialogue.refused_write(0x1003, 0, b"\1", *OUT_OF_RANGE)
@@ -58,14 +58,14 @@ def error_history(node: Node) -> None:
 
 
 @clause("CiA 301 7.5.2")
-def store_signature(node: Node) -> None:
+def store_signature(node: NodeUnderTest) -> None:
     """1010h stores nothing without its signature."""
     node.variable(0x1010, 1)
     node.dialogue.refused_write(0x1010, 1, b"safe")
 
 
 @clause("CiA 301 7.5.2")
-def restore_signature(node: Node) -> None:
+def restore_signature(node: NodeUnderTest) -> None:
     """1011h restores nothing without its signature."""
     node.variable(0x1011, 1)
     node.dialogue.refused_write(0x1011, 1, b"lode")

@@ -8,14 +8,14 @@ from servo_ctrl.conformance.clauses import (
     START,
     TPDO,
     TPDO_MAPPING,
-    Node,
+    NodeUnderTest,
     clause,
 )
 from servo_ctrl.conformance.dialogue import Dialogue, Failed, NotApplicable
 
 
 @clause("CiA 301 7.5.2")
-def mapping_while_on(node: Node) -> None:
+def mapping_while_on(node: NodeUnderTest) -> None:
     """A mapping is refused while its PDO is on."""
     if "w" not in node.variable(TPDO_MAPPING).access:
         raise NotApplicable("the mapping is fixed")
@@ -25,14 +25,14 @@ def mapping_while_on(node: Node) -> None:
 
 
 @clause("CiA 301 7.5.2")
-def not_mappable(node: Node) -> None:
+def not_mappable(node: NodeUnderTest) -> None:
     """An object that the EDS calls not mappable cannot be mapped: 06040041h."""
     with _Unmapped(node) as dialogue:
         dialogue.refused_write(TPDO_MAPPING, 1, (0x1018_0120).to_bytes(4, "little"), CANNOT_BE_MAPPED)
 
 
 @clause("CiA 301 7.5.2")
-def reserved_type(node: Node) -> None:
+def reserved_type(node: NodeUnderTest) -> None:
     """Reserved transmission type 241 is refused."""
     if "w" not in node.variable(TPDO, 2).access:
         raise NotApplicable("the transmission type is fixed")
@@ -40,7 +40,7 @@ def reserved_type(node: Node) -> None:
 
 
 @clause("CiA 301 7.3.5")
-def restricted_identifier(node: Node) -> None:
+def restricted_identifier(node: NodeUnderTest) -> None:
     """A PDO takes no restricted identifier."""
     if "w" not in node.variable(TPDO, 1).access:
         raise NotApplicable("the identifier is fixed")
@@ -48,7 +48,7 @@ def restricted_identifier(node: Node) -> None:
 
 
 @clause("CiA 301 7.2.2")
-def synchronous_tpdo(node: Node) -> None:
+def synchronous_tpdo(node: NodeUnderTest) -> None:
     """A synchronous TPDO follows every SYNC in operational, and in no other state."""
     dialogue = node.dialogue
     node.variable(TPDO, 1)
@@ -80,7 +80,7 @@ def synchronous_tpdo(node: Node) -> None:
 class _Unmapped:
     """TPDO 1 switched off and without mapping, as it was afterwards."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: NodeUnderTest) -> None:
         if "w" not in node.variable(TPDO_MAPPING).access:
             raise NotApplicable("the mapping is fixed")
         self._dialogue = node.dialogue

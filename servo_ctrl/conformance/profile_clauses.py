@@ -1,17 +1,17 @@
 """Device profiles: CiA 402 drives, as far as they need no power, and CiA 406 encoders."""
 
-from servo_ctrl.conformance.clauses import Node, clause
+from servo_ctrl.conformance.clauses import NodeUnderTest, clause
 from servo_ctrl.conformance.dialogue import Dialogue, Failed, NotApplicable, Refused
 
 
-def _drive(node: Node) -> Dialogue:
+def _drive(node: NodeUnderTest) -> Dialogue:
     if (node.eds.default(0x1000) or 0) & 0xFFFF != 402:
         raise NotApplicable("no CiA 402 drive")
     return node.dialogue
 
 
 @clause("CiA 402-2")
-def ready(node: Node) -> None:
+def ready(node: NodeUnderTest) -> None:
     """Statusword and controlword: ready to switch on, and back, without power."""
     dialogue = _drive(node)
     if dialogue.number(0x6041) & 0x4F != 0x40:
@@ -23,7 +23,7 @@ def ready(node: Node) -> None:
 
 
 @clause("CiA 402-2")
-def unsupported_mode(node: Node) -> None:
+def unsupported_mode(node: NodeUnderTest) -> None:
     """A mode that 6502h does not announce is not taken."""
     dialogue = _drive(node)
     supported = dialogue.number(0x6502)
@@ -42,7 +42,7 @@ def unsupported_mode(node: Node) -> None:
 
 
 @clause("CiA 406")
-def encoder(node: Node) -> None:
+def encoder(node: NodeUnderTest) -> None:
     """Position value 6004h is there, and 6501h tells the steps of the scale."""
     if (node.eds.default(0x1000) or 0) & 0xFFFF != 406:
         raise NotApplicable("no CiA 406 encoder")

@@ -7,7 +7,7 @@ from servo_ctrl.conformance.clauses import (
     NO_BLOCK_TRANSFER,
     OUT_OF_RANGE,
     WRONG_LENGTH,
-    Node,
+    NodeUnderTest,
     clause,
     size_of,
 )
@@ -15,7 +15,7 @@ from servo_ctrl.conformance.dialogue import INITIATE, Failed, NotApplicable, Ref
 
 
 @clause("CiA 301 7.5.2")
-def device_type(node: Node) -> None:
+def device_type(node: NodeUnderTest) -> None:
     """1000h device type is that of the EDS."""
     found, stated = node.dialogue.read(0x1000), node.eds.default(0x1000)
     if len(found) != 4 or (stated is not None and int.from_bytes(found, "little") != stated):
@@ -23,26 +23,26 @@ def device_type(node: Node) -> None:
 
 
 @clause("CiA 301 7.2.4")
-def no_object(node: Node) -> None:
+def no_object(node: NodeUnderTest) -> None:
     """Object that does not exist: 06020000h."""
     absent = next(index for index in range(0x5FFF, 0x1FFF, -1) if (index, 0) not in node.eds)
     node.dialogue.refused_read(absent, 0, AbortCode.NO_SUCH_OBJECT)
 
 
 @clause("CiA 301 7.2.4")
-def no_subindex(node: Node) -> None:
+def no_subindex(node: NodeUnderTest) -> None:
     """Sub-index that does not exist: 06090011h."""
     node.dialogue.refused_read(0x1018, 0x7F, AbortCode.NO_SUCH_SUBINDEX)
 
 
 @clause("CiA 301 7.2.4")
-def read_only(node: Node) -> None:
+def read_only(node: NodeUnderTest) -> None:
     """Write of a read only object: 06010002h."""
     node.dialogue.refused_write(0x1000, 0, bytes(4), AbortCode.WRITE_OF_READ_ONLY)
 
 
 @clause("CiA 301 7.2.4")
-def write_only(node: Node) -> None:
+def write_only(node: NodeUnderTest) -> None:
     """Read of a write only object: 06010001h."""
     for (index, subindex), variable in sorted(node.eds.variables.items()):
         if variable.access == "wo":
@@ -52,21 +52,21 @@ def write_only(node: Node) -> None:
 
 
 @clause("CiA 301 7.2.4")
-def too_short(node: Node) -> None:
+def too_short(node: NodeUnderTest) -> None:
     """Write of too few bytes: 06070010h or 06070013h."""
     node.variable(0x1017)
     node.dialogue.refused_write(0x1017, 0, b"\1", *WRONG_LENGTH)
 
 
 @clause("CiA 301 7.2.4")
-def too_long(node: Node) -> None:
+def too_long(node: NodeUnderTest) -> None:
     """Write of too many bytes: 06070010h or 06070012h."""
     node.variable(0x1017)
     node.dialogue.refused_write(0x1017, 0, bytes(4), *WRONG_LENGTH)
 
 
 @clause("CiA 301 7.2.4")
-def beyond_limits(node: Node) -> None:
+def beyond_limits(node: NodeUnderTest) -> None:
     """Value beyond the limits of the EDS: 06090030h to 06090032h, and not taken."""
     tried = 0
     for (index, subindex), variable in sorted(node.eds.variables.items()):
@@ -88,7 +88,7 @@ def beyond_limits(node: Node) -> None:
 
 
 @clause("CiA 301 7.2.4")
-def segmented_upload(node: Node) -> None:
+def segmented_upload(node: NodeUnderTest) -> None:
     """Segmented upload: toggle bit, announced size, end."""
     node.variable(0x1008)
     if len(node.dialogue.read(0x1008)) <= 4:
@@ -96,7 +96,7 @@ def segmented_upload(node: Node) -> None:
 
 
 @clause("CiA 301 7.2.4")
-def wrong_toggle(node: Node) -> None:
+def wrong_toggle(node: NodeUnderTest) -> None:
     """Toggle bit that does not alternate: 05030000h."""
     node.variable(0x1008)
     if node.dialogue.initiate(0x40, 0x1008, 0)[0] & 0x02:
@@ -105,20 +105,20 @@ def wrong_toggle(node: Node) -> None:
 
 
 @clause("CiA 301 7.2.4")
-def stray_segment(node: Node) -> None:
+def stray_segment(node: NodeUnderTest) -> None:
     """Segment without a transfer: 05040001h."""
     node.dialogue.send(0x600 + node.dialogue.node_id, b"\x80".ljust(8, b"\0"))
     node.dialogue.refusal(b"\x60".ljust(8, b"\0"), AbortCode.INVALID_COMMAND)
 
 
 @clause("CiA 301 7.2.4")
-def unknown_specifier(node: Node) -> None:
+def unknown_specifier(node: NodeUnderTest) -> None:
     """Command specifier that does not exist: 05040001h."""
     node.dialogue.refusal(b"\xe0".ljust(8, b"\0"), AbortCode.INVALID_COMMAND)
 
 
 @clause("CiA 301 7.2.4")
-def abort_of_the_client(node: Node) -> None:
+def abort_of_the_client(node: NodeUnderTest) -> None:
     """The client's abort ends a transfer and has no answer."""
     dialogue = node.dialogue
     node.variable(0x1008)
@@ -129,7 +129,7 @@ def abort_of_the_client(node: Node) -> None:
 
 
 @clause("CiA 301 7.2.4")
-def abort_names_the_object(node: Node) -> None:
+def abort_names_the_object(node: NodeUnderTest) -> None:
     """An abort names the object that it is about."""
     answer = node.dialogue.exchange(INITIATE.pack(0x40, 0x1018, 0x7F, 0))
     if answer[:4] != b"\x80\x18\x10\x7f":
@@ -137,7 +137,7 @@ def abort_names_the_object(node: Node) -> None:
 
 
 @clause("CiA 301 7.2.4")
-def block_upload(node: Node) -> None:
+def block_upload(node: NodeUnderTest) -> None:
     """Block upload with CRC gives what the segmented one gives."""
     dialogue = node.dialogue
     node.variable(0x1008)

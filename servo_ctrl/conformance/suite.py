@@ -11,19 +11,19 @@ from servo_ctrl.conformance import (  # noqa: F401  # each puts its clauses on t
     profile_clauses,
     sdo_clauses,
 )
-from servo_ctrl.conformance.clauses import CLAUSES, ENTER_PRE_OPERATIONAL, Clause, Node
+from servo_ctrl.conformance.clauses import CLAUSES, ENTER_PRE_OPERATIONAL, Clause, NodeUnderTest
 from servo_ctrl.conformance.dialogue import Dialogue, Failed, NotApplicable, Refused, Wire
-from servo_ctrl.conformance.verdicts import Finding, Verdict
+from servo_ctrl.conformance.verdicts import ClauseFinding, Verdict
 
 
-def examine(wire: Wire, node_id: int, eds: Path) -> Iterator[Finding]:
+def examine(wire: Wire, node_id: int, eds: Path) -> Iterator[ClauseFinding]:
     """Findings, one a clause. Raises EdsError for a file that cannot be read."""
-    node = Node(Dialogue(wire, node_id), load_eds(eds, node_id))
+    node = NodeUnderTest(Dialogue(wire, node_id), load_eds(eds, node_id))
     node.dialogue.command(ENTER_PRE_OPERATIONAL)
     return (_finding(clause, node) for clause in CLAUSES)
 
 
-def _finding(clause: Clause, node: Node) -> Finding:
+def _finding(clause: Clause, node: NodeUnderTest) -> ClauseFinding:
     verdict, reason = Verdict.PASS, ""
     try:
         clause.check(node)
@@ -31,4 +31,4 @@ def _finding(clause: Clause, node: Node) -> Finding:
         verdict, reason = Verdict.NOT_APPLICABLE, str(absent)
     except (Failed, Refused) as failed:
         verdict, reason = Verdict.FAIL, str(failed)
-    return Finding(clause.number, clause.title, verdict, reason)
+    return ClauseFinding(clause.number, clause.title, verdict, reason)

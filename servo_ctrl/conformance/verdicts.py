@@ -26,7 +26,7 @@ class Verdict(StrEnum):
     NOT_APPLICABLE = "not applicable"
 
 
-class Finding(NamedTuple):
+class ClauseFinding(NamedTuple):
     """One clause of a standard, and how the node met it; `reason` is empty where it did."""
 
     clause: str
@@ -35,24 +35,24 @@ class Finding(NamedTuple):
     reason: str
 
 
-def failures(findings: Sequence[Finding]) -> list[Finding]:
+def failures(findings: Sequence[ClauseFinding]) -> list[ClauseFinding]:
     """The clauses that the node does not meet."""
     return [finding for finding in findings if finding.verdict is Verdict.FAIL]
 
 
-def count(findings: Sequence[Finding]) -> str:
+def count(findings: Sequence[ClauseFinding]) -> str:
     """The last line: how many of each verdict."""
     number = {verdict: sum(f.verdict is verdict for f in findings) for verdict in Verdict}
     return ", ".join(f"{number[verdict]} {verdict}" for verdict in Verdict)
 
 
-def line(finding: Finding) -> str:
+def line(finding: ClauseFinding) -> str:
     """One finding as a line of the terminal."""
     reason = f": {finding.reason}" if finding.reason else ""
     return f"{finding.verdict:14s}  {finding.clause}  {finding.title}{reason}"
 
 
-def junit(findings: Sequence[Finding], title: str) -> str:
+def junit(findings: Sequence[ClauseFinding], title: str) -> str:
     """JUnit XML, as build servers read it."""
     number = {verdict: str(sum(f.verdict is verdict for f in findings)) for verdict in Verdict}
     suite = ET.Element(
@@ -73,7 +73,7 @@ def junit(findings: Sequence[Finding], title: str) -> str:
     return ET.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def page(findings: Sequence[Finding], title: str) -> str:
+def page(findings: Sequence[ClauseFinding], title: str) -> str:
     """The same as a page that needs nothing else."""
     rows = "\n".join(
         f'<tr class="{finding.verdict.name.lower()}">'

@@ -25,7 +25,7 @@ class RecordedStep(_HeaderPart):
     steady_last_cycle: int = -1
 
 
-class Node(_HeaderPart):
+class RecordedNode(_HeaderPart):
     """A node on the bus."""
 
     name: str
@@ -82,7 +82,7 @@ class RecordingHeader(_HeaderPart):
     missed_ticks: int | None = None
     missing_inputs: int | None = None
     loss: str = ""
-    nodes: tuple[Node, ...] = ()
+    nodes: tuple[RecordedNode, ...] = ()
     limits: dict[str, RecordedLimits] = {}
     monitoring: MonitoringSettings | None = None
     compensation: dict[str, CompensationInUse] = {}

@@ -51,7 +51,7 @@ class Setting(NamedTuple):
     """Of the observer that is told of the planned force; 0 = none is."""
 
 
-class Tuned(NamedTuple):
+class TunedRival(NamedTuple):
     """The setting that counts, and J (um) of every one that was tried, with its robustness."""
 
     name: str
@@ -101,13 +101,13 @@ class Tuner:
         """Mean J over all accelerations."""
         return float(np.mean([self.evaluation_um(setting, a) for a in self.accelerations_m_s2]))
 
-    def best(self, name: str, settings: list[Setting]) -> Tuned:
+    def best(self, name: str, settings: list[Setting]) -> TunedRival:
         """The rule: least mean J where Ms is within its limit."""
         curve = [
             {**entry.described, **robustness(entry.params), "J_um": self.mean_um(entry)} for entry in settings
         ]
         allowed = [i for i, point in enumerate(curve) if point["Ms"] <= SENSITIVITY_LIMIT]
-        return Tuned(name, settings[min(allowed, key=lambda i: float(curve[i]["J_um"]))], curve)
+        return TunedRival(name, settings[min(allowed, key=lambda i: float(curve[i]["J_um"]))], curve)
 
 
 def with_bandwidth(params: AxisParams, bandwidth_hz: float) -> AxisParams:
@@ -145,7 +145,7 @@ def _pulse(
 
 def tuned_rivals(
     machine: MachineConfig, plant: PlantConfig, axis: str, friction: ReversalWaveforms
-) -> list[Tuned]:
+) -> list[TunedRival]:
     """Every rival on one axis; `friction`: as the learner has identified it."""
     tuner = Tuner(machine, plant, axis)
     plain = tuner.params

@@ -30,7 +30,7 @@ GENERATIONS = 60
 SEEDS = (1, 2)
 
 
-class Tuned(NamedTuple):
+class TunedLaw(NamedTuple):
     """What one search has found."""
 
     seed: int
@@ -43,7 +43,7 @@ class Tuned(NamedTuple):
 
 def tuned(
     training: Training, law: str, seed: int, generations: int, on_generation: Callable[[float], None]
-) -> Tuned:
+) -> TunedLaw:
     """One search."""
     free = len(LAWS[law])
     history: list[float] = []
@@ -68,7 +68,7 @@ def tuned(
         callback=generation_done,
     )
     values = values_at(law, found.x.tolist())
-    return Tuned(seed, float(found.fun), values, int(found.nfev), history)
+    return TunedLaw(seed, float(found.fun), values, int(found.nfev), history)
 
 
 def main() -> None:
@@ -85,7 +85,7 @@ def main() -> None:
     axis = options.axis or next(iter(machine.axes))
     console = Console()
     training = Training(machine, plant, axis)
-    results: list[Tuned] = []
+    results: list[TunedLaw] = []
     with Progress(console=Console(stderr=True)) as progress:
         for seed in options.seeds:
             task = progress.add_task(f"{options.law}, seed {seed}", total=options.generations)

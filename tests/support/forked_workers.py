@@ -32,7 +32,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
     count = worker_count(str(session.config.getoption("--workers")))
     if not count or session.config.option.collectonly or session.testsfailed:
         return None  # pytest's own loop runs them, or says that collecting has failed
-    session.config._tmp_path_factory.getbasetemp()  # type: ignore[attr-defined]  # noqa: SLF001  # one for all
+    session.config._tmp_path_factory.getbasetemp()  # type: ignore[attr-defined]  # one for all
     files = [list(items) for _, items in groupby(session.items, lambda item: item.path)]
     taken = FORK.Value("i", 0)
     gc.collect()
@@ -65,7 +65,7 @@ def run_files(session: pytest.Session, files: Files, taken: Any, reporting: Conn
     capture.start_global_capturing()
     capture.suspend_global_capture()
     with Path(os.devnull).open("w") as nowhere:
-        session.config.get_terminal_writer()._file = nowhere  # noqa: SLF001
+        session.config.get_terminal_writer()._file = nowhere
         plugins.register(Reporting(session.config, reporting))
         item = None
         for following in taken_tests(files, taken):
@@ -127,7 +127,9 @@ def pass_on_reports(session: pytest.Session, forks: dict[Connection, BaseProcess
             if isinstance(data, str):
                 running[reports] = data
                 continue
-            hook.pytest_runtest_logreport(report=hook.pytest_report_from_serializable(config=config, data=data))
+            hook.pytest_runtest_logreport(
+                report=hook.pytest_report_from_serializable(config=config, data=data)
+            )
             if session.shouldfail:
                 raise session.Failed(session.shouldfail)
             if session.shouldstop:

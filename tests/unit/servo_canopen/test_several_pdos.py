@@ -8,7 +8,7 @@ import pytest
 from machine_files import text_of, write_controller
 
 from servo_ctrl.canopen.boot import boot_nodes
-from servo_ctrl.canopen.concise_dcf import Entry, pack_concise_dcf, read_concise_dcf
+from servo_ctrl.canopen.concise_dcf import SdoDownload, pack_concise_dcf, read_concise_dcf
 from servo_ctrl.canopen.errors import BootError, EdsError
 from servo_ctrl.canopen.plan import NodePlan, plan_machine
 from servo_ctrl.config.load import load_machine
@@ -108,7 +108,7 @@ def test_what_cannot_be_is_refused_by_its_key(
 async def test_a_concise_dcf_is_written_before_the_machine_file(
     bench: Any, table: MachineConfig, tmp_path: Path
 ) -> None:
-    entries = [Entry(0x6065, 0, struct.pack("<I", 77)), Entry(0x605E, 0, struct.pack("<h", 1))]
+    entries = [SdoDownload(0x6065, 0, struct.pack("<I", 77)), SdoDownload(0x605E, 0, struct.pack("<h", 1))]
     (tmp_path / "node.bin").write_bytes(pack_concise_dcf(entries))
     plan = planned(table, tmp_path, 'concise_dcf = "node.bin"\n[axis.x.scale]')
     log: list[tuple[int, bytes]] = []
@@ -124,8 +124,8 @@ def test_a_concise_dcf_is_as_dcfgen_makes_it(tmp_path: Path) -> None:
     block = bytes.fromhex("01000000 1710 00 02000000 e803")
     path = tmp_path / "a.bin"
     path.write_bytes(block)
-    assert read_concise_dcf(path) == (Entry(0x1017, 0, b"\xe8\x03"),)
-    assert pack_concise_dcf([Entry(0x1017, 0, b"\xe8\x03")]) == block
+    assert read_concise_dcf(path) == (SdoDownload(0x1017, 0, b"\xe8\x03"),)
+    assert pack_concise_dcf([SdoDownload(0x1017, 0, b"\xe8\x03")]) == block
     for broken, complaint in ((block[:-1], "1017h:00, is cut off"), (block + b"\0", "1 bytes behind")):
         path.write_bytes(broken)
         with pytest.raises(EdsError, match=complaint):

@@ -10,7 +10,7 @@ from in_process_nodes import DRIVE, EDS, SCALE, InProcessNodes
 from servo_ctrl.conformance import dialogue, verdicts
 from servo_ctrl.conformance.scan import scan
 from servo_ctrl.conformance.suite import examine
-from servo_ctrl.conformance.verdicts import Finding, Verdict
+from servo_ctrl.conformance.verdicts import ClauseFinding, Verdict
 
 Frame = tuple[int, bytes]
 ANSWER = 0x580 + DRIVE
@@ -43,7 +43,9 @@ class InProcessWire:
         return None
 
 
-def run(wire: InProcessWire, node_id: int = DRIVE, eds: Path = EDS / "servo_drive.eds") -> list[Finding]:
+def run(
+    wire: InProcessWire, node_id: int = DRIVE, eds: Path = EDS / "servo_drive.eds"
+) -> list[ClauseFinding]:
     return list(examine(wire, node_id, eds))
 
 
