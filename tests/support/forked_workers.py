@@ -1,8 +1,9 @@
 """Runs the tests in forks of the process that has collected them: `pytest --workers auto`.
 
-Collecting takes a worker of pytest-xdist 30 s of processor time in a fresh clone (imports, rewriting of asserts), and
-each worker collects everything. Here one process collects, and its forks have what it has loaded (decision 0033).
-A fork runs whole files, so that their fixtures are made once, and takes the next file when it has done one.
+Collecting takes a worker of pytest-xdist 30 s of processor time in a fresh clone (imports, rewriting of
+asserts), and each worker collects everything. Here one process collects, and its forks have what it has
+loaded (decision 0024). A fork runs whole files, so that their fixtures are made once, and takes the next file
+when it has done one.
 """
 
 import gc
@@ -53,12 +54,12 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
 
 
 def worker_count(wanted: str) -> int:
-    """How many forks: tests of a page, a bus or a broker wait for others, so more than there are processors."""
+    """How many forks: more than there are processors, since tests of a page, a bus or a broker wait."""
     return 2 + len(os.sched_getaffinity(0)) if wanted == "auto" else int(wanted)
 
 
 def run_files(session: pytest.Session, files: Files, taken: Any, reporting: Connection) -> None:
-    """In a fork: run files until all are taken. A session's ends are those of the process it was forked from."""
+    """In a fork: run files until all are taken. The session is ended by the process that forked."""
     plugins = session.config.pluginmanager
     capture = plugins.getplugin("capturemanager")
     capture.stop_global_capturing()  # forks would share the files behind it
@@ -92,7 +93,7 @@ def taken_tests(files: Files, taken: Any) -> Iterator[pytest.Item]:
 
 
 class Reporting:
-    """In a fork: hands on which test begins, so that its name is known if it ends the fork, and its reports."""
+    """In a fork: hands on the reports, and which test begins, so that one that ends the fork is known."""
 
     def __init__(self, config: pytest.Config, reporting: Connection) -> None:
         self._hook = config.hook

@@ -1,4 +1,4 @@
-"""`pytest --workers N`: every test once, its outcome reported, a file in one process, a process that ends noticed."""
+"""`pytest --workers N`: each test runs once, a file in one process; a lost process is noticed."""
 
 import os
 import subprocess
