@@ -17,12 +17,13 @@ from servo_ctrl.units import MM, UM
 
 def print_status(status: MachineStatus, console: Console) -> None:
     """Print the status as lines and a table with a column for each axis."""
-    required_m, learner, adaptation = status.settings
+    required_m, learner, adaptation, feed, rapid, *_others = status.settings
     lines = (
         *([f"stopped: {status.reason}"] if status.reason else []),
         f"{status.stage.words}, {status.cycles} cycles, {status.missed_ticks} missed ticks",
         f"learning: {learning_line(status.learning)}",
         f"J required {required_m / UM:g} um, learner {learner}, adaptation {on_off(adaptation)}",
+        f"override: feed {feed:g} %, rapid {rapid:g} %, single block {on_off(status.settings.single_block)}",
     )
     for line in lines:
         console.print(line, highlight=False)

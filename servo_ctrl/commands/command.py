@@ -12,6 +12,12 @@ JOG_RENEWAL_S = 0.25
 """A jog that is not renewed for this time ramps to rest: a few messages of the page may be lost, not more."""
 
 
+STEP_M_S = 0.01
+"""Speed of a step; chosen."""
+LONGEST_STEP_M = 0.01
+"""Bounds a step of a jog; chosen."""
+
+
 class Right(StrEnum):
     """The right that a request needs; also the last level of the MQTT topic for it."""
 
@@ -66,6 +72,10 @@ class Command(IntEnum):
     RESUME_PROGRAM = 18, "resume-program", Right.OPERATE, "Continue along the path after a feed hold."
     ABORT_PROGRAM = 19, "abort-program", Right.OPERATE, "Ramp to rest; the axes stay ready."
     HOME = 20, "home", Right.OPERATE, "Home the drives that have a homing method once more, from ready."
+    STEP_FORWARD = 21, "step-forward", Right.OPERATE, "Move one axis by the step of 2104h:08, from ready."
+    STEP_BACKWARD = 22, "step-backward", Right.OPERATE, "The same backward."
+    TOUCH_OFF = 23, "touch-off", Right.OPERATE, "Here is 0 in the work offset of 2104h:09, from ready."
+    CLEAR_OFFSET = 24, "clear-offset", Right.OPERATE, "Set that work offset to 0, in ready or standby."
 
 
 COMMANDS = {command.name.lower(): command for command in Command}

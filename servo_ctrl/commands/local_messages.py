@@ -24,7 +24,10 @@ Do = Literal[
     "command",
     "setting",
     "jog",
+    "jog_step",
+    "touch_off",
     "load_program",
+    "run_line",
     "read_object",
     "write_object",
     "clear_counters",
@@ -32,16 +35,18 @@ Do = Literal[
     "release_control",
 ]
 RIGHTS: dict[Do, Right] = {
-    "setting": Right.CONFIGURE,
     "jog": Right.OPERATE,
+    "jog_step": Right.OPERATE,
+    "touch_off": Right.OPERATE,
     "load_program": Right.OPERATE,
+    "run_line": Right.OPERATE,
     "read_object": Right.STOP,
     "write_object": Right.CONFIGURE,
     "clear_counters": Right.OPERATE,
     "take_control": Right.OPERATE,
     "release_control": Right.OPERATE,
 }
-"""The right that a request needs. A command has its own, see `command.Command`."""
+"""The right that a request needs. A command has its own, see `command.Command`, and so has a setting."""
 RequestValue = Annotated[
     Annotated[bool, Strict()]
     | Annotated[int, Strict()]
@@ -52,8 +57,10 @@ RequestValue = Annotated[
 Short = Annotated[str, StringConstraints(strict=True, max_length=64)]
 
 
-def right_for(do: Do, command: str = "") -> Right:
+def right_for(do: Do, command: str = "", setting: str = "") -> Right:
     """The right that a request needs; an unknown command needs operate, and the controller refuses it."""
+    if do == "setting":
+        return SETTINGS[setting].right if setting in SETTINGS else Right.CONFIGURE
     if do != "command":
         return RIGHTS[do]
     return COMMANDS[command].right if command in COMMANDS else Right.OPERATE
@@ -180,6 +187,8 @@ class ProgramText(BaseModel):
     ]
     """Of its file: .toml is a program of steps, anything else G-code."""
     text: Annotated[str, Strict()]
+    first_line: Annotated[int, Strict(), Field(ge=1, lt=1 << 31)] = 1
+    """Of G-code: run from there, with what the lines before it have set."""
 
 
 class LocalRequest(BaseModel):
@@ -197,7 +206,8 @@ class LocalRequest(BaseModel):
     """A name of `command.Command` in lower case."""
     setting: Annotated[Short, AfterValidator(_known_setting)] | None = None
     value: RequestValue | None = None
-    """Of a setting; velocity of a jog, m/s; of an object to be written, as its EDS has it, bytes in hex."""
+    """Of a setting; velocity of a jog, m/s; way of a step, m; what the place of a touch-off is called, m;
+    a line of G-code; of an object to be written, as its EDS has it, bytes in hex."""
     program: ProgramText | None = None
     node: Annotated[int, Strict(), Field(ge=1, le=127)] | None = None
     index: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] | None = None

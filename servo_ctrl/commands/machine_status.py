@@ -38,6 +38,14 @@ class DriveStatus(NamedTuple):
     """Of the travel (`limits.position_mm`), lowest and highest."""
 
 
+class WorkOffset(NamedTuple):
+    """A work offset, G54 to G59."""
+
+    name: str
+    zero_m: tuple[float, ...]
+    """Where its zero is, per axis in machine order, relative to home."""
+
+
 class ProgramStatus(NamedTuple):
     """The program of the run and how far it is."""
 
@@ -57,6 +65,18 @@ class ProgramStatus(NamedTuple):
     """One is being checked, or is about to start."""
     problem: str = ""
     """Why the last one that was to be loaded or started was not; "" when it was."""
+    line: int = 0
+    """Of G-code: the one under way; 0 where there is none."""
+    held_by: str = ""
+    """Why it is held where nobody asked for it then: "single block", or the line of an optional stop."""
+    apart: bool = False
+    """What runs, or ran last, was a single line of G-code, not this program."""
+    entry: str = ""
+    """The modal words that hold where it is entered at a line behind its first; "" at the first."""
+    modes: str = ""
+    """The modal words that hold for the next single line of G-code."""
+    offsets_m: tuple[WorkOffset, ...] = ()
+    """The work offsets that are set."""
 
 
 class MachineStatus(NamedTuple):

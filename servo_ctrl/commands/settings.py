@@ -4,7 +4,21 @@ import math
 from typing import NamedTuple, get_type_hints
 
 from servo_ctrl.commands.axis_status import LEARNERS
-from servo_ctrl.commands.field import FIELDS_OF, NM, DataType, Entry, Field, topic_unit
+from servo_ctrl.commands.command import Right
+from servo_ctrl.commands.field import FIELDS_OF, NM, UM, DataType, Entry, Field, topic_unit
+from servo_ctrl.motion.gcode.words import WORK_OFFSETS
+
+OPERATORS = frozenset(
+    {
+        "feed_override_percent",
+        "rapid_override_percent",
+        "single_block",
+        "optional_stop",
+        "step_m",
+        "work_offset",
+    }
+)
+"""Settings that need the right to operate; the others need that to configure."""
 
 
 class Settings(NamedTuple):
@@ -14,6 +28,12 @@ class Settings(NamedTuple):
     """J_required."""
     learner: str
     adaptation: bool
+    feed_override_percent: float = 100.0
+    rapid_override_percent: float = 100.0
+    single_block: bool = False
+    optional_stop: bool = False
+    step_m: float = 1e-4
+    work_offset: str = "G54"
 
 
 FIELDS_OF[Settings] = {
@@ -32,6 +52,36 @@ FIELDS_OF[Settings] = {
         Entry(0x2104, 3, DataType.U8, writable=True, low=0, high=1),
         "1 = production reversals go on changing what was learned.",
     ),
+    "feed_override_percent": Field(
+        "Feed override in percent",
+        Entry(0x2104, 4, DataType.U8, 1.0, writable=True, low=1, high=100, default=100),
+        "Share of the programmed feed at which a program runs, at once; never faster than programmed.",
+    ),
+    "rapid_override_percent": Field(
+        "Rapid override in percent",
+        Entry(0x2104, 5, DataType.U8, 1.0, writable=True, low=1, high=100, default=100),
+        "The same for rapid moves (G0).",
+    ),
+    "single_block": Field(
+        "Single block",
+        Entry(0x2104, 6, DataType.U8, writable=True, low=0, high=1),
+        "1 = a program is held behind every step; one that is started also behind every G-code block.",
+    ),
+    "optional_stop": Field(
+        "Optional stop",
+        Entry(0x2104, 7, DataType.U8, writable=True, low=0, high=1),
+        "1 = a program that is started is held at M1.",
+    ),
+    "step_m": Field(
+        "Step of a jog in um",
+        Entry(0x2104, 8, DataType.U32, UM, writable=True, low=1, high=10_000, default=100),
+        "How far the commands step-forward and step-backward move.",
+    ),
+    "work_offset": Field(
+        "Work offset",
+        Entry(0x2104, 9, DataType.U8, names=WORK_OFFSETS, writable=True, low=0, high=5, default=0),
+        "0 to 5 = G54 to G59: the one that touch-off sets, and that positions are shown in.",
+    ),
 }
 
 
@@ -46,6 +96,11 @@ class Setting(NamedTuple):
     """Value over MQTT and on the command line by the value in SI."""
     kind: type
     entry: Entry
+
+    @property
+    def right(self) -> Right:
+        """The right that a change needs."""
+        return Right.OPERATE if self.name in OPERATORS else Right.CONFIGURE
 
     @property
     def word(self) -> str:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from pydantic import Field, SkipValidation
 
 from servo_ctrl.config.program_model import ProgramConfig, StepConfig
+from servo_ctrl.motion.gcode.path_builder import Modes  # pydantic resolves the annotation
 
 SUFFIXES = frozenset({".ngc", ".nc", ".gcode", ".tap", ".cnc"})
 """File names that end so are part programs, in upper or lower case."""
@@ -32,6 +33,24 @@ class ReadingOptions:
     """G54: where the program's zero is, per axis; 0 without it."""
     block_delete: bool = False
     """Leave out the blocks that begin with /."""
+    work_offsets_m: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """Those that are set, G54 to G59, per axis; `work_offset_mm` goes before."""
+    first_line: int = 1
+    """Where the motion begins: with what the lines before it set, and where they end."""
+    modes: Modes | None = None
+    """What holds at the start, of a line that goes on from another one."""
+    start_m: Sequence[float] | None = None
+    """Where the axes stand, of such a line: in machine order."""
+
+
+class Entry(NamedTuple):
+    """What holds where a program is entered at a line behind its first."""
+
+    line: int
+    words: str
+    """The modal words, as "G1 G17 G21 G90 G94 G54 F600"."""
+    position_m: tuple[float, ...]
+    """Where the axes go first, in machine order; NaN = an axis stays where it is."""
 
 
 class PartProgram(ProgramConfig):
@@ -45,6 +64,14 @@ class PartProgram(ProgramConfig):
     """Lines with words, up to the end of the program."""
     work_offset_m: dict[str, float]
     """G54, per axis."""
+    optional_stops: SkipValidation[Sequence[int]] = ()
+    """Lines with M1."""
+    entry: SkipValidation[Entry | None] = None
+    """Where the reading began behind the first line."""
+    modes: SkipValidation[Modes | None] = None
+    """What holds at its end."""
+    start_m: SkipValidation[Sequence[float] | None] = None
+    """Where the axes stand, of a line that was read from there."""
 
 
 def is_part_program(path: Path) -> bool:

@@ -5,9 +5,10 @@ motion is a path of its own, so that everything behind it is the same from where
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from servo_ctrl.config.part_program import PartProgram, ReadingOptions, Remark
+from servo_ctrl.config.part_program import Entry, PartProgram, ReadingOptions, Remark
 from servo_ctrl.config.program_model import LONGEST_STEP_S
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.motion.gcode.block import SortedBlock, sorted_block
@@ -34,14 +35,26 @@ class _Reader:
         for axis in options.work_offset_mm:
             if axis not in axes:
                 raise ConfigError(source, "--g54", unknown_axis(axis, axes))
-        self._offset_m = {axis: options.work_offset_mm.get(axis, 0.0) * MM for axis in axes}
-        self._modes = Modes()
-        self._path = PathBuilder(list(axes), list(self._offset_m.values()), self._modes)
+        offsets_m = {"G54": {}, **options.work_offsets_m}
+        self._offset_m = {
+            axis: options.work_offset_mm[axis] * MM
+            if axis in options.work_offset_mm
+            else offsets_m["G54"].get(axis, 0.0)
+            for axis in axes
+        }
+        offsets_m["G54"] = self._offset_m
+        self._offsets_m = {
+            name: [of_axis.get(axis, 0.0) for axis in axes] for name, of_axis in offsets_m.items()
+        }
+        self._modes = replace(options.modes) if options.modes is not None else Modes()
+        self._path = PathBuilder(list(axes), self._offsets_m, self._modes, options.start_m)
         self._remarks: list[Remark] = []
+        self._optional_stops: list[int] = []
+        self._entry: Entry | None = None
 
     def read(self, text: str) -> PartProgram:
         """The whole program, up to its end."""
-        line, count, ended = 1, 0, False
+        line, count, ended, first = 1, 0, False, self._options.first_line
         for block in blocks(text, self._source):
             line, ended = block.line, not block.words
             if ended:
@@ -50,6 +63,8 @@ class _Reader:
                 continue
             if block.optional:
                 self._remarks.append(Remark(line, "/", _CARRIED_OUT))
+            if line >= first > 1 and self._entry is None:
+                self._enter(line)
             found = sorted_block(block, self._source, first=count == 0)
             count += 1
             self._remarks += [Remark(line, word.text, Effect.NONE.value) for word in found.without_effect]
@@ -58,7 +73,9 @@ class _Reader:
                 ended = True
                 break
         self._path.rest()
-        if not self._path.steps:
+        if first > 1 and self._entry is None:
+            raise ConfigError(self._source, line_key(first), f"the program ends before, at line {line}")
+        if not self._path.steps and self._options.start_m is None:
             raise ConfigError(self._source, line_key(line), "the program ends here and has moved nothing")
         if not ended:
             self._remarks.append(Remark(line, "", "ends without M2, M30 or %: is the file complete?"))
@@ -68,7 +85,17 @@ class _Reader:
             remarks=self._remarks,
             blocks=count,
             work_offset_m=self._offset_m,
+            optional_stops=self._optional_stops,
+            entry=self._entry,
+            modes=self._modes,
+            start_m=self._options.start_m,
         )
+
+    def _enter(self, line: int) -> None:
+        """Begin the motion here, with what holds."""
+        self._entry = Entry(line, self._modes.words, tuple(self._path.position_m))
+        self._optional_stops.clear()
+        self._path.begin_at(line)
 
     def _carry_out(self, block: SortedBlock) -> None:
         """What a block does, in the order: modes, feed, dwell or motion."""
@@ -76,6 +103,8 @@ class _Reader:
         if "dwell" in codes and codes.keys() & {"motion", "path control", "exact stop"}:
             block.fail("G4 needs a block of its own")
         self._set_modes(block)
+        if codes.get("stop") == "M1":
+            self._optional_stops.append(block.line)
         if "dwell" in codes:
             self._dwell(block)
         else:
@@ -94,6 +123,10 @@ class _Reader:
             self._path.plane_axes(block)
         if "units" in codes:
             modes.unit_m = INCH_M if codes["units"] == "G20" else MM
+        if "work offset" in codes:
+            if codes["work offset"] not in self._offsets_m:
+                block.fail(f"{codes['work offset']} was never set: touch off, or clear it, first")
+            modes.work_offset = codes["work offset"]
         if "distance" in codes:
             modes.absolute = codes["distance"] == "G90"
         if "path control" in codes:

@@ -17,6 +17,14 @@ class Motion(NamedTuple):
     force_offset_n: Array
 
 
+class Block(NamedTuple):
+    """A block of a part program, as it is run."""
+
+    line: int
+    rapid: bool
+    """As fast as the axes allow (G0)."""
+
+
 class Profile(NamedTuple):
     """One motion, planned."""
 
@@ -27,6 +35,8 @@ class Profile(NamedTuple):
     """The analytic set points at instants 0 <= t <= `duration_s`; nothing is stored."""
     steady_s: tuple[float, float] = (0.0, 0.0)
     """Span at constant speed (circle, sine), where indicators mean something; (0, 0) = none."""
+    block_at: "Callable[[float], Block] | None" = None
+    """The block of a part program at an instant; None: the motion is of none."""
 
 
 class MotionLimits(NamedTuple):

@@ -8,6 +8,7 @@ from servo_ctrl.commands.learning_status import LearningState, LearningStatus, l
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import Settings
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.part_program import PartProgram, ReadingOptions
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.learning.types import Learned, Outlook, ReversalReport
 
@@ -97,6 +98,24 @@ class FakeCommandHandler:
 
     def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
         self.jogs.append((axis, velocity_m_s))
+        return self.verdict
+
+    def jog_step(self, axis: str, way_m: float) -> CommandResult:
+        self.jogs.append((f"step {axis}", way_m))
+        return self.verdict
+
+    def touch_off(self, axis: str, value_m: float) -> CommandResult:
+        self.jogs.append((f"touch off {axis}", value_m))
+        return self.verdict
+
+    def reading(self, first_line: int = 1) -> ReadingOptions:
+        return ReadingOptions(first_line=first_line)
+
+    def reading_of_line(self) -> ReadingOptions:
+        return ReadingOptions(start_m=[0.0, 0.0])
+
+    def run_line(self, program: PartProgram) -> CommandResult:
+        self.programs.append(program)
         return self.verdict
 
     def load_program(self, program: ProgramConfig) -> CommandResult:

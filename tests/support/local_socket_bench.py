@@ -11,7 +11,15 @@ import numpy as np
 from fake_command_handler import FakeCommandHandler
 
 from servo_ctrl.commands.local_frames import JSON, MESSAGE_LIMIT, frame, read_frame, row_block
-from servo_ctrl.commands.local_messages import AxisInfo, ChannelInfo, Hello, message_json, plain_json
+from servo_ctrl.commands.local_messages import (
+    AxisInfo,
+    ChannelInfo,
+    Hello,
+    ProgramText,
+    message_json,
+    plain_json,
+)
+from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Outcome, Workplace
 from servo_ctrl.telemetry.local_socket.rows import RowBuffer
@@ -66,6 +74,7 @@ class LocalSocketBench:
                 commands=self.handler,
                 objects=self.objects,
                 read_program=self._read_program,
+                read_line=self._read_line,
                 clear_counters=self._clear,
                 log=self.logged.append,
                 note=self.notes.append,
@@ -96,9 +105,13 @@ class LocalSocketBench:
             self.rows.take([number * 1e-3, number, 2.0 * number])
         self.server.pulse()
 
-    async def _read_program(self, name: str, text: str) -> ProgramConfig:
-        self.texts.append((name, text))
-        return ProgramConfig.model_construct(steps=[], source=name)
+    async def _read_program(self, program: ProgramText) -> ProgramConfig:
+        self.texts.append((program.name, program.text))
+        return ProgramConfig.model_construct(steps=[], source=program.name)
+
+    async def _read_line(self, line: str) -> PartProgram:
+        self.texts.append(("line", line))
+        return PartProgram.model_construct(steps=[], source="line")
 
     def _clear(self) -> None:
         self.cleared += 1

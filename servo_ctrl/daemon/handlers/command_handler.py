@@ -1,6 +1,7 @@
 """Handles commands from SDO, MQTT and the local socket, and makes the status that they all publish."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -10,6 +11,7 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS, Settings
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.part_program import PartProgram, ReadingOptions
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.handlers.compensation_commands import PULSE, CompensationCommands
@@ -59,7 +61,10 @@ class ControllerCommandHandler:
             "required_m": self._require,
             "learner": self._choose_learner,
             "adaptation": lambda on: adaptation.switch(on=on),
+            **programs.setters,
+            "step_m": operating.take_step,
         }
+        self._motion = motion
         """By the fields of `Settings`."""
         self._commands: dict[Command, Callable[[str], CommandResult]] = {
             Command.START_LEARNING: self._start_learning,
@@ -96,6 +101,35 @@ class ControllerCommandHandler:
         if axis not in self._compensation.pulses:
             return self._unknown(axis)
         return self._operating.jog(axis, velocity_m_s)
+
+    def jog_step(self, axis: str, way_m: float) -> CommandResult:
+        """Move an axis by this way, at most 10 mm, to rest there."""
+        if axis not in self._compensation.pulses:
+            return self._unknown(axis)
+        return self._operating.jog_step(axis, way_m)
+
+    def touch_off(self, axis: str, value_m: float) -> CommandResult:
+        """Call the place where an axis stands, "" = all, `value_m` in the chosen work offset."""
+        if axis and axis not in self._compensation.pulses:
+            return self._unknown(axis)
+        return self._operating.touch_off(axis, value_m)
+
+    def reading(self, first_line: int = 1) -> ReadingOptions:
+        """What a part program is read with now. Raises ConfigError."""
+        return ReadingOptions(work_offsets_m=self._programs.offsets.of_programs(), first_line=first_line)
+
+    def reading_of_line(self) -> ReadingOptions:
+        """What a line of G-code is read with, from where the axes stand. Raises ConfigError."""
+        offsets = self._programs.offsets
+        return ReadingOptions(
+            work_offsets_m={offsets.chosen: {}, **offsets.of_programs()},
+            modes=replace(self._programs.modes, work_offset=offsets.chosen),
+            start_m=self._machine.set_points_m(),
+        )
+
+    def run_line(self, program: PartProgram) -> CommandResult:
+        """Run a line of G-code from where the axes stand; what it sets holds for the next one."""
+        return self._programs.run_apart(program)
 
     def load_program(self, program: ProgramConfig) -> CommandResult:
         """Check a program and put it in the place of the run's."""
@@ -135,7 +169,15 @@ class ControllerCommandHandler:
             learning=self._job.status(),
             axes=axes,
             settings=Settings(
-                required_m=self._monitor.required_m, learner=self._learner, adaptation=self._adaptation.on
+                required_m=self._monitor.required_m,
+                learner=self._learner,
+                adaptation=self._adaptation.on,
+                feed_override_percent=round(100.0 * self._motion.pace.feed, 6),
+                rapid_override_percent=round(100.0 * self._motion.pace.rapid, 6),
+                single_block=self._motion.single_block,
+                optional_stop=self._motion.optional_stop,
+                step_m=self._operating.step_m,
+                work_offset=self._programs.offsets.chosen,
             ),
             reason=machine.reason,
             drives=self._operating.drives(),

@@ -9,8 +9,16 @@ from collections.abc import Callable, Sequence
 from servo_ctrl.axis.drive import Phase
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
-from servo_ctrl.commands.command import JOG_RENEWAL_S, Command, CommandResult, Refusal
+from servo_ctrl.commands.command import (
+    JOG_RENEWAL_S,
+    LONGEST_STEP_M,
+    STEP_M_S,
+    Command,
+    CommandResult,
+    Refusal,
+)
 from servo_ctrl.commands.machine_status import DriveStatus
+from servo_ctrl.commands.settings import Settings
 from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import Limits, MachineConfig
@@ -45,7 +53,13 @@ class OperatingCommands:
             Command.DISABLE: lambda _axis: self._disable(),
             Command.QUICK_STOP: lambda _axis: self._quick_stop(),
             Command.HOME: self._home,
+            Command.STEP_FORWARD: lambda axis: self._step(axis, self.step_m),
+            Command.STEP_BACKWARD: lambda axis: self._step(axis, -self.step_m),
+            Command.TOUCH_OFF: lambda axis: self.touch_off(axis, 0.0),
+            Command.CLEAR_OFFSET: self._clear_offset,
         }
+        self.step_m: float = Settings._field_defaults["step_m"]
+        """Of the commands that move by a step."""
 
     def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
         """Move an axis at this velocity until that is not renewed any more; 0 stops it."""
@@ -65,12 +79,48 @@ class OperatingCommands:
         if machine.stage is not Stage.READY:
             return refused_now(machine)
         if velocity_m_s:
-            renewal = round(JOG_RENEWAL_S / self._period_s)
-            self._jog = Jog(machine.set_points_m(), tuple(self._limits.values()), self._period_s, renewal)
+            self._jog = self._new_jog()
             self._jog.ask(number, velocity_m_s)
             machine.run(self._jog)
             self._publisher.changed()
         return _ACCEPTED
+
+    def take_step(self, way_m: float) -> None:
+        """Take another step for the commands that move by one."""
+        self.step_m = way_m
+
+    def jog_step(self, axis: str, way_m: float) -> CommandResult:
+        """Move an axis by this way, at most 10 mm and within its travel, to rest there."""
+        if not 0.0 < abs(way_m) <= LONGEST_STEP_M * (1.0 + 1e-9):
+            longest = f"{LONGEST_STEP_M / MM:g} mm"
+            return CommandResult(Refusal.OUT_OF_RANGE, f"a step is longer than 0 and at most {longest}")
+        machine, number = self._machine, list(self._limits).index(axis)
+        jog = self._jog if self._jog is not None and machine.follows(self._jog) else None
+        if jog is None:
+            if problem := self._programs.occupied():
+                return problem
+            if machine.stage is not Stage.READY:
+                return refused_now(machine)
+            jog = self._new_jog()
+        if reason := jog.ask_step(number, way_m, STEP_M_S):
+            return refused(reason)
+        if jog is not self._jog:
+            self._jog = jog
+            machine.run(jog)
+            self._publisher.changed()
+        return _ACCEPTED
+
+    def touch_off(self, axis: str, value_m: float) -> CommandResult:
+        """Call the place where an axis stands, "" = all, `value_m` in the chosen work offset."""
+        if problem := self._programs.occupied():
+            return problem
+        if self._machine.stage is not Stage.READY:
+            return refused_now(self._machine)
+        places = dict(zip(self._limits, self._machine.set_points_m(), strict=True))
+        axes = [axis] if axis else list(places)
+        if not math.isfinite(value_m):
+            return CommandResult(Refusal.OUT_OF_RANGE, "the value is not a number")
+        return self._programs.offsets.set(axes, [places[name] for name in axes], value_m)
 
     def drives(self) -> tuple[DriveStatus, ...]:
         """Make the status of the drives, by the last inputs of each."""
@@ -90,6 +140,22 @@ class OperatingCommands:
             )
             for servo, limits in zip(self._servos, self._limits.values(), strict=True)
         )
+
+    def _step(self, axis: str, way_m: float) -> CommandResult:
+        if not axis and len(self._limits) > 1:
+            return CommandResult(Refusal.UNKNOWN, f"a step needs its axis: {', '.join(self._limits)}")
+        return self.jog_step(axis or next(iter(self._limits)), way_m)
+
+    def _clear_offset(self, axis: str) -> CommandResult:
+        if problem := self._programs.occupied():
+            return problem
+        if self._machine.stage not in {Stage.READY, Stage.STANDBY}:
+            return refused_now(self._machine, "neither ready nor in standby")
+        return self._programs.offsets.clear([axis] if axis else list(self._limits))
+
+    def _new_jog(self) -> Jog:
+        renewal = round(JOG_RENEWAL_S / self._period_s)
+        return Jog(self._machine.set_points_m(), tuple(self._limits.values()), self._period_s, renewal)
 
     def _enable(self) -> CommandResult:
         machine = self._machine

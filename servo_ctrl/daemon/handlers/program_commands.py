@@ -1,17 +1,21 @@
 """What an operator asks of the program: start, feed hold, abort, and another one in its place."""
 
 from collections.abc import Callable
+from typing import Any
 
 from servo_ctrl.commands.command import Command, CommandResult, Refusal
 from servo_ctrl.commands.machine_status import ProgramStatus
 from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
+from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
+from servo_ctrl.daemon.handlers.work_offsets import WorkOffsets
 from servo_ctrl.daemon.learning.learning_job import LearningJob
 from servo_ctrl.daemon.set_points.motion_plan import CheckedProgram, MotionPlan
+from servo_ctrl.motion.gcode.path_builder import Modes
 
 _ACCEPTED = CommandResult()
 
@@ -27,7 +31,20 @@ class ProgramCommands:
         program: ProgramStart,
         worker: BackgroundWorker,
         publisher: StatusPublisher,
+        offsets: WorkOffsets,
     ) -> None:
+        self.offsets = offsets
+        """What part programs are read with."""
+        self.modes = Modes()
+        """What single lines of G-code have set."""
+        self.setters: dict[str, Callable[[Any], None]] = {
+            "feed_override_percent": motion.pace.take_feed,
+            "rapid_override_percent": motion.pace.take_rapid,
+            "single_block": lambda on: motion.stop_behind_steps(single_block=on),
+            "optional_stop": lambda on: motion.stop_at_m1(on=on),
+            "work_offset": offsets.choose,
+        }
+        """Of the settings that a program is run with."""
         self._machine, self._motion, self._job, self._program = machine, motion, job, program
         self._worker, self._publisher = worker, publisher
         self._loading = False
@@ -65,14 +82,30 @@ class ProgramCommands:
         self._worker.do(lambda: self._motion.check(program, start_m), loaded, failed)
         return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else _ACCEPTED
 
+    def run_apart(self, program: PartProgram) -> CommandResult:
+        """Run a line of G-code from where the axes are; the program of the run stays."""
+        machine = self._machine
+        if problem := self.occupied():
+            return problem
+        if machine.stage is not Stage.READY:
+            return refused_now(machine)
+        if program.start_m != machine.set_points_m():
+            return refused("the axes have moved while the line was read; send it again")
+        self._problem = ""
+        verdict = self._program.apart(program) if program.motion else _ACCEPTED
+        if verdict.accepted and program.modes is not None:
+            self.modes, self.offsets.chosen = program.modes, program.modes.work_offset
+        return verdict
+
     def status(self) -> ProgramStatus:
         """Say which program there is and how far it is."""
         motion, current = self._motion, self._motion.current
-        step, label = -1, ""
+        step, label, line = -1, "", 0
         running = self._machine.follows(current)
         if running and current is not None and current.spans:
-            span = current.spans[-1]
+            span, block = current.spans[-1], current.block
             step, label = span.step - motion.first_step, span.label
+            line = block.line if block is not None else 0
         return ProgramStatus(
             name=motion.name,
             step=step,
@@ -82,6 +115,12 @@ class ProgramCommands:
             loaded=not motion.empty,
             preparing=self._loading or self._program.preparing,
             problem=self._problem or self._program.problem,
+            line=line,
+            held_by=current.held_by if running and current is not None else "",
+            apart=motion.run_apart,
+            entry=motion.entry,
+            modes=self.modes.words,
+            offsets_m=self.offsets.status(),
         )
 
     def occupied(self) -> CommandResult | None:
@@ -109,7 +148,7 @@ class ProgramCommands:
             return refused("no program is running")
         if current.holding == hold:
             return refused("the program is held already" if hold else "the program is not held")
-        current.holding = hold
+        current.hold(hold=hold)
         self._publisher.changed()
         return _ACCEPTED
 

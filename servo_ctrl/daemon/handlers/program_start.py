@@ -1,10 +1,12 @@
 """Starting the program of a run from where the axes are, the first time and whenever it is asked for."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.stage import Stage, refused, refused_now
+from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
@@ -35,6 +37,8 @@ class ProgramStart:
         """Start it once more; where it does not fit from here, the axes stay where they are."""
         if self._motion.empty:
             return refused("there is no program; `servo-ctrl run --program` names one")
+        if self._motion.stale:
+            return refused(self._motion.stale)
         if self.preparing:
             return refused("the machine is about to start it, not ready")
         if self._machine.stage is not Stage.READY:
@@ -48,11 +52,22 @@ class ProgramStart:
         self._start(failed)
         return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else CommandResult()
 
+    def apart(self, program: ProgramConfig) -> CommandResult:
+        """Start another one, which does not take the place of the run's."""
+        problems: list[str] = []
+        self._start(problems.append, partial(self._motion.prepare_apart, program))
+        return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else CommandResult()
+
     def occupied(self) -> CommandResult | None:
         """Refuse another motion while the program is about to begin."""
         return refused("the program is about to start; wait for its end") if self.preparing else None
 
-    def _start(self, failed: Callable[[str], None]) -> None:
+    def _start(
+        self,
+        failed: Callable[[str], None],
+        prepare: Callable[[Sequence[float]], FeedHold] | None = None,
+    ) -> None:
+        prepare = prepare or self._motion.prepare
         start_m = self._machine.set_points_m()
 
         def run(program: FeedHold) -> None:
@@ -68,4 +83,4 @@ class ProgramStart:
             refuse(self._machine.at_a_switch)
             return
         self.preparing = True
-        self._worker.do(lambda: self._motion.prepare(start_m), run, refuse)
+        self._worker.do(lambda: prepare(start_m), run, refuse)

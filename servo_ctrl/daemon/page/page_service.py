@@ -18,6 +18,7 @@ from servo_ctrl.commands.local_messages import AxisInfo, ChannelInfo, Hello, Nod
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.load import load_program
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.part_program import PartProgram, ReadingOptions
 from servo_ctrl.config.program_model import ProgramConfig, SamplesStep
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.realtime import step_back
@@ -38,6 +39,8 @@ from servo_ctrl.telemetry.local_socket.server import PULSE_S, LocalServer
 from servo_ctrl.telemetry.local_socket.status import StatusEncoder
 from servo_ctrl.units import MM
 
+LINE_NAME = "line.ngc"
+"""How a single line of G-code is called in messages."""
 _LOG = logging.getLogger(__name__)
 
 
@@ -71,7 +74,10 @@ class PageService:
         workplace = Workplace(
             commands=commands,
             objects=self._objects,
-            read_program=lambda name, text: asyncio.to_thread(self._read_program, name, text),
+            read_program=lambda program: asyncio.to_thread(
+                self._read_program, program.name, program.text, commands.reading(program.first_line)
+            ),
+            read_line=lambda line: asyncio.to_thread(self._read_line, line, commands.reading_of_line()),
             clear_counters=self._watch.clear,
             log=self._add_to_log,
             note=machine.note,
@@ -145,7 +151,14 @@ class PageService:
         yield
         return (yield from self._encoder.pieces(status, figures))
 
-    def _read_program(self, name: str, text: str) -> ProgramConfig:
+    def _read_line(self, line: str, reading: ReadingOptions) -> PartProgram:
+        """Read a line of G-code. Raises ConfigError."""
+        program = self._read_program(LINE_NAME, line, reading)
+        if "\n" in line.strip() or not isinstance(program, PartProgram):
+            raise ConfigError(LINE_NAME, "", "one line at a time")
+        return program
+
+    def _read_program(self, name: str, text: str, reading: ReadingOptions) -> ProgramConfig:
         """Read a program that the page sent. Raises ConfigError, in which the program goes by its name."""
         step_back()
         if self._programs is None or name in {".", ".."}:
@@ -156,7 +169,7 @@ class PageService:
         except (OSError, ValueError) as error:
             raise ConfigError(name, "", f"cannot be kept: {error}") from None
         try:
-            program = load_program(path, self._config)
+            program = load_program(path, self._config, reading=reading)
         except ConfigError as error:
             raise ConfigError(name, error.key, error.reason.replace(f"{path}", name)) from None
         if any(isinstance(step, SamplesStep) for step in program.steps):

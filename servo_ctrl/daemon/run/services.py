@@ -21,6 +21,7 @@ from servo_ctrl.daemon.handlers.compensation_commands import CompensationCommand
 from servo_ctrl.daemon.handlers.operating_commands import OperatingCommands
 from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
+from servo_ctrl.daemon.handlers.work_offsets import WorkOffsets
 from servo_ctrl.daemon.learning.adaptation import Adaptation
 from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningError
 from servo_ctrl.daemon.learning.learning_job import LearningJob
@@ -106,7 +107,14 @@ class Services:
             machine, learning_of, self.worker, self.rows, self.publisher, on_end=self._on_learning_end
         )
         self._program = ProgramStart(machine, motion, self.worker, self.publisher.changed)
-        programs = ProgramCommands(machine, motion, self.job, self._program, self.worker, self.publisher)
+        offsets = WorkOffsets(
+            config, directory, self.worker, note=machine.note, on_change=motion.offsets_changed
+        )
+        if offsets.problem:
+            self._problems.append(offsets.problem)
+        programs = ProgramCommands(
+            machine, motion, self.job, self._program, self.worker, self.publisher, offsets
+        )
         self.handler = ControllerCommandHandler(
             config,
             machine,

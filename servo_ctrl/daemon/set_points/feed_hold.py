@@ -1,38 +1,54 @@
-"""Feed hold: a program slowed down to rest on its path, and on again. It changes the time law, not the path.
+"""Feed hold and overrides: a program slowed down on its path, to rest too. It changes the time law alone.
 
 Path time s runs at the rate r <= 1 of machine time. With x(s) the programmed motion, the axes follow x(s), so
 by the chain rule their velocity is x' r and their acceleration x'' r^2 + x' dr/dt. The rate changes as fast
 as the acceleration limits allow; where the program itself needs all of them it waits until there is room.
-A force offset belongs to the place on the path and stays as it is there.
+A force offset belongs to the place on the path and stays as it is there. An override is the rate that is
+wanted instead of 1, never above it: the program was planned to the limits. A stop behind a step is a hold.
 """
 
 import numpy as np
 
 from kernels.arrays import Array
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
+from servo_ctrl.daemon.set_points.pace import Pace, Stops
 from servo_ctrl.daemon.set_points.reference import ProgramReference, Row, StepSpan, interleave
-from servo_ctrl.motion.profile import Profile
-from servo_ctrl.motion.program import Segment, sample_count
+from servo_ctrl.motion.move import Dwell
+from servo_ctrl.motion.profile import Block, Profile
+from servo_ctrl.motion.program import KIND_OF_STEP, Segment, sample_count
 
 SHARE = 0.9
 """Of the acceleration limits; the remainder is for what changes within a period. Chosen."""
 TRIALS = (1.0, 0.5, 0.25, 0.0)
 """Parts of the rate's steepest slope that are tried in a cycle (chosen); zero is always possible."""
+DWELL = KIND_OF_STEP[Dwell]
 ROUNDING = 1e-9
 """Relative, and of a rate of 1: what is closer is equal; chosen."""
 
 
 class FeedHold:
-    """A `reference.Reference`. `acceleration_m_s2`: limits of the axes.
+    """A `reference.Reference`. `acceleration_m_s2`: limits of the axes. `stops`: see `Stops`.
 
     Without a hold the rows of the program are passed on as they are. After a hold they lie between its
     samples until the step ends; steps end at rest, and there the samples are met again.
     """
 
-    def __init__(self, program: ProgramReference, acceleration_m_s2: Array, period_s: float) -> None:
+    def __init__(
+        self,
+        program: ProgramReference,
+        acceleration_m_s2: Array,
+        period_s: float,
+        stops: Stops | None = None,
+        pace: Pace | None = None,
+    ) -> None:
         self.program = program
         self.holding = False
         """Set: come to rest on the path; cleared: go on along it."""
+        self.held_by = ""
+        """Why it holds, where nobody asked for it then."""
+        self._stops, self._pace = stops or Stops(), pace or Pace()
+        self._stopped_behind = -1
+        """The last step behind which it was held by itself."""
         self._limit_m_s2 = [limit * (1.0 + ROUNDING) for limit in acceleration_m_s2.tolist()]
         self._period_s = period_s
         self._rate = 1.0
@@ -72,26 +88,64 @@ class FeedHold:
         """The hold has come to its end."""
         return self._rate == 0.0
 
+    @property
+    def block(self) -> Block | None:
+        """The block under way; None where the step is none of a part program."""
+        segment = self.program.segment
+        if segment is None or segment.profile is None or segment.profile.block_at is None:
+            return None
+        time_s = (self.program.samples_into_step + self._beyond) * self._period_s
+        return segment.profile.block_at(min(time_s, segment.profile.duration_s))
+
+    def hold(self, *, hold: bool) -> None:
+        """Come to rest on the path, or go on along it."""
+        self.holding, self.held_by = hold, ""
+
     def advance(self, cycle: int) -> Row | None:
         """Return the row of this cycle, None after the last one."""
         row = self._row
         segment = self.program.segment
         profile = segment.profile if segment is not None else None
-        as_it_is = not self.holding and self._rate == 1.0 and not self._beyond
+        if self._stops.any and segment is not None and profile is not None:
+            self._stop_behind(segment.step, profile)
+        wanted = 0.0 if self.holding else self._wanted_rate(segment)
+        as_it_is = not self.holding and self._rate == wanted == 1.0 and not self._beyond
         if as_it_is or row is None or segment is None or profile is None:
             row = self.program.advance(cycle)
         elif self.holding and self._rate == 0.0:
             self.program.delay(cycle)
-        elif not self.holding and self._rate == 1.0:
+        elif self._rate == wanted == 1.0:
             row = self._between_samples(profile, cycle)
+        elif not self.holding and self._rate == 1.0 and self._is_over(profile):
+            row = self.program.advance(cycle)
         else:
-            row = self._change_rate(profile, row, cycle)
+            row = self._change_rate(profile, row, cycle, wanted)
         self._row = row
         return row
 
-    def _change_rate(self, profile: Profile, row: Row, cycle: int) -> Row:
+    def _wanted_rate(self, segment: Segment | None) -> float:
+        """Look up the override that holds here; a dwell takes its time."""
+        pace = self._pace
+        if pace.feed == pace.rapid == 1.0 or segment is None or segment.kind == DWELL:
+            return 1.0
+        block = self.block
+        return pace.rapid if block is not None and block.rapid else pace.feed
+
+    def _is_over(self, profile: Profile) -> bool:
+        """Whether all samples of the present step were given out."""
+        return not self._beyond and self.program.samples_into_step >= self._count(profile)
+
+    def _stop_behind(self, step: int, profile: Profile) -> None:
+        """Hold at the end of a step where that is wanted."""
+        if step == self._stopped_behind or self.holding or not self._is_over(profile):
+            return
+        if reason := self._stops.behind(step):
+            self._stopped_behind = step
+            self.holding, self.held_by = True, reason
+
+    def _change_rate(self, profile: Profile, row: Row, cycle: int, wanted: float) -> Row:
         """Compute the next row, with the rate as near to the wanted one as the limits allow."""
-        period_s, rate, wanted = self._period_s, self._rate, 0.0 if self.holding else 1.0
+        period_s, rate = self._period_s, self._rate
         into_step = self.program.samples_into_step
         here = self._here or self._programmed(profile, into_step + self._beyond)
         steepest_1_s = self._steepest(here, rate, wanted)

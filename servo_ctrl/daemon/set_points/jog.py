@@ -14,6 +14,10 @@ ROUNDING = 1e-9
 """Of the largest change of velocity in a cycle: a smaller difference is none; chosen."""
 
 
+STEP_CYCLES = 1 << 31
+"""A step ends at its place, not by time."""
+
+
 class JogLimits(NamedTuple):
     """Of one axis."""
 
@@ -34,6 +38,8 @@ class Jog:
         self._position_m = list(start_m)
         self._velocity_m_s = [0.0] * len(start_m)
         self._wanted_m_s = [0.0] * len(start_m)
+        self._bounds = list(self._limits)
+        """Limits of the present motion of an axis: a step has the place where it ends."""
         self._left = [0] * len(start_m)
         """Cycles until the wanted velocity of an axis is forgotten."""
 
@@ -52,6 +58,23 @@ class Jog:
         highest = self._limits[axis].velocity_m_s
         self._wanted_m_s[axis] = max(-highest, min(velocity_m_s, highest))
         self._left[axis] = self._renewal
+        self._bounds[axis] = self._limits[axis]
+
+    def ask_step(self, axis: int, way_m: float, velocity_m_s: float) -> str:
+        """Move an axis by a way, to rest there; say why it does not, else "".
+
+        The way bounds the motion, so it is not renewed; a jog of the same axis takes its place.
+        """
+        if self._wanted_m_s[axis] or self._velocity_m_s[axis]:
+            return "the axis is on its way; wait for its end"
+        limits, here_m = self._limits[axis], self._position_m[axis]
+        there_m = here_m + way_m
+        if not limits.lowest_m <= there_m <= limits.highest_m:
+            return "the step leaves the travel"
+        self._wanted_m_s[axis] = math.copysign(min(velocity_m_s, limits.velocity_m_s), way_m)
+        self._left[axis] = STEP_CYCLES
+        self._bounds[axis] = limits._replace(lowest_m=min(here_m, there_m), highest_m=max(here_m, there_m))
+        return ""
 
     def advance(self, cycle: int) -> Row | None:
         """Return the row of this cycle, None after the last one."""
@@ -65,7 +88,7 @@ class Jog:
         return row
 
     def _move(self, axis: int) -> tuple[float, float, float, float]:
-        period_s, limits = self._period_s, self._limits[axis]
+        period_s, limits = self._period_s, self._bounds[axis]
         before_m, before_m_s = self._position_m[axis], self._velocity_m_s[axis]
         change_m_s = limits.acceleration_m_s2 * period_s
         highest = stoppable_m_s(limits.highest_m - before_m, before_m_s, change_m_s, period_s)

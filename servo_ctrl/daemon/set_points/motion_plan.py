@@ -13,11 +13,14 @@ import numpy as np
 from servo_ctrl.config.freeze import motion_limits
 from servo_ctrl.config.learning import screw_steps, stroke_steps
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.program import check_program, check_steps
 from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.config.steps import program_steps
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
+from servo_ctrl.daemon.set_points.pace import Pace, Stops, broken_up
 from servo_ctrl.daemon.set_points.reference import CHUNK_SAMPLES, ProgramReference, StepSpan
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.types import NO_PULSE, Stroke
@@ -47,11 +50,21 @@ class MotionPlan:
         """How long the program takes, known once it is prepared."""
         self.current: FeedHold | None = None
         """The program as it was prepared last."""
+        self.stale = ""
+        """Why the program has to be loaded again before it runs; "" where it has not."""
+        self.run_apart = False
+        """That was no program of the run, but a line of its own."""
         self.first_step = 0
         """The number of its first step."""
         self._made: tuple[list[StepSpan], ProgramReference | None] = [], None
         """What was run before, and the newest motion; one value, as it is replaced beside the cycle."""
         self._next_step = 0
+        self.pace = Pace()
+        """Overrides of every program, the present one too."""
+        self.single_block = self.optional_stop = False
+        """Of the programs that are prepared from now on."""
+        self._stops = Stops()
+        """Of the present program."""
 
     @property
     def empty(self) -> bool:
@@ -62,6 +75,12 @@ class MotionPlan:
     def name(self) -> str:
         """The program's file, "" without one."""
         return self._program.source.name if self._program is not None else ""
+
+    @property
+    def entry(self) -> str:
+        """The modal words that hold where the program is entered behind its first line."""
+        entry = self._program.entry if isinstance(self._program, PartProgram) else None
+        return f"line {entry.line}: {entry.words}" if entry is not None else ""
 
     @property
     def progress(self) -> float:
@@ -88,17 +107,52 @@ class MotionPlan:
     def replace(self, checked: CheckedProgram) -> None:
         """Put another program in the place of the present one, which must not be running."""
         self._program, self.steps, self.cycles = checked
-        self.current = None
+        self.current, self.stale = None, ""
+
+    def offsets_changed(self) -> None:
+        """A part program was read with other work offsets than those that hold now."""
+        if isinstance(self._program, PartProgram):
+            self.stale = "the work offsets have changed since it was read; load it again"
 
     def prepare(self, start_m: Sequence[float]) -> FeedHold:
         """Plan the program from `start_m`, metres per axis. Raises ConfigError beyond the limits."""
-        paths: Mapping[int, Profile] = {}
-        if self._program is not None:
-            self.cycles, paths = check_steps(self.steps, self._program.source, self._machine, start_m)
+        if self._program is None:
+            return self._held([], start_m, {}, Stops())
+        steps, stops = self._broken_up(self._program, self.steps)
+        self.cycles, paths = check_steps(steps, self._program.source, self._machine, start_m)
         self.first_step = self._next_step
+        self.run_apart = False
+        return self._held(steps, start_m, paths, stops)
+
+    def prepare_apart(self, program: ProgramConfig, start_m: Sequence[float]) -> FeedHold:
+        """Plan a program that does not take the place of the run's; raises ConfigError beyond the limits."""
+        steps = program_steps(program, self._machine)
+        self.cycles, paths = check_steps(steps, program.source, self._machine, start_m)
+        self.first_step = self._next_step
+        self.run_apart = True
+        return self._held(steps, start_m, paths, Stops())
+
+    def stop_behind_steps(self, *, single_block: bool) -> None:
+        """Hold every program behind each of its steps, or no more; the present one too."""
+        self.single_block = self._stops.single_block = single_block
+
+    def stop_at_m1(self, *, on: bool) -> None:
+        """Hold programs that are started from now on at M1, or not."""
+        self.optional_stop = on
+
+    def _broken_up(self, program: ProgramConfig, steps: Sequence[Step]) -> tuple[Sequence[Step], Stops]:
+        stops_there = self.optional_stop and isinstance(program, PartProgram)
+        lines = program.optional_stops if stops_there and isinstance(program, PartProgram) else ()
+        broken, optional = broken_up(steps, lines, single_block=self.single_block)
+        return broken, Stops(len(broken) - 1, self.single_block, optional)
+
+    def _held(
+        self, steps: Sequence[Step], start_m: Sequence[float], paths: Mapping[int, Profile], stops: Stops
+    ) -> FeedHold:
+        self._stops = stops
         limits = motion_limits(self._machine).acceleration_m_s2
-        reference = self._reference(self.steps, start_m, paths)
-        self.current = FeedHold(reference, limits, self._machine.period_s)
+        reference = self._reference(steps, start_m, paths)
+        self.current = FeedHold(reference, limits, self._machine.period_s, stops, self.pace)
         return self.current
 
     def prepare_stroke(self, axis: str, stroke: Stroke, start_m: Sequence[float]) -> ProgramReference:

@@ -90,9 +90,9 @@ class OpenPage:
             return LOGIN_ENDED
         return f"This needs the role {needed.label}; yours is {role.label}." if role < needed else ""
 
-    def refusal(self, do: Do, command: str = "") -> str:
+    def refusal(self, do: Do, command: str = "", setting: str = "") -> str:
         """Why the visitor may not send this request now; "" when they may."""
-        right = right_for(do, command)
+        right = right_for(do, command, setting)
         if reason := self.role_refusal(ROLE_OF[right]):
             return reason
         if right is Right.STOP or do in CONTROL_CHANGES:
@@ -115,7 +115,7 @@ class OpenPage:
         `fields` are those of `commands.local_messages.LocalRequest`. `quiet` leaves the notice to the caller.
         """
         answer = None
-        reason = self.refusal(do, str(fields.get("command") or ""))
+        reason = self.refusal(do, *(str(fields.get(key) or "") for key in ("command", "setting")))
         if not reason:
             answer = await self.link.request(self.who, do, **fields)
             reason = "" if answer.accepted else answer.reason or f"Refused: {answer.refusal}."

@@ -1,7 +1,7 @@
 """Where a part program goes, as it is read: targets of the axes, lines, arcs, and paths from rest to rest."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from servo_ctrl.motion.gcode.arc import PLANES, SAME_M, ArcError, centre_by_offset, centre_by_radius
@@ -31,17 +31,45 @@ class Modes:
     feed_m_s: float = math.nan
     exact: bool = False
     tolerance_m: float = USUAL_TOLERANCE_M
+    work_offset: str = "G54"
+
+    @property
+    def words(self) -> str:
+        """The words that make them, as "G1 G17 G21 G90 G54 G64 P0.01 F600"."""
+        return " ".join(
+            word
+            for word in (
+                self.motion,
+                self.plane,
+                "G21" if self.unit_m == MM else "G20",
+                "G90" if self.absolute else "G91",
+                self.work_offset,
+                "G61" if self.exact else f"G64 P{self.tolerance_m / self.unit_m:.6g}",
+                "" if math.isnan(self.feed_m_s) else f"F{self.feed_m_s * 60.0 / self.unit_m:.6g}",
+            )
+            if word
+        )
 
 
 class PathBuilder:
-    """Collects `steps`. `offset_m` is the program's zero, per axis in machine order."""
+    """Collects `steps`. `offsets_m`: zeros of the work offsets that are set, per axis in machine order.
 
-    def __init__(self, axes: Sequence[str], offset_m: Sequence[float], modes: Modes) -> None:
+    `start_m`: where all axes stand, for a line that goes on from there; without it the first motion has to
+    name every axis of the program.
+    """
+
+    def __init__(
+        self,
+        axes: Sequence[str],
+        offsets_m: Mapping[str, Sequence[float]],
+        modes: Modes,
+        start_m: Sequence[float] | None = None,
+    ) -> None:
         self.steps: list[Step] = []
-        self._axes, self._offset_m, self._modes = list(axes), offset_m, modes
-        self._position_m = [math.nan] * len(self._axes)
+        self._axes, self._offsets_m, self._modes = list(axes), offsets_m, modes
+        self.position_m = [math.nan] * len(self._axes) if start_m is None else list(start_m)
         """Where the last motion ends; NaN = an axis that the program does not move."""
-        self._first_line = 0
+        self._first_line = 0 if start_m is None else -1
         """Of the first motion."""
         self._elements: list[Element] = []
 
@@ -65,11 +93,18 @@ class PathBuilder:
             self._first_line = block.line
             self._add(Line(tuple(end_m)), block.line, exact=True)
             self.rest("approach, ")
-        elif not _same(end_m, self._position_m):
+        elif not _same(end_m, self.position_m):
             self._add(Line(tuple(end_m)), block.line, exact=exact)
         elif exact and self._elements:  # no distance, but an exact stop
             self._elements[-1] = self._elements[-1]._replace(exact_stop=True)
-        self._position_m = end_m
+        self.position_m = end_m
+
+    def begin_at(self, line: int) -> None:
+        """Forget all motion before this line, but for where it ends: the axes go there first, straight."""
+        self.steps, self._elements = [], []
+        if self._first_line:
+            self._elements = [Element(Line(tuple(self.position_m)), math.inf, line, True)]
+            self.rest("approach, ")
 
     def rest(self, what: str = "") -> None:
         """The axes come to rest where the last motion ends: the path so far is a step."""
@@ -96,21 +131,21 @@ class PathBuilder:
         modes = self._modes
         if self._first_line == 0 and not (modes.absolute and modes.motion in {"G0", "G1"}):
             block.fail(_FIRST_MOTION)
-        end_m = list(self._position_m)
+        end_m = list(self.position_m)
         for axis, word in named.items():
             if axis not in self._axes:
                 block.fail(f"{word.text}: {unknown_axis(axis, self._axes)}")
             index = self._axes.index(axis)
             if self._first_line:
                 self._require_known(block, [index])
-            origin_m = self._offset_m[index] if modes.absolute else end_m[index]
+            origin_m = self._offsets_m[modes.work_offset][index] if modes.absolute else end_m[index]
             end_m[index] = origin_m + word.value * modes.unit_m
             del block.words[word.letter]
         return end_m
 
     def _require_known(self, block: SortedBlock, axes: Sequence[int]) -> None:
         for index in axes:
-            if math.isnan(self._position_m[index]):
+            if math.isnan(self.position_m[index]):
                 axis = self._axes[index]
                 block.fail(f"axis {axis} is not named by line {self._first_line}; {_FIRST_MOTION}")
 
@@ -118,7 +153,7 @@ class PathBuilder:
         """G2 or G3 to `end_m`; a full circle ends exactly where it begins."""
         first, second = axes = self.plane_axes(block)
         self._require_known(block, axes)
-        start = self._position_m[first], self._position_m[second]
+        start = self.position_m[first], self.position_m[second]
         if math.dist(start, (end_m[first], end_m[second])) < SAME_M:
             end_m[first], end_m[second] = start
         try:

@@ -25,10 +25,12 @@ class Code(NamedTuple):
     meaning: str
 
 
+WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59")
+"""By their number in 2104h:09."""
 _COMPENSATION = "there is no cutter compensation; let the CAM system write the path of the tool's centre"
 _CYCLE = "there are no canned cycles; write the moves out"
 _LENGTH = "there are no tool lengths here"
-_OFFSET = "there is one work offset, G54 (--g54)"
+_OFFSET = "axes are offset by G54 to G59 alone"
 _SUBPROGRAM = "there are no subprograms; write the program out"
 
 G_CODES: dict[str, Code] = {
@@ -47,8 +49,10 @@ G_CODES: dict[str, Code] = {
     **dict.fromkeys(("G41", "G42"), Code("cutter compensation", Effect.REFUSED, _COMPENSATION)),
     **dict.fromkeys(("G43", "G44"), Code("tool length", Effect.REFUSED, _LENGTH)),
     "G49": Code("tool length", Effect.HOLDS, "no tool length"),
-    "G54": Code("work offset", Effect.HOLDS, "the work offset of --g54"),
-    **dict.fromkeys(("G55", "G56", "G57", "G58", "G59"), Code("work offset", Effect.REFUSED, _OFFSET)),
+    "G54": Code("work offset", Effect.ACTS, "work offset of --g54 or of the page; holds at the start"),
+    **dict.fromkeys(
+        WORK_OFFSETS[1:], Code("work offset", Effect.ACTS, "another work offset, once it was set")
+    ),
     "G61": Code("path control", Effect.ACTS, "exact stop at the end of every block"),
     "G64": Code("path control", Effect.ACTS, "corners are rounded within P; P0.01 mm holds at the start"),
     "G80": Code("canned cycle", Effect.HOLDS, "no canned cycle"),
@@ -71,7 +75,7 @@ G_CODES: dict[str, Code] = {
 }
 M_CODES: dict[str, Code] = {
     "M0": Code("stop", Effect.REFUSED, "there is nobody to press start again; use G4, or two programs"),
-    "M1": Code("stop", Effect.NONE, "optional stop"),
+    "M1": Code("stop", Effect.ACTS, "optional stop: held there where the setting is on, else nothing"),
     **dict.fromkeys(("M2", "M30"), Code("stop", Effect.ACTS, "end of the program")),
     "M3": Code("spindle", Effect.NONE, "spindle clockwise"),
     "M4": Code("spindle", Effect.NONE, "spindle counterclockwise"),

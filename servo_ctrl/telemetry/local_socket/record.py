@@ -19,6 +19,8 @@ def record_of(request: LocalRequest, cycle: int) -> dict[str, Any]:
         text = request.program.text.encode()
         digest = hashlib.sha256(text).hexdigest()
         content["program"] = {"name": request.program.name, "bytes": len(text), "sha256": digest}
+        if request.program.first_line > 1:
+            content["program"]["first_line"] = request.program.first_line
     if isinstance(request.value, str):
         content["value"] = request.value[:SHOWN]
     moment = datetime.now(UTC).isoformat(timespec="milliseconds")
@@ -36,8 +38,16 @@ def in_words(request: LocalRequest) -> str:
         case "jog":
             motion = f"at {request.value:g} m/s" if request.value else "ends"
             what = f"jog {request.axis} {motion}"
+        case "jog_step":
+            what = f"step {request.axis} by {request.value} m"
+        case "touch_off":
+            what = f"touch off {request.axis or 'all axes'} at {request.value} m"
+        case "run_line":
+            what = f"run {str(request.value)[:SHOWN]}"
         case "load_program":
             what = f"load {request.program.name}" if request.program is not None else "load"
+            if request.program is not None and request.program.first_line > 1:
+                what += f" from line {request.program.first_line}"
         case "write_object":
             what = f"write {request.index or 0:04X}h:{request.subindex or 0:02X} of node {request.node}"
         case _:

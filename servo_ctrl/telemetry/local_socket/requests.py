@@ -14,8 +14,15 @@ from pydantic import ValidationError
 
 from servo_ctrl.commands.command import COMMANDS, JOG_RENEWAL_S, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.handler import CommandHandler
-from servo_ctrl.commands.local_messages import LocalAnswer, LocalRequest, RequestValue, message_json
+from servo_ctrl.commands.local_messages import (
+    LocalAnswer,
+    LocalRequest,
+    ProgramText,
+    RequestValue,
+    message_json,
+)
 from servo_ctrl.commands.settings import SETTINGS
+from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.telemetry.local_socket.record import SHOWN, complaint, in_words, record_of
@@ -26,15 +33,30 @@ NEEDED: dict[str, set[str]] = {
     "command": {"command"},
     "setting": {"setting", "value"},
     "jog": {"axis", "value"},
+    "jog_step": {"axis", "value"},
+    "touch_off": {"value"},
+    "run_line": {"value"},
     "load_program": {"program"},
     "read_object": {"node", "index"},
     "write_object": {"node", "index", "value"},
 }
 """Fields that a request has to have, by what is to be done."""
-OPTIONAL = {"command": {"axis"}, "read_object": {"subindex"}, "write_object": {"subindex"}}
+OPTIONAL = {
+    "command": {"axis"},
+    "touch_off": {"axis"},
+    "read_object": {"subindex"},
+    "write_object": {"subindex"},
+}
 """Fields that it may have beside them."""
-SLOW = {"read_object", "write_object", "load_program"}
+SLOW = {"read_object", "write_object", "load_program", "run_line"}
 """Requests that take longer than a tick has to spare."""
+VALUES: dict[str, tuple[str, tuple[type, ...]]] = {
+    "jog": ("a velocity in m/s", (int, float)),
+    "jog_step": ("a way in m", (int, float)),
+    "touch_off": ("a length in m", (int, float)),
+    "run_line": ("a line of G-code", (str,)),
+}
+"""What the value of a request is."""
 _ENVELOPE = {"kind", "id", "who", "do"}
 TASKS_AT_MOST = 16
 """Slow requests in progress, of all clients; chosen."""
@@ -67,8 +89,10 @@ class Workplace(NamedTuple):
 
     commands: CommandHandler
     objects: Objects
-    read_program: Callable[[str, str], Awaitable[ProgramConfig]]
-    """From its name and text. Raises ServoCtrlError."""
+    read_program: Callable[[ProgramText], Awaitable[ProgramConfig]]
+    """Raises ServoCtrlError."""
+    read_line: Callable[[str], Awaitable[PartProgram]]
+    """A line of G-code, from where the axes stand. Raises ServoCtrlError."""
     clear_counters: Callable[[], None]
     log: Callable[[dict[str, Any]], None]
     note: Callable[[str], None]
@@ -96,8 +120,9 @@ class LocalRequests:
             return self.malformed(f"{request.do}: {min(missing)} is missing", request.id)
         if superfluous := given - needed - OPTIONAL.get(request.do, set()):
             return self.malformed(f"{request.do}: {min(superfluous)} does not belong to it", request.id)
-        if request.do == "jog" and isinstance(request.value, bool | str):
-            return self.malformed("jog: value: a velocity in m/s is wanted", request.id)
+        wanted, kinds = VALUES.get(request.do, ("", ()))
+        if wanted and type(request.value) not in kinds:
+            return self.malformed(f"{request.do}: value: {wanted} is wanted", request.id)
         return request
 
     def malformed(self, reason: str, number: int = 0) -> bytes:
@@ -133,8 +158,11 @@ class LocalRequests:
 
     async def _in_time(self, request: LocalRequest) -> Outcome:
         if request.program is not None:
-            program = await self._work.read_program(request.program.name, request.program.text)
+            program = await self._work.read_program(request.program)
             return _outcome(self._work.commands.load_program(program))
+        if request.do == "run_line":
+            line = await self._work.read_line(str(request.value))
+            return _outcome(self._work.commands.run_line(line))
         node, index, subindex = request.node or 0, request.index or 0, request.subindex or 0
         if request.value is None:
             return await self._work.objects.read(node, index, subindex)
@@ -142,6 +170,11 @@ class LocalRequests:
 
     def _at_once(self, request: LocalRequest) -> Outcome:
         commands = self._work.commands
+        axis, value = request.axis, request.value
+        given = float(value) if isinstance(value, int | float) else 0.0
+        moves = {"jog": commands.jog, "jog_step": commands.jog_step, "touch_off": commands.touch_off}
+        if request.do in moves:
+            return _outcome(moves[request.do](axis, given))
         match request.do:
             case "command":
                 command = COMMANDS.get(request.command or "")
@@ -150,8 +183,6 @@ class LocalRequests:
                 return _outcome(commands.execute(CommandRequest(command, request.axis)))
             case "setting":
                 return self._change(request)
-            case "jog":
-                return _outcome(commands.jog(request.axis, float(request.value or 0.0)))
             case "clear_counters":
                 self._work.clear_counters()
         return Outcome()  # the page keeps who has control; here it is only logged

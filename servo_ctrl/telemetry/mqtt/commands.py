@@ -109,14 +109,13 @@ class MqttCommands:
             value = _value(setting, message.value)
         except ValidationError as error:
             return _refused(Refusal.OUT_OF_RANGE, _complaint(error, "value"))
-        return self._wrong_topic(None) or _answer_of(self._handler.change(setting.name, value))
+        return self._wrong_topic(setting) or _answer_of(self._handler.change(setting.name, value))
 
-    def _wrong_topic(self, command: Command | None) -> tuple[str, str] | None:
-        needed = Right.CONFIGURE if command is None else command.right
-        if self._right is None or self._right.permits(needed):
+    def _wrong_topic(self, asked: Command | Setting) -> tuple[str, str] | None:
+        if self._right is None or self._right.permits(asked.right):
             return None
-        what = "a setting" if command is None else command.name.lower()
-        return "wrong_topic", f"{what} is for command/{needed}"
+        what = asked.name.lower() if isinstance(asked, Command) else f"the setting {asked.key}"
+        return "wrong_topic", f"{what} is for command/{asked.right}"
 
     def _in_words(self, message: _CommandMessage | _SettingMessage, answer: MqttAnswer) -> str:
         """One line, without anything that the sender made up."""

@@ -73,7 +73,7 @@ def test_a_write_without_a_size_uses_the_size_of_the_object(bench: ControllerNod
     [
         pytest.param("40 3412 00 00000000", "341200", NO_OBJECT, id="no such object"),
         pytest.param("2f 3412 00 00000000", "341200", NO_OBJECT, id="no such object to write"),
-        pytest.param("40 0421 04 00000000", "042104", NO_SUBINDEX, id="no such subindex of a record"),
+        pytest.param("40 0421 0a 00000000", "04210a", NO_SUBINDEX, id="no such subindex of a record"),
         pytest.param("40 0221 03 00000000", "022103", NO_SUBINDEX, id="axis that the machine has not"),
         pytest.param("2f 0221 03 01000000", "022103", NO_SUBINDEX, id="switch of such an axis"),
         pytest.param("2f 0221 09 01000000", "022109", NO_SUBINDEX, id="ninth axis"),

@@ -18,8 +18,8 @@ MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
     [
         ("learn", '"learn" is no command; known are start-learning, '),
         ("start-learning now", '"start-learning now" is no command'),
-        ("set", "set: takes one of required-um, learner, adaptation and a value"),
-        ("set speed 3", "set: takes one of required-um, learner, adaptation and a value"),
+        ("set", "set: takes one of required-um, learner, adaptation, feed-override-percent"),
+        ("set speed 3", "set: takes one of required-um, learner, adaptation, feed-override-percent"),
         ("set required-um nan", 'required-um: "nan" is not a number'),
         ("set required-um 1e999", 'required-um: "1e999" is not a number'),
         ("set learner slow", 'learner: "slow" is none of fast, paper'),

@@ -23,6 +23,9 @@ async def test_requests_reach_the_command_handler_and_its_answer_returns(
         assert (await client.ask(do="setting", setting="learner", value="screw"))["accepted"]
         assert (await client.ask(do="setting", setting="adaptation", value=True))["accepted"]
         assert (await client.ask(do="jog", axis="y", value=-0.01))["accepted"]
+        assert (await client.ask(do="jog_step", axis="x", value=1e-6))["accepted"]
+        assert (await client.ask(do="touch_off", axis="x", value=0))["accepted"]
+        assert (await client.ask(do="run_line", value="G0 X1"))["accepted"]
         assert (await client.ask(do="clear_counters"))["accepted"]
         program = {"name": "part.toml", "text": "[[step]]"}
         assert (await client.ask(do="load_program", program=program))["accepted"]
@@ -37,9 +40,9 @@ async def test_requests_reach_the_command_handler_and_its_answer_returns(
         ("learner", "screw"),
         ("adaptation", True),
     ]
-    assert bench.handler.jogs == [("y", -0.01)]
-    assert bench.texts == [("part.toml", "[[step]]")]
-    assert len(bench.handler.programs) == 1
+    assert bench.handler.jogs == [("y", -0.01), ("step x", 1e-6), ("touch off x", 0.0)]
+    assert bench.texts == [("line", "G0 X1"), ("part.toml", "[[step]]")]
+    assert len(bench.handler.programs) == 2
     assert bench.cleared == 1
     assert bench.objects.values[1, 0x6065, 0] == 7
 
@@ -56,6 +59,9 @@ async def test_requests_reach_the_command_handler_and_its_answer_returns(
         ({"do": "setting", "setting": "required_m", "value": True}, "out_of_range"),
         ({"do": "setting", "setting": "adaptation", "value": 1}, "out_of_range"),
         ({"do": "jog", "axis": "x", "value": "fast"}, "malformed"),
+        ({"do": "jog_step", "axis": "x", "value": True}, "malformed"),
+        ({"do": "jog_step", "value": 0.001}, "malformed"),
+        ({"do": "run_line", "value": 1}, "malformed"),
         ({"do": "read_object", "node": 128, "index": 0}, "malformed"),
         ({"do": "read_object", "node": 1}, "malformed"),
         ({"do": "load_program", "program": {"name": "../evil.toml", "text": ""}}, "malformed"),

@@ -37,7 +37,17 @@ def test_the_published_state_before_learning() -> None:
                 "screw": {"enabled": False, "version": 0, "learned_at": None},
             }
         },
-        "settings": {"required_um": 4.0, "learner": "fast", "adaptation": False},
+        "settings": {
+            "required_um": 4.0,
+            "learner": "fast",
+            "adaptation": False,
+            "feed_override_percent": 100.0,
+            "rapid_override_percent": 100.0,
+            "single_block": False,
+            "optional_stop": False,
+            "step_um": 100.0,
+            "work_offset": "G54",
+        },
         "reversals_dropped": 0,
     }
 

@@ -1,0 +1,67 @@
+"""Work offsets G54 to G59 on disk: one TOML file a machine, written whole.
+
+format = 1
+[offset_mm.G54]
+x = 12.5
+y = -3.0
+"""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+from servo_ctrl.config.file_format import format_problem
+from servo_ctrl.config.load import read_toml
+from servo_ctrl.errors import ConfigError
+from servo_ctrl.files.toml_text import toml_text
+from servo_ctrl.files.whole_file import write_text_whole
+from servo_ctrl.motion.gcode.words import WORK_OFFSETS
+from servo_ctrl.units import MM
+
+FILE = "work_offsets.toml"
+Offsets = dict[str, dict[str, float]]
+"""By name and axis: where the zero is, metres from home."""
+
+
+def read_offsets(directory: Path, axes: Mapping[str, tuple[float, float]]) -> Offsets:
+    """The offsets that are set; none where there is no file. `axes`: travels, m. Raises ConfigError."""
+    path = directory / FILE
+    if not path.exists():
+        return {}
+    document = read_toml(path)
+    if problem := format_problem(document.pop("format", None)):
+        raise ConfigError(path, "format", problem)
+    tables = document.pop("offset_mm", {})
+    if document or not isinstance(tables, dict):
+        raise ConfigError(path, next(iter(document), "offset_mm"), "unknown key")
+    offsets: Offsets = {}
+    for name, values in tables.items():
+        key = f"offset_mm.{name}"
+        if name not in WORK_OFFSETS or not isinstance(values, dict):
+            raise ConfigError(path, key, f"is none of {', '.join(WORK_OFFSETS)}")
+        for axis, value in values.items():
+            if axis not in axes:
+                raise ConfigError(
+                    path, f"{key}.{axis}", f"the machine has no such axis, only {', '.join(axes)}"
+                )
+            if type(value) not in {int, float} or not within_reach(value * MM, axes[axis]):
+                raise ConfigError(path, f"{key}.{axis}", f"{value!r} is no zero within reach of the travel")
+        offsets[name] = {axis: value * MM for axis, value in values.items()}
+    return offsets
+
+
+def write_offsets(directory: Path, offsets: Mapping[str, Mapping[str, float]]) -> None:
+    """Write them. Raises OSError."""
+    directory.mkdir(parents=True, exist_ok=True)
+    tables = {
+        name: {axis: round(zero_m / MM, 9) for axis, zero_m in of_axis.items()}
+        for name, of_axis in offsets.items()
+    }
+    write_text_whole(directory / FILE, toml_text({"format": 1, "offset_mm": tables}))
+
+
+def within_reach(zero_m: float, travel_m: tuple[float, float]) -> bool:
+    """Whether a zero is a number within the travel, or beyond its ends by no more than its length."""
+    lowest_m, highest_m = travel_m
+    length_m = highest_m - lowest_m
+    return math.isfinite(zero_m) and lowest_m - length_m <= zero_m <= highest_m + length_m

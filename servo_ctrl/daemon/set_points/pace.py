@@ -1,0 +1,83 @@
+"""How a program is run beside what it says: overrides of its speed, and where it is held by itself."""
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from servo_ctrl.motion.path.path_move import Element, PathMove
+from servo_ctrl.motion.program import Step
+
+
+@dataclass
+class Pace:
+    """Overrides, 0 < rate <= 1; they may change while a program runs."""
+
+    feed: float = 1.0
+    rapid: float = 1.0
+
+    def take_feed(self, percent: float) -> None:
+        """Override the feed from now on."""
+        self.feed = 0.01 * percent
+
+    def take_rapid(self, percent: float) -> None:
+        """Override rapid moves from now on."""
+        self.rapid = 0.01 * percent
+
+
+@dataclass
+class Stops:
+    """Where a program is held by itself."""
+
+    last_step: int = -1
+    """Behind it the program ends anyway."""
+    single_block: bool = False
+    """Behind every step; may change while the program runs."""
+    optional: Mapping[int, str] = field(default_factory=dict)
+    """Steps behind which M1 stands, and its line in words."""
+
+    @property
+    def any(self) -> bool:
+        """There is one."""
+        return self.single_block or bool(self.optional)
+
+    def behind(self, step: int) -> str:
+        """Why the program is held behind this step; "" where it is not."""
+        if step >= self.last_step:
+            return ""
+        return self.optional.get(step, "") or ("single block" if self.single_block else "")
+
+
+def broken_up(
+    steps: Sequence[Step], optional_stops: Collection[int], *, single_block: bool
+) -> tuple[list[Step], dict[int, str]]:
+    """Break paths where the axes are to come to rest: behind every block, or at the lines with M1.
+
+    Also returns the steps behind which M1 stands, and its line in words.
+    """
+    found: list[Step] = []
+    stops: dict[int, str] = {}
+    for place, step in enumerate(steps):
+        if not isinstance(step, PathMove):
+            found.append(step)
+            continue
+        part: list[Element] = []
+        later = (other.elements[0].line for other in steps[place + 1 :] if isinstance(other, PathMove))
+        behind = next(later, math.inf)
+        for element, following in zip(step.elements, (*step.elements[1:], None), strict=True):
+            part.append(element)
+            until = behind if following is None else following.line
+            lines = [line for line in optional_stops if element.line <= line < until]
+            if single_block or lines or following is None:
+                found.append(_path(step, part))
+                part = []
+            if lines:
+                stops[len(found) - 1] = f"optional stop, line {lines[0]}"
+    return found, stops
+
+
+def _path(step: PathMove, elements: Sequence[Element]) -> PathMove:
+    *before, last = elements
+    if len(elements) == len(step.elements):
+        return step
+    lines = f"line {last.line}" if not before else f"lines {before[0].line}-{last.line}"
+    return step._replace(label=lines, elements=(*before, last._replace(exact_stop=True)))
