@@ -147,7 +147,7 @@ def _shares(
         share = (_left(products, others, _solved(products, others, library), library) - left) / whole
         if effect in TIMING:
             place = library.coefficient(own[0], theta)
-            time_s = ENTRIES[effect].parameters(own[0].shape_parameters, np.array([place]))["time_s"].value
+            time_s = ENTRIES[effect].parameters(own[0].shape, np.array([place]))["time_s"].value
             if abs(time_s) < period_s:
                 continue
         shares[effect] = share

@@ -10,6 +10,7 @@ import argparse
 import importlib
 import itertools
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -24,6 +25,8 @@ from tests.campaigns.blind.families.seeds import FAMILIES, FIRST_SCORED, claim, 
 RECONCILE = Path(sys.executable).with_name("reconcile")
 LONGEST_S = 900.0
 """Of a diagnosis; what takes longer counts as failed."""
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+"""Threads of a linear algebra of small matrices wait for each other: a third of the processor time."""
 
 
 def drawn_case(family: str, seed: int, kind: str | None = None) -> Case:
@@ -53,6 +56,7 @@ def one(family: str, seed: int, kind: str | None, directory: Path) -> Row:
             capture_output=True,
             text=True,
             timeout=LONGEST_S,
+            env={**os.environ, **ONE_THREAD},
             check=False,
         )
     except subprocess.TimeoutExpired:
