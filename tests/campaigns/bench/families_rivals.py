@@ -4,7 +4,8 @@
         --json out/rivals.json
 
 The same recordings, drawn again from the seeds of the rows, go to three tools. PySINDy answers under every
-complexity of a list, for `make pages` to choose by the rule that chooses ours. Gradient boosting over the
+complexity of a list, for `make pages` to choose by the rule that chooses ours; what could be gained at most
+stands beside. Gradient boosting over the
 coordinates competes for the fit of what a rigid model leaves in the last quarter of each recording, with its
 Shapley values by coordinate. Rollouts fitted by Gauss-Newton compete for the parameters.
 """
@@ -22,6 +23,7 @@ from reconcile.recording.recording import load_recordings
 from reconcile.sensing.checks import examine
 from tests.campaigns.bench import sindy_peer
 from tests.campaigns.bench.boosting_rival import boosted
+from tests.campaigns.bench.families_achievable import achievable
 from tests.campaigns.bench.rollout_rival import fitted_rollouts
 from tests.campaigns.blind.families.evidence import rounded
 from tests.campaigns.blind.families.files import record
@@ -65,6 +67,8 @@ def asked(family: str, seed: int, folder: Path) -> Row:
             "pysindy": pysindy(paths, model_file),
         }
     )
+    if case.effects and not case.has_foreign:
+        row |= {"achievable": rounded(achievable(case, paths, model_file))}
     return {"family": family, "seed": seed, "sha256": seal} | row
 
 

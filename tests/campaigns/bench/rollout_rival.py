@@ -21,7 +21,7 @@ CREEP = 0.002
 MOST_WINDOWS = 150
 """Of a recording, evenly chosen."""
 BOUNDS = ((0.2, 0.0, 0.0, -3.0), (5.0, 10.0, 10.0, 3.0))
-"""Of the parameters over what a linear regression gives, the offset over Coulomb friction."""
+"""Of the parameters over what a linear regression gives; of the offset over Coulomb friction where larger."""
 
 
 @njit(cache=True)
@@ -55,7 +55,8 @@ def fitted_rollouts(recordings: Sequence[Judged]) -> dict[str, float]:
     )
     force = np.concatenate([r.force_n[r.kept()] for r in recordings])
     begun, *_ = np.linalg.lstsq(columns, force, rcond=None)
-    scale = np.array([begun[0], max(begun[1], 1e-9), max(begun[2], 1e-9), max(begun[2], 1e-9)])
+    coulomb_n = max(begun[2], 1e-9)
+    scale = np.array([begun[0], max(begun[1], 1e-9), coulomb_n, max(abs(begun[3]), coulomb_n)])
 
     def residuals(share: Array) -> Array:
         parts = []

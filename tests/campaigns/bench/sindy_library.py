@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks, periodogram
 
 from kernels.arrays import Array
+from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
@@ -37,10 +38,12 @@ class Term(NamedTuple):
 class Library:
     """Sums of products of all columns for each block of samples: all that least squares asks for."""
 
-    def __init__(self, datasets: Sequence[RegressionData], channel: ResidualChannel) -> None:
-        found = regression_problem(
-            datasets, channel, _frequencies(datasets) if channel is ResidualChannel.FORCE else []
-        )
+    def __init__(
+        self, datasets: Sequence[RegressionData], channel: ResidualChannel, known: Sequence[ModelTerm] = ()
+    ) -> None:
+        """`known`: what the model file has already, which is taken off as `reconcile` takes it off."""
+        lines = _frequencies(datasets) if channel is ResidualChannel.FORCE else []
+        found = regression_problem(datasets, channel, lines, model_terms=known)
         equations = found.equations
         self.samples, self._recording, self._gram = (
             equations.samples,

@@ -20,6 +20,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
+from reconcile.regression.model_presliding import regressed_terms
 from reconcile.regression.regression_data import regression_data
 from tests.campaigns.bench.sindy_library import Library, Term, rows
 
@@ -95,7 +96,8 @@ def proposals(recordings: Sequence[AxisRecording], axis: NominalAxis, rules: Rul
     for channel in ResidualChannel:
         own = [r for r in recordings if channel is ResidualChannel.FORCE or r.scale_m is not None]
         if own:
-            library = Library([regression_data(recording, axis) for recording in own], channel)
+            datasets = [regression_data(recording, axis) for recording in own]
+            library = Library(datasets, channel, regressed_terms(axis, datasets, channel))
             found.append(Proposals(channel, own[0].period_s, library, _models(library, rules)))
     return found
 

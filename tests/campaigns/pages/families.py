@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from tests.campaigns.blind.families.score import scored_anew, summary
+from tests.campaigns.pages import rivals
 from tests.campaigns.pages.leave_out import BEGUN, LeftOut, leave_out
 
 
@@ -41,7 +42,9 @@ CONFIDENCE_OFF = 0.05
 EDGES = (0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 1.0)
 
 
-def section(scored: Mapping[str, Any], training: Mapping[str, Any]) -> str:
+def section(
+    scored: Mapping[str, Any], training: Mapping[str, Any], answers: Sequence[Mapping[str, Any]] = ()
+) -> str:
     """Return what stands between the marks of the page."""
     out = leave_out(training, scored)
     found, shipped = summary(out.scores), summary(scored_anew(list(scored["rows"])))
@@ -54,6 +57,7 @@ def section(scored: Mapping[str, Any], training: Mapping[str, Any]) -> str:
     lines += ["| --- | --- |" + " --- |" * (len(families) + 3)]
     lines += _rows(found, shipped, families)
     lines += ["", *_confidence(out.scores), *_rules(out, training), *_wrong(out.scores)]
+    lines += rivals.section(scored["rows"], training["rows"], out.scores, answers)
     return "\n".join(lines)
 
 

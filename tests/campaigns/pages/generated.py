@@ -15,6 +15,8 @@ from tests.campaigns.bench import real_page
 from tests.campaigns.pages import claims, drive_objects, families
 
 ROOT = Path(__file__).parents[3]
+BLIND = tuple(f"docs/blind_families{end}.json" for end in ("", "_training", "_rivals"))
+"""Scored cases, training cases, and what rivals said of both."""
 
 
 class Generated(NamedTuple):
@@ -51,8 +53,8 @@ def _compensations(document: str) -> str:
 
 
 def _families(document: str) -> str:
-    scored, training = (_figures(f"docs/blind_families{end}.json") for end in ("", "_training"))
-    return between(document, "figures", families.section(scored, training))
+    scored, training, rivals = (_figures(source) for source in BLIND)
+    return between(document, "figures", families.section(scored, training, rivals["rows"]))
 
 
 def _measured_axes(_: str) -> str:
@@ -69,9 +71,7 @@ def _claims(_: str) -> str:
 
 
 GENERATED = (
-    Generated(
-        "docs/blind-trials.md", ("docs/blind_families.json", "docs/blind_families_training.json"), _families
-    ),
+    Generated("docs/blind-trials.md", BLIND, _families),
     Generated("docs/claims.md", ("docs/claims.toml",), _claims),
     Generated("docs/compensations.md", ("docs/compensations.json",), _compensations),
     Generated("docs/drive_objects.md", ("eds/servo_drive.eds", "eds/linear_scale.eds"), _drive_objects),

@@ -2,13 +2,14 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-from tests.campaigns.blind.families.interface import Case
+from tests.campaigns.blind.families.interface import Case, Channels
 from tests.campaigns.blind.families.judge import drawn
 
 COLUMNS = {
@@ -33,9 +34,18 @@ def record(case: Case, directory: Path) -> tuple[list[Path], str]:
     directory.mkdir(parents=True, exist_ok=True)
     (directory / SEALED).mkdir(exist_ok=True)
     made = drawn(case)
+    paths = write_recordings(case, made.recordings, directory)
+    (directory / "model.toml").write_text(model_text(case), encoding="utf-8")
+    text = json.dumps(made.truth, indent=1) + "\n"
+    (directory / SEALED / "truth.json").write_text(text, encoding="utf-8")
+    return paths, hashlib.sha256(text.encode()).hexdigest()
+
+
+def write_recordings(case: Case, recordings: Sequence[Channels], directory: Path) -> list[Path]:
+    """Write one file a recording, as the case has them; return their paths."""
     paths = []
     names = COLUMNS | (ROTARY if case.rotary else {})
-    for number, channels in enumerate(made.recordings, start=1):
+    for number, channels in enumerate(recordings, start=1):
         table = pa.table({names[key]: values for key, values in channels.items()})
         path = directory / f"recording_{number}.{'csv' if case.as_csv else 'parquet'}"
         if case.as_csv:
@@ -43,10 +53,7 @@ def record(case: Case, directory: Path) -> tuple[list[Path], str]:
         else:
             pq.write_table(table, path)
         paths.append(path)
-    (directory / "model.toml").write_text(model_text(case), encoding="utf-8")
-    text = json.dumps(made.truth, indent=1) + "\n"
-    (directory / SEALED / "truth.json").write_text(text, encoding="utf-8")
-    return paths, hashlib.sha256(text.encode()).hexdigest()
+    return paths
 
 
 def model_text(case: Case) -> str:
