@@ -4,6 +4,7 @@ import json
 import re
 import tomllib
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ from servo_ctrl.config import key_tables
 from studies.compensations.run import markdown
 from studies.compensations.twin_study import Row
 from tests.campaigns.bench import real_page
-from tests.campaigns.pages import claims, drive_objects, families
+from tests.campaigns.pages import claims, drive_objects, families, tables
 
 ROOT = Path(__file__).parents[3]
 BLIND = tuple(f"docs/blind_families{end}.json" for end in ("", "_training", "_rivals"))
@@ -70,6 +71,16 @@ def _claims(_: str) -> str:
     return claims.page(claims.read(listed))
 
 
+def _tables() -> list[Generated]:
+    """Return the pages with tables of measured figures, which stand in docs/tables."""
+    found = []
+    for file in sorted(tables.FOLDER.glob("*.json")):
+        source = str(file.relative_to(ROOT))
+        kept = _figures(source)
+        found.append(Generated(kept["page"], (source,), partial(tables.filled, tables=kept["tables"])))
+    return found
+
+
 GENERATED = (
     Generated("docs/blind-trials.md", BLIND, _families),
     Generated("docs/claims.md", ("docs/claims.toml",), _claims),
@@ -79,4 +90,5 @@ GENERATED = (
     Generated("docs/plant.md", ("hil_sim/config/effect_tables.py",), effect_tables.filled),
     Generated("docs/programs.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
     Generated("docs/reconcile_real.md", ("docs/reconcile_real.json",), _measured_axes),
+    *_tables(),
 )

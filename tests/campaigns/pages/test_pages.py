@@ -2,6 +2,7 @@
 
 import ast
 import importlib.util
+import json
 import re
 import tomllib
 from functools import cache
@@ -15,7 +16,7 @@ from reconcile.cli.main import app as reconcile
 from servo_ctrl.cli.main import app as servo_ctrl
 from tests.campaigns.blind.families.fit import fitted
 from tests.campaigns.blind.families.merge import merged
-from tests.campaigns.pages import claims, families
+from tests.campaigns.pages import claims, families, tables
 from tests.campaigns.pages.generated import GENERATED, ROOT, Generated, between
 from tests.campaigns.pages.leave_out import BEGUN, leave_out
 
@@ -36,6 +37,40 @@ def test_every_committed_json_of_the_documents_makes_a_table_or_shows_a_claim() 
     used = {source for one in GENERATED for source in one.sources}
     kept = {str(file.relative_to(ROOT)) for file in (ROOT / "docs").glob("*.json")}
     assert kept <= used | {file for one in LISTED for file in one.files}
+
+
+CONSTANTS = {
+    "docs/commands.md": "objects and bytes, held by tests/docs/test_commands_page.py",
+    "docs/fault_policy.md": "the policy's own bounds, held by tests/unit/servo_axis/test_fault_bounds.py",
+    "docs/local_socket.md": "bytes of the protocol",
+    "docs/mqtt.md": "bytes of the stream, held by tests/docs/test_mqtt_document.py",
+}
+"""Pages with tables of numbers that nobody measured."""
+
+
+def test_every_table_of_figures_comes_from_a_committed_json() -> None:
+    generated = {one.page for one in GENERATED}
+    for file in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+        page, document = str(file.relative_to(ROOT)), file.read_text(encoding="utf-8")
+        is_whole = page in generated and "<!-- " not in document
+        if not is_whole and page not in CONSTANTS:
+            loose = list(tables.unmarked(document))
+            assert not loose, f"{page}: put marks around {loose}, then python -m tests.campaigns.pages.tables"
+
+
+def test_tables_are_taken_over_and_made_anew() -> None:
+    page = "a\n<!-- table: x -->\n| n | s |\n| --- | --- |\n| a \\| b | 2 s |\n<!-- end -->\nb\n"
+    taken = tables.taken_over(page, {}, "today", "make x")
+    rows = [["n", "s"], ["a \\| b", "2 s"]]
+    assert taken == {"x": {"command": "make x", "made": "today", "rows": rows}}
+    assert json.loads(tables.dumped("docs/a.md", taken)) == {"page": "docs/a.md", "tables": taken}
+    assert tables.filled(page.replace("2 s", "3 s"), taken) == page
+    again = tables.taken_over(page, taken, "tomorrow", "make y")
+    assert again == taken
+    with pytest.raises(ValueError, match="not the same"):
+        tables.filled("no marks", taken)
+    assert list(tables.unmarked("| a | b |\n| --- | --- |\n| x | 2.5 um |\n")) == ["| a | b |"]
+    assert not list(tables.unmarked(page))
 
 
 def test_text_goes_between_its_marks_and_nowhere_else() -> None:
