@@ -13,7 +13,7 @@ SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
-.PHONY: help setup demo test check check-fast tests tests-fast test-vcan vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit clean
+.PHONY: help setup demo test check check-fast tests tests-fast test-vcan vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit site tutorials test-image budget clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -64,6 +64,18 @@ test-vcan: setup system  ## the tests on real SocketCAN (vcan0 in user-mode Linu
 vcan-fast: setup
 	$(BIN)/python tests/vcan/run_in_uml.py tests/vcan/test_socketcan.py
 
+site: setup  ## the documentation as a site, in out/site; warnings are errors
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+
+tutorials: setup  ## run all of the tutorials, also what takes minutes
+	@TUTORIALS=all $(PYTEST) tests/docs/test_tutorials.py
+
+test-image: setup  ## build the image with buildah and run its services (as root; 5 minutes); writes image.json
+	$(BIN)/python -m tests.campaigns.image.main --json image.json
+
+budget: setup  ## measure what each dependency costs; writes docs/dependencies.json, then make pages
+	@$(BIN)/python -m tests.campaigns.pages.dependencies
+
 audit: setup  ## ask the OSV database for advisories on the pinned packages (needs a network)
 	@$(BIN)/python tests/support/advisories.py
 
@@ -105,4 +117,4 @@ fuzz: setup  ## coverage-guided fuzzing of every parser, so many seconds each (S
 	$(BIN)/python -m tests.campaigns.hostile.fuzz --seconds $(SECONDS) --json fuzz.json
 
 clean:  ## remove the environment and everything that was made
-	rm -rf $(VENV) out bench.json bench-reconcile.json bench-real.json bench-fleet.json bench-hmi.json campaign.json soak.json load.json mutation.json hostile.json fuzz.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out bench.json bench-reconcile.json bench-real.json bench-fleet.json bench-hmi.json campaign.json soak.json load.json mutation.json hostile.json fuzz.json image.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

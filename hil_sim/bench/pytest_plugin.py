@@ -1,4 +1,4 @@
-"""HIL tests of one's own controller: `pytest -p hil_sim.bench.pytest_plugin --hil xy_table`.
+"""HIL tests of one's own controller: `pytest --hil xy_table`.
 
 A test that takes `hil_bench` gets a fresh machine; it is skipped where no machine is named.
 """

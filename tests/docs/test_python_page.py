@@ -1,4 +1,7 @@
-"""The examples of docs/python.md are executed as they stand, each in a program and a directory of its own."""
+"""The examples of docs/python.md are executed as they stand, each in a program and a directory of its own.
+
+Its plugin of pytest is run by the tutorial on HIL tests (test_tutorials.py).
+"""
 
 import re
 import subprocess
@@ -18,16 +21,3 @@ def test_an_example_runs_as_it_stands(number: int, tmp_path: Path) -> None:
     command = [sys.executable, "-c", EXAMPLES[number]]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=LIMIT_S)
     assert done.returncode == 0, done.stderr
-
-
-def test_the_plugin_serves_a_machine_to_a_test_and_skips_where_none_is_named(tmp_path: Path) -> None:
-    (tmp_path / "test_mine.py").write_text(
-        "def test_mine(hil_bench):\n    assert hil_bench.bus.startswith('localcan:')\n", encoding="utf-8"
-    )
-    plugin = [sys.executable, "-m", "pytest", "-q", "-p", "hil_sim.bench.pytest_plugin", "--rootdir=."]
-    for words, outcome in ((["--hil", "xy_table"], "1 passed"), ([], "1 skipped")):
-        command = [*plugin, *words, "test_mine.py"]
-        done = subprocess.run(
-            command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=LIMIT_S
-        )
-        assert outcome in done.stdout, done.stdout + done.stderr

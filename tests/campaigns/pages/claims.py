@@ -60,9 +60,9 @@ def page(claims: list[Claim]) -> str:
     )
     lines = [HEAD.format(legend=legend, counts=counts)]
     for name in dict.fromkeys(one.page for one in claims):
-        link = name.removeprefix("docs/") if name.startswith("docs/") else f"../{name}"
+        link = f"[{name}]({name.removeprefix('docs/')})" if name.startswith("docs/") else name
         lines += [
-            f"## [{name}]({link})",
+            f"## {link}",
             "",
             "| claim | shown by | command | files |",
             "| --- | --- | --- | --- |",

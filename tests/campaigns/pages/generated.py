@@ -13,7 +13,7 @@ from servo_ctrl.config import key_tables
 from studies.compensations.run import markdown
 from studies.compensations.twin_study import Row
 from tests.campaigns.bench import real_page
-from tests.campaigns.pages import claims, drive_objects, families, tables
+from tests.campaigns.pages import claims, dependencies, drive_objects, families, tables
 
 ROOT = Path(__file__).parents[3]
 BLIND = tuple(f"docs/blind_families{end}.json" for end in ("", "_training", "_rivals"))
@@ -81,11 +81,16 @@ def _tables() -> list[Generated]:
     return found
 
 
+def _dependencies(_: str) -> str:
+    return dependencies.page(_figures("docs/dependencies.json"))
+
+
 GENERATED = (
     Generated("docs/blind-trials.md", BLIND, _families),
     Generated("docs/claims.md", ("docs/claims.toml",), _claims),
     Generated("docs/compensations.md", ("docs/compensations.json",), _compensations),
     Generated("docs/drive_objects.md", ("eds/servo_drive.eds", "eds/linear_scale.eds"), _drive_objects),
+    Generated("docs/dependencies.md", ("docs/dependencies.json", "docs/dependencies.toml"), _dependencies),
     Generated("docs/machines.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
     Generated("docs/plant.md", ("hil_sim/config/effect_tables.py",), effect_tables.filled),
     Generated("docs/programs.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),

@@ -1,0 +1,114 @@
+"""Every command that a page shows is one that its program takes: parsed by the program, without being run.
+
+What runs them is in RUN_BY: a command of which no test runs its kind is refused.
+"""
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+import typer.main
+
+from hil_sim.cli.main import app as hil_sim
+from reconcile.cli.main import app as reconcile
+from servo_ctrl.cli.main import app as servo_ctrl
+
+ROOT = Path(__file__).parents[2]
+PROGRAMS: dict[str, Any] = {
+    name: typer.main.get_command(app)
+    for name, app in (("servo-ctrl", servo_ctrl), ("hil-sim", hil_sim), ("reconcile", reconcile))
+}
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+LINE = re.compile(r"^(?: {4})?((?:servo-ctrl|hil-sim|reconcile) .*)$", re.MULTILINE)
+RUN_BY = {
+    "servo-ctrl run": "tests/docs/test_readme.py",
+    "servo-ctrl learn": "tests/hil/test_learning_lockstep.py",
+    "servo-ctrl check": "tests/docs/test_tutorials.py",
+    "servo-ctrl export": "tests/docs/test_tutorials.py",
+    "servo-ctrl report": "tests/docs/test_tutorials.py",
+    "servo-ctrl demo": "tests/hil/test_experiments.py",
+    "servo-ctrl ask": "tests/hil/test_ask.py",
+    "servo-ctrl new-machine": "tests/docs/test_tutorials.py",
+    "servo-ctrl nodes": "tests/docs/test_tutorials.py",
+    "servo-ctrl conformance": "tests/docs/test_tutorials.py",
+    "servo-ctrl learned": "tests/unit/servo_cli/test_learned_commands.py",
+    "servo-ctrl experiment friction": "tests/hil/test_friction_experiments.py",
+    "servo-ctrl experiment drift": "tests/hil/test_friction_experiments.py",
+    "servo-ctrl experiment fuzzy": "tests/hil/test_fuzzy_experiment.py",
+    "servo-ctrl experiment positioning": "tests/hil/test_positioning_experiment.py",
+    "servo-ctrl experiment compensations": "tests/unit/studies/test_compensations.py",
+    "servo-ctrl experiment circles": "tests/hil/test_experiments.py",
+    "servo-ctrl experiment emps": "tests/hil/test_experiments.py",
+    "hil-sim run": "tests/docs/test_readme.py",
+    "reconcile diagnose": "tests/docs/test_tutorials.py",
+    "reconcile example": "tests/unit/reconcile/examples",
+    "reconcile loop": "tests/hil/test_reconcile_loop.py",
+    "reconcile watch": "tests/unit/reconcile/watch",
+    "reconcile fleet": "tests/unit/reconcile/fleet",
+    "reconcile trial": "tests/unit/reconcile/trials",
+}
+"""By the beginning of a command: the test, or the folder of tests, that runs such a one."""
+
+
+class Shown(NamedTuple):
+    """A command on a page."""
+
+    page: str
+    line: str
+    words: list[str]
+
+
+def shown() -> list[Shown]:
+    found = []
+    for page in PAGES:
+        for line in LINE.findall(page.read_text(encoding="utf-8")):
+            words = shlex.split(line, comments=True)
+            if "..." not in words:
+                found.append(Shown(page.name, line, words))
+    return found
+
+
+def parse(words: list[str]) -> None:
+    """Raise click's UsageError where a word is not what the program takes."""
+    command: Any = PROGRAMS[words[0]]
+    rest, context = words[1:], None
+    while hasattr(command, "get_command"):
+        context = typer.Context(command, parent=context, info_name=words[0])
+        found = command.get_command(context, rest[0])
+        assert found is not None, f"{words[0]} has no command {rest[0]}"
+        command, rest = found, rest[1:]
+    command.make_context(words[0], rest, parent=context, resilient_parsing=False)
+
+
+COMMANDS = shown()
+
+
+def test_the_pages_show_commands_of_all_programs() -> None:
+    assert {one.words[0] for one in COMMANDS} == set(PROGRAMS)
+    assert len(COMMANDS) > 50
+
+
+@pytest.mark.parametrize("one", COMMANDS, ids=lambda one: f"{one.page}: {one.line}"[:80])
+def test_a_command_of_a_page_is_taken(one: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    parse(one.words)
+    assert [kind for kind in RUN_BY if one.line.startswith(f"{kind} ")], "no test runs such a command"
+
+
+def test_a_wrong_command_is_refused() -> None:
+    for wrong in ("servo-ctrl rnu", "servo-ctrl run --machin x", "reconcile example emsp --out x"):
+        with pytest.raises((AssertionError, typer._click.exceptions.UsageError)):
+            parse(wrong.split())
+
+
+def test_what_is_said_to_run_a_command_names_it() -> None:
+    for kind, where in RUN_BY.items():
+        place = ROOT / where
+        files = [place] if place.is_file() else sorted(place.rglob("*.py"))
+        tutorials = sorted((ROOT / "docs" / "tutorials").glob("*.md")) if "tutorials" in where else []
+        text = "\n".join(file.read_text(encoding="utf-8") for file in [*files, *tutorials])
+        last = kind.split()[-1]
+        assert files, where
+        assert last in text, f"{where} does not name {last}"
