@@ -33,6 +33,7 @@ class Drive:
     def __init__(self, config: AxisPlant, plant: Plant, index: int, host: NodeHost) -> None:
         self.objects = self._make_objects(config)
         self.port = AxisPort(config, plant, index)
+        self.objects.sensors = self.port
         self.motion = Motion(self.objects, self.port)
         self._hardware_values = hardware_values(config)
         self._power_up()
@@ -50,7 +51,7 @@ class Drive:
         self._controlword = 0
         self._state_at_controlword: State | None = None  # in which the controlword was last executed
         self._state_after_ramp: State | None = None  # while a ramp of 605Bh or 605Ch brakes the axis
-        self._torque_limits = (0, 0)  # 6072h and 6073h, as the port has them
+        self._torque_limits = (0, 0, 0, 0)  # 6072h, 6073h, 60E0h, 60E1h, as the port has them
 
     # --- services for the slave -------------------------------------------------------------------
 
@@ -62,10 +63,10 @@ class Drive:
     def reset(self) -> None:
         """Power up: not homed, power stage off; the self-test passes at once."""
         self.port.origin = 0
-        self.port.set_polarity(self.objects.polarity)
         self.motion.reset()
         self._power_up()
-        self._limit_torque()
+        self.set_polarity()
+        self.limit_speed()
         self.port.read(self.objects)
         self.objects.digital_inputs = 0
         self._enter_after(Event.SELF_TEST_PASSED)
@@ -99,7 +100,7 @@ class Drive:
         objects = self.objects
         if objects.modes_of_operation != objects.modes_of_operation_display:
             self.motion.select_mode(objects.modes_of_operation)
-        if (objects.max_torque, objects.max_current) != self._torque_limits:
+        if self._wanted_torque_limits() != self._torque_limits:
             self._limit_torque()
         if objects.controlword != self._controlword or self._state_at_controlword is not self.state:
             previous, self._controlword = self._controlword, objects.controlword
@@ -107,9 +108,25 @@ class Drive:
             self._state_at_controlword = self.state
             self._compose_statusword()
 
+    def set_polarity(self) -> None:
+        """Follow 607Eh, with the torque limits, which have a sign."""
+        self.port.set_polarity(self.objects.polarity)
+        self._limit_torque()
+
+    def limit_speed(self) -> None:
+        """Follow the max motor speed 6080h (1/min)."""
+        turns_s = self.objects.max_motor_speed / 60.0
+        self.motion.limits.motor_speed = turns_s * self.port.counts_per_rev
+
+    def _wanted_torque_limits(self) -> tuple[int, int, int, int]:
+        objects = self.objects
+        directions = (objects.positive_torque_limit_value, objects.negative_torque_limit_value)
+        return objects.max_torque, objects.max_current, *directions
+
     def _limit_torque(self) -> None:
-        self._torque_limits = (self.objects.max_torque, self.objects.max_current)
-        self.port.limit_torque(*self._torque_limits)
+        self._torque_limits = self._wanted_torque_limits()
+        self.port.limit_torque(*self._torque_limits[:2])
+        self.port.limit_direction(*self._torque_limits[2:])
 
     # --- the tick ---------------------------------------------------------------------------------
 

@@ -13,6 +13,7 @@ from hil_sim.plant.layout import SETPOINT
 from hil_sim.plant.measured_point import velocity_field
 
 POSITION_REVERSED, VELOCITY_REVERSED, TORQUE_REVERSED = 0x80, 0x40, 0x20  # polarity 607Eh
+SCALE_SENSOR = 1  # sensor selection code 606Ah
 PER_MILLE = 1000.0  # units of torque and current objects in the rated value
 
 
@@ -43,6 +44,9 @@ class AxisPort:
         self._a_per_torque = rated_torque_nm / PER_MILLE / motor.torque_constant_nm_a
         self._torque_per_a = 1.0 / self._a_per_torque
         self._current_per_a = PER_MILLE / self._rated_current_a
+        self._limit_a = self._peak_a = config.amplifier.peak_current_a
+        self.has_scale = config.scale is not None
+        self.position_gain_1_s: float = config.amplifier.position_gain_1_s
         self.origin = 0  # user counts where the motor counts are zero
         self.set_polarity(0)
 
@@ -89,6 +93,14 @@ class AxisPort:
         else:
             self._negative_m = math.inf
 
+    def sensor_velocity(self, selection: int) -> int:
+        """Velocity (increments/s of the sensor, without polarity) of encoder (0) or scale (1), by 606Ah."""
+        if selection == SCALE_SENSOR:
+            velocity: float = self._scale_velocity_m_s[self._index] * self._scale_counts_per_m
+        else:
+            velocity = self._encoder_velocity_m_s[self._index] * self._counts_per_m
+        return round(velocity)
+
     def motor_counts(self) -> int:
         """Motor counts from the power-up origin, without polarity."""
         return int(self._counts[self._index])
@@ -110,7 +122,17 @@ class AxisPort:
         """Apply the limits 6072h and 6073h (per mille)."""
         by_torque_a = max_torque * self._a_per_torque
         by_current_a = max_current * self._rated_current_a / PER_MILLE
-        self._setpoint["current_limit_a"][self._index] = min(by_torque_a, by_current_a)
+        self._limit_a = min(by_torque_a, by_current_a)
+        self._setpoint["current_limit_a"][self._index] = self._limit_a
+
+    def limit_direction(self, positive: int, negative: int) -> None:
+        """Apply the limits 60E0h and 60E1h (per mille), below those of both directions."""
+        limit_a = min(self._limit_a, self._peak_a)
+        cuts_a = [max(0.0, limit_a - torque * self._a_per_torque) for torque in (positive, negative)]
+        if self._torque_sign < 0:
+            cuts_a.reverse()
+        self._setpoint["current_cut_positive_a"][self._index] = cuts_a[0]
+        self._setpoint["current_cut_negative_a"][self._index] = cuts_a[1]
 
     def command_torque(self, torque: int) -> None:
         """Torque set point (per mille)."""

@@ -1,17 +1,27 @@
 """Objects of the drive that depend on the hardware, and writes that depend on the drive's state."""
 
 from collections.abc import Container
+from fractions import Fraction
 from typing import Any, Protocol
 
 from hil_sim.config import AxisPlant
-from hil_sim.drive.axis_port import POSITION_REVERSED, TORQUE_REVERSED, VELOCITY_REVERSED, AxisPort
+from hil_sim.drive.axis_port import (
+    POSITION_REVERSED,
+    SCALE_SENSOR,
+    TORQUE_REVERSED,
+    VELOCITY_REVERSED,
+    AxisPort,
+)
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.homing import METHODS
 from hil_sim.drive.motion import Motion
+from hil_sim.drive.profile_modes import JERK_LIMITED, TO_DEMAND
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
-ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073)
+ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073, 0x60E0, 0x60E1)
+RELATIVE_OPTIONS = (0, TO_DEMAND, 2)
+"""Positioning option codes 60F2h: this axis is not rotary, and acts on set-points at once or in order."""
 LARGEST_U16 = 0xFFFF
 POLARITY_BITS = POSITION_REVERSED | VELOCITY_REVERSED | TORQUE_REVERSED
 """Bits of 607Eh; the others are reserved."""
@@ -30,6 +40,12 @@ class GuardedDrive(Protocol):
     def is_idle(self) -> bool:
         """Whether the motor has no power."""
 
+    def set_polarity(self) -> None:
+        """Follow 607Eh."""
+
+    def limit_speed(self) -> None:
+        """Follow 6080h."""
+
 
 def hardware_values(config: AxisPlant) -> dict[tuple[int, int], int]:
     """Values of the objects that describe motor, encoder, screw and amplifier of the axis."""
@@ -37,12 +53,21 @@ def hardware_values(config: AxisPlant) -> dict[tuple[int, int], int]:
     peak_a = config.amplifier.peak_current_a
     peak_current = round(peak_a * 1e6 / motor.rated_current_ma)
     peak_torque = round(peak_a * motor.torque_constant_nm_a * 1e6 / motor.rated_torque_mnm)
-    return {
+    resolution = Fraction(0)
+    if config.scale is not None:  # increments of the scale in a turn of the motor
+        resolution = Fraction(
+            config.transmission.lead_mm * 1e3 / config.scale.resolution_um
+        ).limit_denominator(1000)
+    scale = {(index, 1): resolution.numerator for index in (0x60E6, 0x60E7, 0x60E9)}
+    scale |= {(index, 1): resolution.denominator for index in (0x60EB, 0x60EC, 0x60EE)}
+    return scale | {
         (0x6072, 0): min(LARGEST_U16, peak_torque),
         (0x6073, 0): min(LARGEST_U16, peak_current),
         (0x6075, 0): motor.rated_current_ma,
         (0x6076, 0): motor.rated_torque_mnm,
+        (0x6079, 0): round(config.amplifier.voltage_limit_v * 1e3),
         (0x608F, 1): config.encoder.counts_per_rev,
+        (0x6090, 1): config.encoder.counts_per_rev,
         (0x6092, 1): config.encoder.counts_per_rev,
     }
 
@@ -75,6 +100,10 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
             raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
 
     dictionary.checks[0x607E] = polarity
-    dictionary.followers[0x607E] = lambda _sub: drive.port.set_polarity(drive.objects.polarity)
+    dictionary.followers[0x607E] = lambda _sub: drive.set_polarity()
+    dictionary.followers[0x6080] = lambda _sub: drive.limit_speed()
+    dictionary.checks[0x606A] = only_in((0, SCALE_SENSOR) if drive.port.has_scale else (0,))
+    dictionary.checks[0x6086] = only_in((0, JERK_LIMITED))
+    dictionary.checks[0x60F2] = only_in(RELATIVE_OPTIONS)
     for index in ACTED_ON_AT_ONCE:
         dictionary.followers[index] = lambda _sub: drive.process()

@@ -1,13 +1,34 @@
 """Process objects of the CiA 402 drive. Units: counts of the encoder, counts/s, counts/s^2, per mille."""
 
 from dataclasses import dataclass
+from typing import ClassVar, Protocol
 
-from hil_sim.node.process_objects import ProcessObjects, cia
+from hil_sim.node.process_objects import Address, ProcessObjects, cia
+
+
+class Sensors(Protocol):
+    """What objects are computed from when they are asked for."""
+
+    position_gain_1_s: float
+    """Of the position loop."""
+
+    def motor_counts(self) -> int:
+        """Motor counts from the power-up origin, without polarity."""
+
+    def sensor_velocity(self, selection: int) -> int:
+        """Velocity of the sensor that 606Ah names."""
 
 
 @dataclass(slots=True)
 class DriveObjects(ProcessObjects):
     """One attribute per object that a PDO may map or the drive acts on; the EDS has types and limits."""
+
+    COMPUTED: ClassVar[dict[Address, str]] = {
+        (0x6063, 0): "position_actual_internal_value",
+        (0x6069, 0): "velocity_sensor_actual_value",
+        (0x60FA, 0): "control_effort",
+    }
+    sensors: Sensors | None = None
 
     abort_connection_option_code: int = cia(0x6007)
     error_code: int = cia(0x603F)
@@ -26,6 +47,7 @@ class DriveObjects(ProcessObjects):
     following_error_time_out: int = cia(0x6066)  # ms
     position_window: int = cia(0x6067)
     position_window_time: int = cia(0x6068)  # ms
+    sensor_selection_code: int = cia(0x606A)
     velocity_demand_value: int = cia(0x606B)
     velocity_actual_value: int = cia(0x606C)
     velocity_window: int = cia(0x606D)
@@ -46,22 +68,48 @@ class DriveObjects(ProcessObjects):
     max_position_limit: int = cia(0x607D, 2)
     polarity: int = cia(0x607E)
     max_profile_velocity: int = cia(0x607F)
+    max_motor_speed: int = cia(0x6080)  # 1/min
     profile_velocity: int = cia(0x6081)
+    end_velocity: int = cia(0x6082)
     profile_acceleration: int = cia(0x6083)
     profile_deceleration: int = cia(0x6084)
     quick_stop_deceleration: int = cia(0x6085)
     motion_profile_type: int = cia(0x6086)
+    torque_slope: int = cia(0x6087)  # per mille/s
+    torque_profile_type: int = cia(0x6088)
     homing_method: int = cia(0x6098)
     speed_during_search_for_switch: int = cia(0x6099, 1)
     speed_during_search_for_zero: int = cia(0x6099, 2)
     homing_acceleration: int = cia(0x609A)
+    profile_jerk: int = cia(0x60A4, 1)
     position_offset: int = cia(0x60B0)
     velocity_offset: int = cia(0x60B1)
     torque_offset: int = cia(0x60B2)
     max_acceleration: int = cia(0x60C5)
+    max_deceleration: int = cia(0x60C6)
+    positive_torque_limit_value: int = cia(0x60E0)
+    negative_torque_limit_value: int = cia(0x60E1)
     additional_position_actual_value: int = cia(0x60E4, 1)
     additional_velocity_actual_value: int = cia(0x60E5, 1)
+    positioning_option_code: int = cia(0x60F2)
     following_error_actual_value: int = cia(0x60F4)
+    max_slippage: int = cia(0x60F8)
     position_demand_internal_value: int = cia(0x60FC)
     digital_inputs: int = cia(0x60FD)
     target_velocity: int = cia(0x60FF)
+
+    @property
+    def position_actual_internal_value(self) -> int:
+        """Increments of the motor encoder."""
+        return self.sensors.motor_counts() if self.sensors is not None else 0
+
+    @property
+    def velocity_sensor_actual_value(self) -> int:
+        """Increments/s of the sensor that 606Ah names."""
+        return self.sensors.sensor_velocity(self.sensor_selection_code) if self.sensors is not None else 0
+
+    @property
+    def control_effort(self) -> int:
+        """Output of the position loop: counts/s."""
+        gain_1_s = self.sensors.position_gain_1_s if self.sensors is not None else 0.0
+        return round(gain_1_s * self.following_error_actual_value)

@@ -77,7 +77,9 @@ class Homing(Mode):
         objects = self.objects
         before = self.velocity
         step = min(objects.homing_acceleration, objects.max_acceleration) * dt_s
-        self.velocity += max(-step, min(step, self._target_velocity - before))
+        fastest = self.limits.motor_speed
+        target = max(-fastest, min(fastest, self._target_velocity))
+        self.velocity += max(-step, min(step, target - before))
         self.position += 0.5 * (before + self.velocity) * dt_s
         self.port.show_demand(objects, self.position, self.velocity)
         self.port.command_position(self.position)

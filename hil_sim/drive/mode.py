@@ -20,6 +20,7 @@ class ModeCode(IntEnum):
     NONE = 0
     PROFILE_POSITION = 1
     PROFILE_VELOCITY = 3
+    PROFILE_TORQUE = 4
     HOMING = 6
     CYCLIC_POSITION = 8
     CYCLIC_VELOCITY = 9

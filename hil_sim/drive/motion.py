@@ -14,6 +14,7 @@ from hil_sim.drive.following_error import FollowingError
 from hil_sim.drive.homing import Homing
 from hil_sim.drive.mode import TARGET_REACHED, Mode, ModeCode
 from hil_sim.drive.profile_modes import ProfilePosition, ProfileVelocity
+from hil_sim.drive.profile_torque import ProfileTorque
 from hil_sim.drive.stopping import HALT, Ramp, StopRamp
 from hil_sim.drive.travel_limits import TravelLimits
 
@@ -39,6 +40,7 @@ class Motion:
             ModeCode.NONE: Mode(*parts),
             ModeCode.PROFILE_POSITION: ProfilePosition(*parts),
             ModeCode.PROFILE_VELOCITY: ProfileVelocity(*parts),
+            ModeCode.PROFILE_TORQUE: ProfileTorque(*parts),
             ModeCode.HOMING: self._homing,
             ModeCode.CYCLIC_POSITION: CyclicPosition(*parts),
             ModeCode.CYCLIC_VELOCITY: CyclicVelocity(*parts),
@@ -110,7 +112,7 @@ class Motion:
         return None, float(self._objects.velocity_actual_value)
 
     def _deceleration(self, ramp: Ramp) -> float:
-        largest = self._objects.max_acceleration
+        largest = self._objects.max_deceleration
         match ramp:
             case Ramp.LIMIT:
                 return math.inf

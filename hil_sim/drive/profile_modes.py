@@ -1,14 +1,21 @@
 """Profile position and profile velocity mode: the drive generates the motion."""
 
+import math
 from typing import NamedTuple
 
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
-from hil_sim.drive.mode import BIT_12, TARGET_REACHED, Mode
+from hil_sim.drive.jerk_filter import JerkFilter
+from hil_sim.drive.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
 from hil_sim.drive.profile import Profile, plan
 from hil_sim.drive.travel_limits import TravelLimits
 
 NEW_SET_POINT, CHANGE_IMMEDIATELY, RELATIVE = 1 << 4, 1 << 5, 1 << 6
+JERK_LIMITED = 3
+"""Motion profile type 6086h; 0 is the linear ramp."""
+RELATIVE_OPTION, TO_TARGET, TO_DEMAND = 0x3, 0, 1
+"""Bits of 60F2h: what a relative set-point is relative to; 2 is the actual position."""
+MAX_SLIPPAGE_ERROR = BIT_13
 SET_POINT_ACKNOWLEDGE = BIT_12
 SPEED_IS_ZERO = BIT_12
 
@@ -32,6 +39,7 @@ class SetPoint(NamedTuple):
     speed: float
     acceleration: float
     deceleration: float
+    end_velocity: float = 0.0
 
 
 class ProfilePosition(Mode):
@@ -48,12 +56,16 @@ class ProfilePosition(Mode):
         self._requested = False  # bit 4 of the last controlword
         self._window = Window()
         self._reached = True
+        self._filter: JerkFilter | None = None
+        self._ahead: tuple[float, float] | None = None  # demand that the filter runs after
+        self._beyond = 0.0  # way from the target to where the axis rests, with an end velocity
 
     def enter(self) -> None:
         """Hold the present position; an axis in motion is braked."""
         super().enter()
         self._current = self._buffered = None
         self._requested = False
+        self._filter = self._ahead = None
         self._start(self._set_point(self._stopping_place()))
         self._reached = True
         self.status = TARGET_REACHED
@@ -61,7 +73,7 @@ class ProfilePosition(Mode):
     def resume(self, position: float) -> None:
         """Continue to the set-point that a halt interrupted, if it still exists."""
         super().resume(position)
-        self._profile = None
+        self._profile = self._filter = self._ahead = None
         if self._current is not None:
             self._start(self._current)
 
@@ -74,9 +86,8 @@ class ProfilePosition(Mode):
         """Set-point handshake."""
         requested = bool(controlword & NEW_SET_POINT)
         if requested and not previous & NEW_SET_POINT and self._buffered is None:
-            base = self.position if self._current is None else self._current.target
-            base = base if controlword & RELATIVE else 0.0
-            point = self._set_point(base + self.objects.target_position)
+            base = self._base() if controlword & RELATIVE else 0.0
+            point = self._set_point(base + self.objects.target_position, self.objects.end_velocity)
             if controlword & CHANGE_IMMEDIATELY or self._reached:
                 self._start(point)
             else:
@@ -89,10 +100,10 @@ class ProfilePosition(Mode):
         self._time_s += dt_s
         objects = self.objects
         if self._current is not None and self._current.speed <= 0.0 < objects.profile_velocity:
-            speed = min(objects.profile_velocity, objects.max_profile_velocity)
+            speed = self.limits.speed(objects.profile_velocity)
             self._start(self._current._replace(speed=speed))  # it was kept until there is a speed to go at
         if self._profile is not None:
-            self.position, self.velocity = self._profile.at(self._time_s)
+            self._follow(self._profile, dt_s)
         self.port.show_demand(objects, self.position, self.velocity)
         self.port.command_position(self.position, 0, objects.torque_offset)
 
@@ -103,9 +114,11 @@ class ProfilePosition(Mode):
         ended = profile is None or self._time_s >= profile.duration_s
         if self._current is not None and self._current.speed <= 0.0:
             ended = ended and self.position == self._current.target
+        if self._filter is not None:
+            ended = ended and self._filter.settled
         error = abs(self.position - objects.position_actual_value)
         inside = ended and error <= objects.position_window
-        if self._window.update(inside, dt_s, objects.position_window_time):
+        if self._window.update(inside, dt_s, objects.position_window_time) or self._passes_target():
             self._reached = True
             if self._buffered is not None:
                 point, self._buffered = self._buffered, None
@@ -115,25 +128,64 @@ class ProfilePosition(Mode):
     def _start(self, point: SetPoint) -> None:
         target = self.limits.position(point.target)
         self._current = point._replace(target=target)
-        self._profile = plan(
-            self.position, self.velocity, target, point.speed, point.acceleration, point.deceleration
-        )
+        position, velocity = self._ahead or (self.position, self.velocity)
+        end_velocity = min(point.end_velocity, point.speed)
+        self._beyond = math.copysign(end_velocity**2 / (2.0 * point.deceleration), target - position)
+        rest = self.limits.position(target + self._beyond) if self._beyond else target
+        self._profile = plan(position, velocity, rest, point.speed, point.acceleration, point.deceleration)
         self._time_s = 0.0
         self._reached = False
         self._window.update(False, 0.0, 0)
 
-    def _set_point(self, target: float) -> SetPoint:
+    def _set_point(self, target: float, end_velocity: float = 0.0) -> SetPoint:
         objects = self.objects
-        highest = objects.max_acceleration
         return SetPoint(
             target,
-            min(objects.profile_velocity, objects.max_profile_velocity),
-            min(objects.profile_acceleration, highest),
-            min(objects.profile_deceleration, highest),
+            self.limits.speed(objects.profile_velocity),
+            min(objects.profile_acceleration, objects.max_acceleration),
+            min(objects.profile_deceleration, objects.max_deceleration),
+            end_velocity,
         )
 
+    def _base(self) -> float:
+        """What a relative set-point is relative to, by 60F2h."""
+        option = self.objects.positioning_option_code & RELATIVE_OPTION
+        if option == TO_TARGET:
+            return self.position if self._current is None else self._current.target
+        return self.position if option == TO_DEMAND else float(self.objects.position_actual_value)
+
+    def _passes_target(self) -> bool:
+        """Whether a set-point with an end velocity (6082h) is passed: the axis brakes behind it."""
+        current = self._current
+        return (
+            bool(self._beyond)
+            and current is not None
+            and (self.position - current.target) / self._beyond >= 0.0
+        )
+
+    def _follow(self, profile: Profile, dt_s: float) -> None:
+        """Move the demand along the profile, behind the filter of jerk-limited ramps."""
+        position, velocity = profile.at(self._time_s)
+        self._ahead = None
+        if self.objects.motion_profile_type != JERK_LIMITED and self._filter is None:
+            self.position, self.velocity = position, velocity
+            return
+        current = self._current
+        if self._filter is None:
+            if self.velocity or current is None:  # in motion on linear ramps: the filter begins at rest
+                self.position, self.velocity = position, velocity
+                return
+            steepest = max(current.acceleration, current.deceleration)
+            self._filter = JerkFilter(self.position, steepest, self.objects.profile_jerk, dt_s)
+        before = self.position
+        self._ahead = (position, velocity)
+        self.position = self._filter.step(position)
+        self.velocity = (self.position - before) / dt_s
+        if self._filter.settled:
+            self._filter = self._ahead = None
+
     def _stopping_place(self) -> float:
-        deceleration = min(self.objects.profile_deceleration, self.objects.max_acceleration)
+        deceleration = min(self.objects.profile_deceleration, self.objects.max_deceleration)
         return self.position + self.velocity * abs(self.velocity) / (2.0 * deceleration)
 
     def _show(self) -> None:
@@ -154,9 +206,9 @@ class ProfileVelocity(Mode):
     def tick(self, dt_s: float, _share: float) -> None:
         """Move the demand one step along its ramp."""
         objects = self.objects
-        highest = objects.max_profile_velocity
+        highest = self.limits.speed(objects.max_profile_velocity)
         target = float(max(-highest, min(highest, objects.target_velocity)))
-        braking = min(objects.profile_deceleration, objects.max_acceleration)
+        braking = min(objects.profile_deceleration, objects.max_deceleration)
         target = self.limits.velocity(target, braking, dt_s)
         speeding_up = target * self.velocity >= 0.0 and abs(target) > abs(self.velocity)
         ramp = min(objects.profile_acceleration, objects.max_acceleration) if speeding_up else braking
@@ -174,3 +226,5 @@ class ProfileVelocity(Mode):
         reached = self._at_target.update(close, dt_s, objects.velocity_window_time)
         resting = self._at_rest.update(slow, dt_s, objects.velocity_threshold_time)
         self.status = TARGET_REACHED * reached | SPEED_IS_ZERO * resting
+        if abs(objects.velocity_demand_value - actual) > objects.max_slippage:
+            self.status |= MAX_SLIPPAGE_ERROR

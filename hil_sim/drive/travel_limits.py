@@ -13,6 +13,8 @@ class TravelLimits:
         self._objects = objects
         self._port = port
         self.active = False
+        self.motor_speed = math.inf
+        """Largest speed of the motor (counts/s), from 6080h."""
         self._blocked: dict[int, float] = {}  # direction: position at which the axis stopped at the switch
 
     @property
@@ -54,6 +56,10 @@ class TravelLimits:
         self.active = True
         return max(low, min(high, wanted))
 
+    def speed(self, wanted: float) -> float:
+        """Clip the speed (counts/s, >= 0) of a ramp: 607Fh, and 6080h at the motor."""
+        return min(wanted, self._objects.max_profile_velocity, self.motor_speed)
+
     def velocity(self, wanted: float, deceleration: float, dt_s: float) -> float:
         """Clip a velocity demand (counts/s) so that braking at `deceleration` ends at the limit.
 
@@ -61,6 +67,9 @@ class TravelLimits:
         """
         if wanted == 0.0:
             return wanted
+        if abs(wanted) > self.motor_speed:
+            self.active = True
+            wanted = math.copysign(self.motor_speed, wanted)
         position = self._objects.position_actual_value
         rising = wanted * self._port.velocity_side > 0.0
         distance = self.high() - position if rising else position - self.low()

@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from hil_sim.node.process_objects import ProcessObjects, attribute_names
+from hil_sim.node.process_objects import Address, ProcessObjects, attribute_names
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort, wrong_length
 from kernels.lean_import import as_if_absent
 
@@ -24,9 +24,6 @@ with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas wi
 STORE_EDS = 0x1021
 FIRST_OBJECT = 0x1000
 """Below it are data types: what a PDO maps as a dummy is no object that a client could ask for."""
-
-Address = tuple[int, int]
-"""Index and subindex."""
 
 
 class Dictionary:
@@ -154,7 +151,7 @@ class Dictionary:
         """Give the objects `first` ... `last` the values they have in the EDS."""
         self.stored = {key: data for key, data in self.stored.items() if not first <= key[0] <= last}
         for address, name in self.attributes.items():
-            if first <= address[0] <= last:
+            if first <= address[0] <= last and address not in self.objects.COMPUTED:
                 setattr(self.objects, name, self.variables[address].default or 0)
         if first <= STORE_EDS <= last and STORE_EDS in self.indices:
             self.stored[STORE_EDS, 0] = self._eds_text

@@ -8,7 +8,7 @@ A device declares a slotted dataclass whose fields name their CANopen object onc
 """
 
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Any, ClassVar
 
 
 def cia(index: int, subindex: int = 0) -> Any:
@@ -16,13 +16,21 @@ def cia(index: int, subindex: int = 0) -> Any:
     return field(default=0, metadata={"object": (index, subindex)})
 
 
+Address = tuple[int, int]
+"""Index and subindex."""
+
+
 @dataclass(slots=True)
 class ProcessObjects:
     """The process objects of every device."""
 
+    COMPUTED: ClassVar[dict[Address, str]] = {}
+    """Objects that are properties: computed when they are asked for, not in every cycle."""
+
     error_register: int = cia(0x1001)
 
 
-def attribute_names(objects: ProcessObjects) -> dict[tuple[int, int], str]:
+def attribute_names(objects: ProcessObjects | type[ProcessObjects]) -> dict[Address, str]:
     """Map (index, subindex) to the attribute that holds the object."""
-    return {item.metadata["object"]: item.name for item in fields(objects)}
+    stored = {item.metadata["object"]: item.name for item in fields(objects) if "object" in item.metadata}
+    return stored | objects.COMPUTED

@@ -9,7 +9,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from hil_sim.node.dictionary import Address, Dictionary, limits_of
+from hil_sim.node.dictionary import Dictionary, limits_of
+from hil_sim.node.process_objects import Address
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 SAVE, LOAD = 0x6576_6173, 0x6461_6F6C  # "save" and "load" in ASCII

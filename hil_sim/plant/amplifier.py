@@ -77,8 +77,10 @@ def current_reference_a(
 ) -> float:
     """Current set point (A) of the active loop; `fraction` (0..1] of the call's `span_s` has passed."""
     limit_a = min(setpoint.current_limit_a, p.peak_current_a)
+    high_a = limit_a - setpoint.current_cut_positive_a
+    low_a = setpoint.current_cut_negative_a - limit_a
     if setpoint.loop == CURRENT:
-        return float(max(-limit_a, min(limit_a, setpoint.current_a + setpoint.current_offset_a)))
+        return float(max(low_a, min(high_a, setpoint.current_a + setpoint.current_offset_a)))
     velocity_m_s = setpoint.velocity_offset_m_s
     if setpoint.loop == POSITION:
         step_m = setpoint.position_m - s.position_setpoint_m
@@ -91,7 +93,7 @@ def current_reference_a(
     wanted_a = (
         p.velocity_gain_n_s_m * error_m_s + integral_n
     ) / force_constant_n_a + setpoint.current_offset_a
-    limited_a = max(-limit_a, min(limit_a, wanted_a))
+    limited_a = max(low_a, min(high_a, wanted_a))
     if limited_a == wanted_a or (wanted_a - limited_a) * error_m_s < 0.0:
         s.velocity_integral_n = integral_n
     return float(limited_a)

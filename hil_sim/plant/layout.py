@@ -85,6 +85,8 @@ SETPOINT = np.dtype(
         ("velocity_offset_m_s", np.float64),
         ("current_offset_a", np.float64),
         ("current_limit_a", np.float64),
+        ("current_cut_positive_a", np.float64),  # how much lower the limit of this sign is
+        ("current_cut_negative_a", np.float64),
     ],
     align=True,
 )

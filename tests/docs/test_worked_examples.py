@@ -17,7 +17,7 @@ TOUCHED = {
         "hil_sim/physics/friction/eddy_current_brake.py",
         "reconcile/catalogue/eddy_current_brake.py",
     },
-    "new_drive_object": {"eds/servo_drive.eds", "servo_ctrl/canopen/settings.py"},
+    "new_drive_object": {"servo_ctrl/canopen/settings.py"},
     "new_fault_event": {"docs/fault_policy.md", "hil_sim/faults/demagnetised_motor.py"},
     "new_status_field": {
         "servo_ctrl/commands/axis_status.py",

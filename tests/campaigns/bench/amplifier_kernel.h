@@ -23,8 +23,9 @@ static void enter_loop(AxisPlantState *s, const SetPoint *sp, double force_const
 static double current_reference_a(const AxisPlant *p, AxisPlantState *s, const SetPoint *sp, double resolution_m,
                                   double force_constant_n_a, double fraction, double dt_s, double span_s) {
     double limit_a = lesser(sp->current_limit_a, p->amplifier.peak_current_a);
+    double high_a = limit_a - sp->current_cut_positive_a, low_a = sp->current_cut_negative_a - limit_a;
     if (sp->loop == LOOP_CURRENT)
-        return greater(-limit_a, lesser(limit_a, sp->current_a + sp->current_offset_a));
+        return greater(low_a, lesser(high_a, sp->current_a + sp->current_offset_a));
     double velocity_m_s = sp->velocity_offset_m_s;
     if (sp->loop == LOOP_POSITION) {
         double step_m = sp->position_m - s->position_setpoint_m;
@@ -38,7 +39,7 @@ static double current_reference_a(const AxisPlant *p, AxisPlantState *s, const S
     double integral_n = s->velocity_integral_n + p->amplifier.velocity_integral_n_m * error_m_s * dt_s;
     double wanted_a = (p->amplifier.velocity_gain_n_s_m * error_m_s + integral_n) / force_constant_n_a +
                       sp->current_offset_a;
-    double limited_a = greater(-limit_a, lesser(limit_a, wanted_a));
+    double limited_a = greater(low_a, lesser(high_a, wanted_a));
     if (limited_a == wanted_a || (wanted_a - limited_a) * error_m_s < 0.0) s->velocity_integral_n = integral_n;
     return limited_a;
 }

@@ -29,7 +29,7 @@ def test_file_is_clean_under_cia_306(name: str) -> None:
     [
         ("SupportedObjects=3\n1=0x1000", "SupportedObjects=4\n1=0x1000", "does not count the entries"),
         ("NrOfTXPDO=4", "NrOfTXPDO=3", "NrOfTXPDO does not count"),
-        ("[6064]\n", "[6063]\n", "6064 is listed but not described"),
+        ("[6064]\n", "[605F]\n", "6064 is listed but not described"),
         ("0x60410010", "0x60410020", "wrong length"),
         ("0x60410010", "0x60400010", "wrong direction"),
         ("0x60410010", "0x60980008", "is mapped but cannot be"),
@@ -60,8 +60,11 @@ def test_identifiers_follow_the_predefined_connection_set() -> None:
     assert (dictionary[0x1200][1].default, dictionary[0x1200][2].default) == (0x605, 0x585)
 
 
-def test_supported_modes_are_pp_pv_hm_csp_csv_cst() -> None:
-    assert load("servo_drive.eds")[0x6502].default == 1 << 0 | 1 << 2 | 1 << 5 | 1 << 7 | 1 << 8 | 1 << 9
+def test_supported_modes_are_pp_pv_pt_hm_csp_csv_cst() -> None:
+    assert (
+        load("servo_drive.eds")[0x6502].default
+        == 1 << 0 | 1 << 2 | 1 << 3 | 1 << 5 | 1 << 7 | 1 << 8 | 1 << 9
+    )
 
 
 @pytest.mark.parametrize(

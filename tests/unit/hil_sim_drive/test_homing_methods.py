@@ -77,6 +77,23 @@ def test_home_offset_moves_the_zero_to_the_positive_side(drive: SdoDrive) -> Non
     assert home(drive, 34) == pytest.approx(INDEX_MM + 5.0, abs=COUNT_MM)
 
 
+def test_the_speeds_of_the_search_and_its_acceleration_are_6099h_and_609ah(drive: SdoDrive) -> None:
+    drive.set(0x6099, counts(8), 1)
+    drive.set(0x6099, counts(1), 2)
+    drive.set(0x609A, counts(100))
+    drive.set(0x6098, 17)
+    start_at(drive, -28.0)
+    drive.set(0x6060, 6)
+    drive.control(0x1F)
+    speeds = []
+    for _ in range(1200):
+        drive.nodes.sync()
+        speeds.append(drive.true_velocity_mm_s)
+    assert speeds[40] == pytest.approx(-4.0, abs=0.2)  # 100 mm/s^2
+    assert min(speeds) == pytest.approx(-8.0, abs=0.05)
+    assert max(speeds) == pytest.approx(1.0, abs=0.05)
+
+
 def test_homing_again_gives_the_same_zero(drive: SdoDrive) -> None:
     first = home(drive, 1)
     drive.set(0x607A, counts(10))

@@ -33,7 +33,7 @@ def test_boot_tells_a_drive_how_fast_its_motor_may_turn(axis: str) -> None:
 def test_the_data_sheet_is_clean_and_the_simulated_drive_takes_the_object() -> None:
     assert findings(EDS) == []
     drive = Dictionary(1, EDS, DriveObjects())
-    assert drive.value(0x6080) == 3000
+    assert drive.value(0x6080) == 30_000
     drive.set_data(0x6080, 0, write_to("x").data)
     assert drive.get_data(0x6080, 0) == write_to("x").data
     with pytest.raises(SdoAbort):

@@ -1,0 +1,38 @@
+"""Profile torque mode: the torque demand runs to 6071h on the slope 6087h (linear, 6088h is 0)."""
+
+from hil_sim.drive.mode import TARGET_REACHED, Mode
+
+
+class ProfileTorque(Mode):
+    """PT: demand within 6072h; bit 10 when it is the target torque."""
+
+    def enter(self) -> None:
+        """Start from the torque that the motor has."""
+        self._start(float(self.objects.torque_actual_value))
+
+    def resume(self, _position: float) -> None:
+        """Start from no torque: the axis stands still."""
+        self._start(0.0)
+
+    def _start(self, torque: float) -> None:
+        self._torque = torque
+        self.status = 0
+
+    def leave(self) -> None:
+        """Clear the torque demand: from now on the amplifier's own loops make it."""
+        super().leave()
+        self.objects.torque_demand = 0
+
+    def tick(self, dt_s: float, _share: float) -> None:
+        """Move the demand one step along its slope."""
+        objects = self.objects
+        largest = objects.max_torque
+        target = max(-largest, min(largest, objects.target_torque))
+        if self.limits.switched:
+            target = self.limits.torque(target)
+        step = objects.torque_slope * dt_s
+        self._torque += max(-step, min(step, target - self._torque))
+        self.status = TARGET_REACHED if self._torque == objects.target_torque else 0
+        demand = round(self._torque)
+        objects.torque_demand = demand
+        self.port.command_torque(max(-largest, min(largest, demand + objects.torque_offset)))
