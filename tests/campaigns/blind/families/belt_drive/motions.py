@@ -71,4 +71,4 @@ def tuning(rng: np.random.Generator, reach_m: float, fastest: float, n: int, per
     size = np.minimum(0.4 * reach_m, 0.5 * fastest / (2.0 * math.pi * frequency)) * np.minimum(t, 1.0)
     x = size * np.sin(angle)
     v = np.gradient(x, period_s)
-    return np.stack((x, v, np.gradient(v, period_s)), axis=1)
+    return np.column_stack((x, v, np.gradient(v, period_s)))

@@ -62,7 +62,7 @@ def draw(seed: int, kind: str | None = None, names: Sequence[str] | None = None)
                     "time": time,
                     "motor": rows[:, 0],
                     "force": rows[:, 1 if takes_command else 2],
-                    "command": wanted[:, 0].copy(),
+                    "command": np.array(wanted[:, 0]),
                 }
             )
         return made

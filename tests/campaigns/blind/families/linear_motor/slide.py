@@ -140,7 +140,7 @@ def run(
 
     `quadrature` is (lines' period in m, two offsets, gain error, phase error) of the sine-cosine encoder.
     """
-    n, h = len(wanted), period_s / STEPS_A_SAMPLE
+    h, n = period_s / STEPS_A_SAMPLE, len(wanted)
     out, s, queue = np.zeros((n, 4)), np.zeros(4), np.zeros(64)
     s[0] = wanted[0, 0]
     total, last, rate, current, command = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -161,7 +161,7 @@ def run(
             last = error
         rate += period_s / (c.filter_s + period_s) * ((error - last) / period_s - rate)
         last = error
-        total += c.i * error * period_s
+        total = total + c.i * error * period_s
         command = c.p * error + total + c.d * rate + c.mass_kg * wanted[k, 2] + c.viscous * wanted[k, 1]
         queue[k % 64] = command
         asked = queue[(k - p.late) % 64] if k >= p.late else 0.0
