@@ -146,6 +146,10 @@ def _wrong(scores: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         key.split(".")[0] for row in scores for key, held in row.get("covered", {}).items() if not held
     ).most_common()
     told = ", ".join(f"{name} {count}" for name, count in unclear)
-    without = sum(name not in row["with_parameter"] for row in scores for name in row.get("right", {}))
-    yield f"Intervals that miss: {told or 'none'}; {without} observable effects have no true parameter here."
+    bare = Counter(
+        name for row in scores for name in row.get("right", {}) if name not in row["with_parameter"]
+    ).most_common()
+    without = ", ".join(f"{name} {count}" for name, count in bare)
+    yield f"Intervals that miss: {told or 'none'}."
+    yield f"Observable effects without a true parameter: {without or 'none'}."
     yield ""

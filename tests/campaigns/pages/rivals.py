@@ -118,8 +118,8 @@ def _lines(ours: Row, theirs: Row, families: Sequence[str]) -> Iterator[str]:
     yield ""
 
 
-def _median(values: Sequence[float]) -> str:
-    return f"{float(np.median(values)):.2f}" if values else "-"
+def _median(values: Sequence[float], digits: int = 2) -> str:
+    return f"{float(np.median(values)):.{digits}f}" if values else "-"
 
 
 def _gains(rows: Sequence[Row], answers: Answers, families: Sequence[str]) -> Iterator[str]:
@@ -219,6 +219,6 @@ def _parameters(rows: Sequence[Row], answers: Answers, families: Sequence[str]) 
                     answer = answers[family, row["seed"]]
                     value = ours(row, place) if tool == "reconcile" else answer["rollouts"][name]
                     errors.append(abs(value / answer["sound"][name] - 1.0))
-                cells.append(_median(errors))
+                cells.append(_median(errors, 3))
             yield f"| {name}, {tool} | " + " | ".join(cells) + " |"
     yield ""
