@@ -151,5 +151,9 @@ def _wrong(scores: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     ).most_common()
     without = ", ".join(f"{name} {count}" for name, count in bare)
     yield f"Intervals that miss: {told or 'none'}."
+    for row in scores:
+        if "error" in row:  # the last line that the tool wrote
+            why = row["error"] if isinstance(row["error"], str) else row["error"][-1]
+            yield f"No verdict on {row['family']} {row['seed']}: {why}"
     yield f"Observable effects without a true parameter: {without or 'none'}."
     yield ""

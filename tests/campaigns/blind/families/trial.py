@@ -62,7 +62,8 @@ def one(family: str, seed: int, kind: str | None, directory: Path) -> Row:
     except subprocess.TimeoutExpired:
         return base | {"error": f"no verdict within {LONGEST_S:.0f} s"}
     if done.returncode != 0:
-        return base | {"error": done.stderr.strip().splitlines()[-8:]}
+        said = done.stderr.strip().replace(f"{directory}/", "").splitlines()
+        return base | {"error": said[-8:]}
     truth = json.loads((directory / SEALED / "truth.json").read_text(encoding="utf-8"))
     verdict = json.loads((directory / "verdict" / "verdict.json").read_text(encoding="utf-8"))
     return base | {"truth": kept_of_truth(truth), "evidence": kept_of_verdict(verdict)}
