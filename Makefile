@@ -13,7 +13,7 @@ SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
-.PHONY: help setup demo test check check-fast tests tests-fast test-vcan vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit site tutorials test-image budget clean
+.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit site tutorials test-image budget clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -60,6 +60,9 @@ tests-fast: setup
 
 test-vcan: setup system  ## the tests on real SocketCAN (vcan0 in user-mode Linux)
 	$(BIN)/python tests/vcan/run_in_uml.py
+
+conformance: setup  ## public CANopen suites twice in a row on vcan0, where installed (PATH, CANOPENDEMO=); what is not is named
+	$(BIN)/python tests/vcan/run_in_uml.py -rs tests/vcan/public_suites.py
 
 vcan-fast: setup
 	$(BIN)/python tests/vcan/run_in_uml.py tests/vcan/test_socketcan.py
