@@ -44,7 +44,9 @@ class AbortCode(IntEnum):
 
     TOGGLE_NOT_ALTERNATED = 0x0503_0000
     INVALID_COMMAND = 0x0504_0001
-    """Command specifier not valid, also block transfer, which we do not have."""
+    INVALID_BLOCK_SIZE = 0x0504_0002
+    INVALID_SEQUENCE_NUMBER = 0x0504_0003
+    CRC_ERROR = 0x0504_0004
     READ_OF_WRITE_ONLY = 0x0601_0001
     WRITE_OF_READ_ONLY = 0x0601_0002
     NO_SUCH_OBJECT = 0x0602_0000

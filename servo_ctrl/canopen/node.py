@@ -6,11 +6,13 @@ SYNC cycles once SYNC runs, so that they keep simulated time in lockstep; until 
 """
 
 import struct
+from collections.abc import Callable, Mapping
 
 from servo_ctrl.canopen.command_objects import CommandObjects
 from servo_ctrl.canopen.dictionary import Dictionary
 from servo_ctrl.canopen.errors import AbortCode, EdsError, SdoAbort
 from servo_ctrl.canopen.nmt import STATE_AFTER, NmtCommand, NmtState
+from servo_ctrl.canopen.own_settings import RESTORE, STORE, OwnSettings
 from servo_ctrl.canopen.sdo_server import SdoServer
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 from servo_ctrl.canopen.stack import Eds, Network, load_eds
@@ -28,6 +30,7 @@ EMCY_FOLLOWING_ERROR = 0x8611
 """Emergency error codes of CiA 301 and CiA 402."""
 GENERIC_ERROR = 0x01
 """Bit of the error register (1001h) that any error sets."""
+STORE_EDS = 0x1021
 ERRORS_KEPT = 8
 """Entries of 1003h in our EDS."""
 ERROR_REGISTER, ERROR_HISTORY, SYNC_PERIOD, CONSUMERS, HEARTBEAT = 0x1001, 0x1003, 0x1006, 0x1016, 0x1017
@@ -53,7 +56,15 @@ def own_dictionary(machine: MachineConfig) -> Eds:
 class ControllerNode:
     """Our node on `network`; its objects ask and command `handler`."""
 
-    def __init__(self, network: Network, machine: MachineConfig, handler: CommandHandler) -> None:
+    def __init__(
+        self,
+        network: Network,
+        machine: MachineConfig,
+        handler: CommandHandler,
+        stored: Mapping[str, int] | None = None,
+        store: Callable[[dict[str, int] | None], None] = lambda _values: None,
+    ) -> None:
+        """`stored`: settings that an earlier run kept; `store` keeps those of this one (1010h, 1011h)."""
         eds = own_dictionary(machine)
         self._network = network
         self._node_id = machine.controller.node_id
@@ -63,11 +74,17 @@ class ControllerNode:
         self._register = 0
         self._errors: list[int] = []
         self._last_error = ""
-        self._heartbeat_ms = self._default_heartbeat_ms = machine.controller.heartbeat_ms
+        kept = dict(stored or {})
+        self._default_heartbeat_ms = kept.pop("heartbeat_ms", machine.controller.heartbeat_ms) & 0xFFFF
+        self._heartbeat_ms = self._default_heartbeat_ms
         dictionary = Dictionary(eds)
         self._objects = CommandObjects(handler, tuple(machine.axes), dictionary)
         defaults = TpdoSettings(*(eds.default(o.STATUS_TPDO, subindex) or 0 for subindex in SUBINDICES))
-        self._tpdo = StatusTpdo(defaults, machine.period_s, self._send_status)
+        self._tpdo = StatusTpdo(defaults.kept(kept), machine.period_s, self._send_status)
+        self._settings = OwnSettings(
+            lambda: {"heartbeat_ms": self._heartbeat_ms, **self._tpdo.settings._asdict()}, store
+        )
+        eds_text = machine.controller.eds.read_bytes()
         consumers = _consumers(machine)
         dictionary.readers |= {
             ERROR_REGISTER: lambda _sub: self._register,
@@ -77,11 +94,16 @@ class ControllerNode:
             HEARTBEAT: lambda _sub: self._heartbeat_ms,
             o.STATUS_TPDO: self._tpdo.read,
             o.LAST_ERROR: lambda _sub: self._last_error,
+            STORE: self._settings.read,
+            RESTORE: self._settings.read,
+            STORE_EDS: lambda _sub: eds_text,
         }
         dictionary.writers |= {
             ERROR_HISTORY: self._clear_history,
             HEARTBEAT: self._set_heartbeat,
             o.STATUS_TPDO: self._tpdo.write,
+            STORE: self._settings.store,
+            RESTORE: self._settings.restore,
         }
         self._server = SdoServer(
             dictionary, lambda answer: network.send_message(0x580 + self._node_id, answer)

@@ -1,25 +1,33 @@
-"""SDO server of our own node: expedited and segmented transfer by CiA 301, section 7.2.4.
+"""SDO server of our own node: expedited, segmented and block transfer by CiA 301, section 7.2.4.
 
 One transfer at a time. A frame that does not fit the one in progress aborts it, a new initiate replaces it,
 and one that a client left half done waits without harm: nothing is written before its last segment, and
-what it may send is bounded by the entry it addressed.
+what it may send is bounded by the entry it addressed. A block download, which would take every other frame
+for a segment, is given up when its client is silent.
 """
 
 import struct
+import time
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from servo_ctrl.canopen.dictionary import Dictionary
 from servo_ctrl.canopen.errors import AbortCode, SdoAbort
+from servo_ctrl.canopen.sdo_blocks import MOST_SEGMENTS, BlockDownload, BlockUpload
 
 FRAME = 8
 INITIATE = struct.Struct("<BHBI")
 EXPEDITED, SIZED, LAST, TOGGLE = 0x02, 0x01, 0x01, 0x10
-DOWNLOAD_SEGMENT, DOWNLOAD, UPLOAD, UPLOAD_SEGMENT, ABORTED, BLOCK_UPLOAD = range(6)
+DOWNLOAD_SEGMENT, DOWNLOAD, UPLOAD, UPLOAD_SEGMENT, ABORTED, BLOCK_UPLOAD, BLOCK_DOWNLOAD = range(7)
 """Client command specifiers: the upper three bits of a request's first byte."""
 UPLOAD_ANSWER, DOWNLOAD_ANSWER, DOWNLOAD_SEGMENT_ANSWER, ABORT = 0x40, 0x60, 0x20, 0x80
 SEGMENT = 7
 """Bytes that a segment carries."""
+WITH_CRC, BLOCK_SIZED = 0x04, 0x02
+"""Bits of an initiate of a block transfer."""
+SILENCE_S = 1.0
+"""Wall clock, after which the client of a block transfer has gone; chosen."""
 
 
 class Transfer(NamedTuple):
@@ -41,13 +49,18 @@ class SdoServer:
         self._dictionary, self._send = dictionary, send
         self._address = (0, 0)
         self._transfer: Transfer | None = None
+        self._block: BlockUpload | BlockDownload | None = None
+        self._heard_s = 0.0
 
     def on_request(self, _can_id: int, payload: bytes | bytearray, _timestamp_s: float) -> None:
         """Answer one frame. What is not eight bytes long is no SDO and gets no answer."""
         if len(payload) != FRAME:
             return
+        frame = bytes(payload)
         try:
-            answer = self._serve(bytes(payload))
+            answer = self._in_block(frame)
+            if answer is None:
+                answer = self._serve(frame)
         except SdoAbort as refusal:
             self.forget()
             answer = INITIATE.pack(ABORT, *self._address, refusal.code)
@@ -56,7 +69,7 @@ class SdoServer:
 
     def forget(self) -> None:
         """Drop the transfer in progress."""
-        self._transfer = None
+        self._transfer = self._block = None
 
     def _serve(self, frame: bytes) -> bytes:
         specifier = frame[0] >> 5
@@ -78,11 +91,46 @@ class SdoServer:
             return self._upload(self._dictionary.read(index, subindex))
         if specifier == DOWNLOAD:
             return self._download(frame, announced)
-        if specifier == BLOCK_UPLOAD and not frame[0] & 0x03:
-            data = self._dictionary.read(index, subindex)
-            if len(data) <= frame[5]:  # the client lets us change the protocol below so many bytes
-                return self._upload(data)
+        return self._begin_block(frame, announced)
+
+    def _in_block(self, frame: bytes) -> bytes | None:
+        """Go on with a block transfer; None where there is none, or the frame is none of it."""
+        now_s = time.monotonic()
+        silent, self._heard_s = now_s - self._heard_s > SILENCE_S, now_s
+        block = self._block
+        if block is None or silent or frame[0] == ABORT or not block.takes(frame):
+            self._block = None
+            return None
+        answer = block.serve(frame)
+        if block.over:
+            self.forget()
+        return answer
+
+    def _begin_block(self, frame: bytes, announced: int) -> bytes:
+        if frame[0] >> 5 == BLOCK_UPLOAD and not frame[0] & 0x03:
+            return self._block_upload(frame)
+        if frame[0] >> 5 == BLOCK_DOWNLOAD and not frame[0] & 0x01:
+            return self._block_download(frame, announced)
         raise SdoAbort(AbortCode.INVALID_COMMAND)
+
+    def _block_upload(self, frame: bytes) -> bytes:
+        data = self._dictionary.read(*self._address)
+        if len(data) <= frame[5]:  # the client lets us change the protocol below so many bytes
+            return self._upload(data)
+        if not data:
+            raise SdoAbort(AbortCode.NO_DATA)
+        crc = frame[0] & WITH_CRC
+        self._block = BlockUpload(data, frame[4], with_crc=bool(crc), send=self._send)
+        return INITIATE.pack(0xC0 | BLOCK_SIZED | crc, *self._address, len(data))
+
+    def _block_download(self, frame: bytes, announced: int) -> bytes:
+        wanted = self._dictionary.writable_size(*self._address)
+        if frame[0] & BLOCK_SIZED:
+            _check_size(announced, wanted)
+        crc = frame[0] & WITH_CRC
+        write = partial(self._write, wanted=wanted)
+        self._block = BlockDownload(wanted, with_crc=bool(crc), write=write)
+        return INITIATE.pack(0xA0 | crc, *self._address, MOST_SEGMENTS)
 
     def _upload(self, data: bytes) -> bytes:
         if not data:

@@ -1,7 +1,7 @@
 """TPDO 1 of our own node: when it is due, counted in SYNC cycles. Objects 1800h:01, :02, :03 and :05."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import NamedTuple, Self
 
 from servo_ctrl.canopen.errors import AbortCode, SdoAbort
 from servo_ctrl.canopen.pdo import COB_ID_INVALID
@@ -23,6 +23,16 @@ class TpdoSettings(NamedTuple):
     """Multiples of 100 us."""
     event_timer_ms: int
 
+    def kept(self, values: Mapping[str, int]) -> Self:
+        """These, but for what was stored and still is allowed; the identifier may only be on or off."""
+        stored = self._replace(**{name: value for name, value in values.items() if name in self._fields})
+        kind = stored.transmission_type
+        if (stored.cob_id ^ self.cob_id) & ~COB_ID_INVALID or (
+            kind > SYNCHRONOUS_MAX and kind not in EVENT_DRIVEN
+        ):
+            return self
+        return stored
+
 
 SUBINDICES = dict(zip((1, 2, 3, 5), TpdoSettings._fields, strict=True))
 """Where they are in 1800h; 4 is reserved."""
@@ -35,6 +45,11 @@ class StatusTpdo:
         self._defaults, self._period_s, self._send = defaults, period_s, send
         self._changed = False
         self.reset()
+
+    @property
+    def settings(self) -> TpdoSettings:
+        """The present ones."""
+        return self._settings
 
     def reset(self) -> None:
         """Take the settings of the EDS."""

@@ -36,6 +36,11 @@ class NodeUnderTest(NamedTuple):
             raise NotApplicable(f"the EDS has no {index:04X}h:{subindex:02X}")
         return found
 
+    def without_errors(self) -> None:
+        """Raise NotApplicable where 1001h tells an error: the node may stay out of operational (1029h)."""
+        if register := self.dialogue.number(0x1001):
+            raise NotApplicable(f"it has an error, 1001h is {register:02X}h, and need not become operational")
+
 
 class Clause(NamedTuple):
     """What a standard asks, and the dialogue that finds out."""

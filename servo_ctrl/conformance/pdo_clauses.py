@@ -44,13 +44,22 @@ def restricted_identifier(node: NodeUnderTest) -> None:
     """A PDO takes no restricted identifier."""
     if "w" not in node.variable(TPDO, 1).access:
         raise NotApplicable("the identifier is fixed")
-    node.dialogue.refused_write(TPDO, 1, (OFF | 0x601).to_bytes(4, "little"), *OUT_OF_RANGE)
+    dialogue = node.dialogue
+    before = dialogue.read(TPDO, 1)
+    off = int.from_bytes(before, "little") | OFF  # with this bit the identifier is of no use, and any may do
+    dialogue.write(TPDO, 1, off.to_bytes(4, "little"))
+    try:
+        dialogue.refused_write(TPDO, 1, (0x601).to_bytes(4, "little"), *OUT_OF_RANGE)
+    finally:
+        dialogue.write(TPDO, 1, off.to_bytes(4, "little"))
+        dialogue.write(TPDO, 1, before)
 
 
 @clause("CiA 301 7.2.2")
 def synchronous_tpdo(node: NodeUnderTest) -> None:
     """A synchronous TPDO follows every SYNC in operational, and in no other state."""
     dialogue = node.dialogue
+    node.without_errors()
     node.variable(TPDO, 1)
     cob_id, kind = dialogue.number(TPDO, 1), dialogue.number(TPDO, 2)
     if cob_id & OFF:

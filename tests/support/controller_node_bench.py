@@ -26,7 +26,7 @@ def entries_of_the_eds() -> canopen.ObjectDictionary:
 class ControllerNodeBench:
     """Node 127 of the X-Y table with a fake command handler; `frames` logs (identifier, data) sent."""
 
-    def __init__(self) -> None:
+    def __init__(self, **stored: Any) -> None:
         self.frames: list[tuple[int, bytes]] = []
         self.handler = FakeCommandHandler()
         self.network = Network(self._from_us)
@@ -34,7 +34,7 @@ class ControllerNodeBench:
         self.client.send_message = self._to_us
         self.remote: Any = self.client.add_node(canopen.RemoteNode(NODE_ID, entries_of_the_eds()))
         self.node = ControllerNode(
-            self.network, load_machine(REPOSITORY / "machines" / "xy_table"), self.handler
+            self.network, load_machine(REPOSITORY / "machines" / "xy_table"), self.handler, **stored
         )
 
     def put(self, can_id: int, payload: bytes) -> None:

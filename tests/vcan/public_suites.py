@@ -33,6 +33,8 @@ BATS_LIBRARIES = Path("/usr/lib/bats")
 DOMAIN_OF_DEMO, DOMAIN_OF_DRIVE = "0x2122", "0x2000"
 TWICE = pytest.mark.parametrize("turn", ["first", "second"])
 LIMIT_S = 600.0
+PATIENCE_S = 10
+"""With coctl, which ends at its `exit` and waits for no answer."""
 
 
 def installed(*names: str) -> pytest.MarkDecorator:
@@ -49,8 +51,11 @@ def run(*command: str, **options: object) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.fixture(scope="module")
-def simulator(start_simulator: Callable[[str], object]) -> None:
-    start_simulator(BUS)
+def simulator(start: Callable[..., object]) -> None:
+    """The X-Y table by the wall clock: heartbeats come also while nobody sends a SYNC."""
+    program = str(Path(sys.executable).with_name("hil-sim"))
+    machine = ["--machine", "machines/xy_table", "--bus", BUS, "--pacing", "realtime"]
+    start(program, "run", *machine, ready="hil-sim: on the bus")
 
 
 @pytest.fixture
@@ -128,7 +133,7 @@ def test_the_bats_suite_of_canopendemo(
 @installed("dcfchk")
 def test_lely_finds_nothing_in_an_eds_file(eds: Path, turn: str) -> None:
     del turn
-    result = run("dcfchk", "--node-id=5", str(eds))
+    result = run("dcfchk", "-n", "5", str(eds))
     assert (result.returncode, result.stdout + result.stderr) == (0, "")
 
 
@@ -155,11 +160,13 @@ def test_lely_is_master_of_our_nodes(simulator: None, tmp_path: Path, turn: str)
         f"x:\n  dcf: {EDS / 'servo_drive.eds'}\n  node_id: {DRIVE}\n  mandatory: true\n"
     )
     assert run("dcfgen", "-d", str(tmp_path), "bus.yml", cwd=tmp_path).returncode == 0
-    script = (
-        f"{DRIVE} read 0x1000 0 u32\n{DRIVE} write 0x1017 0 u16 100\n{DRIVE} start\n{DRIVE} preop\nexit\n"
-    )
-    result = run("coctl", INTERFACE, "master.dcf", cwd=tmp_path, input=script)
+    words = ("read 0x1000 0 u32", "write 0x1017 0 u16 100", "start", "preop")
+    script = "".join(f"[{number}] 1 {DRIVE} {word}\n" for number, word in enumerate(words, 1))
+    (tmp_path / "script").write_text(script)
+    wait = f"(sleep 3; cat script; sleep {PATIENCE_S}; echo exit) | coctl {INTERFACE} master.dcf"
+    result = run("sh", "-c", wait, cwd=tmp_path)
     assert "131474" in result.stdout, result.stdout  # 00020192h
+    assert [f"[{number}]" in result.stdout for number in (1, 2, 3, 4)] == [True] * 4
     assert "ERROR" not in result.stdout
 
 
@@ -184,7 +191,7 @@ def test_wireshark_reads_every_frame_also_under_a_flood(simulator: None, tmp_pat
     )
     lines = read.stdout.splitlines()
     assert len(lines) > 2000
-    assert not [line for line in lines if line]
+    assert not [line for line in lines if line.strip()]
 
 
 def conformance(node: int, eds: Path) -> subprocess.CompletedProcess[str]:

@@ -9,6 +9,7 @@ from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
 from servo_ctrl.canopen.node import ControllerNode, own_dictionary
+from servo_ctrl.canopen.own_settings import FILE, load_settings, write_settings
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import LOCKSTEP_SDO_TIMEOUT_S, SDO_TIMEOUT_S, Network
 from servo_ctrl.config.model import MachineConfig
@@ -32,6 +33,7 @@ from servo_ctrl.daemon.run.session import Session
 from servo_ctrl.daemon.run.stop_signals import StoppedError, stop_signals
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.io.can_port import BusError, CanPort, open_port
+from servo_ctrl.learned.store import default_directory
 from servo_ctrl.recording.recorder import RecordingError
 from servo_ctrl.recording.reversal_log import REVERSALS_FILE
 
@@ -145,13 +147,23 @@ class _Supervisor:
             port.attach(asyncio.get_running_loop())
             network = Network(port.send)
             port.fallback = network.notify
-            bus = _Bus(port, network, ControllerNode(network, self._config, self._services.handler))
+            bus = _Bus(port, network, self._own_node(network))
             subscribe(bus.node, self._services.publisher)
             with stop_signals(self._on_signal):
                 await self._boot_nodes(bus)
                 return await self._recorded(bus)
         finally:
             port.close()
+
+    def _own_node(self, network: Network) -> ControllerNode:
+        """Make our node with the settings that were stored; what is stored is written beside the cycle."""
+        file = (self._learned_dir or default_directory(self._config)) / FILE
+        worker, note = self._services.worker, self._machine.note
+
+        def store(values: dict[str, int] | None) -> None:
+            worker.do(lambda: write_settings(file, values), lambda _done: None, note)
+
+        return ControllerNode(network, self._config, self._services.handler, load_settings(file), store)
 
     async def _boot_nodes(self, bus: _Bus) -> None:
         """Boot all nodes, with our heartbeat by the wall clock; a signal ends it at once."""

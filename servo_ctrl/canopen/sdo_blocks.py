@@ -1,0 +1,116 @@
+"""Block transfers of our SDO server (CiA 301, 7.2.4): many segments, one acknowledgement, one CRC."""
+
+from binascii import crc_hqx
+from collections.abc import Callable
+
+from servo_ctrl.canopen.errors import AbortCode, SdoAbort
+
+SEGMENT = 7
+MOST_SEGMENTS = 127
+"""In a block (CiA 301)."""
+LAST = 0x80
+"""Bit of a segment's number."""
+UPLOAD, DOWNLOAD = 5, 6
+"""Client command specifiers: the upper three bits of a request's first byte."""
+
+
+def padded(*head: int) -> bytes:
+    """A frame that begins so."""
+    return bytes(head).ljust(8, b"\0")
+
+
+class BlockUpload:
+    """Sends `data` in blocks of `size` segments; a segment that was not acknowledged is sent again."""
+
+    def __init__(self, data: bytes, size: int, *, with_crc: bool, send: Callable[[bytes], None]) -> None:
+        self.over = False
+        self._data, self._send = data, send
+        self._crc = crc_hqx(data, 0) if with_crc else 0
+        self._size = _checked(size)
+        self._at = 0
+        """Segments that have been acknowledged."""
+        self._sent = 0
+        """Segments of the present block."""
+        self._ending = False
+
+    def takes(self, frame: bytes) -> bool:
+        """Whether a frame goes on with this transfer; another initiate does not."""
+        return frame[0] >> 5 == UPLOAD and bool(frame[0] & 0x03)
+
+    def serve(self, frame: bytes) -> bytes:
+        """Answer a frame; a block goes out by `send`. Raises SdoAbort."""
+        match frame[0] & 0x1F:
+            case 0x03 if not self._sent and not self._ending:
+                return self._block()
+            case 0x02 if self._sent:
+                if frame[1] > self._sent:
+                    raise SdoAbort(AbortCode.INVALID_SEQUENCE_NUMBER)
+                self._size = _checked(frame[2])
+                self._at, self._sent = self._at + frame[1], 0
+                unused = SEGMENT * self._at - len(self._data)
+                if unused < 0:
+                    return self._block()
+                self._ending = True
+                return padded(0xC1 | unused << 2, self._crc & 0xFF, self._crc >> 8)
+            case 0x01 if self._ending:
+                self.over = True
+                return b""
+        raise SdoAbort(AbortCode.INVALID_COMMAND)
+
+    def _block(self) -> bytes:
+        rest = self._data[SEGMENT * self._at :]
+        segments = [rest[at : at + SEGMENT] for at in range(0, len(rest), SEGMENT)]
+        block = segments[: self._size]
+        self._sent = len(block)
+        for number, segment in enumerate(block, start=1):
+            last = LAST if number == len(segments) else 0
+            self._send(bytes((number | last,)) + segment.ljust(SEGMENT, b"\0"))
+        return b""
+
+
+class BlockDownload:
+    """Takes the `wanted` bytes of an entry, and gives them to `write` at the end."""
+
+    def __init__(self, wanted: int, *, with_crc: bool, write: Callable[[bytes], None]) -> None:
+        self.over = False
+        self._wanted, self._with_crc, self._write = wanted, with_crc, write
+        self._data = b""
+        self._number = 0
+        self._complete = False
+
+    def takes(self, _frame: bytes) -> bool:
+        """Every frame: a segment has its number where others have their command."""
+        return True
+
+    def serve(self, frame: bytes) -> bytes:
+        """Take a segment, or the end. Raises SdoAbort."""
+        if self._complete:
+            return self._end(frame)
+        number = frame[0] & ~LAST
+        if not number:
+            raise SdoAbort(AbortCode.INVALID_SEQUENCE_NUMBER)
+        if number == self._number + 1:
+            self._number, self._data = number, self._data + frame[1:]
+            self._complete = bool(frame[0] & LAST)
+            if len(self._data) >= self._wanted + SEGMENT:
+                raise SdoAbort(AbortCode.TOO_LONG)
+        if not frame[0] & LAST and number < MOST_SEGMENTS:
+            return b""
+        taken, self._number = self._number, 0
+        return padded(0xA2, taken, MOST_SEGMENTS)
+
+    def _end(self, frame: bytes) -> bytes:
+        if frame[0] & 0xE3 != 0xC1:
+            raise SdoAbort(AbortCode.INVALID_COMMAND)
+        data = self._data[: len(self._data) - (frame[0] >> 2 & 0x07)]
+        if self._with_crc and crc_hqx(data, 0) != int.from_bytes(frame[1:3], "little"):
+            raise SdoAbort(AbortCode.CRC_ERROR)
+        self._write(data)
+        self.over = True
+        return padded(0xA1)
+
+
+def _checked(size: int) -> int:
+    if not 1 <= size <= MOST_SEGMENTS:
+        raise SdoAbort(AbortCode.INVALID_BLOCK_SIZE)
+    return size
