@@ -81,7 +81,8 @@ def main() -> None:
     given = parser.parse_args()
     cases: dict[str, list[Row]] = {}
     for row in json.loads(given.cases.read_text(encoding="utf-8"))["rows"]:
-        cases.setdefault(row["family"], []).append(row)
+        if "error" not in row:
+            cases.setdefault(row["family"], []).append(row)
     longest = min(max(map(len, cases.values())), given.most)
     turns = [of[number] for number in range(longest) for of in cases.values() if number < len(of)]
     rows: list[Row] = []
