@@ -13,7 +13,7 @@ SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
-.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit site tutorials test-image budget clean
+.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit site tutorials test-image budget release hashes clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -78,6 +78,14 @@ test-image: setup  ## build the image with buildah and run its services (as root
 
 budget: setup  ## measure what each dependency costs; writes docs/dependencies.json, then make pages
 	@$(BIN)/python -m tests.campaigns.pages.dependencies
+
+release: setup  ## wheel, sdist, site, bill of materials, licences, twice the same bytes; in out/release
+	$(BIN)/python -m tests.campaigns.release.main --out out/release
+
+hashes: setup  ## write constraints-hashes.txt: SHA-256 of every file of every pinned package (needs a registry)
+	@$(PYTHON) -m venv out/uv && out/uv/bin/pip install --quiet uv==0.13.9
+	@out/uv/bin/uv pip compile --quiet --no-deps --generate-hashes --universal --python-version 3.11.9 --no-annotate \
+	  --no-header constraints.txt --output-file constraints-hashes.txt
 
 audit: setup  ## ask the OSV database for advisories on the pinned packages (needs a network)
 	@$(BIN)/python tests/support/advisories.py
