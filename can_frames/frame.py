@@ -16,6 +16,10 @@ LARGEST_STANDARD = 0x7FF
 """A header up to here is a data frame's with an identifier of 11 bits: no flag is set."""
 
 
+FRAME_BITS = tuple(47 + 8 * size + (34 + 8 * size - 1) // 4 for size in range(9))
+"""Bits of a standard data frame on the wire by its bytes, with as many stuff bits as it may have."""
+
+
 def pack_frame(can_id: int, payload: bytes) -> bytes:
     """Pack a standard data frame."""
     return FRAME.pack(can_id, len(payload), payload)

@@ -54,6 +54,8 @@ def read_frames(path: Path) -> Frames:
     if not buses:
         first = content.split(b"\n", 1)[0][:60].decode("utf-8", "replace")
         reason = f"is no line of `candump -L`: {first!r}"
+        if b"##" in first:
+            reason = "is a CAN FD frame, and none of the log is classic CAN as CANopen's are"
         raise ReconcileError(path, "line 1", reason, "record with candump -L")
     if len(buses) > 1:
         names = ", ".join(sorted(bus.decode("utf-8", "replace") for bus in buses))

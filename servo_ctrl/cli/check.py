@@ -29,6 +29,7 @@ def check(
 
     Example:  servo-ctrl check --machine machines/xy_table --program machines/xy_table/programs/circles.toml
     """
+    from servo_ctrl.canopen.bus_load import check_load
     from servo_ctrl.canopen.node import own_dictionary
     from servo_ctrl.canopen.plan import plan_machine
     from servo_ctrl.cli.option_values import read_program
@@ -45,6 +46,9 @@ def check(
     chosen = read_program(program, config, inputs, g54, block_delete=block_delete)
     motion = MotionPlan(config, chosen)
     typer.echo(f"{config.source}: machine {config.machine.name}, {len(config.axes)} axes, {len(plans)} nodes")
+    load = check_load(config, plans)
+    bus = config.bus
+    typer.echo(f"  bus: {100.0 * load:.0f} % of {bus.bit_rate_kbit_s} kbit/s every {bus.sync_period_us} us")
     for plan in plans:
         mapped = ", ".join(m.name for pdo in plan.pdos for m in pdo.codec.objects)
         typer.echo(f"  node {plan.node_id:3d}  {plan.key}: {mapped}")

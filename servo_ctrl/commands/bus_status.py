@@ -20,7 +20,7 @@ class BusStatus(NamedTuple):
     load: float = 0.0
     """Share of `bit_rate`, 0 to 1, over the last second of SYNC time; stuff bits as many as may be."""
     bit_rate: int = 1_000_000
-    """CANopen's highest; the interfaces do not tell theirs."""
+    """Of the machine file, bit/s."""
     frames_per_s: float = 0.0
     cycle_us: CycleHistogram = CycleHistogram()
     missed_ticks: int = 0

@@ -28,15 +28,30 @@ class MachineSection(FileSection):
     """Appears in recordings."""
 
 
+CAN_FD_KEYS = frozenset({"fd", "data_bit_rate_kbit_s", "data_bitrate", "dbitrate"})
+"""What somebody may write into the file who has CAN FD."""
+
+
 class Bus(FileSection):
     """Cyclic timing of the bus."""
 
     sync_period_us: Annotated[int, Strict(), Field(ge=100, le=100_000)]
     """Communication cycle period (1006h), microseconds."""
+    bit_rate_kbit_s: Literal[1000, 800, 500, 250, 125, 50, 20, 10] = 1000
+    """Bit rate of the bus (CiA 301), kbit/s: its load is a share of it."""
     input_timeout_ms: Annotated[float, Strict(), Field(gt=0.0, le=60_000.0)] = 2000.0
     """Bound of every wait for the cyclic inputs, wall clock, milliseconds."""
     missed_per_1000: Annotated[int, Strict(), Field(ge=0, le=1000)] = 300
     """How many of 1000 periods may go by without a SYNC, or without a node's inputs."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _classic_can(cls, section: Any) -> Any:
+        for key in CAN_FD_KEYS & set(section if isinstance(section, dict) else ()):
+            raise ValueError(
+                f"{key}: CAN FD is not spoken here; CANopen (CiA 301) is classic CAN, leave it out"
+            )
+        return section
 
 
 class Transmission(FileSection):

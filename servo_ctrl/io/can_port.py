@@ -13,6 +13,7 @@ from typing import NamedTuple
 from can_frames.frame import (
     DATA_AT,
     ERROR,
+    FRAME_BITS,
     FRAME_BYTES,
     HEADER,
     IDENTIFIER_MASK,
@@ -48,8 +49,6 @@ PATIENCE = Patience(queue_s=0.02, interface_s=None)
 """How long a full transmit queue may stay full (chosen); SocketCAN queues ten frames by default."""
 SIZE_AT = 4
 """Where a frame has its data length."""
-FRAME_BITS = tuple(47 + 8 * size + (34 + 8 * size - 1) // 4 for size in range(9))
-"""Bits of a data frame on the wire by its bytes, with as many stuff bits as it may have."""
 BUS_OFF = 0x040
 CONTROLLER_CLASS = 0x004
 OVERRUNS = 0x03

@@ -22,8 +22,6 @@ from servo_ctrl.daemon.page.row_tap import RowTap
 from servo_ctrl.io.can_port import CanPort, Handler
 from servo_ctrl.telemetry.local_socket.status import BusFigures
 
-BIT_RATE = 1_000_000
-"""CANopen's highest; the interfaces do not tell theirs."""
 RATES_OVER_S = 1.0
 EMCY_KEPT = 100
 """Chosen, as the interval above."""
@@ -34,7 +32,14 @@ _EMCY = struct.Struct("<HB5x")
 class BusWatch:
     """`listen` once the handlers of the nodes are there; `tap` counts the cycles."""
 
-    def __init__(self, plans: Sequence[NodePlan], machine: MachineController, tap: RowTap) -> None:
+    def __init__(
+        self,
+        plans: Sequence[NodePlan],
+        machine: MachineController,
+        tap: RowTap,
+        bit_rate: int = 1_000_000,
+    ) -> None:
+        self._bit_rate = bit_rate
         self._plans, self._machine, self._tap = tuple(plans), machine, tap
         self._port: CanPort | None = None
         self._states = ["unknown"] * len(self._plans)
@@ -70,7 +75,7 @@ class BusWatch:
         self._sample(now_s)
         bus = BusStatus(
             load=self._load,
-            bit_rate=BIT_RATE,
+            bit_rate=self._bit_rate,
             frames_per_s=self._frames_per_s,
             cycle_us=CycleHistogram(self._tap.edges_us, tuple(self._tap.counts)),
             missed_ticks=self._machine.missed_ticks - self._missed_before,
@@ -100,7 +105,7 @@ class BusWatch:
         cycle = self._tap.end
         elapsed_s = (cycle - self._sampled_cycle) * self._tap.period_s or now_s - self._sampled_s
         self._frames_per_s = (self._port.frames - self._frames) / elapsed_s
-        self._load = (self._port.bits - self._bits) / elapsed_s / BIT_RATE
+        self._load = (self._port.bits - self._bits) / elapsed_s / self._bit_rate
         self._sampled_s, self._sampled_cycle = now_s, cycle
         self._frames, self._bits = self._port.frames, self._port.bits
 

@@ -68,7 +68,7 @@ class PageService:
         self._programs: Path | None = None
         rows = RowBuffer(len(channels_of(config.axes)))
         self._tap = RowTap(rows, config.period_s, PULSE_S)
-        self._watch = BusWatch(plans, machine, self._tap)
+        self._watch = BusWatch(plans, machine, self._tap, config.bus.bit_rate_kbit_s * 1000)
         self._objects = ObjectAccess(plans, machine)
         self._encoder = StatusEncoder()
         workplace = Workplace(

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.boot import boot_nodes
+from servo_ctrl.canopen.bus_load import check_load
 from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
 from servo_ctrl.canopen.node import ControllerNode, own_dictionary
 from servo_ctrl.canopen.own_settings import FILE, load_settings, write_settings
@@ -32,6 +33,7 @@ from servo_ctrl.daemon.run.services import LearningRequest, RunOptions, Services
 from servo_ctrl.daemon.run.session import Session
 from servo_ctrl.daemon.run.stop_signals import StoppedError, stop_signals
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
+from servo_ctrl.io.bit_rate import rate_problem
 from servo_ctrl.io.can_port import BusError, CanPort, open_port
 from servo_ctrl.learned.store import default_directory
 from servo_ctrl.recording.recorder import RecordingError
@@ -104,6 +106,7 @@ class _Supervisor:
         self._patience_s = LOCKSTEP_SDO_TIMEOUT_S if lockstep else SDO_TIMEOUT_S
         own_dictionary(config)
         self._plans = plan_machine(config)
+        check_load(config, self._plans)
         self._motion = MotionPlan(config, program)
         self._places = build_axes(config, self._plans)
         self._machine = build_machine(config, self._plans, self._places, lockstep=lockstep)
@@ -143,6 +146,8 @@ class _Supervisor:
             with uninterrupted(fifo=True):
                 pass  # refused now, before anything was touched, rather than after boot
         port = open_port(bus_spec)
+        if problem := await asyncio.to_thread(rate_problem, bus_spec, self._config.bus.bit_rate_kbit_s):
+            self._machine.note(problem)
         try:
             port.attach(asyncio.get_running_loop())
             network = Network(port.send)

@@ -1,0 +1,47 @@
+"""How full a machine makes its bus: what goes over it every cycle, as a share of the bit rate."""
+
+from collections.abc import Sequence
+
+from can_frames.frame import FRAME_BITS
+from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.errors import ConfigError
+
+
+def cyclic_load(machine: MachineConfig, plans: Sequence[NodePlan]) -> float:
+    """Share of the bit rate, as many stuff bits as may be: SYNC, PDOs, heartbeats.
+
+    Those that come at a change count by their event timer, or by their inhibit time.
+    """
+    period_s = machine.period_s
+    bits_s = FRAME_BITS[0] / period_s
+    for plan in plans:
+        for pdo in plan.pdos:
+            bits_s += FRAME_BITS[pdo.codec.size] * _frames_s(
+                pdo.transmission_type, pdo.event_timer_ms, pdo.inhibit_ms, period_s, received=pdo.received
+            )
+    if machine.controller.heartbeat_ms:
+        bits_s += (len(plans) + 1) * FRAME_BITS[1] / (machine.controller.heartbeat_ms * 1e-3)
+    return bits_s / (machine.bus.bit_rate_kbit_s * 1e3)
+
+
+def check_load(machine: MachineConfig, plans: Sequence[NodePlan]) -> float:
+    """The load. Raises ConfigError for a cycle that the bus cannot carry."""
+    load = cyclic_load(machine, plans)
+    if load > 1.0:
+        bus = machine.bus
+        needs = (
+            f"a cycle of {bus.sync_period_us} us needs {100.0 * load:.0f} % of {bus.bit_rate_kbit_s} kbit/s"
+        )
+        reason = f"{needs}; lengthen sync_period_us, or send less"
+        raise ConfigError(machine.source, "bus.bit_rate_kbit_s", reason)
+    return load
+
+
+def _frames_s(kind: int, timer_ms: int, inhibit_ms: float, period_s: float, *, received: bool) -> float:
+    if received:
+        return 1.0 / period_s  # set points go out every cycle, whatever their type
+    if 1 <= kind <= 240:
+        return 1.0 / (kind * period_s)
+    least_ms = inhibit_ms or timer_ms
+    return 1e3 / least_ms if least_ms else 0.0
