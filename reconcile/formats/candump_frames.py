@@ -54,7 +54,7 @@ def read_frames(path: Path) -> Frames:
     if not buses:
         first = content.split(b"\n", 1)[0][:60].decode("utf-8", "replace")
         reason = f"is no line of `candump -L`: {first!r}"
-        if b"##" in first:
+        if "##" in first:
             reason = "is a CAN FD frame, and none of the log is classic CAN as CANopen's are"
         raise ReconcileError(path, "line 1", reason, "record with candump -L")
     if len(buses) > 1:
