@@ -1,9 +1,11 @@
 from __future__ import annotations
 
 import http.client
+import importlib.util
 import json
 import shutil
 import subprocess
+from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
@@ -14,10 +16,11 @@ from servo_ctrl.hmi.access.users import Role, add_token, remove_token
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
     from page_server import Server, Stub
     from playwright.sync_api import Browser, BrowserContext, Page
+
+PAGES = ("/", "/motion", "/scope", "/contour", "/friction", "/reconcile", "/bus")
 
 
 @pytest.mark.parametrize("width", [360, 1280])
@@ -92,6 +95,25 @@ def answer(server: Server, method: str, path: str, headers: dict[str, str]) -> i
     status = connection.getresponse().status
     connection.close()
     return status
+
+
+@pytest.mark.parametrize("dark", [True, False])
+def test_pages_keep_wcag_aa_by_axe(visit: Callable[..., Page], stub: Stub, dark: bool) -> None:
+    found = importlib.util.find_spec("axe_playwright_python")
+    if found is None or found.origin is None:
+        pytest.skip("axe-playwright-python is not installed; it carries axe-core")
+    axe = Path(found.origin).with_name("axe.min.js").read_text(encoding="utf-8")
+    problems = []
+    for path in PAGES if dark else ("/", "/motion"):
+        page = visit(path, dark=dark)
+        expect(page.get_by_test_id("machine")).to_have_text("stub table")
+        page.evaluate(axe)
+        result = page.evaluate("axe.run({runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa']})")
+        problems += [
+            (path, one["id"], node["html"][:120]) for one in result["violations"] for node in one["nodes"]
+        ]
+        page.close()
+    assert problems == []
 
 
 def test_requests_of_other_sites_are_refused(stub_server: Server, stub: Stub) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
-from simulated_table import opened, served_table, table_directory
+from simulated_table import ServedTable, opened, table_directory, whole_table
 
 LIMIT_MS = 240_000
 SHORT = {
@@ -38,12 +38,23 @@ feed_mm_min = 1000.0
 """
 
 
+PART = """G21 G90 G64 P0.02
+G0 X0 Y0
+G1 X4 F300
+Y3
+X0
+G0 Y0
+M2
+"""
+
+
 @pytest.fixture
-def table(tmp_path: Path, environment: dict[str, str], free_port: Callable[[], int]) -> Iterator[str]:
-    """A simulated table under the real controller, its drives off; yields the page's address."""
-    machine = table_directory(tmp_path / "table", SHORT, {"circle.toml": CIRCLE})
-    with served_table(machine, tmp_path, free_port(), environment) as url:
-        yield url
+def table(tmp_path: Path, environment: dict[str, str], free_port: Callable[[], int]) -> Iterator[ServedTable]:
+    """A simulated table under the real controller, its drives off."""
+    programs = {"circle.toml": CIRCLE, "part.ngc": PART.replace("X4", "X400")}
+    machine = table_directory(tmp_path / "table", SHORT, programs)
+    with whole_table(machine, tmp_path, free_port(), environment) as served:
+        yield served
 
 
 def error_of(page: Page, axis: str) -> float:
@@ -64,11 +75,92 @@ def run_circle(page: Page, url: str) -> None:
     expect(page.get_by_test_id("stage")).to_contain_text("Ready", timeout=LIMIT_MS)
 
 
+def position_of_x(page: Page, url: str) -> float:
+    """Of the axis, mm."""
+    page.goto(url)
+    shown = page.get_by_test_id("position-x")
+    expect(shown).to_contain_text(re.compile(r"\d"), timeout=LIMIT_MS)
+    return float(shown.inner_text().replace("\N{MINUS SIGN}", "-"))
+
+
+def step_and_touch_off(page: Page) -> None:
+    """Two steps of 1 mm by button and key; there is 0 in G54."""
+    expect(page.get_by_test_id("step-x-plus")).to_be_enabled(timeout=LIMIT_MS)
+    page.get_by_test_id("jog-step").get_by_role("button", name="1", exact=True).click()
+    page.get_by_test_id("step-x-plus").click()
+    expect(page.get_by_test_id("position-x")).to_contain_text("1.0", timeout=LIMIT_MS)
+    expect(page.get_by_test_id("stage")).to_contain_text("Ready", timeout=LIMIT_MS)
+    page.locator("h2").first.click()
+    page.keyboard.press("Shift+ArrowRight")
+    expect(page.get_by_test_id("position-x")).to_contain_text("2.0", timeout=LIMIT_MS)
+    expect(page.get_by_test_id("touch-off-x")).to_be_enabled(timeout=LIMIT_MS)
+    page.get_by_test_id("touch-off-x").click()
+    expect(page.get_by_test_id("offset-position-x")).to_contain_text("X 0.0000 mm in G54", timeout=LIMIT_MS)
+
+
+def mend_and_load_the_part(page: Page) -> None:
+    page.get_by_test_id("program-choice").click()
+    page.get_by_role("option", name="part.ngc").click()
+    verdict = page.get_by_test_id("program-verdict")
+    expect(verdict).to_contain_text("line 3: axis x: position")
+    text = page.get_by_test_id("program-text")
+    text.fill(PART)
+    text.press("Tab")
+    expect(verdict).to_contain_text("within the limits")
+    page.get_by_test_id("load-program").click()
+    expect(page.get_by_test_id("program-name")).to_have_text("part.ngc", timeout=LIMIT_MS)
+
+
+def run_the_part(page: Page, picture: Callable[[Page, str], None]) -> None:
+    """With an override, held and resumed, from a line, and a line of its own."""
+    stage, step = page.get_by_test_id("stage"), page.get_by_test_id("program-step")
+    page.get_by_test_id("feed-override").get_by_role("button", name="50", exact=True).click()
+    page.get_by_test_id("start").click()
+    expect(page.get_by_test_id("line-under-way")).to_contain_text("▶ 3", timeout=LIMIT_MS)
+    page.get_by_test_id("hold").click()
+    expect(stage).to_contain_text("Held", timeout=LIMIT_MS)
+    expect(step).to_contain_text("line 3")
+    picture(page, "operator_2_held")
+    page.get_by_test_id("feed-override").get_by_role("button", name="100", exact=True).click()
+    page.get_by_test_id("resume").click()
+    expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
+
+    page.get_by_test_id("first-line").fill("5")
+    page.get_by_test_id("first-line").press("Tab")
+    expect(page.get_by_test_id("program-verdict")).to_contain_text("Enters at line 5 with G1 G17 G21 G90 G54")
+    page.get_by_test_id("load-program").click()
+    expect(page.get_by_test_id("load-program")).to_be_disabled(timeout=LIMIT_MS)
+    page.get_by_test_id("start").click()
+    expect(page.get_by_text("line 5: G1 G17 G21 G90 G54 G64 P0.02 F300")).to_be_visible(timeout=LIMIT_MS)
+    page.get_by_test_id("confirm").click()
+    expect(stage).to_contain_text("Running", timeout=LIMIT_MS)
+    expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
+
+    page.get_by_test_id("mdi-line").fill("G0 X-2 Y0")
+    page.get_by_test_id("mdi-line").press("Enter")
+    expect(page.get_by_test_id("mdi-again-0")).to_have_text("G0 X-2 Y0", timeout=LIMIT_MS)
+    expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
+
+
+def kill_the_simulator_in_motion_and_go_on(page: Page, table: ServedTable) -> None:
+    stage = page.get_by_test_id("stage")
+    expect(page.get_by_test_id("start")).to_be_enabled(timeout=LIMIT_MS)
+    page.get_by_test_id("start").click()
+    expect(stage).to_contain_text("Running", timeout=LIMIT_MS)
+    table.restart_simulator()
+    page.goto(table.url)
+    expect(stage).to_contain_text("Fault", timeout=LIMIT_MS)
+    page.get_by_test_id("enable").click()
+    expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
+    expect(page.get_by_test_id("events")).to_contain_text("it homes again")
+
+
 @pytest.mark.timeout(900)
-def test_from_enable_over_a_circle_and_learning_to_the_stop(
-    table: str, visiting: Callable[..., BrowserContext], picture: Callable[[Page, str], None]
+def test_a_day_of_an_operator(
+    table: ServedTable, visiting: Callable[..., BrowserContext], picture: Callable[[Page, str], None]
 ) -> None:
-    page = opened(visiting(table), table)
+    served, table_url = table, table.url
+    page = opened(visiting(table_url), table_url)
     stage = page.get_by_test_id("stage")
     expect(stage).to_contain_text("Standby", timeout=LIMIT_MS)
     page.get_by_test_id("take-control").click()
@@ -76,18 +168,24 @@ def test_from_enable_over_a_circle_and_learning_to_the_stop(
     page.get_by_test_id("enable").click()
     expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
     expect(page.get_by_test_id("drive-state-x")).to_contain_text("operation enabled")
+    step_and_touch_off(page)
     picture(page, "operator_1_enabled")
 
-    page.goto(f"{table}/motion")
+    page.goto(f"{table_url}/motion")
+    mend_and_load_the_part(page)
+    run_the_part(page, picture)
+    assert position_of_x(page, table_url) == pytest.approx(0.0, abs=0.01), "X-2 in G54, whose zero is at 2 mm"
+
+    page.goto(f"{table_url}/motion")
     page.get_by_test_id("program-choice").click()
     page.get_by_role("option", name="circle.toml").click()
     expect(page.get_by_test_id("program-verdict")).to_contain_text("within the limits")
     page.get_by_test_id("load-program").click()
     expect(page.get_by_test_id("program-name")).to_have_text("circle.toml", timeout=LIMIT_MS)
-    run_circle(page, table)
+    run_circle(page, table_url)
     picture(page, "operator_2_circle")
 
-    page.goto(f"{table}/friction")
+    page.goto(f"{table_url}/friction")
     before_um = error_of(page, "x")
     picture(page, "operator_3_error")
     page.get_by_test_id("start-learning").click()
@@ -97,19 +195,22 @@ def test_from_enable_over_a_circle_and_learning_to_the_stop(
     expect(page.get_by_test_id("version-x")).to_contain_text("version 1", timeout=LIMIT_MS)
     expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
 
-    run_circle(page, table)
-    page.goto(f"{table}/friction")
+    run_circle(page, table_url)
+    page.goto(f"{table_url}/friction")
     after_um = error_of(page, "x")
     picture(page, "operator_5_learned")
     assert after_um < before_um
 
-    page.goto(f"{table}/motion")
+    page.goto(f"{table_url}/motion")
+    kill_the_simulator_in_motion_and_go_on(page, served)
+
+    page.goto(f"{table_url}/motion")
     expect(page.get_by_test_id("start")).to_be_enabled(timeout=LIMIT_MS)
     page.get_by_test_id("start").click()
     expect(stage).to_contain_text("Running", timeout=LIMIT_MS)
     page.get_by_test_id("stop").click()
     expect(stage).to_contain_text("Standby", timeout=LIMIT_MS)
-    page.goto(table)
+    page.goto(table_url)
     expect(page.get_by_test_id("stage-reason")).to_have_text(re.compile("quick stop by"))
     expect(page.get_by_test_id("fault")).to_have_count(0)
     picture(page, "operator_6_stopped")

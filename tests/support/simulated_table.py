@@ -8,8 +8,9 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 from child_process import terminate
 from machine_files import REPOSITORY, XY_TABLE, text_of, write_controller
@@ -33,9 +34,24 @@ def table_directory(directory: Path, changes: Mapping[str, str], programs: Mappi
     return directory
 
 
+class ServedTable(NamedTuple):
+    """A simulated table under the real controller with its page."""
+
+    url: str
+    restart_simulator: Callable[[], None]
+    """Kills hil-sim, whatever moves, and starts it again."""
+
+
 @contextlib.contextmanager
 def served_table(machine: Path, out: Path, port: int, environment: dict[str, str]) -> Iterator[str]:
     """The machine in `machine`, its drives off, its learned results in `out`; yields the address."""
+    with whole_table(machine, out, port, environment) as table:
+        yield table.url
+
+
+@contextlib.contextmanager
+def whole_table(machine: Path, out: Path, port: int, environment: dict[str, str]) -> Iterator[ServedTable]:
+    """The same; yields what a test may do to it, too."""
     socket, listen = out / "can.sock", f"127.0.0.1:{port}"
     bus = ["--machine", machine, "--bus", f"localcan:{socket}", "--pacing", "lockstep"]
     kept = ["--record", out / "run", "--learned", out / "learned"]
@@ -45,11 +61,21 @@ def served_table(machine: Path, out: Path, port: int, environment: dict[str, str
         while not socket.exists():
             assert hub.poll() is None
             time.sleep(0.05)
-        with (
-            _running([BIN / "hil-sim", "run", *bus], out / "hil.log", "on the bus", environment),
-            _running(run, out / "run.log", "operator's bench: ", environment),
-        ):
-            yield f"http://{listen}"
+        with contextlib.ExitStack() as stack:
+
+            def simulate(log: str) -> subprocess.Popen[bytes]:
+                simulator = [BIN / "hil-sim", "run", *bus]
+                return stack.enter_context(_running(simulator, out / log, "on the bus", environment))
+
+            first = simulate("hil.log")
+            stack.enter_context(_running(run, out / "run.log", "operator's bench: ", environment))
+
+            def restart() -> None:
+                first.kill()
+                first.wait(timeout=10.0)
+                simulate("hil_again.log")
+
+            yield ServedTable(f"http://{listen}", restart)
     finally:
         hub.terminate()
         hub.wait(timeout=10.0)

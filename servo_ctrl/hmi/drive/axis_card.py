@@ -9,6 +9,7 @@ from nicegui import ui
 from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.drive.step_jog import StepButtons, StepChoice
 from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, captioned, div, notify, panel
@@ -31,8 +32,11 @@ KEY_NAMES = {
 class AxisMotionCard:
     """Where an axis is, how it moves, and what its drive does; `speed_m_s` returns the chosen jog speed."""
 
-    def __init__(self, page: OpenPage, axis: AxisInfo, number: int, speed_m_s: Callable[[], float]) -> None:
+    def __init__(
+        self, page: OpenPage, axis: AxisInfo, number: int, speed_m_s: Callable[[], float], step: StepChoice
+    ) -> None:
         self._page, self._axis = page, axis
+        keys = KEYS[number] if number < len(KEYS) else ("", "")
         with panel(f"Axis {axis.name}").mark(f"axis-{axis.name}"):
             with div("bench-row apart"):
                 with div("bench-row"):
@@ -50,7 +54,8 @@ class AxisMotionCard:
                 self._error, self._velocity, self._command = (
                     captioned(name).mark(f"{name}-{axis.name}") for name in ("error", "velocity", "command")
                 )
-            self._jog = JogButtons(page, axis, number, speed_m_s)
+            self._jog = JogButtons(page, axis, keys, speed_m_s)
+            self._steps = StepButtons(page, axis, keys, step)
 
     def _travel_percent(self, position_m: float) -> float:
         lowest_m, highest_m = self._axis.travel_m
@@ -77,6 +82,7 @@ class AxisMotionCard:
         self._state.show(*shown_drive(drive))
         self._homed.set_text(homed_text(drive))
         self._jog.refresh(status)
+        self._steps.refresh(status)
 
     def _newest(self, channel: str) -> float:
         return self._page.link.rows.newest(f"{self._axis.name}.{channel}")
@@ -115,11 +121,12 @@ class JogButtons:
     The browser renews a jog while a button or key is held; the server never does by itself.
     """
 
-    def __init__(self, page: OpenPage, axis: AxisInfo, number: int, speed_m_s: Callable[[], float]) -> None:
+    def __init__(
+        self, page: OpenPage, axis: AxisInfo, keys: tuple[str, str], speed_m_s: Callable[[], float]
+    ) -> None:
         self._page, self._axis, self._speed_m_s = page, axis, speed_m_s
         self._waiting = self._moving = self._refusal_shown = False
         self._enabled: bool | None = None
-        keys = KEYS[number] if number < len(KEYS) else ("", "")
         with div("bench-row").style("flex-wrap: nowrap"):
             self._buttons = [
                 self._button(direction, key) for direction, key in zip((-1, 1), keys, strict=True)

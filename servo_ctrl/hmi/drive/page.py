@@ -4,14 +4,16 @@ from collections.abc import Callable, Sequence
 
 from nicegui import ui
 
-from servo_ctrl.commands.bus_status import EventEntry
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.drive.axis_card import SPEEDS_M_S, AxisMotionCard
+from servo_ctrl.hmi.drive.events_card import EventsCard
 from servo_ctrl.hmi.drive.faults import Fault, faults_in
-from servo_ctrl.hmi.shell.event_texts import coalesced, reason_text, when
+from servo_ctrl.hmi.drive.offsets_card import OffsetsCard
+from servo_ctrl.hmi.drive.step_jog import StepChoice
+from servo_ctrl.hmi.shell.event_texts import reason_text
 from servo_ctrl.hmi.shell.live_content import Rebuilt, TextTable, command_buttons, when_connected
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -20,8 +22,6 @@ from servo_ctrl.hmi.shell.parts import CROSS, card, div, faint
 from servo_ctrl.hmi.shell.units import UnitSystem
 
 TITLE = "Drive"
-MAX_EVENTS = 40
-"""Events that are shown; the status has a hundred."""
 BUTTONS = {
     Command.ENABLE: ("Enable", "power_settings_new"),
     Command.DISABLE: ("Disable", "power_off"),
@@ -40,18 +40,19 @@ def build(page: OpenPage) -> None:
 
     def make(hello: Hello) -> Sequence[Callable[[MachineStatus], None]]:
         faults = Rebuilt(div("bench-grid").props("role=alert").mark("faults"), show_faults)
-        with div("bench-grid"):
-            axes = [
-                AxisMotionCard(page, axis, number, lambda: jogging.speed_m_s)
-                for number, axis in enumerate(hello.axes)
-            ]
+        axis_cards = div("bench-grid")
         with div("bench-narrow-wide"):
             with div("bench-column"):
                 power = PowerCard(page)
                 jogging = JogSpeedCard(page)
+                offsets = OffsetsCard(page, hello.axes)
+            with axis_cards:
+                axes = [
+                    AxisMotionCard(page, axis, number, lambda: jogging.speed_m_s, jogging.step)
+                    for number, axis in enumerate(hello.axes)
+                ]
             with div("bench-column"):
-                with card("Events", "events"):
-                    events = Rebuilt(div("bench-list num").props("tabindex=0 role=log"), show_events)
+                events = EventsCard(page)
                 with card("Nodes", "nodes"):
                     nodes = TextTable("node-table", ("Node", "No.", "State"))
 
@@ -59,10 +60,10 @@ def build(page: OpenPage) -> None:
             found = list(faults_in(status))
             faults.show(found)
             faults.element.set_visibility(bool(found))
-            events.show(status.events[-MAX_EVENTS:])
             nodes.show(node_rows(status))
 
-        return [*(axis.refresh for axis in axes), power.refresh, jogging.refresh, refresh]
+        parts = [axis.refresh for axis in axes]
+        return [*parts, power.refresh, jogging.refresh, offsets.refresh, events.refresh, refresh]
 
     when_connected(page, make)
 
@@ -92,12 +93,12 @@ class PowerCard:
 
 
 class JogSpeedCard:
-    """The card for choosing the jog speed, one for all axes of the page."""
+    """The card for choosing the speed and the step of a jog, one for all axes of the page."""
 
     def __init__(self, page: OpenPage) -> None:
         self._page, self.speed_m_s = page, SPEEDS_M_S[1]
         self._units: UnitSystem | None = None
-        with card("Jog speed", "jog-settings"):
+        with card("Jog", "jog-settings"):
             self._unit = faint()
             self._choice = ui.toggle({}, on_change=self._choose).mark("jog-speed")
             self._choice.props('no-caps unelevated spread aria-label="Jog speed"').classes("num")
@@ -105,14 +106,16 @@ class JogSpeedCard:
                 "Hold a button or an arrow key; the axis brakes when it is let go, when the page loses "
                 "the focus or its connection, and before the end of the travel."
             )
+            self.step = StepChoice(page)
 
     def refresh(self, _status: MachineStatus) -> None:
         """Show the speeds in the visitor's units."""
+        self.step.refresh()
         if self._page.units is not self._units:
             self._units = self._page.units
             velocity = self._units.velocity
             options = {speed: f"{speed * velocity.factor:.3g}" for speed in SPEEDS_M_S}
-            self._unit.set_text(f"in {velocity.unit}, at most what the axis allows")
+            self._unit.set_text(f"Speed in {velocity.unit}, at most what the axis allows")
             self._choice.set_options(options, value=self.speed_m_s)
 
     def _choose(self) -> None:
@@ -128,15 +131,6 @@ def show_faults(faults: Sequence[Fault]) -> None:
                 ui.label(f"{CROSS} {fault.where}: {fault.advice.problem}")
             ui.label(fault.advice.remedy)
             faint(fault.detail).style("overflow-wrap: anywhere")
-
-
-def show_events(events: Sequence[EventEntry]) -> None:
-    """Show the events, the newest first."""
-    for event, count in reversed(coalesced(events)):
-        with div():
-            faint(when(event))
-            times = f" ({count} times)" if count > 1 else ""
-            ui.label(f"{event.text}{times}").style("overflow-wrap: anywhere")
 
 
 def node_rows(status: MachineStatus) -> list[tuple[str, str, str]]:

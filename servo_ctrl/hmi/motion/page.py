@@ -8,11 +8,20 @@ from nicegui import ui
 
 from servo_ctrl.commands.local_messages import Hello, ProgramText
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.config.part_program import ReadingOptions
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.motion.line_card import LineCard
 from servo_ctrl.hmi.motion.path_preview import PathPreview
 from servo_ctrl.hmi.motion.program_run import ProgramRun
-from servo_ctrl.hmi.motion.programs import preview_of, programs_in, read_program, save_program
+from servo_ctrl.hmi.motion.programs import (
+    Preview,
+    is_part_program_name,
+    preview_of,
+    programs_in,
+    read_program,
+    save_program,
+)
 from servo_ctrl.hmi.motion.step_form import StepForm
 from servo_ctrl.hmi.shell.live_content import when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -42,9 +51,11 @@ def build(page: OpenPage) -> None:
     def make(hello: Hello) -> Sequence[Callable[[MachineStatus], None]]:
         run = ProgramRun(page)
         with div("bench-wide"):
-            preview = PathPreview(page)
+            with div("bench-column"):
+                preview = PathPreview(page)
+                line = LineCard(page)
             ProgramEditor(page, hello, run, preview)
-        return run.refresh, preview.refresh
+        return run.refresh, preview.refresh, line.refresh
 
     when_connected(page, make)
 
@@ -54,6 +65,7 @@ class ProgramEditor:
 
     def __init__(self, page: OpenPage, hello: Hello, run: ProgramRun, preview: PathPreview) -> None:
         self._page, self._run, self._preview = page, run, preview
+        self._axes = [axis.name for axis in hello.axes]
         self._machine_file = Path(hello.machine_file)
         self._directory = page.services.programs or self._machine_file.parent / "programs"
         self._name, self._text = "", ""
@@ -74,6 +86,12 @@ class ProgramEditor:
                     self._area = ui.textarea().mark("program-text").style("width: 100%")
                     self._area.props('outlined rows=24 spellcheck=false aria-label="Program text"')
                     self._area.on("change", self._text_changed)
+                    self._entry = ui.number("enter at line", value=1, min=1, precision=0).mark("first-line")
+                    self._entry.on("change", self._text_changed)
+                    self._entry.tooltip(
+                        "Run from there, with what the lines before have set. The axes go first, "
+                        "straight, to where the line before ends."
+                    )
             with div("bench-row"):
                 self._save_name = ui.input("save as").mark("save-name").style("flex: 1 1 160px")
                 button("Save", self._save, "save-program", icon="save")
@@ -95,12 +113,14 @@ class ProgramEditor:
             self._name = name
             self._save_name.set_value(name)
             self._area.set_value(text)
+            self._entry.set_value(1)
             await self._text_changed()
 
     async def _text_changed(self) -> None:
         text = self._area.value or ""
         has_form = self._form.show(text)
         self._no_form.set_visibility(not has_form)
+        self._entry.set_visibility(is_part_program_name(self._name))
         if not has_form:
             self._tabs.set_value(self._as_text)
         await self._check(text)
@@ -114,13 +134,15 @@ class ProgramEditor:
         self._text = text
         self._checks += 1
         number, name = self._checks, self._name or "program.toml"
+        first_line = int(self._entry.value or 1) if is_part_program_name(name) else 1
+        reading = self._reading(first_line)
         self._run.offer(None)
         self._show_verdict(f"is being checked {ELLIPSIS}")
         async with _ONE_CHECK:
             if number != self._checks:
                 return
             try:
-                preview = await asyncio.to_thread(preview_of, self._machine_file, name, text)
+                preview = await asyncio.to_thread(preview_of, self._machine_file, name, text, reading)
             except ServoCtrlError as error:
                 if number == self._checks:
                     self._preview.show(None)
@@ -128,8 +150,24 @@ class ProgramEditor:
                 return
         if number == self._checks:
             self._preview.show(preview)
-            self._run.offer(ProgramText(name=name, text=text))
-            self._show_verdict(f"{CHECK} {name}: within the limits, from home")
+            self._run.offer(ProgramText(name=name, text=text, first_line=first_line))
+            self._show_verdict(f"{CHECK} {name}: within the limits, from home{self._entered(preview)}")
+
+    def _reading(self, first_line: int) -> ReadingOptions:
+        """What the controller will read a part program with, as far as the page knows."""
+        status = self._page.link.status
+        offsets = status.program.offsets_m if status is not None else ()
+        zeros = {offset.name: dict(zip(self._axes, offset.zero_m, strict=False)) for offset in offsets}
+        return ReadingOptions(work_offsets_m=zeros, first_line=max(first_line, 1))
+
+    def _entered(self, preview: Preview) -> str:
+        if preview.entry is None:
+            return ""
+        length = self._page.units.length
+        places = zip(self._axes, preview.entry.position_m, strict=False)
+        where = ", ".join(f"{axis} {length.with_unit(at_m)}" for axis, at_m in places)
+        entry = preview.entry
+        return f". Enters at line {entry.line} with {entry.words}; goes first, straight, to {where}"
 
     def _show_verdict(self, verdict: str, tone: str = "") -> None:
         self._verdict.set_text(verdict)

@@ -9,8 +9,19 @@ from servo_ctrl.commands.learning_status import ACTIVE
 from servo_ctrl.commands.local_messages import ProgramText
 from servo_ctrl.commands.machine_status import MachineStatus, ProgramStatus
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.motion.line_view import LineView
+from servo_ctrl.hmi.motion.pace_controls import PaceControls
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, div, faint, note, progress_bar
+from servo_ctrl.hmi.shell.parts import (
+    ELLIPSIS,
+    button,
+    card,
+    confirmed,
+    div,
+    faint,
+    note,
+    progress_bar,
+)
 
 LEARNS = "the machine is learning: pause or abort that on page Friction"
 
@@ -22,8 +33,8 @@ class ProgramRun:
         self._page = page
         self._draft: ProgramText | None = None
         self._loaded: ProgramText | None = None
-        start, hold, resume, abort = (
-            partial(page.command, Command[f"{verb}_PROGRAM"]) for verb in ("START", "HOLD", "RESUME", "ABORT")
+        hold, resume, abort = (
+            partial(page.command, Command[f"{verb}_PROGRAM"]) for verb in ("HOLD", "RESUME", "ABORT")
         )
         with card("Program in the machine", "program-run"):
             with div("bench-row apart"):
@@ -33,7 +44,9 @@ class ProgramRun:
                     self._step = faint().mark("program-step")
                 with div("bench-row bench-actions"):
                     self._load = button("Load", self._load_draft, "load-program", icon="upload")
-                    self._start = button("Start", start, "start", icon="play_arrow", look="unelevated")
+                    self._start = button(
+                        "Start", self._ask_start, "start", icon="play_arrow", look="unelevated"
+                    )
                     self._hold = button("Hold", hold, "hold", icon="pause")
                     self._resume = button("Resume", resume, "resume", icon="play_arrow", look="unelevated")
                     self._abort = button("Abort", abort, "abort", icon="stop")
@@ -42,6 +55,8 @@ class ProgramRun:
                 self._bar.props("rounded").style("flex: 1 1 auto")
                 self._percent = ui.label().classes("num").mark("progress-share")
                 self._percent.style("min-width: 5ch; text-align: right")
+            self._pace = PaceControls(page)
+            self._lines = LineView()
             self._problem = note("program-problem", "bad").props("role=alert")
 
     def offer(self, draft: ProgramText | None) -> None:
@@ -58,6 +73,9 @@ class ProgramRun:
         self._bar.set_value(program.progress)
         self._percent.set_text(f"{100.0 * program.progress:.0f} %")
         self._problem.set_text(program.problem)
+        self._pace.refresh(status)
+        known = self._loaded is not None and self._loaded.name == program.name and not program.apart
+        self._lines.show(self._loaded.text if known and self._loaded is not None else "", program.line)
         changed = self._draft is not None and self._draft != self._loaded
         self._load.set_enabled(changed and stage in {Stage.READY, Stage.STANDBY} and not program.preparing)
         self._start.set_enabled(
@@ -68,6 +86,14 @@ class ProgramRun:
         self._resume.set_visibility(program.held)
         self._start.set_visibility(not program.held)
         self._abort.set_enabled(running)
+
+    async def _ask_start(self) -> None:
+        """Start; where the program is entered behind its first line, show what holds there first."""
+        status = self._page.link.status
+        entry = status.program.entry if status is not None else ""
+        details = f"{entry}\nThe axes go first, straight and as a rapid move, to where the line before ends."
+        if not entry or await confirmed("Start behind the first line?", details, "Start"):
+            await self._page.command(Command.START_PROGRAM)
 
     async def _load_draft(self) -> None:
         draft = self._draft
@@ -81,10 +107,13 @@ def step_text(program: ProgramStatus, stage: Stage) -> str:
     """How far the program is, or what is missing before it can be started."""
     if program.preparing:
         return f"is being checked {ELLIPSIS}"
+    line = f", line {program.line}" if program.line else ""
     if program.held:
-        return f'held in step {program.step + 1} "{program.label}"'
+        why = f" ({program.held_by})" if program.held_by else ""
+        return f'held in step {program.step + 1} "{program.label}"{line}{why}'
     if stage is Stage.RUNNING and program.step >= 0:
-        return f'step {program.step + 1} "{program.label}"'
+        what = "a line of its own" if program.apart else f"step {program.step + 1}"
+        return f'{what} "{program.label}"{line}'
     if not program.loaded:
         return "pick one below and load it"
     if stage is Stage.READY:

@@ -10,7 +10,7 @@ import numpy as np
 from kernels.arrays import Array
 from servo_ctrl.config.dry_run import DryRun, dry_run
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.config.part_program import SUFFIXES
+from servo_ctrl.config.part_program import SUFFIXES, Entry, PartProgram, ReadingOptions
 from servo_ctrl.config.program import check_program
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.whole_file import write_text_whole
@@ -82,22 +82,31 @@ class Preview(NamedTuple):
     """(points, axes), at equal distances along the path."""
     speed_m_s: Array
     """(points,)."""
+    entry: Entry | None = None
+    """What holds where it is entered behind its first line."""
 
 
-def preview_of(machine_file: Path, name: str, text: str) -> Preview:
+def preview_of(machine_file: Path, name: str, text: str, reading: ReadingOptions | None = None) -> Preview:
     """Check a program and return its path. Raises the ConfigError of the loader, with the program's name."""
     machine = load_machine(machine_file)
     with tempfile.TemporaryDirectory(prefix="servo_ctrl_program_") as directory:
         path = Path(directory) / Path(name).name
         path.write_text(text, encoding="utf-8", errors="replace")
         try:
-            program = load_program(path, machine)
+            program = load_program(path, machine, reading=reading)
             steps = check_program(program, machine)
         except ConfigError as error:
             file = name if error.file == str(path) else Path(error.file).name
             raise ConfigError(file, error.key, error.reason) from None
     run = dry_run(steps, machine)
-    return Preview(tuple(machine.axes), len(steps), run, *equidistant(run.drawn_m, run.drawn_m_s))
+    drawn = equidistant(run.drawn_m, run.drawn_m_s)
+    entry = program.entry if isinstance(program, PartProgram) else None
+    return Preview(tuple(machine.axes), len(steps), run, *drawn, entry)
+
+
+def is_part_program_name(name: str) -> bool:
+    """Whether a file of this name is G-code."""
+    return name[name.rfind(".") :].lower() in SUFFIXES
 
 
 def equidistant(position_m: Array, speed_m_s: Array) -> tuple[Array, Array]:

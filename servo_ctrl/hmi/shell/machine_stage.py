@@ -31,13 +31,13 @@ _SHOWN: dict[Stage, ShownStage] = {
 }
 _FAULTED = ShownStage("\u2716", "Fault", "bad")
 _SETTING_UP = ShownStage("\u2026", "Setting up nodes", "warn")
-_HELD = ShownStage("\u23f8", "Held", "warn")
+_HELD = ShownStage("\u275a\u275a", "Held", "warn")
 _JOGGING = ShownStage("\u2194", "Jogging", "good")
 _HOMING = ShownStage("\u2302", "Homing", "warn")
 _LEARNING: dict[LearningState, ShownStage] = {
     LearningState.RUNNING: ShownStage("\u21bb", "Learning", "good"),
-    LearningState.PAUSING: ShownStage("\u23f8", "Learning pauses", "warn"),
-    LearningState.PAUSED: ShownStage("\u23f8", "Learning paused", "warn"),
+    LearningState.PAUSING: ShownStage("\u275a\u275a", "Learning pauses", "warn"),
+    LearningState.PAUSED: ShownStage("\u275a\u275a", "Learning paused", "warn"),
 }
 _REQUESTED = ("switched off by ", "quick stop by ", "stopped by ")
 """How the reason of a stop begins that somebody has asked for."""

@@ -110,6 +110,14 @@
     if (event.ctrlKey || event.altKey || event.metaKey || isInput(document.activeElement)) return;
     const focused = document.activeElement?.closest?.("[data-jog]");
     const byFocus = focused && (event.key === " " || event.key === "Enter");
+    if (event.shiftKey && !byFocus) {
+      // one press is one step, however long it is held
+      const step = document.querySelector(`[data-step-key="${CSS.escape(event.key)}"]`);
+      if (!step) return;
+      event.preventDefault();
+      if (!event.repeat && !step.disabled && !document.body.classList.contains("bench-stale")) step.click();
+      return;
+    }
     const element = byFocus ? focused : document.querySelector(`[data-jog-key="${CSS.escape(event.key)}"]`);
     if (!element) return;
     event.preventDefault();

@@ -39,9 +39,9 @@ def in_words(request: LocalRequest) -> str:
             motion = f"at {request.value:g} m/s" if request.value else "ends"
             what = f"jog {request.axis} {motion}"
         case "jog_step":
-            what = f"step {request.axis} by {request.value} m"
+            what = f"step {request.axis} by {_mm(request.value)}"
         case "touch_off":
-            what = f"touch off {request.axis or 'all axes'} at {request.value} m"
+            what = f"touch off {request.axis or 'all axes'}: here is {_mm(request.value)}"
         case "run_line":
             what = f"run {str(request.value)[:SHOWN]}"
         case "load_program":
@@ -54,6 +54,10 @@ def in_words(request: LocalRequest) -> str:
             what = request.do.replace("_", " ")
     text = f"{who.user} ({who.role}, {who.address}): {what}"
     return "".join(letter if letter.isprintable() else "?" for letter in text)
+
+
+def _mm(value: object) -> str:
+    return f"{1e3 * value:g} mm" if isinstance(value, int | float) else "?"
 
 
 def complaint(error: ValidationError) -> str:

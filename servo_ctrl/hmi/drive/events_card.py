@@ -1,0 +1,81 @@
+"""The card of the events: filtered by words, put aside once they are read, and downloaded as a table."""
+
+import csv
+import io
+from collections.abc import Sequence
+
+from nicegui import ui
+
+from servo_ctrl.commands.bus_status import EventEntry
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.shell.event_texts import ShownEvent, coalesced, when
+from servo_ctrl.hmi.shell.live_content import Rebuilt
+from servo_ctrl.hmi.shell.open_page import OpenPage
+from servo_ctrl.hmi.shell.parts import button, card, div, faint
+
+MAX_EVENTS = 40
+"""Events that are shown; the status has a hundred."""
+FILE = "events.csv"
+
+
+class EventsCard:
+    """What was read is put aside on this page alone; the controller and its recording keep it."""
+
+    def __init__(self, page: OpenPage) -> None:
+        self._page = page
+        self._read_up_to = -1
+        """Cycle of the newest event that was read."""
+        with card("Events", "events"):
+            with div("bench-row"):
+                self._filter = ui.input("only with these words").mark("events-filter")
+                self._filter.props("clearable").style("flex: 1 1 160px")
+                self._all = ui.switch("read ones too").mark("events-read")
+                button("Read", self._read, "events-acknowledge", icon="done_all", look="flat")
+                button("Download", self._download, "events-export", icon="download", look="flat")
+            self._list = Rebuilt(div("bench-list num").props("tabindex=0 role=log"), _show)
+
+    def refresh(self, status: MachineStatus) -> None:
+        """Show the newest of those that are wanted."""
+        read_up_to = -1 if self._all.value else self._read_up_to
+        self._list.show(wanted(status.events, self._filter.value or "", read_up_to)[-MAX_EVENTS:])
+
+    def _read(self) -> None:
+        status = self._page.link.status
+        self._read_up_to = max((event.cycle for event in status.events), default=-1) if status else -1
+
+    def _download(self) -> None:
+        status = self._page.link.status
+        if status is not None:
+            ui.download.content(table(wanted(status.events, self._filter.value or "", -1)), FILE, "text/csv")
+
+
+def wanted(events: Sequence[EventEntry], words: str, read_up_to: int) -> tuple[EventEntry, ...]:
+    """Those of later cycles that have all of these words, in upper or lower case."""
+    needed = words.lower().split()
+    return tuple(
+        event
+        for event in events
+        if event.cycle > read_up_to and all(word in event.text.lower() for word in needed)
+    )
+
+
+def table(events: Sequence[EventEntry]) -> str:
+    """Time (ISO 8601), cycle and text of each event, as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(("time", "cycle", "event"))
+    writer.writerows((event.time, event.cycle, event.text) for event in events)
+    return text.getvalue()
+
+
+def _show(events: Sequence[EventEntry]) -> None:
+    """Show the events, the newest first."""
+    for event, count in reversed(coalesced(events)):
+        _row(ShownEvent(event, count))
+
+
+def _row(shown: ShownEvent) -> None:
+    with div():
+        faint(when(shown.event))
+        times = f" ({shown.times} times)" if shown.times > 1 else ""
+        ui.label(f"{shown.event.text}{times}").style("overflow-wrap: anywhere")

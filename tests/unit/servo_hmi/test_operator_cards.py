@@ -1,0 +1,65 @@
+"""What cards of the operator show, without a browser: events, lines around the one under way, states."""
+
+from pathlib import Path
+
+from stub_status import first_status
+
+from servo_ctrl.commands.bus_status import EventEntry
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.part_program import ReadingOptions
+from servo_ctrl.hmi.drive.events_card import table, wanted
+from servo_ctrl.hmi.motion.line_view import lines_around
+from servo_ctrl.hmi.motion.program_run import step_text
+from servo_ctrl.hmi.motion.programs import preview_of
+from servo_ctrl.hmi.shell.machine_stage import shown_stage
+
+EVENTS = tuple(
+    EventEntry(cycle, text, time="2026-11-24T09:00:00+00:00")
+    for cycle, text in ((1, "axis X: done"), (5, 'axis y: "slow", done'), (9, "enabled"))
+)
+MACHINE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
+
+
+def test_events_are_filtered_by_words_put_aside_and_written_as_a_table() -> None:
+    assert [event.cycle for event in wanted(EVENTS, "DONE axis", -1)] == [1, 5]
+    assert [event.cycle for event in wanted(EVENTS, "", 5)] == [9]
+    assert table(EVENTS[1:2]).splitlines() == [
+        "time,cycle,event",
+        '2026-11-24T09:00:00+00:00,5,"axis y: ""slow"", done"',
+    ]
+
+
+def test_the_line_under_way_stands_among_its_neighbours() -> None:
+    text = "\n".join(f"G1 X{number}" for number in range(1, 10))
+    shown = lines_around(text, 2)
+    assert [(number, here) for number, _text, here in shown] == [
+        (1, False),
+        (2, True),
+        *((n, False) for n in (3, 4, 5)),
+    ]
+    assert shown[1][1] == "G1 X2"
+    assert lines_around(text, 0) == lines_around(text, 10) == ()
+
+
+def test_a_hold_says_why_and_a_line_of_its_own_is_named_so() -> None:
+    program = first_status().program._replace(
+        step=2, label="line 7", line=7, held=True, held_by="single block"
+    )
+    assert step_text(program, Stage.RUNNING) == 'held in step 3 "line 7", line 7 (single block)'
+    apart = program._replace(held=False, held_by="", apart=True)
+    assert step_text(apart, Stage.RUNNING) == 'a line of its own "line 7", line 7'
+
+
+def test_nodes_that_are_set_up_again_are_a_state_of_their_own() -> None:
+    status = first_status()._replace(stage=Stage.STANDBY, reason="it was lost", setting_up=True)
+    assert shown_stage(status).word == "Setting up nodes"
+    assert shown_stage(status._replace(setting_up=False)).word == "Fault"
+
+
+def test_a_preview_is_read_with_the_work_offsets_and_says_where_it_is_entered() -> None:
+    text = "G0 X0 Y0\nG1 X1 F600\nY1\nM2\n"
+    reading = ReadingOptions(work_offsets_m={"G54": {"x": 0.005}}, first_line=3)
+    preview = preview_of(MACHINE, "part.ngc", text, reading)
+    assert preview.entry is not None
+    assert preview.entry.position_m == (0.006, 0.0)
+    assert preview.position_m[-1].round(9).tolist() == [0.006, 0.001]
