@@ -6,10 +6,13 @@ from hil_sim.config import AxisPlant, Plant
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 from hil_sim.node.slave import NodeHost, Slave
 from hil_sim.plant.measured_point import velocity_field
+from hil_sim.scale.cams import Cams
 from hil_sim.scale.scale_objects import ScaleObjects
 
 REVERSED = 1 << 3  # operating parameters 6000h: the position falls in the direction in which it rose
 SPEED_UNIT_M_S = 1e-5  # 0.01 mm/s
+ACCELERATION_UNIT_M_S2 = 1e-3  # 1 mm/s^2
+OPERATING_TIME_US = 360_000_000  # unit of 6508h, 0.1 h
 LARGEST_I16 = 32767
 
 
@@ -27,6 +30,9 @@ class LinearScale:
         if scale is None:
             raise ValueError("this axis has no scale")
         self.objects = ScaleObjects()
+        self.objects.head = self
+        self._clock = host.clock
+        self._asked_us, self._asked_m_s, self._acceleration = 0, 0.0, 0
         self._resolution_nm = round(scale.resolution_um * 1e3)
         mark_counts = round(scale.reference_mark_mm * 1e3 / scale.resolution_um)
         self._mark = mark_counts - int(plant.state["scale_origin_counts"][index])
@@ -36,12 +42,16 @@ class LinearScale:
         self._raw = self._counts[index]
         self._sign = 1
         self._offset = 0
+        self._switches = False  # whether there are cams to look after
         self.frozen = False
         """Whether the head has stopped reading (`faults.broken_scale`)."""
         self.slave = Slave(scale.node_id, scale.eds, self.objects, self, host)
         dictionary = self.slave.dictionary
         dictionary.followers[0x6003] = lambda _sub: self._preset(self.objects.preset_value)
         dictionary.followers[0x6010] = lambda _sub: self._preset(self.objects.preset_value_channel_1)
+        dictionary.readers[0x6508] = lambda _sub: self._clock.now_us // OPERATING_TIME_US
+        dictionary.readers[0x650B] = lambda _sub: self.slave.identity()[-1]
+        self._cams = Cams(dictionary, self._follow_cams)
         dictionary.checks[0x6000] = _check_parameters
         dictionary.followers[0x6000] = lambda _sub: self._reverse_direction()
         dictionary.readers[0x6500] = lambda _sub: self.objects.operating_parameters
@@ -60,7 +70,7 @@ class LinearScale:
         """Power up: the position counts from here, no reference mark has been passed."""
         self._offset = 0
         self._sign = self._chosen_sign()
-        self.read_axis(0.0)
+        self._follow_cams()
 
     def process(self) -> None:
         """Do nothing: a scale has no commands by PDO."""
@@ -96,6 +106,26 @@ class LinearScale:
         objects.position_value = objects.position_value_channel_1 = position
         speed = round(self._sign * self._velocity_m_s[self._index] / SPEED_UNIT_M_S)
         objects.speed_value_channel_1 = max(-LARGEST_I16, min(LARGEST_I16, speed))
+        if self._switches:
+            objects.cam_state_channel_1 = self._cams.state(position)
+
+    def acceleration(self) -> int:
+        """Acceleration since it was last asked for (mm/s^2); a PDO asks in every cycle."""
+        now_us = self._clock.now_us
+        if now_us != self._asked_us:
+            velocity_m_s = self._sign * float(self._velocity_m_s[self._index])
+            since_s = (now_us - self._asked_us) * 1e-6
+            acceleration = round((velocity_m_s - self._asked_m_s) / since_s / ACCELERATION_UNIT_M_S2)
+            self._acceleration = max(-LARGEST_I16, min(LARGEST_I16, acceleration))
+            self._asked_us, self._asked_m_s = now_us, velocity_m_s
+        return self._acceleration
+
+    def _follow_cams(self) -> None:
+        """Take the cams anew; without one there is no state to look after."""
+        self._cams.follow()
+        self._switches = self._cams.on
+        self.objects.cam_state_channel_1 = 0
+        self.read_axis(0.0)
 
     def _preset(self, value: int) -> None:
         """Make the present position read `value`."""

@@ -1,22 +1,65 @@
 """Process objects of the CiA 406 linear scale. Units: counts of 6005h.1 nm; speed 0.01 mm/s times 6005h.2."""
 
 from dataclasses import dataclass
+from typing import ClassVar, Protocol
 
-from hil_sim.node.process_objects import ProcessObjects, cia
+from hil_sim.node.process_objects import Address, ProcessObjects, cia
+
+OUT_OF_RANGE, OVERFLOW, UNDERFLOW = 1, 2, 4
+"""Bits of the area state register 6400h."""
+POSITION_ERROR = 1
+"""Alarm, 6503h."""
+
+
+class Head(Protocol):
+    """What objects are computed from when they are asked for."""
+
+    def acceleration(self) -> int:
+        """Acceleration since it was last asked for (mm/s^2)."""
 
 
 @dataclass(slots=True)
 class ScaleObjects(ProcessObjects):
     """One attribute per object; the EDS has types, limits and defaults."""
 
+    COMPUTED: ClassVar[dict[Address, str]] = {
+        (0x6040, 1): "acceleration_value_channel_1",
+        (0x6400, 1): "area_state_channel_1",
+        (0x6503, 0): "alarms",
+    }
+    head: Head | None = None
+
     reference_mark_passages: int = cia(0x2001, 1)
     position_value_at_reference_mark: int = cia(0x2001, 2)
     operating_parameters: int = cia(0x6000)
+    total_measuring_range_in_measuring_units: int = cia(0x6002)
     preset_value: int = cia(0x6003)
     position_value: int = cia(0x6004)
     preset_value_channel_1: int = cia(0x6010, 1)
     position_value_channel_1: int = cia(0x6020, 1)
     speed_value_channel_1: int = cia(0x6030, 1)
-    alarms: int = cia(0x6503)
+    cam_state_channel_1: int = cia(0x6300, 1)
+    work_area_low_limit_channel_1: int = cia(0x6401, 1)
+    work_area_high_limit_channel_1: int = cia(0x6402, 1)
     warnings: int = cia(0x6505)
     offset_value: int = cia(0x6509)
+
+    @property
+    def acceleration_value_channel_1(self) -> int:
+        """Of the head, mm/s^2."""
+        return self.head.acceleration() if self.head is not None else 0
+
+    @property
+    def area_state_channel_1(self) -> int:
+        """Where the position is against the limits of the work area."""
+        if self.position_value > self.work_area_high_limit_channel_1:
+            return OUT_OF_RANGE | OVERFLOW
+        if self.position_value < self.work_area_low_limit_channel_1:
+            return OUT_OF_RANGE | UNDERFLOW
+        return 0
+
+    @property
+    def alarms(self) -> int:
+        """A position outside of the measuring range, on either side of zero, is an error."""
+        beyond = abs(self.position_value) > self.total_measuring_range_in_measuring_units
+        return POSITION_ERROR if beyond else 0

@@ -13,7 +13,8 @@ INTRODUCTION = """# Objects of drive and scale
 
 Every object that the simulated CiA 402 drive and the CiA 406 linear scale have. The lists are made from
 `eds/servo_drive.eds` and `eds/linear_scale.eds` by `make pages`; the devices read type, access, range and
-default from the same files, so there is no second place where one of these could differ.
+default from the same files, so there is no second place where one of these could differ. An object that is
+here acts: `tests/unit/eds/test_every_object_is_tried.py` asks for a test of each.
 
 Range: what the EDS allows; no range is the whole range of the type. Some objects refuse more, by the state of
 the device or the hardware of the axis. Default: a value from the hardware of the machine has none in the EDS.

@@ -1,5 +1,6 @@
 """Every homing method ends with its zero where CiA 402 puts it: at the switch, the index, or here."""
 
+import canopen
 import pytest
 from in_process_nodes import InProcessNodes, SdoDrive, counts
 
@@ -147,6 +148,16 @@ def test_halt_interrupts(drive: SdoDrive) -> None:
     drive.nodes.sync(100)
     assert drive.statusword & MASK == NOT_STARTED
     assert drive.true_velocity_mm_s == pytest.approx(0.0, abs=0.05)
+
+
+def test_the_drive_lists_the_methods_that_it_takes(drive: SdoDrive) -> None:
+    listed = {drive.get(0x60E3, number) for number in range(1, drive.get(0x60E3, 0) + 1)}
+    for method in range(-128, 128):
+        if method in listed | {0}:
+            drive.set(0x6098, method)
+            continue
+        with pytest.raises(canopen.SdoAbortedError):
+            drive.set(0x6098, method)
 
 
 def test_method_0_searches_nothing(drive: SdoDrive) -> None:

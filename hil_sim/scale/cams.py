@@ -1,0 +1,49 @@
+"""Cams of CiA 406: eight ranges of positions, switched with hysteresis, looked at only when one is on."""
+
+from collections.abc import Callable
+
+from hil_sim.node.dictionary import Dictionary
+
+STATE, ENABLE, POLARITY = 0x6300, 0x6301, 0x6302
+LOW, HIGH, HYSTERESIS = 0x6310, 0x6320, 0x6330
+CAMS, CHANNEL = 8, 1
+
+
+class Cams:
+    """Cams of the one channel; `on_change` is called when a client has changed one of their objects."""
+
+    def __init__(self, dictionary: Dictionary, on_change: Callable[[], None]) -> None:
+        self._value = dictionary.value
+        self._limits: list[tuple[int, int, int, int]] = []  # bit, low, high, hysteresis of those that are on
+        self._polarity = 0
+        self._inside = 0
+        own = (ENABLE, POLARITY, *(first + cam for first in (LOW, HIGH, HYSTERESIS) for cam in range(CAMS)))
+        for index in own:
+            dictionary.followers[index] = lambda _sub: on_change()
+
+    def follow(self) -> None:
+        """Take the objects; a cam that is switched on begins outside."""
+        value = self._value
+        enabled = value(ENABLE, CHANNEL)
+        self._polarity = value(POLARITY, CHANNEL) & enabled
+        self._inside &= enabled
+        self._limits = [
+            (1 << cam, *(value(first + cam, CHANNEL) for first in (LOW, HIGH, HYSTERESIS)))
+            for cam in range(CAMS)
+            if enabled >> cam & 1
+        ]
+
+    @property
+    def on(self) -> bool:
+        """Whether any cam is enabled."""
+        return bool(self._limits)
+
+    def state(self, position: int) -> int:
+        """Cam state register 6300h at a position: a bit a cam, turned over by its polarity."""
+        for bit, low, high, hysteresis in self._limits:
+            margin = hysteresis if self._inside & bit else 0
+            if low - margin <= position <= high + margin:
+                self._inside |= bit
+            else:
+                self._inside &= ~bit
+        return self._inside ^ self._polarity
