@@ -142,6 +142,8 @@ class OperatingCommands:
         )
 
     def _step(self, axis: str, way_m: float) -> CommandResult:
+        if problem := self._programs.occupied():
+            return problem
         if not axis and len(self._limits) > 1:
             return CommandResult(Refusal.UNKNOWN, f"a step needs its axis: {', '.join(self._limits)}")
         return self.jog_step(axis or next(iter(self._limits)), way_m)

@@ -37,8 +37,16 @@ export default {
       if (!this.chart) return void setTimeout(this.update_chart, 10);
       const { options, traces } = JSON.parse(this.look);
       this.traces = traces;
+      // another look keeps the zoom
+      const before = (this.chart.getOption() || {}).dataZoom || [];
+      (options.dataZoom || []).forEach((zoom, k) => {
+        if (before[k]) Object.assign(zoom, { start: before[k].start, end: before[k].end });
+      });
       this.chart.setOption(options, { notMerge: true });
       this.draw();
+    },
+    whole() {
+      this.chart?.dispatchAction({ type: "dataZoom", dataZoomIndex: 0, start: 0, end: 100 });
     },
     applyFrame(header, payload) {
       const have = this.arrays.length ? this.arrays[0].length : 0;

@@ -65,6 +65,10 @@ class LiveChart(EChart, component="live_chart.js"):
         self._props["look"] = json.dumps({"options": options, "traces": traces})
         self.update()
 
+    def show_whole(self) -> None:
+        """End the zoom."""
+        self.run_method("whole")
+
     async def send(self, frame: ChartFrame, arrays: int, origin: float) -> None:
         """Send one frame of so many arrays; the browser subtracts `origin` from the x values."""
         self._sent += 1

@@ -11,7 +11,7 @@ MAX_CHANNELS = 8
 """Channels that are drawn at once: as many as there are colours."""
 DEVIATIONS = ("position_error_m", "correction_m")
 """Endings of channels that are lengths of micrometres."""
-LEGEND_PERCENT, TIME_AXIS_PERCENT, GAP_PERCENT = 9.0, 9.0, 4.0
+LEGEND_PERCENT, TIME_AXIS_PERCENT, GAP_PERCENT = 9.0, 14.0, 4.0
 """Shares of the chart's height: above the panes, below them, and between two of them."""
 CURSOR_COLOURS = {"A": ORANGE, "B": PURPLE}
 _DECIMALS = {"s": 3, "N": 2, "A": 3}
@@ -70,14 +70,15 @@ def scope_options(
     height = (100.0 - LEGEND_PERCENT - TIME_AXIS_PERCENT + GAP_PERCENT) / max(len(panes), 1)
     begin = -layout.before_s * time.factor
     line = {"axisLine": {"show": True, "lineStyle": {"color": theme.grid}}}
-    options |= {"grid": [], "xAxis": [], "yAxis": []}
+    options |= {"grid": [], "xAxis": [], "yAxis": [], "dataZoom": zooms(len(panes), theme)}
     for k, unit in enumerate(panes):
         top = {"top": f"{LEGEND_PERCENT + height * k}%", "height": f"{height - GAP_PERCENT}%"}
         options["grid"].append({"left": 64, "right": 16 + 60 * len(fixed), **top})
         lowest = k == len(panes) - 1
         time_axis = value_axis(theme, f"time ({time.unit})" if lowest else "", 24, gridIndex=k, **line)
         time_axis |= {"min": begin, "max": begin + layout.span_s * time.factor}
-        time_axis["axisLabel"]["show"] = lowest
+        # labels of the ends would be cut, or make the lowest pane narrower than the others
+        time_axis["axisLabel"] |= {"show": lowest, "showMinLabel": False, "showMaxLabel": False}
         options["xAxis"].append(time_axis)
         options["yAxis"].append(value_axis(theme, unit, 46, gridIndex=k, scale=True, **line))
     traces = []
@@ -98,6 +99,22 @@ def scope_options(
         traces.append(trace(channel.name, 0, place + 1, factors))
     options["series"] += [_cursor_lines(pane, layout, time) for pane in range(len(panes))]
     return options, traces
+
+
+def zooms(panes: int, theme: Theme) -> list[dict[str, Any]]:
+    """Zoom and pan along time, of all panes together: the wheel, two fingers, and a bar below the chart."""
+    every = {"xAxisIndex": list(range(panes)), "filterMode": "none"}
+    # pointing and dragging with one finger move the cursors
+    inside = {"type": "inside", "moveOnMouseMove": False, "moveOnMouseWheel": "shift"}
+    bar = {
+        "type": "slider",
+        "bottom": 4,
+        "height": 18,
+        "showDataShadow": False,
+        "showDetail": False,
+        "borderColor": theme.grid,
+    }
+    return [every | inside, every | bar]
 
 
 def _level_line(level: float) -> dict[str, Any]:

@@ -16,10 +16,11 @@ from servo_ctrl.hmi.scope.appearance import ScopeLayout, scope_options
 from servo_ctrl.hmi.scope.capture_files import save_capture
 from servo_ctrl.hmi.scope.controls import FixedScales, ScopeFields, first_choices
 from servo_ctrl.hmi.scope.cursors import CursorReadings
-from servo_ctrl.hmi.scope.stream import ScopeStream, missing_cycles
+from servo_ctrl.hmi.scope.measurements import MeasurementTable
+from servo_ctrl.hmi.scope.stream import ScopeStream, clock_text, missing_cycles
 from servo_ctrl.hmi.shell.live_content import REFRESH_S, connected_content
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import Pill, button, div, errors_notified, faint, note, panel
+from servo_ctrl.hmi.shell.parts import Pill, button, card, div, errors_notified, faint, note, panel
 from servo_ctrl.hmi.shell.plots import Look
 
 TITLE = "Scope"
@@ -51,6 +52,8 @@ class Scope:
                 button("Save what is seen", self._save, "scope-save", icon="save")
                 self._state = Pill("scope-state")
                 self._rate = faint().classes("num").mark("scope-rate")
+                self._clock = faint().classes("num").mark("scope-clock")
+                button("Whole picture", self._end_zoom, "scope-whole", look="flat")
         with panel("Scope"):
             self._chart = LiveChart("scope-chart", "Channels over time", self._stream.resend)
             self._chart.style("width: 100%; height: max(360px, 58vh); touch-action: pan-y")
@@ -59,6 +62,8 @@ class Scope:
         with panel("Cursors and scales"):
             self._cursors = CursorReadings(self._choices, hello.period_s, lambda: self._on_change("look"))
             self._scales = FixedScales(self._choices, lambda: self._on_change("look"))
+        with card("Measured over the picture, or between the cursors", "scope-measurements"):
+            self._measured = MeasurementTable()
         self._chart.on_size(self._stream.set_width)
         self._chart.on_pick(self._cursors.pick)
         self._on_change("capture")
@@ -111,6 +116,9 @@ class Scope:
         rows = stream.rows(ring)
         channels = self._choices.shown_channels(self._hello, self._page.units)
         self._cursors.refresh(rows, stream.origin, channels)
+        period_s = self._hello.period_s
+        self._measured.refresh(rows, stream.origin, channels, self._choices.cursors, period_s)
+        self._clock.set_text(clock_text(self._page.link.status, ring, stream.origin, period_s))
         missing = missing_cycles(rows, ring.place("cycle"))
         gap = f"{missing} cycles of this picture have no row: time is too short by them."
         self._gap.set_text(gap if missing > 0 else "")
@@ -118,6 +126,9 @@ class Scope:
         self._hold.set_text("Go on" if stream.hold else "Hold")
         self._hold.props(f"icon={'play_arrow' if stream.hold else 'pause'}")
         self._arm.set_visibility(not stream.settings.free)
+
+    def _end_zoom(self) -> None:
+        self._chart.show_whole()
 
     def _toggle_hold(self) -> None:
         self._stream.toggle_hold(self._page.link.rows)

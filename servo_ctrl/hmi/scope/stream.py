@@ -1,10 +1,12 @@
 """The scope of one visitor without its elements: settings in; frames, rows and a state in words out."""
 
+from datetime import datetime, timedelta
 from typing import NamedTuple
 
 import numpy as np
 
 from kernels.arrays import Array
+from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.charts.frames import ChartContents, ChartFrame, ChartView, PayloadCache, next_frame
 from servo_ctrl.hmi.link.row_ring import RowRing
 from servo_ctrl.hmi.scope.capture import CaptureSettings, CaptureState, CaptureWindow, advance
@@ -156,6 +158,24 @@ def row_at(rows: CapturedRows, number: float) -> Array | None:
     """All channels at the row nearest to a (fractional) row number; None outside of the rows."""
     place = round(number) - rows.first
     return rows.values[place] if 0 <= place < len(rows.values) else None
+
+
+def clock_text(status: MachineStatus | None, ring: RowRing, origin: int, period_s: float) -> str:
+    """The clock time here at which the time of the picture is zero, by the newest status; "" without one.
+
+    In lockstep cycles run by no clock: it is that of a machine which had kept its period since.
+    """
+    try:
+        told = datetime.fromisoformat(status.time if status is not None else "")
+    except ValueError:
+        return ""
+    if status is None or ring.end == ring.first:
+        return ""
+    at = min(max(origin, ring.first), ring.end - 1)
+    _, rows = ring.since(at)
+    since_s = (status.cycles - float(rows[0, ring.place("cycle")]) - (origin - at)) * period_s
+    zero = (told - timedelta(seconds=since_s)).astimezone()
+    return f"time 0 is {zero:%H:%M:%S}.{zero.microsecond // 1000:03d}"
 
 
 def missing_cycles(rows: CapturedRows, cycle: int) -> int:

@@ -18,6 +18,10 @@ REFUSED = {
         (
             Command.ENABLE,
             Command.HOME,
+            Command.STEP_FORWARD,
+            Command.STEP_BACKWARD,
+            Command.TOUCH_OFF,
+            Command.CLEAR_OFFSET,
             Command.START_PROGRAM,
             Command.HOLD_PROGRAM,
             Command.RESUME_PROGRAM,
@@ -87,7 +91,13 @@ def test_jogging_and_loading_a_program_are_refused_too(
     learning: LearningStand, program: ProgramConfig
 ) -> None:
     state, stroke = learning.status.learning.state, learning.machine.program
-    for result in (learning.handler.jog("x", 0.01), learning.handler.load_program(program)):
+    handler = learning.handler
+    for result in (
+        handler.jog("x", 0.01),
+        handler.jog_step("x", 0.001),
+        handler.touch_off("x", 0.0),
+        handler.load_program(program),
+    ):
         assert result == CommandResult(Refusal.WRONG_STATE, LEARNING_FIRST)
         assert undisturbed(learning, state, stroke)
     assert not learning.status.program.loaded

@@ -56,3 +56,9 @@ def test_the_interval_grows_while_the_loop_lags_and_recovers() -> None:
     for _ in range(200):
         interval = next_interval(interval, interval)
     assert interval == SHORTEST_S
+
+
+def test_time_is_zoomed_in_all_panes_together() -> None:
+    options, _drawn = scope_options(channels(), LAYOUT, 1e-3)
+    assert [zoom["xAxisIndex"] for zoom in options["dataZoom"]] == [[0, 1, 2]] * 2
+    assert {zoom["filterMode"] for zoom in options["dataZoom"]} == {"none"}, "no point is dropped"
