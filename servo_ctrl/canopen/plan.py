@@ -4,7 +4,6 @@ import struct
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from servo_ctrl.canopen.cia402 import MODE_OF_NAME, SUPPORTED_BIT, Mode
 from servo_ctrl.canopen.concise_dcf import SdoDownload, read_concise_dcf
 from servo_ctrl.canopen.drive_units import DriveUnits, units_of
 from servo_ctrl.canopen.errors import EdsError
@@ -13,6 +12,7 @@ from servo_ctrl.canopen.settings import Setting, common_settings, drive_settings
 from servo_ctrl.canopen.stack import Eds, load_eds
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.config.node_model import Drive, Pdo, Scale
+from servo_ctrl.cyclic.cia402 import MODE_OF_NAME, SUPPORTED_BIT, Mode
 from servo_ctrl.errors import ConfigError
 
 PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Iterator
 
-from servo_ctrl.canopen.cia402 import MODE_OF_NAME
 from servo_ctrl.canopen.scaling import drive_scaling
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
+from servo_ctrl.cyclic.cia402 import MODE_OF_NAME
 from servo_ctrl.errors import ConfigError
 
 HEARTBEATS_MISSED = 3

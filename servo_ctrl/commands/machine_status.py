@@ -23,7 +23,7 @@ class DriveStatus(NamedTuple):
     phase: str
     """Of its sequence: a value of `axis.drive.Phase`, as "servo", "off" or "lost"."""
     state: str
-    """Of the power stage, CiA 402, as "operation enabled"; a value of `canopen.cia402.DriveState`, or "not
+    """Of the power stage, CiA 402, as "operation enabled"; a value of `cyclic.cia402.DriveState`, or "not
     heard" where its inputs do not come any more."""
     statusword: int
     error_code: int | None

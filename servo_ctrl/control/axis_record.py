@@ -1,7 +1,7 @@
-"""The tick over records, for the daemon: an axis lies in memory from tick to tick, one call takes all axes.
+"""The tick over a record: what the law of an axis works on lies in memory from tick to tick.
 
-It calls the same `axis_tick` as the batch twin, so the bits are the same. A record has the fields of
-`AxisRecord`; the tables of its parameters lie in a pool beside the records.
+A record has the fields of `AxisRecord`; the tables of its parameters lie in a pool beside the records. The
+cycle of daemon and batch twin (`cyclic.axis_step`) has one in the record of each axis.
 """
 
 import math
@@ -20,7 +20,7 @@ from servo_ctrl.control.types import AxisCommand, AxisSample
 
 
 class AxisRecord(NamedTuple):
-    """What lies in memory of one axis."""
+    """What lies in memory of the law of one axis."""
 
     params: AxisParams
     units: SetPointUnits
@@ -56,26 +56,25 @@ def axis_records(
 
 
 @kernel
-def tick_axes(axes: Any, tables: Pool) -> None:
-    """One `axis_tick` of each axis: its parameters and its sample, into its state and what it commands."""
-    for axis in axes:
-        params, sample = read(axis["params"], AxisParams, tables), read(axis["sample"], AxisSample)
-        state, command = axis_tick(params, read(axis["state"], AxisState), sample)
-        write(axis["state"], state)
-        write(axis["command"], command)
-        counts = set_point_counts(
-            read(axis["units"], SetPointUnits),
-            params.feedforward.velocity,
-            command,
-            sample.velocity_command_m_s,
-        )
-        write(axis["counts"], counts)
-        measured_n = sample.motor_force_n
-        axis["signs"] = signs(
-            read(axis["limits"], SupervisionLimits),
-            sample.motor_position_m - command.correction_m - sample.scale_position_m,
-            command.force_n,
-            axis["current_a"],
-            command.force_n if math.isnan(measured_n) else measured_n,
-            command.position_error_m,
-        )
+def tick_axis(axis: Any, tables: Pool) -> None:
+    """One `axis_tick`: the axis' parameters and its sample, into its state and what it commands."""
+    params, sample = read(axis["params"], AxisParams, tables), read(axis["sample"], AxisSample)
+    state, command = axis_tick(params, read(axis["state"], AxisState), sample)
+    write(axis["state"], state)
+    write(axis["command"], command)
+    counts = set_point_counts(
+        read(axis["units"], SetPointUnits),
+        params.feedforward.velocity,
+        command,
+        sample.velocity_command_m_s,
+    )
+    write(axis["counts"], counts)
+    measured_n = sample.motor_force_n
+    axis["signs"] = signs(
+        read(axis["limits"], SupervisionLimits),
+        sample.motor_position_m - command.correction_m - sample.scale_position_m,
+        command.force_n,
+        axis["current_a"],
+        command.force_n if math.isnan(measured_n) else measured_n,
+        command.position_error_m,
+    )

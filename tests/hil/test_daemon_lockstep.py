@@ -12,9 +12,9 @@ import canopen
 import numpy as np
 import pytest
 
-from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.cyclic.cia402 import DriveState, drive_state
 from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.reader import Recording, load_recording

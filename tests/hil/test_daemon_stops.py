@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from eventually import eventually
 
-from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.cyclic.cia402 import DriveState, drive_state
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine

@@ -4,9 +4,9 @@ import pytest
 from consecutive_runs import ConsecutiveRuns, Script
 from fault_scripts import jogged
 
-from servo_ctrl.axis.drive import Phase
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.cyclic.sequence import Phase
 
 DRIVE_X, SCALE_X = 0x181, 0x18B
 LATE = 12
@@ -33,7 +33,7 @@ def delay_inputs(table: ConsecutiveRuns, can_id: int) -> None:
 
 
 def homing(table: ConsecutiveRuns) -> bool:
-    return bool(table.servo.sequence.phase is Phase.HOMING)
+    return bool(table.servo.phase is Phase.HOMING)
 
 
 @pytest.mark.parametrize("can_id", [DRIVE_X, SCALE_X])

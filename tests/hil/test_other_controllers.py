@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.cyclic.cia402 import DriveState, drive_state
 from servo_ctrl.daemon.run.report import Progress
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.io.can_port import BusError

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from operator_script import Operator, Script, at, operate
 
-from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.commands.command import JOG_RENEWAL_S, Command
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.cyclic.cia402 import DriveState, drive_state
 from servo_ctrl.daemon.run import assemble
 
 RADIUS_M = 0.010

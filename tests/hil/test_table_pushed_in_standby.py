@@ -3,9 +3,9 @@
 from consecutive_runs import ConsecutiveRuns, Script
 from fault_scripts import jogged
 
-from servo_ctrl.axis.drive import Phase
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.cyclic.sequence import Phase
 from tests.campaigns.campaign.machine import SWITCH_MM
 
 PUSHED_M_S = 0.08
@@ -36,7 +36,7 @@ def test_drive_is_switched_on_when_its_axis_stands_still(table: ConsecutiveRuns)
         table.ask(Command.ENABLE)
         yield 50
         assert speed_m_s(table) > STANDSTILL_M_S
-        assert table.servo.sequence.phase is Phase.AWAITING_REST
+        assert table.servo.phase is Phase.AWAITING_REST
         powered = table.stand.bench._drives[0].motion
         yield lambda: powered.powered
         assert speed_m_s(table) < STANDSTILL_M_S

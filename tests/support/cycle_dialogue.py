@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from typing import NamedTuple
 
 from servo_ctrl.daemon.cycle.cycle import Cycle, Inputs
@@ -27,13 +26,13 @@ class Tick(NamedTuple):
 
     cycle: int
     elapsed: int
-    inputs: tuple[tuple[int, ...] | None, ...]
+    inputs: tuple[bytes | bytearray | None, ...]
 
 
 SYNC = Tx("sync")
 A, B = b"\x01\x00", b"\xff\xff\xff\xff"
 OTHER = b"\x02\x00"
-IN_A, IN_B = (1,), (-1,)
+IN_A, IN_B = A, B
 
 
 class CycleDialogue:
@@ -51,7 +50,7 @@ class CycleDialogue:
             self,
             self.sender("sync"),
             [self.sender("rpdo")],
-            [struct.Struct("<h"), struct.Struct("<i")],
+            [2, 4],
             self._flush,
             lockstep=lockstep,
             on_begin=self.elapsed.append,

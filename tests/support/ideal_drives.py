@@ -96,6 +96,7 @@ class Stand:
         self.places = build_axes(self.config, plans)
         self.drives = [IdealDrive(), IdealDrive()]
         self.codecs = [plan.rpdo.codec for plan in plans if len(plan.pdos) > 1]
+        self._pack = [plan.tpdo.codec.pack for plan in plans]
         self.rows: list[list[float]] = []
         self.faults: list[tuple[Event, str]] = []
         self.ready = self.rests = 0
@@ -123,12 +124,13 @@ class Stand:
             if not self.on:
                 break
             self.cycle += elapsed
-            inputs: list[Any] = []
+            values: list[tuple[int, ...]] = []
             for drive in self.drives:
-                inputs += [
+                values += [
                     (drive.statusword, drive.position, 0),
                     (round(drive.position * COUNT_M / SCALE_COUNT_M),),
                 ]
+            inputs: list[Any] = [pack(*own) for pack, own in zip(self._pack, values, strict=True)]
             for node in self.absent:
                 inputs[node] = None
                 self.machine.input_missing(node)

@@ -1,8 +1,22 @@
-"""One cycle under supervision, as the daemon sees it: the signs of the compiled tick, then the judgement."""
+"""One cycle under supervision, as the compiled cycle has it: the signs of the tick, then the judgement."""
 
-from servo_ctrl.axis import supervision
-from servo_ctrl.axis.supervision import Counts
+from typing import NamedTuple
+
+import numpy as np
+
 from servo_ctrl.control.signs import SupervisionLimits, signs
+from servo_ctrl.cyclic import supervision
+
+
+class Counts(NamedTuple):
+    """How long the current has been at its limit, and the last cycles in which the axis was pushed."""
+
+    saturated: int
+    pushed: tuple[tuple[float, float], ...]
+    """Velocity and size of the error, the oldest first."""
+
+
+AT_REST = Counts(0, ())
 
 
 def supervise(
@@ -16,5 +30,14 @@ def supervise(
     error_m: float,
 ) -> tuple[Counts, int]:
     """Counts and finding behind this cycle."""
+    cycles, pushed = limits.runaway_cycles + 1, len(counts.pushed)
+    first = 1 % cycles  # anywhere: it is a ring
+    kept = np.zeros((cycles, 2))
+    for place, cycle in enumerate(counts.pushed):
+        kept[(first + place) % cycles] = cycle
     seen = signs(limits, deviation_m, force_n, current_a, push_n, error_m)
-    return supervision.supervise(limits, counts, seen, push_n, velocity_m_s, error_m)
+    before = supervision.Counts(counts.saturated, pushed, (first + pushed) % cycles)
+    after, finding = supervision.supervise(limits, before, kept, seen, push_n, velocity_m_s, error_m)
+    oldest = after.next - after.pushed
+    ring = tuple(tuple(kept[(oldest + place) % cycles].tolist()) for place in range(after.pushed))
+    return Counts(after.saturated, ring), finding

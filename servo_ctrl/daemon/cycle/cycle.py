@@ -4,12 +4,11 @@ One object for both kinds of time. In real time a clock calls `begin` every peri
 SYNC goes out as soon as the RPDOs are sent: simulated time is SYNC, and nobody waits for the wall clock.
 """
 
-import struct
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-Inputs = list[tuple[int, ...] | None]
-"""Of a cycle, by node: the values of its TPDO, None = missing."""
+Inputs = list[bytes | bytearray | None]
+"""Of a cycle, by node: the data of its TPDO, None = missing."""
 RESPONDING_WITHIN = 2
 """A node that answered within so many cycles is responding; chosen."""
 LATE_WITHIN = 1000
@@ -60,7 +59,7 @@ class Cycle:
         core: Core,
         sync: Sender,
         rpdos: Sequence[Sender],
-        layouts: Sequence[struct.Struct],
+        sizes: Sequence[int],
         flush: Callable[[], None],
         *,
         lockstep: bool,
@@ -76,17 +75,18 @@ class Cycle:
         self.trial: Trial | None = None
         self._core, self._sync, self._rpdos, self._lockstep = core, sync, tuple(rpdos), lockstep
         self._flush, self._on_begin, self._on_end = flush, on_begin, on_end
-        self._layouts = tuple(layouts)
-        self._expected = (1 << len(self._layouts)) - 1
-        self._inputs: Inputs = [None] * len(self._layouts)
+        self._sizes = tuple(sizes)
+        self._expected = (1 << len(self._sizes)) - 1
+        self._inputs: Inputs = [None] * len(self._sizes)
         self._elapsed = 1
-        nodes = len(self._layouts)
+        nodes = len(self._sizes)
         self._answered_at = [-RESPONDING_WITHIN - 2] * nodes
         """The last cycle in which a node that is not expected answered."""
         self._before: Inputs = [None] * nodes
         """Inputs of the cycle before."""
         self._owed = [0] * nodes
         self._owed_until = [-1] * nodes
+        self._owing_until = -1
         """So many frames more may come, up to this cycle: those of cycles which went on without them."""
         self._repeated_at = [-2] * nodes
         self._repeats = [0] * nodes
@@ -101,7 +101,7 @@ class Cycle:
         self.number += elapsed
         self._elapsed = elapsed
         self.waiting, self.open = self._expected, True
-        self._before, self._inputs = self._inputs, [None] * len(self._layouts)
+        self._before, self._inputs = self._inputs, [None] * len(self._sizes)
         self._sync.send(b"")
         self._flush()
         if self.trial is not None:
@@ -110,24 +110,24 @@ class Cycle:
 
     def handler(self, node: int) -> Callable[[bytearray, float], None]:
         """The handler of a node's TPDO."""
-        bit, layout = 1 << node, self._layouts[node]
+        bit, size = 1 << node, self._sizes[node]
 
         def on_tpdo(payload: bytearray, _timestamp_s: float) -> None:
-            if len(payload) != layout.size:
+            if len(payload) != size:
                 self._core.input_of_other_length(node, len(payload))
             elif self.waiting & bit:
-                self._inputs[node] = layout.unpack(payload)
+                self._inputs[node] = payload
                 self.waiting ^= bit
                 if not self.waiting:
                     self._complete()
             elif self._expected & bit:
-                self._take_another(node, layout.unpack(payload))
+                self._take_another(node, payload)
             else:
                 self._answered_at[node] = self.number
 
         return on_tpdo
 
-    def _take_another(self, node: int, values: tuple[int, ...]) -> None:
+    def _take_another(self, node: int, data: bytearray) -> None:
         """Take one frame too many: a late one, one that CAN delivered twice, or another node's."""
         if self.number < 0 or not self.running:
             return
@@ -137,7 +137,7 @@ class Cycle:
         in_a_row = self.number - self._repeated_at[node] <= 1
         self._repeats[node] = self._repeats[node] + 1 if in_a_row else 1
         self._repeated_at[node] = self.number
-        maybe_repeated = self._inputs[node] in {values, self._before[node]}
+        maybe_repeated = self._inputs[node] in (data, self._before[node])
         if not maybe_repeated or self._repeats[node] > REPEATS_TOLERATED:
             self._core.input_twice(node)
 
@@ -150,6 +150,11 @@ class Cycle:
         ages = (self._owed[node] for node in nodes if self.number <= self._owed_until[node])
         return min(max(ages, default=0), LATE_WITHIN)  # lost frames do not add up for ever
 
+    @property
+    def owing(self) -> bool:
+        """Whether the inputs of any node may be old."""
+        return self.number <= self._owing_until
+
     def expect(self, node: int) -> None:
         """From the next SYNC on a node that was given up is one of those that answer."""
         self._expected |= 1 << node
@@ -157,7 +162,7 @@ class Cycle:
 
     def complete_without(self) -> None:
         """Go on without the inputs that have not come."""
-        for node in range(len(self._layouts)):
+        for node in range(len(self._sizes)):
             if self.waiting >> node & 1:
                 self._owe(node)
                 if self._core.input_missing(node):
@@ -168,7 +173,7 @@ class Cycle:
     def _owe(self, node: int) -> None:
         late = self.number > self._owed_until[node]
         self._owed[node] = 1 if late else self._owed[node] + 1
-        self._owed_until[node] = self.number + LATE_WITHIN
+        self._owed_until[node] = self._owing_until = self.number + LATE_WITHIN
 
     def stop(self) -> None:
         """No further SYNC."""

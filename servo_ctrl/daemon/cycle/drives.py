@@ -3,11 +3,11 @@
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
-from servo_ctrl.axis import drive
-from servo_ctrl.axis.drive import COASTS_M_S, Phase, brake, lose, release
 from servo_ctrl.axis.fault_policy import Event
-from servo_ctrl.axis.servo import REFERENCE_FIELDS, AxisServo
-from servo_ctrl.canopen.cia402 import DriveState
+from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.cyclic import sequence
+from servo_ctrl.cyclic.cia402 import DriveState
+from servo_ctrl.cyclic.sequence import COASTS_M_S, Phase, brake, lose, release
 from servo_ctrl.daemon.cycle.cycle import Inputs
 from servo_ctrl.daemon.set_points.reference import Row
 
@@ -32,6 +32,13 @@ class Drives:
     def __init__(self, places: Sequence[AxisPlace]) -> None:
         self._places = tuple(places)
         self._servos = [place.servo for place in places]
+        self._memory = self._servos[0].memory
+        self._found = False
+        """The last cycle has found something that was not taken yet."""
+        self._aged = False
+        """Inputs of the last cycle may have been old."""
+        self.input_ages: Callable[[], Sequence[int]] = list
+        """How many cycles old the last inputs of each axis may be, as many came late; empty: none is."""
 
     @property
     def hold_positions_m(self) -> list[float]:
@@ -46,17 +53,17 @@ class Drives:
     @property
     def braked(self) -> bool:
         """None brakes any more."""
-        return all(servo.sequence.phase in BRAKED for servo in self._servos)
+        return all(servo.phase in BRAKED for servo in self._servos)
 
     @property
     def enabled(self) -> bool:
         """One was in operation by its last statusword."""
-        return any(servo.inputs.drive_state is DriveState.OPERATION_ENABLED for servo in self._servos)
+        return any(servo.drive_state is DriveState.OPERATION_ENABLED for servo in self._servos)
 
     @property
     def moving(self) -> bool:
         """One that we lead would coast, if its power went now."""
-        return any(abs(servo.row.motor_velocity_m_s) > COASTS_M_S for servo in self._servos)
+        return any(abs(servo.velocity_m_s) > COASTS_M_S for servo in self._servos)
 
     @property
     def at_a_switch(self) -> str:
@@ -68,32 +75,32 @@ class Drives:
         """All are without power, as far as anyone can know."""
         return all(servo.off for servo in self._servos)
 
-    def step(self, inputs: Inputs, row: Row | None, record: list[float]) -> list[bytes]:
-        """Advance all axes by one cycle: payloads of the RPDOs; their recorded values go behind `record`.
+    def step(
+        self, inputs: Inputs, led_to: Row | None, time_s: float, cycle: int, segment: int
+    ) -> list[bytes]:
+        """Advance all axes by one cycle: payloads of the RPDOs; `row` is what is recorded of it.
 
-        `row`: where they are led, None = each stays where it was taken over.
+        `led_to`: where they are led, None = each stays where it was taken over.
         """
-        payloads: list[bytes] = []
-        first = 0
-        for servo, own, scale, _stop, further in self._places:
-            led = None if row is None else row[first : first + REFERENCE_FIELDS]
-            taken = inputs[own]
-            for place in further:
-                taken = _joined(taken, inputs[place])
-            payloads.append(servo.step(taken, None if scale is None else inputs[scale], led))
-            payloads += servo.further_payloads
-            record += servo.row
-            first += REFERENCE_FIELDS
-        return payloads
+        ages = self.input_ages()
+        if ages or self._aged:
+            for servo, age in zip(self._servos, ages or [0] * len(self._servos), strict=True):
+                servo.input_age(age)
+            self._aged = bool(ages)
+        self._found = self._memory.step(inputs, led_to, time_s, cycle, segment)
+        return self._memory.payloads()
+
+    def row(self) -> list[float]:
+        """Return the row of the last cycle."""
+        values: list[float] = self._memory.row.tolist()
+        return values
 
     def take_events(self) -> list[tuple[AxisServo, Event, str]]:
-        """Take the events that the axes found since the last call."""
-        found = []
-        for servo in self._servos:
-            if servo.events:
-                found += [(servo, event, text) for event, text in servo.events]
-                servo.events = []
-        return found
+        """Take the events that the axes found in the last cycle."""
+        if not self._found:
+            return []
+        self._found = False
+        return [(servo, event, text) for servo in self._servos for event, text in servo.findings()]
 
     def pass_missed(self, cycles: int) -> None:
         """Let periods go by that had no SYNC."""
@@ -103,15 +110,15 @@ class Drives:
     def cut_off(self, servo: AxisServo | None) -> None:
         """Power off for this one at once, while the others brake; for all of them where none is named."""
         for own in self._servos:
-            if servo in {None, own} and own.sequence.phase not in BRAKED:
+            if servo in {None, own} and own.phase not in BRAKED:
                 own.sequence = release(own.sequence)
-            elif own.sequence.phase not in BRAKING:
+            elif own.phase not in BRAKING:
                 own.sequence = brake(own.sequence)
 
-    def lead(self, change: Callable[[drive.Sequence], drive.Sequence]) -> None:
+    def lead(self, change: Callable[[sequence.Sequence], sequence.Sequence]) -> None:
         """Change the sequences of all drives that are not lost."""
         for servo in self._servos:
-            if servo.sequence.phase is not Phase.LOST:
+            if servo.phase is not Phase.LOST:
                 servo.sequence = change(servo.sequence)
 
     def begin_again(self) -> None:
@@ -131,8 +138,8 @@ class Drives:
         forgotten = []
         for place in self._places:
             if place.drive in nodes:
-                place.servo.homed = False
-                forgotten.append((place.servo.name, place.servo.route.homing))
+                place.servo.forget_home()
+                forgotten.append((place.servo.name, place.servo.homes))
         return forgotten
 
     def lose(self, node: int) -> None:
@@ -143,12 +150,7 @@ class Drives:
         """Take back a node that responds again; a drive stays without power."""
         self._change(node, release)
 
-    def _change(self, node: int, change: Callable[[drive.Sequence], drive.Sequence]) -> None:
+    def _change(self, node: int, change: Callable[[sequence.Sequence], sequence.Sequence]) -> None:
         for place in self._places:
             if place.drive == node:
                 place.servo.sequence = change(place.servo.sequence)
-
-
-def _joined(first: tuple[int, ...] | None, further: tuple[int, ...] | None) -> tuple[int, ...] | None:
-    """Values of two TPDOs in a row; None where one did not come."""
-    return None if first is None or further is None else first + further

@@ -4,18 +4,18 @@ No clock, no bus, no asyncio: inputs come in, payloads go out. The supervisor an
 """
 
 from collections.abc import Callable, Iterable
+from collections.abc import Sequence as Several
 
-from servo_ctrl.axis.drive import Sequence, brake, release
 from servo_ctrl.axis.fault_policy import REQUESTS, Event, Reaction
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.cyclic.sequence import Sequence, brake, release
 from servo_ctrl.daemon.cycle.cycle import Inputs
 from servo_ctrl.daemon.cycle.drives import AxisPlace
 from servo_ctrl.daemon.cycle.machine_figures import MachineFigures
 from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
 from servo_ctrl.daemon.cycle.stand_by import Nodes
 from servo_ctrl.daemon.set_points.reference import Reference
-from servo_ctrl.recording.channels import MachineRow
 
 
 class MachineController(MachineFigures):
@@ -90,6 +90,10 @@ class MachineController(MachineFigures):
         else:
             self._again.started = True
 
+    def age_inputs(self, ages: Callable[[], Several[int]]) -> None:
+        """Ask this in each cycle how many cycles old the last inputs of each axis may be; empty: none is."""
+        self._drives.input_ages = ages
+
     def home(self, servos: Iterable[AxisServo]) -> None:
         """Let drives look for their homes once more, the other axes stay; the machine must be ready."""
         if self.stage is not Stage.READY:
@@ -123,10 +127,9 @@ class MachineController(MachineFigures):
         if self._missing.any:
             self._missing.recount(inputs)
         self._lead(cycle)
-        row = MachineRow(time_s=cycle * self._period_s, cycle=cycle, segment=self._source.segment)
-        values: list[float] = [*row]
-        payloads = self._drives.step(inputs, self._source.row, values)
-        self.record(values)
+        source, time_s = self._source, cycle * self._period_s
+        payloads = self._drives.step(inputs, source.row, time_s, cycle, source.segment)
+        self.record(self._drives.row())
         for servo, event, text in self._drives.take_events():
             self.event(event, text + self.doubt(cycle), servo)
         if self.stage is Stage.RUNNING:

@@ -6,7 +6,6 @@ Whatever cannot be done now is refused in plain words, and nothing is done. Stop
 import math
 from collections.abc import Callable, Sequence
 
-from servo_ctrl.axis.drive import Phase
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.command import (
@@ -22,6 +21,7 @@ from servo_ctrl.commands.settings import Settings
 from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import Limits, MachineConfig
+from servo_ctrl.cyclic.sequence import PHASE_TEXTS, Phase
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.set_points.jog import Jog, JogLimits
@@ -124,22 +124,23 @@ class OperatingCommands:
 
     def drives(self) -> tuple[DriveStatus, ...]:
         """Make the status of the drives, by the last inputs of each."""
-        return tuple(
-            DriveStatus(
-                axis=servo.name,
-                phase=servo.sequence.phase.value,
-                state=NOT_RESPONDING
-                if servo.sequence.phase is Phase.LOST
-                else servo.inputs.drive_state.value,
-                statusword=servo.inputs.statusword,
-                error_code=servo.error_code,
-                homed=servo.homed,
-                position_m=servo.inputs.motor_m,
-                ready=servo.ready,
-                limits_m=(limits.lowest_m, limits.highest_m),
+        statuses = []
+        for servo, limits in zip(self._servos, self._limits.values(), strict=True):
+            phase, inputs = servo.phase, servo.inputs
+            statuses.append(
+                DriveStatus(
+                    axis=servo.name,
+                    phase=PHASE_TEXTS[phase],
+                    state=NOT_RESPONDING if phase is Phase.LOST else servo.drive_state.value,
+                    statusword=inputs.statusword,
+                    error_code=servo.error_code,
+                    homed=servo.homed,
+                    position_m=inputs.motor_m,
+                    ready=servo.ready,
+                    limits_m=(limits.lowest_m, limits.highest_m),
+                )
             )
-            for servo, limits in zip(self._servos, self._limits.values(), strict=True)
-        )
+        return tuple(statuses)
 
     def _step(self, axis: str, way_m: float) -> CommandResult:
         if problem := self._programs.occupied():
@@ -185,7 +186,7 @@ class OperatingCommands:
 
     def _home(self, axis: str) -> CommandResult:
         machine = self._machine
-        servos = [servo for servo in self._servos if servo.route.homing and axis in {"", servo.name}]
+        servos = [servo for servo in self._servos if servo.homes and axis in {"", servo.name}]
         if not servos:
             whose = f"axis {axis} has" if axis else "the axes have"
             return refused(f"{whose} no homing method (homing_method = 0)")

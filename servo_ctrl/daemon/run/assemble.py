@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from servo_ctrl.axis.axis_parts import axis_parts
+from servo_ctrl.axis.cycle_memory import CycleMemory
 from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
@@ -27,25 +29,26 @@ def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPla
     """Make the axes of a machine, their kernels compiled; the inputs are numbered as the plans are."""
     index = {plan.key: place for place, plan in enumerate(plans)}
     further = {key: place for place, (key, _) in enumerate(further_inputs(plans), start=len(plans))}
-    places = []
+    parts, rpdos, nodes = [], [], []
     for name, axis in config.axes.items():
         drive, scale = index[f"axis.{name}.drive"], index.get(f"axis.{name}.scale")
-        servo = AxisServo(
-            name,
-            axis,
-            axis_params(config, name),
-            rpdo=plans[drive].rpdo.codec,
-            tpdo=plans[drive].tpdo.codec,
-            scale_tpdo=plans[scale].tpdo.codec if scale is not None else None,
-            further_rpdos=[pdo.codec for pdo in plans[drive].rpdos[1:]],
-            further_tpdos=[pdo.codec for pdo in plans[drive].further_tpdos if pdo.cyclic],
-        )
-        servo.warm_up()
-        others = tuple(
-            further[f"{plans[drive].name}, {pdo.name}"] for pdo in plans[drive].further_tpdos if pdo.cyclic
-        )
-        places.append(AxisPlace(servo, drive, scale, axis.limits.acceleration_mm_s2 * MM, others))
-    return places
+        plan = plans[drive]
+        cyclic = [pdo for pdo in plan.further_tpdos if pdo.cyclic]
+        others = [further[f"{plan.name}, {pdo.name}"] for pdo in cyclic]
+        inputs = {
+            drive: plan.tpdo.codec,
+            **{place: pdo.codec for place, pdo in zip(others, cyclic, strict=True)},
+        }
+        rpdos.append([rpdo.codec for rpdo in plan.rpdos])
+        scale_input = None if scale is None else (scale, plans[scale].tpdo.codec)
+        parts.append(axis_parts(axis, axis_params(config, name), rpdos[-1], inputs, scale_input))
+        nodes.append((drive, scale, axis.limits.acceleration_mm_s2 * MM, tuple(others)))
+    memory = CycleMemory(parts, rpdos, len(plans) + len(further))
+    memory.warm_up()
+    return [
+        AxisPlace(AxisServo(name, axis, memory, place), *nodes[place])
+        for place, (name, axis) in enumerate(config.axes.items())
+    ]
 
 
 def further_inputs(plans: Sequence[NodePlan]) -> list[tuple[str, PdoPlan]]:
@@ -102,7 +105,7 @@ def connect(
         machine,
         port.frame(SYNC_COB_ID),
         [port.frame(rpdo.cob_id) for plan in plans for rpdo in plan.rpdos],
-        [plan.tpdo.codec.layout for plan in plans] + [pdo.codec.layout for _, pdo in further],
+        [plan.tpdo.codec.size for plan in plans] + [pdo.codec.size for _, pdo in further],
         port.flush,
         lockstep=lockstep,
         on_begin=on_begin,
@@ -133,9 +136,11 @@ def _take_frames(
 ) -> None:
     """Give every frame of the nodes its handler."""
     servo_of = {place.drive: place.servo for place in places}
-    for axis in places:
-        own = (axis.drive, *axis.further) if axis.scale is None else (axis.drive, *axis.further, axis.scale)
-        axis.servo.input_age = partial(cycle.age, *own)
+    inputs_of = [
+        (axis.drive, *axis.further) if axis.scale is None else (axis.drive, *axis.further, axis.scale)
+        for axis in places
+    ]
+    machine.age_inputs(lambda: [cycle.age(*inputs) for inputs in inputs_of] if cycle.owing else ())
     for place, (_, pdo) in enumerate(further_inputs(plans), start=len(plans)):
         port.handlers[pdo.cob_id] = cycle.handler(place)
     for place, plan in enumerate(plans):
@@ -183,7 +188,7 @@ def _event_handler(
             machine.input_of_other_length(place, len(payload))
             return
         values = pdo.codec.unpack(payload)
-        servo.inputs.take_event(pdo.codec, values)
+        servo.take_event(pdo.codec, values)
         if switches_at is not None and (text := servo.closed_switch(values[switches_at])):
             machine.event(Event.LIMIT_SWITCH, text, servo)
 

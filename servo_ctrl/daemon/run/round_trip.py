@@ -16,11 +16,17 @@ class RoundTrip:
     """Measures cycles of this period until two seconds of them are over, then says what is not held."""
 
     def __init__(
-        self, period_s: float, say: Callable[[str], None], now_ns: Callable[[], int] = time.monotonic_ns
+        self,
+        period_s: float,
+        say: Callable[[str], None],
+        on_over: Callable[[], None] = lambda: None,
+        *,
+        now_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self.over = False
-        self._period_s, self._say, self._now_ns = period_s, say, now_ns
         self._left = max(round(TEST_S / period_s), 1)
+        self._period_s, self._say, self._now_ns = period_s, say, now_ns
+        self._on_over = on_over
         self._times = Lateness()
         self._late = 0
         self._sent_ns = 0
@@ -38,6 +44,7 @@ class RoundTrip:
         self._left -= 1
         if not self._left:
             self.over = True
+            self._on_over()
             if problem := verdict(self._period_s * 1e3, self._times, self._late):
                 self._say(problem)
         return not self.over

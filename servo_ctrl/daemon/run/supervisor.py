@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -236,10 +237,14 @@ class _Supervisor:
 
     def _try_round_trip(self, cycle: Cycle) -> None:
         """Let the first cycles show what the bus takes, while no drive gets power."""
-        trial = RoundTrip(self._config.period_s, self._machine.note)
-        cycle.trial = trial
-        for place in self._places:
-            place.servo.power_allowed = lambda: trial.over
+
+        def allow_power(*, allowed: bool) -> None:
+            for place in self._places:
+                place.servo.allow_power(allowed=allowed)
+
+        allow_power(allowed=False)
+        on_over = partial(allow_power, allowed=True)
+        cycle.trial = RoundTrip(self._config.period_s, self._machine.note, on_over)
 
     async def _cycle(self, bus: _Bus, cycle: Cycle, recording: RunRecording) -> None:
         """Start the nodes and cycle."""

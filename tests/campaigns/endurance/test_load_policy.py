@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from servo_ctrl.canopen.cia402 import DriveState, drive_state
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.cyclic.cia402 import DriveState, drive_state
 from servo_ctrl.daemon.run import run_recording, session
 from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine

@@ -76,7 +76,7 @@ def frames_to_the_controller(data: bytes) -> None:
         Core(),
         port.frame(0x80),
         rpdos,
-        [plan.tpdo.codec.layout for plan in plans],
+        [plan.tpdo.codec.size for plan in plans],
         port.flush,
         lockstep=False,
         on_begin=bench.node.count_cycles,

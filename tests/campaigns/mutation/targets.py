@@ -39,7 +39,7 @@ TARGETS = (
     Target("servo_ctrl/control/limits.py", ("tests/unit/servo_control/test_limits.py",)),
     Target("hil_sim/drive/travel_limits.py", ("tests/unit/hil_sim_drive/test_travel_limits.py",)),
     Target(
-        "servo_ctrl/canopen/cia402.py",
+        "servo_ctrl/cyclic/cia402.py",
         ("tests/unit/servo_canopen/test_cia402_values.py", "tests/unit/servo_canopen/test_cia402_tables.py"),
         groups=(DRIVE_WORDS,),
     ),
@@ -59,14 +59,19 @@ TARGETS = (
         groups=(("_READ", "_HEARD"),),
     ),
     Target(
-        "servo_ctrl/axis/supervision.py",
+        "servo_ctrl/cyclic/supervision.py",
         (
             "tests/unit/servo_axis/test_supervision.py",
             "tests/unit/servo_axis/test_supervision_edges.py",
-            "tests/unit/servo_axis/test_supervision_limits.py",
         ),
-        groups=(("NOTHING", "SATURATED", "RUNAWAY"), ("PUSH_SHARE", "ERROR_SHARE", "LIMIT_SHARE")),
+        groups=(("NOTHING", "SATURATED", "RUNAWAY"),),
     ),
+    Target(
+        "servo_ctrl/axis/supervision.py",
+        ("tests/unit/servo_axis/test_supervision_limits.py",),
+        groups=(("PUSH_SHARE", "ERROR_SHARE", "LIMIT_SHARE"),),
+    ),
+    Target("servo_ctrl/cyclic/sequence.py", ("tests/unit/servo_axis/test_drive_sequence.py",)),
     Target("servo_ctrl/daemon/cycle/missed_ticks.py", ("tests/unit/servo_daemon/test_missed_ticks.py",)),
     Target("servo_ctrl/daemon/cycle/missing_inputs.py", ("tests/unit/servo_daemon/test_missing_inputs.py",)),
     Target(

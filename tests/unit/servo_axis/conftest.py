@@ -1,4 +1,4 @@
-"""Axes of the X-Y table, in any mode, as `AxisServo`s."""
+"""Axes of the X-Y table, in any mode, as `SteppedAxis`es."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -6,10 +6,9 @@ from typing import Any
 
 import pytest
 from machine_files import XY_TABLE, text_of, without_sections, write_controller
+from settled_axis import SteppedAxis
 
-from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.plan import NodePlan, plan_machine
-from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 
@@ -29,25 +28,17 @@ def machine_with(tmp_path: Path) -> Callable[..., MachineConfig]:
 
 
 @pytest.fixture
-def servo_of() -> Callable[[MachineConfig], tuple[AxisServo, NodePlan]]:
+def servo_of() -> Callable[[MachineConfig], tuple[SteppedAxis, NodePlan]]:
     """Axis x of a machine, and the plan of its drive."""
 
-    def make(machine: MachineConfig) -> tuple[AxisServo, NodePlan]:
+    def make(machine: MachineConfig) -> tuple[SteppedAxis, NodePlan]:
         drive, scale = plan_machine(machine)[:2]
-        servo = AxisServo(
-            "x",
-            machine.axes["x"],
-            axis_params(machine, "x"),
-            rpdo=drive.rpdo.codec,
-            tpdo=drive.tpdo.codec,
-            scale_tpdo=scale.tpdo.codec,
-        )
-        return servo, drive
+        return SteppedAxis(machine, drive, scale), drive
 
     return make
 
 
 @pytest.fixture
-def cst(machine_with: Callable[..., Any], servo_of: Callable[..., Any]) -> tuple[AxisServo, Any]:
+def cst(machine_with: Callable[..., Any], servo_of: Callable[..., Any]) -> tuple[SteppedAxis, Any]:
     servo, plan = servo_of(machine_with())
     return servo, plan.rpdo.codec

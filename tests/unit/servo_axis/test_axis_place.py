@@ -5,17 +5,16 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from settled_axis import COUNT_M, CSP, DISABLED, ENABLED, HOMED, SCALE_COUNT_M, settle, values
+from settled_axis import COUNT_M, CSP, DISABLED, ENABLED, HOMED, SCALE_COUNT_M, SteppedAxis, settle, values
 
-from servo_ctrl.axis.drive import HOMING_START_CYCLES, SETTLING_CYCLES
 from servo_ctrl.axis.fault_policy import Event
-from servo_ctrl.axis.servo import AxisServo
-from servo_ctrl.canopen.cia402 import SHUTDOWN, SWITCH_ON
+from servo_ctrl.cyclic.cia402 import SHUTDOWN, SWITCH_ON
+from servo_ctrl.cyclic.sequence import HOMING_START_CYCLES, SETTLING_CYCLES
 
 READY = 0x0221
 
 
-def test_scale_equals_the_motor_position_where_the_axis_is_enabled(cst: tuple[AxisServo, Any]) -> None:
+def test_scale_equals_the_motor_position_where_the_axis_is_enabled(cst: tuple[SteppedAxis, Any]) -> None:
     servo, _ = cst
     settle(servo, counts=2**20, scale=777)
     assert servo.hold_m == pytest.approx(0.010)
@@ -24,7 +23,7 @@ def test_scale_equals_the_motor_position_where_the_axis_is_enabled(cst: tuple[Ax
     assert values(servo)["position_error_m"] == pytest.approx(-10 * SCALE_COUNT_M, abs=1e-15)
 
 
-def test_axis_is_not_enabled_without_its_inputs(cst: tuple[AxisServo, Any]) -> None:
+def test_axis_is_not_enabled_without_its_inputs(cst: tuple[SteppedAxis, Any]) -> None:
     servo, codec = cst
     for statusword in (DISABLED, DISABLED, ENABLED):
         servo.step((statusword, 1000, 0), None, None)
@@ -38,7 +37,7 @@ def test_axis_is_not_enabled_without_its_inputs(cst: tuple[AxisServo, Any]) -> N
     ("counts_a_cycle", "given_power"), [(1000, True), (-1000, True), (1100, False), (-1100, False)]
 )
 def test_axis_is_given_power_below_ten_millimetres_a_second(
-    cst: tuple[AxisServo, Any], counts_a_cycle: int, given_power: bool
+    cst: tuple[SteppedAxis, Any], counts_a_cycle: int, given_power: bool
 ) -> None:
     """1000 counts a millisecond are 9.5 mm/s, 1100 are 10.5 mm/s."""
     servo, codec = cst
@@ -49,14 +48,14 @@ def test_axis_is_given_power_below_ten_millimetres_a_second(
     assert set(words) == {SWITCH_ON if given_power else SHUTDOWN}
 
 
-def test_axis_of_unknown_position_counts_as_moving(cst: tuple[AxisServo, Any]) -> None:
+def test_axis_of_unknown_position_counts_as_moving(cst: tuple[SteppedAxis, Any]) -> None:
     servo, codec = cst
     known = (READY, 4711, 0)
     words = [codec.unpack(servo.step(drive, (0,), None))[0] for drive in (known, None, known, known)]
     assert words == [SHUTDOWN, SHUTDOWN, SHUTDOWN, SWITCH_ON]
 
 
-def test_axis_that_could_not_be_enabled_is_not_ready(cst: tuple[AxisServo, Any]) -> None:
+def test_axis_that_could_not_be_enabled_is_not_ready(cst: tuple[SteppedAxis, Any]) -> None:
     servo, _ = cst
     for _ in range(2):
         servo.step((DISABLED, 1000, 0), (5,), None)
@@ -96,7 +95,7 @@ def test_missing_scale_at_the_end_of_homing_keeps_the_drive_in_homing_mode(
     assert servo.hold_m == 0.0
 
 
-def test_position_beyond_the_limit_is_an_event(cst: tuple[AxisServo, Any]) -> None:
+def test_position_beyond_the_limit_is_an_event(cst: tuple[SteppedAxis, Any]) -> None:
     servo, _ = cst
     settle(servo)
     far = round(0.1011 / COUNT_M)
@@ -105,7 +104,7 @@ def test_position_beyond_the_limit_is_an_event(cst: tuple[AxisServo, Any]) -> No
 
 
 def test_axis_enabled_beyond_its_limit_may_move_back_and_no_farther_out(
-    cst: tuple[AxisServo, Any],
+    cst: tuple[SteppedAxis, Any],
 ) -> None:
     servo, _ = cst
 
@@ -129,7 +128,7 @@ def test_the_position_limit_applies_to_the_table_not_to_the_corrected_motor(
     far_m, correction_m = 0.1008, 0.0005
     servo, _ = servo_of(machine_with())
     settle(servo)
-    servo._correction_m = correction_m
+    servo._record["correction_m"] = correction_m
     servo.step((ENABLED, round((far_m + correction_m) / COUNT_M), 0), (round(far_m / SCALE_COUNT_M),), None)
     assert not any(event is Event.LIMIT for event, _ in servo.events)
 
@@ -138,7 +137,7 @@ def test_the_position_limit_applies_to_the_table_not_to_the_corrected_motor(
     ("inputs", "side"), [(0b01, "negative"), (0b10, "positive"), (0xFFFF_0002, "positive")]
 )
 def test_limit_switch_is_an_event_as_it_closes_while_the_axis_is_controlled(
-    cst: tuple[AxisServo, Any], inputs: int, side: str
+    cst: tuple[SteppedAxis, Any], inputs: int, side: str
 ) -> None:
     servo, _ = cst
     assert servo.closed_switch(inputs) == ""  # the drive is not enabled yet
@@ -149,7 +148,7 @@ def test_limit_switch_is_an_event_as_it_closes_while_the_axis_is_controlled(
     assert servo.closed_switch(0b100) == ""  # the home switch is none
 
 
-def test_axis_on_a_switch_may_move_away_from_it(cst: tuple[AxisServo, Any]) -> None:
+def test_axis_on_a_switch_may_move_away_from_it(cst: tuple[SteppedAxis, Any]) -> None:
     servo, _ = cst
     servo.closed_switch(0b10)
     settle(servo)
@@ -157,7 +156,7 @@ def test_axis_on_a_switch_may_move_away_from_it(cst: tuple[AxisServo, Any]) -> N
 
 
 @pytest.mark.parametrize(("inputs", "side"), [(0b01, "negative"), (0b10, "positive")])
-def test_axis_at_a_switch_is_reported(cst: tuple[AxisServo, Any], inputs: int, side: str) -> None:
+def test_axis_at_a_switch_is_reported(cst: tuple[SteppedAxis, Any], inputs: int, side: str) -> None:
     servo, _ = cst
     assert servo.watch.at_a_switch == ""
     servo.closed_switch(inputs | 0b100)

@@ -5,16 +5,26 @@ from typing import Any
 
 import numpy as np
 import pytest
-from settled_axis import COUNT_M, CSP, CSV, DISABLED, ENABLED, FAULT, SCALE_COUNT_M, settle, values
+from settled_axis import (
+    COUNT_M,
+    CSP,
+    CSV,
+    DISABLED,
+    ENABLED,
+    FAULT,
+    SCALE_COUNT_M,
+    SteppedAxis,
+    settle,
+    values,
+)
 
-from servo_ctrl.axis.drive import Phase
 from servo_ctrl.axis.fault_policy import Event
-from servo_ctrl.axis.servo import AxisServo
-from servo_ctrl.canopen.cia402 import SHUTDOWN
 from servo_ctrl.config.freeze import with_screw
+from servo_ctrl.cyclic.cia402 import SHUTDOWN
+from servo_ctrl.cyclic.sequence import Phase
 
 
-def test_drive_that_is_not_enabled_gets_neutral_set_points(cst: tuple[AxisServo, Any]) -> None:
+def test_drive_that_is_not_enabled_gets_neutral_set_points(cst: tuple[SteppedAxis, Any]) -> None:
     servo, codec = cst
     assert codec.unpack(servo.step((DISABLED, 5000, 0), (0,), None)) == (0x06, 10, 0, 0)
     assert math.isnan(values(servo)["position_command_m"])
@@ -23,7 +33,7 @@ def test_drive_that_is_not_enabled_gets_neutral_set_points(cst: tuple[AxisServo,
 
 
 def test_force_becomes_torque_in_per_mille_of_the_rated_one(
-    cst: tuple[AxisServo, Any], machine_with: Any
+    cst: tuple[SteppedAxis, Any], machine_with: Any
 ) -> None:
     servo, codec = cst
     machine = machine_with()
@@ -37,7 +47,7 @@ def test_force_becomes_torque_in_per_mille_of_the_rated_one(
 
 
 def test_force_offset_is_sent_separately_when_it_is_mapped(
-    cst: tuple[AxisServo, Any], machine_with: Any
+    cst: tuple[SteppedAxis, Any], machine_with: Any
 ) -> None:
     servo, codec = cst
     settle(servo)
@@ -93,7 +103,9 @@ def test_velocity_mode_sends_counts_per_second(machine_with: Any, servo_of: Any)
 
 
 @pytest.mark.parametrize("inputs", [(None, (0,)), ((ENABLED, 0, 0), None), (None, None)])
-def test_missing_input_keeps_the_last_set_point(cst: tuple[AxisServo, Any], inputs: tuple[Any, Any]) -> None:
+def test_missing_input_keeps_the_last_set_point(
+    cst: tuple[SteppedAxis, Any], inputs: tuple[Any, Any]
+) -> None:
     servo, codec = cst
     settle(servo)
     before = codec.unpack(servo.step((ENABLED, 0, 0), (-50,), None))
@@ -103,7 +115,7 @@ def test_missing_input_keeps_the_last_set_point(cst: tuple[AxisServo, Any], inpu
     assert not servo.events
 
 
-def test_missed_cycle_does_not_look_like_a_jump(cst: tuple[AxisServo, Any]) -> None:
+def test_missed_cycle_does_not_look_like_a_jump(cst: tuple[SteppedAxis, Any]) -> None:
     """100 counts a cycle, one cycle not seen: 200 counts at the next, and still 100 a cycle."""
     servo, _ = cst
     settle(servo)
@@ -116,7 +128,7 @@ def test_missed_cycle_does_not_look_like_a_jump(cst: tuple[AxisServo, Any]) -> N
 
 
 @pytest.mark.parametrize("lost", ["ticks", "inputs"])
-def test_gap_while_the_axis_accelerates_makes_no_force_pulse(cst: tuple[AxisServo, Any], lost: str) -> None:
+def test_gap_while_the_axis_accelerates_makes_no_force_pulse(cst: tuple[SteppedAxis, Any], lost: str) -> None:
     """1 m/s^2 over a gap of 9 periods: a guess from before would be 50 um, 50 mm/s, 750 N off."""
     servo, _ = cst
     settle(servo)
@@ -140,33 +152,33 @@ def test_gap_while_the_axis_accelerates_makes_no_force_pulse(cst: tuple[AxisServ
     assert abs(force_n[50] - force_n[48]) < 0.25 * 600.0
 
 
-def test_following_error_is_an_event_that_names_axis_and_limit(cst: tuple[AxisServo, Any]) -> None:
+def test_following_error_is_an_event_that_names_axis_and_limit(cst: tuple[SteppedAxis, Any]) -> None:
     servo, _ = cst
     settle(servo)
     servo.step((ENABLED, 0, 0), (-10_001,), None)
     assert servo.events == [(Event.FOLLOWING_ERROR, "axis x: following error of 1.000 mm exceeds 1 mm")]
 
 
-def test_non_finite_set_point_is_an_event(cst: tuple[AxisServo, Any]) -> None:
+def test_non_finite_set_point_is_an_event(cst: tuple[SteppedAxis, Any]) -> None:
     servo, _ = cst
     settle(servo)
     servo.step((ENABLED, 0, 0), (0,), [math.nan, 0.0, 0.0, 0.0])
     assert [event for event, _ in servo.events] == [Event.BAD_COMMAND]
 
 
-def test_drive_fault_in_motion_is_an_event_and_ends_the_set_points(cst: tuple[AxisServo, Any]) -> None:
+def test_drive_fault_in_motion_is_an_event_and_ends_the_set_points(cst: tuple[SteppedAxis, Any]) -> None:
     servo, codec = cst
     settle(servo)
     payload = servo.step((FAULT, 0, 0), (-50,), None)
     assert servo.events == [(Event.DRIVE_FAULT, "axis x: the drive is in fault")]
     assert codec.unpack(payload) == (0x00, 10, 0, 0)
-    assert servo.sequence.phase is Phase.DISABLING
+    assert servo.phase is Phase.DISABLING
     servo.step((ENABLED, 0, 0), (-50,), None)
     assert math.isnan(values(servo)["position_command_m"]), "it is not taken over again"
 
 
 def test_frozen_scale_under_a_moving_motor_is_an_event_with_its_limit(
-    cst: tuple[AxisServo, Any],
+    cst: tuple[SteppedAxis, Any],
 ) -> None:
     servo, _ = cst
     settle(servo)
@@ -183,11 +195,11 @@ def test_frozen_scale_under_a_moving_motor_is_an_event_with_its_limit(
     [(0.1, 0.7, 0, True), (0.1, 0.7, 3, False), (0.1, 0.9, 3, True), (0.0, 0.7, 3, True)],
 )
 def test_scale_of_an_earlier_cycle_may_differ_by_the_travel_since(
-    cst: tuple[AxisServo, Any], speed_m_s: float, behind_mm: float, age: int, seen: bool
+    cst: tuple[SteppedAxis, Any], speed_m_s: float, behind_mm: float, age: int, seen: bool
 ) -> None:
     servo, _ = cst
     settle(servo)
-    servo.input_age = lambda: age
+    servo.input_age(age)
     for cycle in range(1, 40):
         servo.events.clear()
         at_m = cycle * speed_m_s * 1e-3
@@ -196,7 +208,7 @@ def test_scale_of_an_earlier_cycle_may_differ_by_the_travel_since(
     assert [event for event, _ in servo.events] == [Event.SENSORS_DISAGREE] * seen
 
 
-def test_a_drive_gets_no_power_while_that_is_not_allowed(cst: tuple[AxisServo, Any]) -> None:
+def test_a_drive_gets_no_power_while_that_is_not_allowed(cst: tuple[SteppedAxis, Any]) -> None:
     servo, codec = cst
     allowed = False
     servo.power_allowed = lambda: allowed

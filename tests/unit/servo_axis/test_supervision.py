@@ -5,17 +5,10 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import pytest
-from supervised_cycle import supervise
+from supervised_cycle import AT_REST, supervise
 
-from servo_ctrl.axis.supervision import (
-    AT_REST,
-    BRAKE_BEGINS,
-    NOTHING,
-    RUNAWAY,
-    SATURATED,
-    supervise_braking,
-)
 from servo_ctrl.control.signs import DISAGREE, SupervisionLimits
+from servo_ctrl.cyclic.supervision import BRAKE_BEGINS, NOTHING, RUNAWAY, SATURATED, supervise_braking
 
 PERIOD_S, MASS_KG = 1e-3, 70.0
 LIMITS = SupervisionLimits(

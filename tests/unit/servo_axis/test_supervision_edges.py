@@ -3,19 +3,17 @@
 from collections.abc import Sequence
 
 import pytest
-from supervised_cycle import supervise
+from supervised_cycle import AT_REST, Counts, supervise
 
-from servo_ctrl.axis.supervision import (
-    AT_REST,
+from servo_ctrl.control.signs import DISAGREE, SupervisionLimits
+from servo_ctrl.cyclic.supervision import (
     BRAKE_BEGINS,
     NOTHING,
     RUNAWAY,
     SATURATED,
     Braking,
-    Counts,
     supervise_braking,
 )
-from servo_ctrl.control.signs import DISAGREE, SupervisionLimits
 
 STEP_M_S, STEP_M = 2.0**-9, 2.0**-16
 LIMITS = SupervisionLimits(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from servo_ctrl.canopen.cia402 import (
+from servo_ctrl.cyclic.cia402 import (
     CONTROLWORD_TOWARDS,
     MODE_OF_NAME,
     START_HOMING,

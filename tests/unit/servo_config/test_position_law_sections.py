@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from servo_ctrl.config.freeze import axis_params, with_fuzzy, with_sampled, with_screw
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import AxisConfig, MachineConfig
-from servo_ctrl.control.axis_record import axis_records, tick_axes
+from servo_ctrl.control.axis_record import axis_records, tick_axis
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.errors import ConfigError
 
@@ -183,7 +183,7 @@ def test_any_valid_file_gives_finite_set_points_within_the_limits_for_finite_inp
     axes, tables = axis_records([p], [samples[0][0]])
     for sample in samples:
         axes["sample"] = sample
-        tick_axes(axes, tables)
+        tick_axis(axes[0], tables)
         command = axes["command"][0]
         for name in ("position_m", "velocity_m_s", "force_n", "force_offset_n", "correction_m"):
             assert math.isfinite(command[name])

@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 from kernels.jit import signatures
 from kernels.records import read, store, write
 from servo_ctrl.control import position_loop, velocity_loop
-from servo_ctrl.control.axis_record import axis_records, tick_axes
+from servo_ctrl.control.axis_record import axis_records, tick_axis
 from servo_ctrl.control.compensation import (
     backlash,
     disturbance_observer,
@@ -117,7 +117,7 @@ def test_both_outputs_are_those_of_the_tick(
     for sample in samples:
         state, command = axis_tick(params, state, sample)
         write(axes["sample"][0], sample)
-        tick_axes(axes, tables)
+        tick_axis(axes[0], tables)
         assert repr(read(axes["state"][0], AxisState)) == repr(state)  # signs of zero included
         assert repr(read(axes["command"][0], AxisCommand)) == repr(command)
 
@@ -127,8 +127,8 @@ def test_both_outputs_are_those_of_the_tick(
 def test_each_axis_has_its_own_parameters_and_tables(params: list[AxisParams], sample: AxisSample) -> None:
     axes, tables = axis_records(params, [0.0] * len(params))
     axes["sample"] = sample
-    tick_axes(axes, tables)
     for record, own in zip(axes, params, strict=True):
+        tick_axis(record, tables)
         assert repr(read(record["params"], AxisParams, tables)) == repr(own)
         assert repr(read(record["command"], AxisCommand)) == repr(
             axis_tick(own, initial_state(0.0), sample)[1]
@@ -154,5 +154,5 @@ def test_an_axis_begins_at_rest_and_its_tables_may_lie_in_memory_as_they_like() 
 
 
 def test_each_kernel_is_compiled_once() -> None:
-    assert signatures(tick_axes) == 1
+    assert signatures(tick_axis) == 1
     assert signatures(axis_tick) == 1

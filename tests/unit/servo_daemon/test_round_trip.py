@@ -21,7 +21,7 @@ class Watch:
 
 def trial_of(said: list[str]) -> tuple[RoundTrip, Watch]:
     watch = Watch()
-    return RoundTrip(PERIOD_S, said.append, watch), watch
+    return RoundTrip(PERIOD_S, said.append, now_ns=watch), watch
 
 
 def test_inputs_before_the_next_sync_are_held() -> None:
@@ -31,7 +31,7 @@ def test_inputs_before_the_next_sync_are_held() -> None:
         trial.begun()
         watch.now_ns += 9_000_000
         assert not trial.over
-        assert trial.answered([(1,), (2,)]) == (cycle < CYCLES - 1)
+        assert trial.answered([A, B]) == (cycle < CYCLES - 1)
     assert trial.over
     assert said == []
 
@@ -39,7 +39,7 @@ def test_inputs_before_the_next_sync_are_held() -> None:
 def test_inputs_behind_the_next_sync_are_said() -> None:
     said: list[str] = []
     trial, watch = trial_of(said)
-    for inputs in ([(1,), (2,)], [(1,), None], [None, None], [(1,), (2,)]):
+    for inputs in ([A, B], [A, None], [None, None], [A, B]):
         trial.begun()
         watch.now_ns += 9_000_000
         trial.answered(inputs)

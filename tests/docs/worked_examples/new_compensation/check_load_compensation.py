@@ -10,7 +10,7 @@ from kernels.records import read
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.key_tables import filled
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.axis_record import axis_records, tick_axes
+from servo_ctrl.control.axis_record import axis_records, tick_axis
 from servo_ctrl.control.compensation import load_compensation
 from servo_ctrl.control.types import AxisCommand, AxisSample
 from servo_ctrl.errors import ConfigError
@@ -39,7 +39,7 @@ def machine(folder: Path, section: str) -> Path:
 def force_n(file: Path) -> float:
     axes, tables = axis_records([axis_params(load_machine(file), "x")], [0.0])
     axes["sample"] = AT_REST
-    tick_axes(axes, tables)
+    tick_axis(axes[0], tables)
     return read(axes["command"], AxisCommand).force_n
 
 

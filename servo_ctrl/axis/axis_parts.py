@@ -1,0 +1,142 @@
+"""From the machine file and the mapping of its PDOs to what the compiled cycle works on."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from kernels.arrays import Index
+from servo_ctrl.axis.supervision import supervision_limits
+from servo_ctrl.canopen.errors import EdsError
+from servo_ctrl.canopen.pdo import MappedObject, PdoCodec
+from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
+from servo_ctrl.config.model import AxisConfig
+from servo_ctrl.control.set_point_counts import SetPointUnits
+from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.cyclic.axis_record import AxisParts, Bounds, InputPlace, Wiring
+from servo_ctrl.cyclic.axis_step import Output
+from servo_ctrl.cyclic.cia402 import MODE_OF_NAME, Mode
+from servo_ctrl.cyclic.sequence import COASTS_M_S, Route
+
+STATUSWORD, POSITION_ACTUAL_VALUE, CURRENT_ACTUAL_VALUE = (0x6041, 0), (0x6064, 0), (0x6078, 0)
+MODE_DISPLAY = (0x6061, 0)
+"""Objects of CiA 402."""
+POSITION_VALUE = (0x6004, 0)
+"""Of a scale, CiA 406."""
+TORQUE_OFFSET = 0x60B2
+OUTPUT_OF: dict[int, Output] = {
+    0x6040: Output.CONTROLWORD,
+    0x6060: Output.MODE,
+    0x60B0: Output.ZERO,  # position offset: in csp the correction goes with the position
+    0x6071: Output.TORQUE,
+    TORQUE_OFFSET: Output.TORQUE_OFFSET,
+    0x60FF: Output.VELOCITY,
+    0x607A: Output.POSITION,
+    0x60B1: Output.VELOCITY_OFFSET,
+}
+"""What an RPDO may carry of CiA 402, by index."""
+LET_BACK = 0.5
+"""Of the following error limit: how far an axis led back from beyond its limits may overshoot; chosen."""
+OBJECTS_MOST = 8
+"""Of a PDO: one has a byte at least."""
+INTEGERS = {"b": True, "h": True, "i": True, "B": False, "H": False, "I": False}
+"""Formats of integers of up to 32 bits, and whether they are signed."""
+_NOT_MAPPED = InputPlace(0, 0, 0, signed=False)
+
+
+class PdoTypeError(EdsError):
+    """An object that the cycle needs has a type that is no integer of 8, 16 or 32 bits."""
+
+
+def axis_parts(
+    config: AxisConfig,
+    params: AxisParams,
+    rpdos: Sequence[PdoCodec],
+    tpdos: Mapping[int, PdoCodec],
+    scale_tpdo: tuple[int, PdoCodec] | None,
+) -> AxisParts:
+    """What an axis is made of.
+
+    `tpdos`: those of the drive that come with every SYNC, by their places among the inputs, the first one
+    first and the further ones side by side; `scale_tpdo`: that of the scale likewise.
+
+    Raises:
+        PdoTypeError: See there.
+
+    """
+    unit, period_s, limits = drive_scaling(config), params.period_s, config.limits
+    mode = MODE_OF_NAME[config.mode]
+    lowest_mm, highest_mm = limits.position_mm
+    beside_mm = limits.following_error_mm
+    drive, *further = tpdos
+    return AxisParts(
+        params=params,
+        units=SetPointUnits(
+            unit.newton_per_permille,
+            unit.metre_per_count,
+            unit.metre_per_s_per_unit,
+            # without an object of its own it goes with the force, as in the twin
+            offset_apart=any(rpdo.position(TORQUE_OFFSET) is not None for rpdo in rpdos),
+            velocity_offset=mode is Mode.CYCLIC_SYNC_POSITION,
+        ),
+        limits=supervision_limits(config, unit, period_s),
+        route=Route(
+            int(mode),
+            config.homing_method != 0,
+            period_s,
+            mode_switch_disabled=config.drive.mode_switch == "disabled",
+            homed_by_bit_12=config.drive.homing_bits == "12",
+        ),
+        wiring=Wiring(
+            drive=drive,
+            further=min(further, default=0),
+            further_count=len(further),
+            scale=-1 if scale_tpdo is None else scale_tpdo[0],
+            statusword=_place(tpdos, STATUSWORD),
+            position=_place(tpdos, POSITION_ACTUAL_VALUE),
+            current=_place(tpdos, CURRENT_ACTUAL_VALUE),
+            mode_shown=_place(tpdos, MODE_DISPLAY),
+            scale_position=_NOT_MAPPED if scale_tpdo is None else _place(dict([scale_tpdo]), POSITION_VALUE),
+            metre_per_count=unit.metre_per_count,
+            ampere_per_permille=unit.ampere_per_permille,
+            newton_per_ampere=unit.newton_per_ampere,
+            scale_metre_per_count=scale_metre_per_count(config),
+        ),
+        bounds=Bounds(
+            lowest_m=(lowest_mm - beside_mm) * 1e-3,
+            highest_m=(highest_mm + beside_mm) * 1e-3,
+            swing_m=LET_BACK * beside_mm * 1e-3,
+            slow_m=COASTS_M_S * period_s + abs(unit.metre_per_count),
+        ),
+    )
+
+
+def output_places(rpdo: PdoCodec) -> Index:
+    """What the objects of an RPDO carry, (8, 2): `Output` and bytes; of no bytes behind the last one.
+
+    Raises:
+        PdoTypeError: See there.
+
+    """
+    places = np.zeros((OBJECTS_MOST, 2), np.int64)
+    for place, mapped in zip(places, rpdo.objects, strict=False):
+        _check_integer(mapped)
+        place[:] = OUTPUT_OF[mapped.index], mapped.bits // 8
+    return places
+
+
+def _place(tpdos: Mapping[int, PdoCodec], address: tuple[int, int]) -> InputPlace:
+    """Where an object is; where several TPDOs have it, the last of them."""
+    found = _NOT_MAPPED
+    for place, tpdo in tpdos.items():
+        start = 0
+        for mapped in tpdo.objects:
+            if mapped.address == address:
+                _check_integer(mapped)
+                found = InputPlace(place, start, mapped.bits // 8, INTEGERS[mapped.format])
+            start += mapped.bits // 8
+    return found
+
+
+def _check_integer(mapped: MappedObject) -> None:
+    if mapped.format not in INTEGERS:
+        raise PdoTypeError(f"{mapped.name} is no integer of 8, 16 or 32 bits, which the cycle needs")

@@ -1,0 +1,123 @@
+"""What a cycle of all axes works on, allocated once; `step` is one call of the compiled cycle."""
+
+import math
+import struct
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.arrays import Array, Index
+from kernels.records import store
+from servo_ctrl.axis.axis_parts import output_places
+from servo_ctrl.canopen.pdo import PdoCodec
+from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.cyclic.axis_record import AxisParts, cycle_records
+from servo_ctrl.cyclic.axis_step import (
+    AXIS_COLUMNS,
+    MACHINE_COLUMNS,
+    REFERENCE_COLUMNS,
+    begin_watch,
+    step_axes,
+)
+
+PDO_BYTES = 8
+
+
+class CycleMemory:
+    """Records of the axes, so many `inputs` of a cycle, and what comes of them; `rpdos`: of each axis.
+
+    Raises:
+        PdoTypeError: an object of an RPDO is no integer.
+
+    """
+
+    def __init__(self, parts: Sequence[AxisParts], rpdos: Sequence[Sequence[PdoCodec]], inputs: int) -> None:
+        count = len(parts)
+        self.axes, self._tables, self._kept = cycle_records(parts)
+        self.row: Array = np.full(MACHINE_COLUMNS + count * AXIS_COLUMNS, math.nan)
+        """Of the last cycle, as it is recorded."""
+        self._params = [part.params for part in parts]
+        codecs = [(axis, codec) for axis, own in enumerate(rpdos) for codec in own]
+        self._axis_of: Index = np.array([axis for axis, _codec in codecs], np.int64)
+        self._outputs: Index = np.stack([output_places(codec) for _axis, codec in codecs])
+        self._inputs = np.zeros((inputs, PDO_BYTES), np.uint8)
+        self._came: NDArray[np.bool_] = np.zeros(inputs, np.bool_)
+        self._reference: Array = np.zeros(count * REFERENCE_COLUMNS)
+        self._payloads = np.zeros((len(codecs), PDO_BYTES), np.uint8)
+        self._input_bytes = self._inputs.reshape(-1).data
+        self._came_bytes = self._came.view(np.uint8).data
+        self._reference_bytes = self._reference.view(np.uint8).data
+        self._put_reference = struct.Struct(f"@{len(self._reference)}d").pack_into
+        self._spans = [
+            slice(start, start + codec.size)
+            for start, (_axis, codec) in zip(range(0, self._payloads.size, PDO_BYTES), codecs, strict=True)
+        ]
+        self._payload_bytes = self._payloads.reshape(-1).data
+
+    def warm_up(self) -> None:
+        """Compile or load the kernels before the first SYNC: that takes seconds, a cycle a millisecond."""
+        axes = self.axes.copy()
+        given = self._kept.copy(), self._axis_of, self._outputs, self._inputs, self._came, self._reference
+        made = self.row.copy(), self._payloads.copy()
+        step_axes(axes, self._tables, *given, False, 0.0, 0, 0, *made)
+        begin_watch(axes[0], 0.0)
+
+    def step(
+        self,
+        inputs: Sequence[bytes | bytearray | None],
+        reference: Sequence[float] | None,
+        time_s: float,
+        cycle: int,
+        segment: int,
+    ) -> bool:
+        """Advance all axes by one cycle; return whether one has found something. See `axis_step.step_axes`.
+
+        `inputs`: the data of each TPDO, None = missing; no `reference`: each axis stays where it was
+        taken over.
+        """
+        memory, came, start = self._input_bytes, self._came_bytes, 0
+        for node, data in enumerate(inputs):
+            if data is None:
+                came[node] = 0
+            else:
+                came[node] = 1
+                memory[start : start + len(data)] = data
+            start += PDO_BYTES
+        if reference is not None:
+            self._put_reference(self._reference_bytes, 0, *reference)
+        return step_axes(
+            self.axes,
+            self._tables,
+            self._kept,
+            self._axis_of,
+            self._outputs,
+            self._inputs,
+            self._came,
+            self._reference,
+            reference is not None,
+            time_s,
+            cycle,
+            segment,
+            self.row,
+            self._payloads,
+        )
+
+    def payloads(self) -> list[bytes]:
+        """The data of the RPDOs, axis by axis."""
+        memory = self._payload_bytes
+        return [bytes(memory[span]) for span in self._spans]
+
+    def record(self, axis: int) -> Any:
+        """The record of an axis."""
+        return self.axes[axis]
+
+    def params(self, axis: int) -> AxisParams:
+        """What the law of an axis is made of."""
+        return self._params[axis]
+
+    def change_params(self, axis: int, params: AxisParams) -> None:
+        """Let the law of an axis be made of something else from the next cycle on; it goes on where it is."""
+        self._params[axis] = params
+        self._tables = store(self.axes["law"]["params"], self._params)

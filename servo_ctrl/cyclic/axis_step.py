@@ -1,0 +1,346 @@
+"""One cycle of the axes: inputs -> drive sequence -> law and supervision -> set points and row, compiled.
+
+`step_axes` is the whole of it over the bytes of the bus, as the daemon calls it. `step_axis` is what lies
+between decoding and encoding; the batch twin, which has no bytes, calls it with the same records.
+"""
+
+import math
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.arrays import Array, Index
+from kernels.jit import kernel
+from kernels.records import Pool, read, write
+from servo_ctrl.control.axis_record import tick_axis
+from servo_ctrl.control.set_point_counts import SetPointCounts
+from servo_ctrl.control.signs import DISAGREE, SupervisionLimits
+from servo_ctrl.control.tick import at_rest
+from servo_ctrl.control.types import Status
+from servo_ctrl.cyclic.sequence import Phase, Route, Sequence, advance
+from servo_ctrl.cyclic.supervision import AT_REST, BRAKE_BEGINS, Braking, Counts, supervise
+from servo_ctrl.cyclic.supervision import supervise_braking as _supervise_braking
+
+Bytes = NDArray[np.uint8]
+
+BEYOND, RUNAWAY_BRAKED, FOLLOWING_ERROR, BAD_COMMAND = 32, 64, 128, 256
+"""Bits of what was found, beside those of `supervision`: beyond the limits of travel; faster although braked;
+two of the law's `Status`."""
+MACHINE_COLUMNS = 3
+"""Of a row before its axes: time, cycle, segment."""
+AXIS_COLUMNS = 12
+"""Of each axis, in the order of `recording.channels.AxisRow`, which a test holds against `write_row`."""
+REFERENCE_COLUMNS = 4
+"""Of each axis: position, velocity, acceleration, force offset."""
+
+
+class Output(IntEnum):
+    """What an object of an RPDO carries."""
+
+    ZERO = 0
+    CONTROLWORD = 1
+    MODE = 2
+    TORQUE = 3
+    TORQUE_OFFSET = 4
+    VELOCITY = 5
+    POSITION = 6
+    VELOCITY_OFFSET = 7
+
+
+_CONTROLWORD, _MODE, _TORQUE = int(Output.CONTROLWORD), int(Output.MODE), int(Output.TORQUE)
+_TORQUE_OFFSET, _VELOCITY = int(Output.TORQUE_OFFSET), int(Output.VELOCITY)
+_POSITION, _VELOCITY_OFFSET = int(Output.POSITION), int(Output.VELOCITY_OFFSET)
+_SETTLING, _SERVO, _HOMING = int(Phase.SETTLING), int(Phase.SERVO), int(Phase.HOMING)
+_QUICK_STOPPING, _TAKING_OVER = int(Phase.QUICK_STOPPING), int(Phase.TAKING_OVER)
+_STATUS_FOLLOWING_ERROR, _STATUS_BAD_COMMAND = int(Status.FOLLOWING_ERROR), int(Status.BAD_COMMAND)
+
+
+@kernel
+def step_axes(
+    axes: Any,
+    tables: Pool,
+    kept: Array,
+    axis_of: Index,
+    outputs: Index,
+    inputs: Bytes,
+    came: NDArray[np.bool_],
+    reference: Array,
+    led: bool,
+    time_s: float,
+    cycle: int,
+    segment: int,
+    row: Array,
+    payloads: Bytes,
+) -> bool:
+    """Advance all axes by one cycle; return whether one has found something.
+
+    `axis_of` (RPDOs,): whose RPDO each is; `outputs` (RPDOs, objects, 2): see `encode`; `inputs` (TPDOs, 8):
+    data of what comes with every SYNC, where it `came` (TPDOs,); `reference` (axes * 4,): where the axes are
+    led, or unless `led` each stays where it was taken over. Makes `row` and `payloads` (RPDOs, 8).
+    """
+    row[0], row[1], row[2] = time_s, cycle, segment
+    found = False
+    for index in range(len(axes)):
+        axis = axes[index]
+        whole = take_inputs(axis, inputs, came)
+        first = index * REFERENCE_COLUMNS
+        at = MACHINE_COLUMNS + index * AXIS_COLUMNS
+        own = row[at : at + AXIS_COLUMNS]
+        step_axis(axis, tables, kept[index], whole, reference[first : first + REFERENCE_COLUMNS], led, own)
+        found |= axis["found"] != 0 or axis["problem"] != 0
+    for rpdo in range(len(outputs)):
+        encode(axes[axis_of[rpdo]], outputs[rpdo], payloads[rpdo])
+    return found
+
+
+@kernel
+def integer(inputs: Bytes, place: Any) -> int:
+    """The integer at a place of a TPDO, little-endian."""
+    value = 0
+    for byte in range(place["size"]):
+        value |= int(inputs[place["input"], place["start"] + byte]) << (8 * byte)
+    if place["signed"] and value >> (8 * place["size"] - 1):
+        value -= 1 << (8 * place["size"])
+    return value
+
+
+@kernel
+def take_inputs(axis: Any, data: Bytes, came: NDArray[np.bool_]) -> bool:
+    """Decode what came in this cycle; what did not is NaN. Return whether all has come.
+
+    A drive has answered when all its TPDOs are there that come with every SYNC.
+    """
+    wiring, inputs = axis["wiring"], axis["inputs"]
+    drive_came = came[wiring["drive"]]
+    for place in range(wiring["further"], wiring["further"] + wiring["further_count"]):
+        drive_came &= came[place]
+    scale = wiring["scale"]
+    scale_came = scale >= 0 and came[max(scale, 0)]
+    inputs["previous_motor_m"] = inputs["motor_m"]
+    inputs["motor_m"] = inputs["current_a"] = inputs["scale_raw_m"] = inputs["scale_m"] = math.nan
+    if drive_came:
+        if wiring["statusword"]["size"]:
+            inputs["statusword"] = integer(data, wiring["statusword"])
+        inputs["counts"] = integer(data, wiring["position"])
+        inputs["motor_m"] = inputs["counts"] * wiring["metre_per_count"]
+        inputs["current_a"] = inputs["current_held_a"]
+        if wiring["current"]["size"]:
+            inputs["current_a"] = integer(data, wiring["current"]) * wiring["ampere_per_permille"]
+        if wiring["mode_shown"]["size"]:
+            inputs["mode_shown"] = integer(data, wiring["mode_shown"])
+    if scale_came:
+        inputs["scale_raw_m"] = integer(data, wiring["scale_position"]) * wiring["scale_metre_per_count"]
+        inputs["scale_m"] = inputs["scale_raw_m"] + inputs["scale_offset_m"]
+    whole: bool = drive_came and (scale_came or scale < 0)
+    return whole
+
+
+@kernel
+def step_axis(
+    axis: Any, tables: Pool, kept: Array, whole: bool, reference: Array, led: bool, row: Array
+) -> None:
+    """Advance an axis by one cycle, given its `inputs`; see `step_axes`."""
+    inputs, law = axis["inputs"], axis["law"]
+    sequence = read(axis["sequence"], Sequence)
+    step_m = abs(inputs["motor_m"] - inputs["previous_motor_m"])
+    rests = axis["power_allowed"] and step_m <= axis["bounds"]["slow_m"]
+    age = 0 if sequence.phase == _SERVO else axis["input_age"]
+    route, mode_shown = read(axis["route"], Route), inputs["mode_shown"]
+    step = advance(route, sequence, inputs["statusword"], whole, age, rests, mode_shown)
+    if sequence.phase == _HOMING and step.sequence.phase in (_SETTLING, _TAKING_OVER):
+        axis["homed"] = True
+    write(axis["sequence"], step.sequence)
+    axis["controlword"], axis["sent_mode"] = step.controlword, step.sent_mode
+    axis["problem"], axis["found"] = step.problem, 0
+    engaged = step.sequence.phase in (_SETTLING, _SERVO)
+    if engaged and not axis["engaged"]:
+        take_over(axis)
+    axis["engaged"] = engaged
+    if engaged:
+        control(axis, tables, kept, reference, led)
+        write_row(axis, row)
+        return
+    if step.sequence.phase == _QUICK_STOPPING:
+        supervise_braking(axis)
+    write(law["counts"], SetPointCounts(0, 0, 0, inputs["counts"], 0))
+    row[:] = math.nan
+    row[2], row[3], row[6] = inputs["motor_m"], inputs["scale_m"], inputs["current_a"]
+    row[11] = inputs["statusword"]
+
+
+@kernel
+def take_over(axis: Any) -> None:
+    """Lead the axis where it is, the law at rest; the scale reads there what the motor encoder reads."""
+    inputs = axis["inputs"]
+    axis["hold_m"] = axis["last_m"] = inputs["motor_m"]
+    axis["periods_without"] = 0
+    inputs["scale_offset_m"] = inputs["motor_m"] - inputs["scale_raw_m"]
+    inputs["scale_m"] = inputs["motor_m"]
+    write(axis["law"]["state"], at_rest(inputs["motor_m"]))
+    axis["correction_m"] = 0.0
+    begin_watch(axis, inputs["motor_m"])
+
+
+@kernel
+def begin_watch(axis: Any, at_m: float) -> None:
+    """Supervise anew, as the axis is taken over here, or given up."""
+    write(axis["counts"], AT_REST)
+    write(axis["braking"], BRAKE_BEGINS)
+    axis["braked_m"] = math.nan
+    out_m = beyond_m(axis["bounds"], at_m)
+    axis["led_back_m"] = out_m + axis["bounds"]["swing_m"] if out_m > 0.0 else 0.0
+
+
+@kernel
+def beyond_m(bounds: Any, at_m: float) -> float:
+    """How far a position is beyond the limits of travel (m), negative within them."""
+    out_m: float = max(bounds["lowest_m"] - at_m, at_m - bounds["highest_m"])
+    return out_m
+
+
+@kernel
+def control(axis: Any, tables: Pool, kept: Array, reference: Array, led: bool) -> None:
+    """One tick of an axis that we lead, and what it shows."""
+    inputs, law, sample = axis["inputs"], axis["law"], axis["law"]["sample"]
+    motor_m = inputs["motor_m"]
+    if math.isnan(motor_m):
+        axis["periods_without"] += 1
+    else:
+        if axis["periods_without"]:
+            bridge_gap(axis, motor_m)
+        axis["last_m"] = motor_m
+        check_travel(axis, motor_m - axis["correction_m"])
+    if led:
+        sample["position_command_m"], sample["velocity_command_m_s"] = reference[0], reference[1]
+        sample["acceleration_command_m_s2"], sample["force_offset_n"] = reference[2], reference[3]
+    else:
+        sample["position_command_m"], sample["velocity_command_m_s"] = axis["hold_m"], 0.0
+        sample["acceleration_command_m_s2"], sample["force_offset_n"] = 0.0, 0.0
+    sample["motor_position_m"], sample["scale_position_m"] = motor_m, inputs["scale_m"]
+    sample["motor_force_n"] = inputs["current_a"] * axis["wiring"]["newton_per_ampere"]
+    law["current_a"] = inputs["current_a"]
+    tick_axis(law, tables)
+    axis["correction_m"] = law["command"]["correction_m"]
+    if law["command"]["status"]:
+        if law["command"]["status"] & _STATUS_FOLLOWING_ERROR:
+            axis["found"] |= FOLLOWING_ERROR
+        if law["command"]["status"] & _STATUS_BAD_COMMAND:
+            axis["found"] |= BAD_COMMAND
+    else:
+        judge(axis, kept)
+
+
+@kernel
+def bridge_gap(axis: Any, motor_m: float) -> None:
+    """Put the mean velocity over periods without a motor position into the velocity estimate.
+
+    Extrapolation to where the motor was a period ago would be off by a T^2 n^2 / 2 after n of them, and
+    the velocity loop would take that, over one period, for a velocity. The observer leaves the gap out.
+    """
+    step_m = (motor_m - axis["last_m"]) / (axis["periods_without"] + 1)
+    state = axis["law"]["state"]
+    state["velocity_loop"]["position_1_m"] = motor_m - step_m
+    state["velocity_loop"]["position_2_m"] = motor_m - 2.0 * step_m
+    state["observer"]["velocity_m_s"] = math.nan
+    state["position_loop"]["error_m"] = math.nan
+    axis["periods_without"] = 0
+
+
+@kernel
+def check_travel(axis: Any, at_m: float) -> None:
+    """Find a position beyond the limits; an axis that was taken over there may be led back."""
+    bounds = axis["bounds"]
+    if bounds["lowest_m"] <= at_m <= bounds["highest_m"]:
+        return
+    out_m = beyond_m(bounds, at_m)
+    if out_m > axis["led_back_m"]:
+        axis["found"] |= BEYOND
+        axis["beyond_m"] = at_m
+    else:
+        axis["led_back_m"] = min(axis["led_back_m"], out_m + bounds["swing_m"])
+
+
+@kernel
+def judge(axis: Any, kept: Array) -> None:
+    """Judge one cycle of an axis that we lead by the signs of its tick, none in nearly every one."""
+    law = axis["law"]
+    if not law["signs"]:
+        write(axis["counts"], AT_REST)
+        return
+    limits, sample, command = read(law["limits"], SupervisionLimits), law["sample"], law["command"]
+    push_n = command["force_n"] if math.isnan(sample["motor_force_n"]) else sample["motor_force_n"]
+    counts, finding = supervise(
+        limits,
+        read(axis["counts"], Counts),
+        kept,
+        law["signs"],
+        push_n,
+        command["motor_velocity_m_s"],
+        command["position_error_m"],
+    )
+    write(axis["counts"], counts)
+    if finding & DISAGREE:  # of different cycles they differ by the travel between them
+        deviation_m = sample["motor_position_m"] - command["correction_m"] - sample["scale_position_m"]
+        travel_m = abs(command["motor_velocity_m_s"]) * axis["route"]["period_s"] * axis["input_age"]
+        if abs(deviation_m) <= limits.deviation_m + travel_m:
+            finding &= ~DISAGREE
+    axis["found"] |= finding
+
+
+@kernel
+def supervise_braking(axis: Any) -> None:
+    """Judge one cycle of an axis that its drive brakes; a position that did not come is left out."""
+    velocity_m_s = (axis["inputs"]["motor_m"] - axis["braked_m"]) / axis["route"]["period_s"]
+    axis["braked_m"] = axis["inputs"]["motor_m"]
+    if math.isnan(velocity_m_s):
+        return
+    limits = read(axis["law"]["limits"], SupervisionLimits)
+    braking, runs_away = _supervise_braking(limits, read(axis["braking"], Braking), velocity_m_s)
+    write(axis["braking"], braking)
+    if runs_away:
+        axis["found"] |= RUNAWAY_BRAKED
+
+
+@kernel
+def write_row(axis: Any, row: Array) -> None:
+    """Make the row of an axis that we lead."""
+    sample, command = axis["law"]["sample"], axis["law"]["command"]
+    row[0], row[1] = command["position_m"], sample["velocity_command_m_s"]
+    row[2], row[3] = sample["motor_position_m"], sample["scale_position_m"]
+    row[4], row[5], row[6] = command["motor_velocity_m_s"], command["force_n"], axis["law"]["current_a"]
+    row[7], row[8] = command["position_error_m"], command["pulse_m_s"]
+    row[9], row[10], row[11] = command["disturbance_n"], command["correction_m"], axis["inputs"]["statusword"]
+
+
+@kernel
+def encode(axis: Any, outputs: Index, data: Bytes) -> None:
+    """Fill the RPDO: `outputs` (objects, 2) are the `Output` and the bytes of each object, in their order."""
+    at = 0
+    for place in range(len(outputs)):
+        value = set_point(axis, outputs[place, 0])
+        for byte in range(outputs[place, 1]):
+            data[at] = (value >> (8 * byte)) & 0xFF
+            at += 1
+
+
+@kernel
+def set_point(axis: Any, output: int) -> int:
+    """One of the values that an RPDO may carry."""
+    counts, value = axis["law"]["counts"], 0
+    if output == _CONTROLWORD:
+        value = axis["controlword"]
+    elif output == _MODE:
+        value = axis["sent_mode"]
+    elif output == _TORQUE:
+        value = counts["torque"]
+    elif output == _TORQUE_OFFSET:
+        value = counts["torque_offset"]
+    elif output == _VELOCITY:
+        value = counts["velocity"]
+    elif output == _POSITION:
+        value = counts["position"]
+    elif output == _VELOCITY_OFFSET:
+        value = counts["velocity_offset"]
+    return value
