@@ -153,13 +153,16 @@ def test_axis_is_switched_on_again_after_a_fault_that_has_passed() -> None:
     assert bench.run(300).machine.stage in {Stage.READY, Stage.RUNNING}
 
 
-def test_machine_whose_nodes_were_written_to_needs_another_boot() -> None:
+def test_node_that_was_written_to_is_set_up_again_before_any_drive_gets_power() -> None:
     bench = with_standby(FaultBench(XY_TABLE)).run(FAULT_CYCLE)
     bench.inject(0x601, bytes.fromhex("23 65 60 00 10 27 00 00"))
     bench.run(600)
     assert bench.machine.stage is Stage.STANDBY
-    assert "somebody else writes 6065h:00" in bench.machine.enable()
-    assert bench.machine.stage is Stage.STANDBY
+    assert bench.machine.nodes is not None
+    booted: list[list[int]] = []
+    bench.machine.nodes.boot = booted.append
+    assert bench.machine.enable() == ""
+    assert (booted, bench.machine.setting_up, bench.machine.stage) == ([[0]], True, Stage.STANDBY)
 
 
 def test_second_node_is_noted_in_standby_too_and_stops_the_next_attempt() -> None:
