@@ -63,6 +63,7 @@ def boot_up(node: NodeUnderTest) -> None:
     dialogue.forget()
     dialogue.command(RESET_COMMUNICATION)
     frame = dialogue.wait_for(0x700 + dialogue.node_id, BOOT_UP_S)
+    dialogue.command(ENTER_PRE_OPERATIONAL)  # some start by themselves (1F80h)
     if frame != b"\0":
         raise Failed(f"it sent {frame.hex(' ') if frame is not None else 'nothing'}")
 

@@ -24,7 +24,7 @@ from servo_ctrl.learned.screw_model import ScrewTable
 from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.learned.stroke_journal import JOURNAL_FILE, StrokeJournal
 from servo_ctrl.recording.reversal_log import REVERSALS_FILE, read_reversals
-from tests.campaigns.hostile.targets import GOLDEN, file_with, folder, target
+from tests.campaigns.hostile.targets import GOLDEN, ROOT, file_with, folder, target
 
 TABLE = GOLDEN / "machines" / "xy_table"
 
@@ -173,4 +173,5 @@ def stored_parameters(data: bytes) -> None:
 def _drive() -> Dictionary:
     from hil_sim.drive.drive_objects import DriveObjects  # noqa: PLC0415
 
-    return Dictionary(1, GOLDEN / "eds" / "servo_drive.eds", DriveObjects())
+    # its EDS is of an earlier release: what it has not yet is inside
+    return Dictionary(1, GOLDEN / "eds" / "servo_drive.eds", DriveObjects(), ROOT / "eds" / "servo_drive.eds")
