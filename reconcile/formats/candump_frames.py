@@ -1,21 +1,32 @@
-"""Frames of a log as `candump -L` and `candump -l` write it: `(1436509052.249713) can0 181#2702A0860100`."""
+"""Frames of a log as `candump -L` and `candump -l` write it: `(1436509052.249713) can0 181#2702A0860100`.
 
-import re
+python-can reads the lines; what is no line of candump is skipped, for a log may end in the middle of one.
+"""
+
+import contextlib
+import math
 from array import array
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.lean_import import as_if_absent
 from reconcile.errors import ReconcileError
+
+with as_if_absent("asammdf"):  # python-can would load it, and pandas with it
+    from can import Message
+    from can.io.canutils import CanutilsLogReader
 
 SYNC = 0x80
 SDO_REQUEST = 0x600
 EXPEDITED_BYTES = {0x23: 4, 0x27: 3, 0x2B: 2, 0x2F: 1}
 """Command specifier of an expedited SDO download -> bytes of its value."""
 CONFIGURATION = range(0x1400, 0x1C00)
-FRAME = re.compile(rb"^\((\d+\.\d+)\)\s+(\S+)\s+([0-9A-Fa-f]{3})#((?:[0-9A-Fa-f]{2})*)", re.MULTILINE)
+STANDARD_IDENTIFIERS = range(0x800)
+CLASSIC_BYTES = 8
 
 
 class Frames(NamedTuple):
@@ -31,40 +42,56 @@ class Frames(NamedTuple):
 
 def read_frames(path: Path) -> Frames:
     """All classic data frames with 11-bit identifiers. Raises ReconcileError."""
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise ReconcileError(path, "", error.strerror or "cannot be read") from error
     stamps = array("d")
     payloads: dict[int, dict[int, bytes]] = {}
     written: dict[int, dict[tuple[int, int], int]] = {}
-    buses: set[bytes] = set()
+    buses: set[str] = set()
     period = -1
-    for frame in FRAME.finditer(content):
-        stamp, bus, identifier, data = frame.groups()
-        cob_id = int(identifier, 16)
-        buses.add(bus)
+    for frame in _frames(path):
+        cob_id, data = frame.arbitration_id, bytes(frame.data)
+        buses.add(str(frame.channel))
         if cob_id == SYNC:
             period += 1
-            stamps.append(float(stamp))
+            stamps.append(frame.timestamp)
         elif SDO_REQUEST < cob_id <= SDO_REQUEST + 0x7F:
-            _note_download(written.setdefault(cob_id - SDO_REQUEST, {}), bytes.fromhex(data.decode()))
+            _note_download(written.setdefault(cob_id - SDO_REQUEST, {}), data)
         elif period >= 0:
-            payloads.setdefault(cob_id, {})[period] = bytes.fromhex(data.decode())
+            payloads.setdefault(cob_id, {})[period] = data
     if not buses:
-        first = content.split(b"\n", 1)[0][:60].decode("utf-8", "replace")
+        with path.open(encoding="utf-8", errors="replace") as log:
+            first = log.readline(60).rstrip("\n")
         reason = f"is no line of `candump -L`: {first!r}"
         if "##" in first:
             reason = "is a CAN FD frame, and none of the log is classic CAN as CANopen's are"
         raise ReconcileError(path, "line 1", reason, "record with candump -L")
     if len(buses) > 1:
-        names = ", ".join(sorted(bus.decode("utf-8", "replace") for bus in buses))
+        names = ", ".join(sorted(buses))
         raise ReconcileError(path, "", f"holds several buses: {names}", "keep one of them (grep)")
     if len(stamps) < 2:
         reason = "has no SYNC (080h), which says when the inputs were latched"
         raise ReconcileError(path, "", reason, "record the whole bus")
     sync_s = np.frombuffer(stamps, dtype=np.float64)
     return Frames(sync_s - sync_s[0], payloads, written)
+
+
+def _frames(path: Path) -> Iterator[Message]:
+    """Yield the classic data frames with 11-bit identifiers. Raises ReconcileError."""
+    try:
+        with path.open(encoding="utf-8", errors="replace") as log:
+            reader, ended = CanutilsLogReader(log), False
+            while not ended:
+                with contextlib.suppress(ValueError, IndexError):  # of a line that is none of candump
+                    yield from filter(_is_classic, reader)
+                    ended = True
+    except OSError as error:
+        raise ReconcileError(path, "", error.strerror or "cannot be read") from error
+
+
+def _is_classic(frame: Message) -> bool:
+    """Whether it is a data frame of CAN 2.0A with a stamp."""
+    special = frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame or frame.is_fd
+    fits = frame.arbitration_id in STANDARD_IDENTIFIERS and len(frame.data) <= CLASSIC_BYTES
+    return fits and not special and math.isfinite(frame.timestamp)
 
 
 def _note_download(written: dict[tuple[int, int], int], data: bytes) -> None:

@@ -1,17 +1,15 @@
 """Summarise the rows of blind trials: scores with confidence intervals over the cases."""
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
 
 Row = Mapping[str, Any]
 
-Z95 = 1.959964
-"""Two-sided 95 % quantile of the normal distribution."""
 RESAMPLES = 2000
 """Bootstrap resamples of the cases."""
 EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0 + 1e-9)
@@ -54,13 +52,11 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def wilson(successes: int, of: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a share."""
+    """Return Wilson's 95 % interval of a share; all of it where nothing was counted."""
     if of == 0:
         return 0.0, 1.0
-    p, z2 = successes / of, Z95**2
-    middle = (p + z2 / (2 * of)) / (1 + z2 / of)
-    half = Z95 / (1 + z2 / of) * math.sqrt(p * (1 - p) / of + z2 / (4 * of**2))
-    return max(middle - half, 0.0), min(middle + half, 1.0)
+    interval = binomtest(successes, of).proportion_ci(method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 def _share(rows: Sequence[Row], true: Callable[[Row], bool]) -> dict[str, Any]:

@@ -2,20 +2,10 @@
 
 from collections.abc import Sequence
 from enum import StrEnum
-from html import escape
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
-PAGE = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
-<style>body{{font:15px sans-serif;margin:2em}}
-td,th{{text-align:left;padding:.3em .8em;border-bottom:1px solid #ccc}}
-.fail{{background:#fdd}}.pass{{background:#efe}}</style></head>
-<body><h1>{title}</h1><p>{count}</p>
-<table><tr><th>Clause</th><th>What is asked</th><th>Verdict</th><th>Found</th></tr>
-{rows}
-</table></body></html>
-"""
+from servo_ctrl.files.html_template import filled
 
 
 class Verdict(StrEnum):
@@ -75,10 +65,6 @@ def junit(findings: Sequence[ClauseFinding], title: str) -> str:
 
 def page(findings: Sequence[ClauseFinding], title: str) -> str:
     """The same as a page that needs nothing else."""
-    rows = "\n".join(
-        f'<tr class="{finding.verdict.name.lower()}">'
-        + "".join(f"<td>{escape(str(cell))}</td>" for cell in finding)
-        + "</tr>"
-        for finding in findings
+    return filled(
+        "servo_ctrl.conformance", "page.html.j2", title=title, count=count(findings), findings=findings
     )
-    return PAGE.format(title=escape(title), count=count(findings), rows=rows)

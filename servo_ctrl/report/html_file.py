@@ -13,6 +13,7 @@ from typing import Any
 from plotly.offline import get_plotlyjs
 
 from kernels.arrays import Array
+from servo_ctrl.files.html_template import Markup, filled
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 """Content security policy: the page may load nothing, all it shows is in it."""
@@ -28,13 +29,14 @@ def html_file(room: str, title: str, body: str, figures: dict[str, Any]) -> str:
     style, script = (
         files(room).joinpath(f"page.{kind}").read_text(encoding="utf-8") for kind in ("css", "js")
     )
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title><style>{style}</style></head><body><main>{body}</main>"
-        f'<script type="application/json" id="figures">{data}</script>'
-        f"<script>{get_plotlyjs()}</script><script>{script}</script></body></html>\n"
+    parts = {"body": body, "style": style, "script": script, "data": data, "policy": POLICY}
+    html_parts = {name: Markup(part) for name, part in parts.items()}  # made here, of escaped text
+    return filled(
+        "servo_ctrl.report",
+        "page.html.j2",
+        title=title,
+        plotly=Markup(get_plotlyjs()),  # of the package
+        **html_parts,
     )
 
 

@@ -1,16 +1,15 @@
 """The login page: plain HTML without a script, the only page that a stranger gets."""
 
 import asyncio
-import html
 import logging
 import time
-from pathlib import Path
 from urllib.parse import parse_qs
 
 from fastapi import FastAPI
 from starlette.requests import Request  # FastAPI reads the annotation
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 
+from servo_ctrl.files.html_template import filled
 from servo_ctrl.hmi.access.guard import LOGIN, SESSION_COOKIE, set_cookie
 from servo_ctrl.hmi.access.sessions import SESSION_LIFETIME_S, LoginFailures, Sessions
 from servo_ctrl.hmi.access.users import Access
@@ -19,11 +18,10 @@ _LOG = logging.getLogger(__name__)
 MAX_FORM_BYTES = 1024
 """A form with a token has some 60 bytes."""
 FORM_TIME_S = 5.0
-_PAGE = (Path(__file__).parents[1] / "static" / "login.html").read_text(encoding="utf-8")
 
 
 def _page(message: str, status: int) -> Response:
-    return HTMLResponse(_PAGE.replace("{message}", html.escape(message)), status)
+    return HTMLResponse(filled("servo_ctrl.hmi", "static/login.html", message=message), status)
 
 
 def add_login(app: FastAPI, access: Access, sessions: Sessions) -> None:

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from reconcile.trials.score import score
+from reconcile.trials.summary import wilson
 
 Row = Mapping[str, Any]
 
-Z = 1.96
 SOUND = ("none", "parameters")
 
 
@@ -95,12 +95,3 @@ def summary(answers: Sequence[tuple[Row, Said]]) -> dict[str, dict[str, Any]]:
 
 def _mean(values: Sequence[float]) -> float:
     return sum(values) / len(values) if values else math.nan
-
-
-def wilson(hits: int, of: int) -> tuple[float, float]:
-    """95 % interval of a share."""
-    if of == 0:
-        return 0.0, 1.0
-    middle = (hits + 0.5 * Z**2) / (of + Z**2)
-    half = Z / (of + Z**2) * math.sqrt(hits * (of - hits) / of + 0.25 * Z**2)
-    return max(middle - half, 0.0), min(middle + half, 1.0)

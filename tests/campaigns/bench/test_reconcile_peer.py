@@ -8,7 +8,7 @@ import pytest
 
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import AxisRecording
-from tests.campaigns.bench.reconcile_score import Said, finding, judge, summary, wilson
+from tests.campaigns.bench.reconcile_score import Said, finding, judge, summary
 
 T, N = 2e-3, 5_000
 LEAD_M = 5e-3
@@ -83,10 +83,6 @@ def test_the_peers_names_are_counted_by_the_rule_of_the_blind_trials() -> None:
     assert lines["a false name, any case"]["count"] == 1
     assert lines["failures"]["value"] == 1
     assert lines["first name right, one effect"]["of"] == 4
-
-
-def test_the_interval_of_a_share_is_wilsons() -> None:
-    assert wilson(8, 10) == pytest.approx((0.4902, 0.9433), abs=1e-4)  # Newcombe (1998)'s method 3
 
 
 def _said(*names: str | tuple[str, str]) -> Said:

@@ -175,3 +175,11 @@ def test_a_multiplexed_pdo_is_ignored(tmp_path: Path) -> None:
     path.write_text(f"({EPOCH_S - 1.0:.6f}) can0 {can_id:03X}#{data.hex()}\n" + path.read_text())
     (recording,) = load(path)
     check(recording)
+
+
+def test_lines_that_are_none_and_frames_that_no_pdo_is_are_skipped(tmp_path: Path) -> None:
+    path = written(tmp_path / "damaged.log")
+    lines = ("# by hand", "(1.0) can0 #", "(nan) can0 1A5#00", "(1.0) can0 000001A5#00", "(1.0) can0 1A5#R")
+    foreign = "".join(f"{line}\n" for line in (*lines, "(1.0) can0 1A5##000"))
+    path.write_text(foreign + path.read_text() + "(1700000", encoding="utf-8")
+    check(load(path)[0])
