@@ -7,13 +7,15 @@ from reconcile.catalogue.backlash import ENTRY as BACKLASH
 from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis
-from reconcile.identification.explain import Explanation, explain, without
+from reconcile.identification.explain import Explanation, explain
 from reconcile.identification.term_search import TermSearch
 from reconcile.identification.unexplained_residual import is_misfit
 from reconcile.model_update.axis_update import update_axis
 from reconcile.model_update.shared_values import Sections
 from reconcile.nominal_model.model_file import NominalModel
-from reconcile.proof.left_out import Proof, prove, proven, written_explanations
+from reconcile.proof.left_out import Proof, prove, proven, to_be_written, written_explanations
+from reconcile.proof.model_variants import AS_FOUND
+from reconcile.proof.model_variants import NOTES as VARIANT_NOTES
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_problem import SINCE_REVERSAL
 from reconcile.regression.residual import rms
@@ -66,7 +68,7 @@ def diagnose_axis(
     del searches  # the same
     dropped = [proof.dropped for proof in proofs] or [() for _ in found]
     named = [proven(one, proof) for one, proof in zip(found, proofs, strict=True)] if proofs else found
-    held = [without(one, effects) for one, effects in zip(found, dropped, strict=True)]
+    held = [to_be_written(one, proof) for one, proof in zip(found, proofs, strict=True)] if proofs else found
     held, sections = written_explanations(held, model, name)
     updated = update_axis(held, model, name)
     explanations = [
@@ -80,6 +82,7 @@ def diagnose_axis(
         for effects in dropped
         for effect in effects
     ]
+    notes += [f"model.toml, axis {name}: {VARIANT_NOTES[p.variant]}" for p in proofs if p.variant != AS_FOUND]
     return AxisDiagnosis(explanations, proofs, updated.sections, [*updated.notes, *left_out, *notes])
 
 

@@ -62,16 +62,31 @@ class Explanation(NamedTuple):
     """What it was made of, to be fitted anew without some of it; None once the axis is done."""
 
 
-def without(explanation: Explanation, effects: Container[str]) -> Explanation:
+def without(explanation: Explanation, effects: Container[str], *, brief: bool = False) -> Explanation:
     """The explanation without some effects, the rest fitted anew; `unknown` are those without a name."""
     found = explanation.found
     names = [f.effect for f in [*explanation.findings, *explanation.minor]]
     names += [c.effect for c in found.terms] if found else []
     if found is None or not any(name in effects for name in names):
         return explanation
-    again = _explained(found.without(effects))
+    again = with_terms(explanation, found.without(effects), brief=brief)
     findings = [f for f in again.findings if f.effect not in effects]
     return again._replace(findings=findings, minor=[f for f in again.minor if f.effect not in effects])
+
+
+def with_terms(explanation: Explanation, found: FoundTerms, *, brief: bool = False) -> Explanation:
+    """The explanation by other terms; a `brief` one is only to be written, its figures stay as they were."""
+    if not brief:
+        return _explained(found)
+    reported = _with_possible_values(found).report(resamples=0)
+    return explanation._replace(
+        findings=reported.findings,
+        minor=reported.minor,
+        base={name: estimate.value for name, estimate in reported.base.items()},
+        timing=reported.timing,
+        timing_s=reported.timing_s,
+        found=found,
+    )
 
 
 def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
@@ -79,23 +94,28 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
     return _explained(search.found(left_out))
 
 
-def _with_possible_damping(found: FoundTerms) -> FoundTerms:
-    """The terms beside a viscous friction of zero where they would have it drive the axis: no plant has that.
+def _with_possible_values(found: FoundTerms) -> FoundTerms:
+    """The terms beside no mass or friction that would drive the axis: what was below zero is held at zero.
 
-    The rest is fitted to what is left then, rather than the friction cut off behind the fit.
+    The rest is fitted to what is left then, rather than the value cut off behind the fit.
     """
-    problem, slots = found.problem, found.problem.equations.slots(found.terms)
     if found.of.channel is not ResidualChannel.FORCE:
         return found
-    viscous = problem.baseline_names.index("viscous_n_s_m")
-    if problem.equations.solve(slots, problem.equations.totals(found.train))[viscous] >= 0.0:
-        return found
-    return found._replace(problem=problem._replace(equations=problem.equations.holding([viscous])))
+    equations = found.problem.equations
+    slots, held = equations.slots(found.terms), list[int]()
+    totals = equations.totals(np.concatenate((found.train, found.held_out)))
+    while True:
+        values = equations.solve(slots, totals)[: len(equations.base)].tolist()
+        negative = [k for k, value in enumerate(values) if value < 0.0 and k not in held]
+        if not negative:
+            return found._replace(problem=found.problem._replace(equations=equations))
+        held.append(min(negative, key=lambda k: values[k]))
+        equations = found.problem.equations.holding(held)
 
 
 def _explained(found: FoundTerms) -> Explanation:
     axis, channel, rules, sources = found.of
-    possible = _with_possible_damping(found)
+    possible = _with_possible_values(found)
     reported = possible.report()
     equations, train = found.problem.equations, found.train
     baseline, totals = equations.slots([]), equations.totals(train)

@@ -12,7 +12,7 @@ from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.registry import ENTRIES, TIMING, has_levels, systematic
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import meaning_of
-from reconcile.identification.confidence import confidence
+from reconcile.identification.confidence import INDEPENDENT_S, confidence
 from reconcile.regression.normal_equations import CandidateTerm, effect_names
 from reconcile.regression.regression_data import stride
 from reconcile.regression.regression_problem import RegressionProblem
@@ -21,6 +21,8 @@ from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Sco
 
 RESAMPLES = 400
 """Bootstrap resamples of the blocks for the 95 % intervals."""
+RIDGES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+"""Ridges that are tried, the largest first, as shares of the target's squares."""
 ANGLE_SUFFIX = "_rad"
 """Parameters of that name are angles: their intervals wrap."""
 LEAST_REPORTED_GAIN = 0.1
@@ -77,10 +79,13 @@ class Estimates(NamedTuple):
     of: dict[CandidateTerm, dict[str, Estimate]]
 
 
-def estimates(problem: RegressionProblem, chosen: Sequence[CandidateTerm], blocks: Index) -> Estimates:
+def estimates(
+    problem: RegressionProblem, chosen: Sequence[CandidateTerm], blocks: Index, resamples: int = RESAMPLES
+) -> Estimates:
     """Fit on `blocks`. Of a coefficient free in each recording, the first one's is reported.
 
-    Of a term without a name, that of the recording in which it is largest, and that one's number from 1.
+    Without `resamples` the intervals are as narrow as the values. Of a term without a name, that of the
+    recording in which it is largest, and that one's number from 1.
     """
     equations = problem.equations
     slots = equations.slots(chosen)
@@ -88,8 +93,8 @@ def estimates(problem: RegressionProblem, chosen: Sequence[CandidateTerm], block
     def fit(among: Index) -> Array:
         return equations.denormalised(slots, equations.solve(slots, equations.totals(among)))
 
-    rng, fitted = np.random.default_rng(0), fit(blocks)
-    resampled = [fit(rng.choice(blocks, len(blocks))) for _ in range(RESAMPLES)]
+    rng, fitted = np.random.default_rng(0), _smallest_alike(problem, slots, blocks)
+    resampled = [fit(rng.choice(blocks, len(blocks))) for _ in range(resamples)]
     base = {}
     for place, (column, own) in enumerate(slots):
         if column < len(equations.base) and own < 1:
@@ -121,8 +126,34 @@ def estimates(problem: RegressionProblem, chosen: Sequence[CandidateTerm], block
     return Estimates(base, found)
 
 
+def _smallest_alike(problem: RegressionProblem, slots: list[tuple[int, int]], blocks: Index) -> Array:
+    """The smallest coefficients among those that fit alike, within a standard error, before normalisation.
+
+    Columns that a motion hardly tells apart get large coefficients of opposite signs, which cancel in this
+    motion and in no other. Source: the one-standard-error rule of Hastie, Tibshirani and Friedman (2009),
+    section 7.10, on the largest ridge.
+    """
+    equations = problem.equations
+    totals, period_s = equations.totals(blocks), problem.datasets[0].period_s
+    kept_s = stride(period_s) * period_s * float(equations.samples[blocks].sum())
+
+    def squares(theta: Array) -> float:
+        return float(equations.squares(slots, theta, blocks).sum())
+
+    best = equations.solve(slots, totals)
+    most = squares(best) * (1.0 + INDEPENDENT_S / max(kept_s, INDEPENDENT_S))
+    for share in RIDGES:
+        theta = equations.ridged(share).solve(slots, totals)
+        if squares(theta) <= most:
+            best = theta
+            break
+    return equations.denormalised(slots, best)
+
+
 def _percentile_interval(value: float, resampled: Sequence[float], key: str) -> tuple[float, float]:
     """95 % percentile interval; angles are wrapped about their value."""
+    if not resampled:
+        return value, value
     spread = np.array(resampled) - value
     if key.endswith(ANGLE_SUFFIX):
         spread = (spread + math.pi) % (2.0 * math.pi) - math.pi
@@ -182,10 +213,15 @@ def report_findings(
     rivals: dict[str, tuple[float, list[RivalEffect]]],
     train: Index,
     held_out_blocks: Index,
+    resamples: int = RESAMPLES,
 ) -> ReportedEffects:
-    """Report each effect with parameters, rivals and held-out gain, unless it is below the resolution."""
+    """Report each effect with parameters, rivals and held-out gain, unless it is below the resolution.
+
+    What is left out of the fit judges it; the parameters are then those of all blocks.
+    """
     equations = problem.equations
-    values, totals = estimates(problem, chosen, train), equations.totals(train)
+    everything = np.sort(np.concatenate((train, held_out_blocks)))
+    values, totals = estimates(problem, chosen, everything, resamples), equations.totals(train)
     period_s, resolvable_m = problem.datasets[0].period_s, reversal_travel_m(problem.datasets)
 
     def squares_held_out(model: Sequence[CandidateTerm]) -> float:

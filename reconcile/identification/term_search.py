@@ -10,10 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Index
+from reconcile.catalogue.gravity import ENTRY as GRAVITY_ENTRY
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import KNOTS, PREFIX
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.findings import (
+    RESAMPLES,
     ReportedEffects,
     RivalEffect,
     compare_rivals,
@@ -42,9 +44,10 @@ MOST_SEARCHES = 3
 """Searches, each without the effects that were withdrawn after the one before. Chosen."""
 
 
+GRAVITY = GRAVITY_ENTRY.name
 LEAST_MASS_SHARE = 0.3
-"""Mass beside the effects, over that of a rigid model: less, and an effect stands in its place. Chosen: the
-inertia of a plausible clutter of forces is well below the mass itself."""
+"""Mass beside the effects, over that of a rigid model with the weight that was found: less, and an effect
+stands in its place. Chosen: the inertia of a plausible clutter of forces is well below the mass itself."""
 LEAST_NOMINAL_SHARE = 0.01
 """The same over the nominal mass, which may be far off; chosen."""
 
@@ -78,9 +81,9 @@ class FoundTerms(NamedTuple):
         rivals = {effect: of for effect, of in self.rivals.items() if any(c.effect == effect for c in kept)}
         return self._replace(terms=kept, rivals=rivals)
 
-    def report(self) -> ReportedEffects:
-        """Parameters, rivals and confidence of each effect."""
-        return report_findings(self.problem, self.terms, self.rivals, self.train, self.held_out)
+    def report(self, resamples: int = RESAMPLES) -> ReportedEffects:
+        """Parameters, rivals and confidence of each effect; without `resamples` no intervals."""
+        return report_findings(self.problem, self.terms, self.rivals, self.train, self.held_out, resamples)
 
 
 class _Selection(NamedTuple):
@@ -202,8 +205,12 @@ class TermSearch:
             slots = equations.slots(chosen)
             return float(equations.denormalised(slots, equations.solve(slots, totals))[0])
 
-        named = [effect for effect in effect_names(terms) if not effect.startswith(PREFIX)]
-        rigid_kg = mass_kg([])
+        # a weight on a joint dominates its torque, and falsifies the mass of a model without it
+        weights = [c for c in terms if c.effect == GRAVITY]
+        named = [e for e in effect_names(terms) if not e.startswith(PREFIX) and e != GRAVITY]
+        rigid_kg = mass_kg(weights)
+        if weights and rigid_kg < LEAST_NOMINAL_SHARE * self.axis.mass_kg:
+            named, rigid_kg = [GRAVITY], mass_kg([])
         least_kg = max(LEAST_MASS_SHARE * rigid_kg, LEAST_NOMINAL_SHARE * self.axis.mass_kg)
         if not named or mass_kg(terms) >= least_kg:
             return {}
@@ -226,12 +233,18 @@ def _name(candidate: CandidateTerm) -> str:
 
 
 def split(problem: RegressionProblem) -> tuple[Index, Index]:
-    """Training and held-out blocks: of each recording every fourth stretch is held out."""
+    """Training and held-out blocks: of each recording every fourth stretch is held out.
+
+    Recordings of a few blocks are cut into four stretches, of which each recording in turn holds another out.
+    """
     equations = problem.equations
     train, held_out = [], []
     for recording in range(equations.recordings):
         own = np.flatnonzero((equations.recording_of_block == recording) & (equations.samples > 0))
-        is_held_out = np.arange(len(own)) // STRETCH_BLOCKS % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
+        is_short = len(own) < STRETCH_BLOCKS * HELD_OUT_EVERY
+        stretch = max(len(own) // HELD_OUT_EVERY, 1) if is_short else STRETCH_BLOCKS
+        held = HELD_OUT_EVERY - 1 - (recording % HELD_OUT_EVERY if is_short else 0)
+        is_held_out = np.arange(len(own)) // stretch % HELD_OUT_EVERY == held
         train.append(own[~is_held_out])
         held_out.append(own[is_held_out])
     return np.concatenate(train), np.concatenate(held_out)

@@ -5,7 +5,8 @@ An only recording is judged on its last third by what the first two thirds tell.
 
 import math
 import tempfile
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +20,7 @@ from reconcile.identification.findings import IdentifiedEffect
 from reconcile.identification.term_search import TermSearch
 from reconcile.model_update.axis_sections import AxisSections, axis_sections
 from reconcile.nominal_model.model_file import NominalModel, load_model, write_model
+from reconcile.proof.model_variants import AS_FOUND, OF_ALL_RECORDINGS, VARIANTS, has_own, variants_of
 from reconcile.proof.written_model import written_residual
 from reconcile.recording.recording import AxisRecording
 from reconcile.selection.left_out import Withdrawn
@@ -53,6 +55,8 @@ class Proof(NamedTuple):
     """There is one recording, and its last third was left out."""
     dropped: tuple[str, ...] = ()
     """Effects that the written model does without: with them it predicted worse than the rigid one."""
+    variant: str = AS_FOUND
+    """Which of the models that the recordings tell is written: the one that predicted best."""
 
     @property
     def rigid(self) -> float:
@@ -80,8 +84,8 @@ def prove(
     """Leave each recording of an axis out in turn; a proof for each channel that was searched.
 
     `explanations`, of all recordings, in the order of the searches: effects that make the written model
-    predict worse than the rigid one are dropped, the one that is worth least first. Nothing can be searched
-    after it.
+    predict worse than the rigid one are dropped, the one that is worth least first. Then the variants of it
+    compete. Nothing can be searched after it.
     """
     folds: list[_Fold] = []
     for number, recording in enumerate(recordings, start=1):
@@ -91,7 +95,7 @@ def prove(
         folds.append(_Fold(recording, blocks, made))
     for search in searches:
         search.release()
-    dropped: dict[ResidualChannel, tuple[str, ...]] = {search.channel: () for search in searches}
+    written = {search.channel: _Written((), AS_FOUND) for search in searches}
     proofs: list[Proof] = []
     for place, (search, explanation) in enumerate(zip(searches, explanations, strict=True)):
         of_all = sorted(_in_the_file(explanation), key=lambda f: f.heldout_gain)
@@ -99,16 +103,36 @@ def prove(
         known = [f.effect for f in of_all]
         remaining = [*(f.effect for f in of_folds if f.effect not in known), *known]
         remaining = list(dict.fromkeys(remaining))
-        while True:
-            parts = [
-                _judged(fold, place, search, model, dropped) for fold in folds if len(fold.blocks[place])
-            ]
-            proof = Proof(search.channel, parts, len(recordings) == 1, dropped[search.channel])
-            if proof.improves or not remaining:
-                break
-            dropped[search.channel] += (remaining.pop(0),)
+        if has_own(explanation) and not any(has_own(fold.made[place]) for fold in folds):
+            # too few recordings tell whether the rest is better fitted beside it
+            written[search.channel] = _Written((), OF_ALL_RECORDINGS)
+        judged = partial(_proof, folds, place, search, model, written)
+        while not (proof := judged()).improves and remaining:
+            own = written[search.channel]
+            written[search.channel] = own._replace(dropped=(*own.dropped, remaining.pop(0)))
+        for variant in variants_of(explanation):
+            before = written[search.channel]
+            written[search.channel] = before._replace(variant=variant)
+            other = judged()
+            if other.written < LEAST_BETTER * proof.written:
+                proof = other
+            else:
+                written[search.channel] = before
         proofs.append(proof)
     return proofs
+
+
+def _proof(
+    folds: Sequence["_Fold"],
+    place: int,
+    search: TermSearch,
+    model: NominalModel,
+    written: Mapping[ResidualChannel, "_Written"],
+) -> Proof:
+    """What the written model leaves of each recording that was left out."""
+    parts = [_judged(fold, place, search, model, written) for fold in folds if len(fold.blocks[place])]
+    own = written[search.channel]
+    return Proof(search.channel, parts, len(search.sources) == 1, own.dropped, own.variant)
 
 
 def _in_the_file(explanation: Explanation) -> list[IdentifiedEffect]:
@@ -118,6 +142,11 @@ def _in_the_file(explanation: Explanation) -> list[IdentifiedEffect]:
         for f in [*explanation.findings, *explanation.minor]
         if f.effect != "unknown" or not all(c.per_recording for c in f.candidates)
     ]
+
+
+def to_be_written(explanation: Explanation, proof: Proof) -> Explanation:
+    """The model of the explanation that predicted best."""
+    return _Written(proof.dropped, proof.variant).of(explanation, brief=False)
 
 
 def proven(explanation: Explanation, proof: Proof) -> Explanation:
@@ -148,11 +177,22 @@ def proof_json(proof: Proof) -> dict[str, Any]:
         "written": proof.written,
         "improves": proof.improves,
         "dropped": list(proof.dropped),
+        "written_model": proof.variant,
         "parts": [
             {"recording": one.source, "measured": one.measured, "rigid": one.rigid, "written": one.written}
             for one in proof.parts
         ],
     }
+
+
+class _Written(NamedTuple):
+    """What of a channel is written."""
+
+    dropped: tuple[str, ...]
+    variant: str
+
+    def of(self, explanation: Explanation, *, brief: bool = True) -> Explanation:
+        return VARIANTS[self.variant](without(explanation, self.dropped, brief=brief), brief)
 
 
 class _Fold(NamedTuple):
@@ -174,19 +214,19 @@ def _blocks_of(search: TermSearch, source: str) -> Index:
 
 
 def written_explanations(
-    made: Sequence[Explanation], model: NominalModel, name: str
+    made: Sequence[Explanation], model: NominalModel, name: str, *, brief: bool = False
 ) -> tuple[list[Explanation], AxisSections]:
     """The explanations fitted anew without what no file can hold, and the sections that they make."""
     sections = axis_sections(made, model, name)
     if not sections.left_out:
         return list(made), sections
-    held = [without(one, sections.left_out) for one in made]
+    held = [without(one, sections.left_out, brief=brief) for one in made]
     return held, axis_sections(held, model, name)._replace(left_out=sections.left_out)
 
 
 def _written_axis(made: Sequence[Explanation], model: NominalModel, name: str) -> NominalAxis:
     """The axis of the model file that the explanations make, written and read again."""
-    sections = written_explanations(made, model, name)[1].sections
+    sections = written_explanations(made, model, name, brief=True)[1].sections
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.toml"
         write_model(model, {name: sections}, file)
@@ -198,11 +238,11 @@ def _judged(
     place: int,
     search: TermSearch,
     model: NominalModel,
-    dropped: Mapping[ResidualChannel, Container[str]],
+    written_of: Mapping[ResidualChannel, _Written],
 ) -> LeftOut:
     """The residuals of both models in the blocks that were left out."""
     recording, blocks = fold.recording, fold.blocks[place]
-    kept = [without(made, dropped[made.channel]) for made in fold.made]
+    kept = [written_of[made.channel].of(made) for made in fold.made]
     written, rigid = _written_axis(kept, model, recording.axis), model.axes[recording.axis]
     if values := fold.made[place].rigid:
         rigid = _with_base(rigid, values)

@@ -107,6 +107,12 @@ class BlockNormalEquations:
         held._ridge[[column + 1 for column in columns]] = HELD_RIDGE  # noqa: SLF001 its own class
         return held
 
+    def ridged(self, share: float) -> "BlockNormalEquations":
+        """The same equations with at least this ridge on every column, as a share of the target's squares."""
+        held = copy(self)
+        held._ridge = np.maximum(self._ridge, share)  # noqa: SLF001 its own class
+        return held
+
     def extended(self, terms: Sequence[tuple[CandidateTerm, Sequence[Array]]]) -> "BlockNormalEquations":
         """The same equations with further terms, each with its columns (k, n) by recording.
 

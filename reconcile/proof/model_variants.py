@@ -1,0 +1,158 @@
+"""Other models of the same recordings that may be written in place of what was found.
+
+A search on few recordings finds what these have in common, and some of it is theirs alone. What is written is
+what predicts the recordings that were left out best, and least squares with an engineer's friction is a model
+that it must not lose to. Names are not at stake: what a variant adds is in the file, and is not reported.
+"""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from reconcile.catalogue.asymmetric_viscous_friction import ENTRY as VISCOUS_BY_DIRECTION
+from reconcile.catalogue.constant_force import ENTRY as CONSTANT_FORCE
+from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
+from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.catalogue.stribeck_friction import ENTRY as STRIBECK
+from reconcile.identification.explain import Explanation, with_terms, without
+from reconcile.identification.term_search import FoundTerms
+from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.physical_veto import vetoed
+from reconcile.regression.regression_problem import regression_problem
+
+STRIBECK_SHARES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4)
+"""Stribeck speeds that are tried, of the 95th percentile of the speed."""
+FAST_PERCENTILE = 95.0
+COLLINEAR_RIDGE = 1e-4
+"""Ridge on the columns of an engineer's friction: a direction of which the motion shows less than a hundredth
+is not fitted."""
+
+Variant = Callable[[Explanation, bool], Explanation]
+"""Makes a model of an explanation, briefly if told so; the explanation itself where it has no such one."""
+
+
+def as_found(explanation: Explanation, _brief: bool) -> Explanation:
+    """What was found."""
+    return explanation
+
+
+def of_all_recordings(explanation: Explanation, brief: bool) -> Explanation:
+    """What was found, and the rest fitted without what each recording has of its own without a name."""
+    found = explanation.found
+    own = {c.effect for c in found.terms if _is_own(c)} if found else set()
+    return without(explanation, own, brief=brief)
+
+
+def beside_textbook(explanation: Explanation, brief: bool) -> Explanation:
+    """What was found, beside an engineer's friction."""
+    found = explanation.found
+    kept = [c for c in found.terms if not _is_own(c)] if found else []
+    return _with_textbook(explanation, kept, brief=brief)
+
+
+def textbook(explanation: Explanation, brief: bool) -> Explanation:
+    """An engineer's friction in place of what was found."""
+    return _with_textbook(explanation, [], brief=brief)
+
+
+AS_FOUND, OF_ALL_RECORDINGS = "as found", "fitted to all recordings"
+VARIANTS: Mapping[str, Variant] = {
+    AS_FOUND: as_found,
+    OF_ALL_RECORDINGS: of_all_recordings,
+    "beside textbook friction": beside_textbook,
+    "textbook friction": textbook,
+}
+"""By the name in verdict.json; of those that predict alike the first is written."""
+BETTER = "predicted what was left out better"
+TEXTBOOK = "a constant force, viscous friction by direction and Stribeck friction, none of them a finding,"
+NOTES = {
+    OF_ALL_RECORDINGS: f"fitted without what one recording has of its own it {BETTER}",
+    "beside textbook friction": f"with {TEXTBOOK} beside what was found it {BETTER}",
+    "textbook friction": f"with {TEXTBOOK} in place of what was found it {BETTER}",
+}
+"""What is said of a variant that is written."""
+
+
+def has_own(explanation: Explanation) -> bool:
+    """Whether a recording has something of its own without a name."""
+    return explanation.found is not None and any(_is_own(c) for c in explanation.found.terms)
+
+
+def variants_of(explanation: Explanation) -> Mapping[str, Variant]:
+    """The variants that may differ from what was found; of noise there are none."""
+    is_force = explanation.channel is ResidualChannel.FORCE
+    sizes = explanation.accounted
+    if explanation.found is None or not is_force or sizes is None or sizes.is_noise:
+        return {}
+    return {name: of for name, of in VARIANTS.items() if of is not as_found}
+
+
+def _is_own(candidate: CandidateTerm) -> bool:
+    return candidate.per_recording and candidate.effect.startswith(PREFIX)
+
+
+def _with_textbook(explanation: Explanation, kept: list[CandidateTerm], *, brief: bool) -> Explanation:
+    """`kept` terms with a constant force, viscous friction by direction and Stribeck friction beside.
+
+    Those that the model has already, or that physics refuses beside the others, are left away.
+    """
+    found = explanation.found
+    if found is None:
+        return explanation
+    known = {*(c.effect for c in kept), *found.of.axis.model_effects.effects}
+    more = [entry.name for entry in (CONSTANT_FORCE, VISCOUS_BY_DIRECTION) if entry.name not in known]
+    best: tuple[float, FoundTerms] | None = None
+    for shape in _stribeck_shapes(found) if STRIBECK.name not in known else [None]:
+        fitted = _possible(found, kept, more, shape)
+        equations = fitted.problem.equations
+        slots = equations.slots(fitted.terms)
+        theta = equations.solve(slots, equations.totals(found.train))
+        squares = float(equations.squares(slots, theta, found.train).sum())
+        if best is None or squares < best[0]:
+            best = squares, fitted
+    if best is None or [c.key for c in best[1].terms] == [c.key for c in found.terms]:
+        return explanation
+    made = with_terms(explanation, best[1], brief=brief)
+    own = {f.effect for f in explanation.findings}
+    unsaid = [f for f in made.findings if f.effect not in {*own, "unknown"}]
+    findings = [f for f in made.findings if f not in unsaid]
+    return made._replace(findings=findings, minor=[*made.minor, *unsaid])
+
+
+def _possible(
+    found: FoundTerms, kept: list[CandidateTerm], more: list[str], stribeck: ShapeParameters | None
+) -> FoundTerms:
+    """The terms fitted together, without those of the textbook that physics refuses."""
+    added: list[tuple[str, ShapeParameters]] = [(name, ()) for name in more]
+    if stribeck is not None:
+        added.append((STRIBECK.name, stribeck))
+    problem = found.problem
+    wide = regression_problem(
+        problem.datasets,
+        problem.channel,
+        [*((c.effect, c.shape_parameters) for c in kept), *added],
+        only=True,
+        model_terms=problem.model_terms,
+    )
+    equations = wide.equations.ridged(COLLINEAR_RIDGE)
+    wide = wide._replace(equations=equations)
+    own = equations.by_key
+    terms = [own[c.key] for c in kept] + [own[name, shape, False] for name, shape in added]
+    while True:
+        slots = equations.slots(terms)
+        weights = equations.denormalised(slots, equations.solve(slots, equations.totals(found.train)))
+        refused = {*vetoed(wide, terms, weights, found.of.axis)} & {name for name, _ in added}
+        if not refused:
+            break
+        terms = [c for c in terms if c.effect not in refused]
+    rivals = {**found.rivals, **{name: (0.0, []) for name, _ in added}}
+    return found._replace(problem=wide, terms=terms, rivals=rivals)
+
+
+def _stribeck_shapes(found: FoundTerms) -> list[ShapeParameters]:
+    speeds = [
+        np.abs(data.motion.velocity_m_s[used])
+        for data, used in zip(found.problem.datasets, found.problem.used, strict=True)
+    ]
+    fast_m_s = float(np.percentile(np.concatenate(speeds), FAST_PERCENTILE))
+    return [(share * fast_m_s,) for share in STRIBECK_SHARES] if fast_m_s > 0.0 else []
