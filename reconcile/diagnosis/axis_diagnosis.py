@@ -14,6 +14,7 @@ from reconcile.model_update.axis_update import update_axis
 from reconcile.model_update.shared_values import Sections
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.proof.left_out import Proof, prove, proven, to_be_written, written_explanations
+from reconcile.proof.model_image import recordings_of_model, without_image
 from reconcile.proof.model_variants import AS_FOUND
 from reconcile.proof.model_variants import NOTES as VARIANT_NOTES
 from reconcile.recording.recording import AxisRecording
@@ -61,6 +62,8 @@ def diagnose_axis(
         searches.append(TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
         found.append(explain(searches[1]))
         found = [_beside(one, found, axis) for one in found]
+    of_model = recordings_of_model(recordings, model) if any(_asks(one) for one in found) else []
+    found = [without_image(one, of_model, axis) for one in found]
     proofs: list[Proof] = []
     if with_proof:
         on_progress(f"axis {name}: proof")
@@ -68,8 +71,10 @@ def diagnose_axis(
     del searches  # the same
     dropped = [proof.dropped for proof in proofs] or [() for _ in found]
     named = [proven(one, proof) for one, proof in zip(found, proofs, strict=True)] if proofs else found
+    named = [without_image(one, of_model, axis) for one in named]
     held = [to_be_written(one, proof) for one, proof in zip(found, proofs, strict=True)] if proofs else found
     held, sections = written_explanations(held, model, name)
+    held = [without_image(one, of_model, axis) for one in held]
     updated = update_axis(held, model, name)
     explanations = [
         _named_too(one, whole)._replace(found=None)  # its columns take most of the memory
@@ -84,6 +89,12 @@ def diagnose_axis(
     ]
     notes += [f"model.toml, axis {name}: {VARIANT_NOTES[p.variant]}" for p in proofs if p.variant != AS_FOUND]
     return AxisDiagnosis(explanations, proofs, updated.sections, [*updated.notes, *left_out, *notes])
+
+
+def _asks(explanation: Explanation) -> bool:
+    """Whether there is anything that may be the model's own."""
+    sizes = explanation.accounted
+    return bool(explanation.findings) or explanation.parameters_matter or not (sizes and sizes.is_noise)
 
 
 def _named_too(written: Explanation, whole: Explanation) -> Explanation:

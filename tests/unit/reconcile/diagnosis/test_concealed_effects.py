@@ -164,5 +164,6 @@ def test_second_diagnosis_begins_at_the_residual_of_the_first(
 ) -> None:
     found = diagnosed(effect)
     before, after = explained(found.second, effect).before, explained(found.first, effect).after
-    assert before.train == pytest.approx(after.train, rel=0.05)
-    assert before.heldout == pytest.approx(after.heldout, rel=0.05)
+    # what is written is fitted to all blocks, `after` to those of training alone
+    assert 0.85 * after.train < before.train < 1.05 * after.train
+    assert 0.85 * after.heldout < before.heldout < 1.05 * after.heldout

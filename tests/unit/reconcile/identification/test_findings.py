@@ -48,6 +48,20 @@ def test_parameters_are_within_intervals_that_hold_the_truth(found: tuple) -> No
     assert own["phase_rad"].value == pytest.approx(PHASE_RAD, abs=0.03)
 
 
+def test_columns_that_the_motion_hardly_tells_apart_get_small_coefficients() -> None:
+    """Two harmonics that are all but one: any difference of theirs fits, and only the small one elsewhere."""
+    given = problem(cogging, [("cogging", (HARMONIC,)), ("cogging", (HARMONIC * 1.000003,))])
+    equations, blocks = given.equations, np.flatnonzero(given.equations.samples)
+    chosen = list(equations.candidates)
+    slots = equations.slots(chosen)
+    plain = equations.denormalised(slots, equations.solve(slots, equations.totals(blocks)))
+    values = estimates(given, chosen, blocks, resamples=0)
+    sizes = [values.of[c]["amplitude"].value for c in chosen]
+    assert np.abs(plain[3:]).max() > 2.0 * COGGING_N
+    assert max(sizes) < COGGING_N
+    assert values.base["mass_kg"].value == pytest.approx(MASS_KG, rel=0.01)
+
+
 def test_intervals_are_central_quantiles_and_angles_wrap() -> None:
     drawn = np.linspace(1.0, 3.0, 201).tolist()
     assert _percentile_interval(2.0, drawn, "coulomb_n") == pytest.approx((1.05, 2.95))

@@ -1,0 +1,145 @@
+"""What a regression finds in the nominal model itself, simulated along the same motion.
+
+A plant with a soft spring, play or a mass that swings is no sum of columns. Held against its own plant file a
+true recording leaves what the columns miss of it, and names live in that. The plant tells: where it shows a
+term as large as the recording does, the term is nothing that the model lacks.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hil_sim.config import ConfigError, load_plant
+from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.registry import TIMING
+from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.catalogue.transport_delay import ENTRY as DELAY
+from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
+from reconcile.identification.accounted import UNNAMED, accounted
+from reconcile.identification.explain import Explanation, without
+from reconcile.nominal_model.model_file import NominalModel
+from reconcile.recording.recording import AxisRecording
+from reconcile.regression.model_presliding import regressed_terms
+from reconcile.regression.normal_equations import effect_names
+from reconcile.regression.regression_data import regression_data
+from reconcile.regression.regression_problem import regression_problem
+from reconcile.regression.residual import rms
+from reconcile.replay.model_along_motion import along_motion
+from reconcile.selection.left_out import Withdrawn
+
+IMAGE_SHARE = 0.5
+"""Size in the model's own motion over that in the recording from which on a term is the model's. Chosen: an
+effect that the model lacks is not in it at all."""
+MOST_LEFT = 1.3
+"""What a rigid model leaves of the model's own motion, over that of the recording, above which it tells
+nothing: no plant is rougher than itself. Chosen."""
+SPRING = DRIVE_COMPLIANCE.name
+"""A spring that the model has is not found again from the motor alone: there it is no column."""
+LONGEST_S = 300.0
+"""Motion that is simulated, s, of all recordings of an axis; longer ones are judged without."""
+
+
+def recordings_of_model(recordings: Sequence[AxisRecording], model: NominalModel) -> list[AxisRecording]:
+    """What the model itself would have given; empty where it is rigid, or hil_sim does not simulate it."""
+    axis = model.axes[recordings[0].axis]
+    lasting_s = sum(len(one.time_s) * one.period_s for one in recordings)
+    if not axis.model_effects.effects or lasting_s > LONGEST_S:
+        return []
+    try:
+        plant = load_plant(model.file)
+    except ConfigError:
+        return []
+    made = [along_motion(one, plant) for one in recordings]
+    return made if all(np.isfinite(one.force_n).all() for one in made) else []
+
+
+class _Image(NamedTuple):
+    """RMS in the model's own motion, N or m."""
+
+    effects: dict[str, float]
+    left: float
+    refitted: float
+    """What mass and friction fitted anew leave."""
+    refitting: float
+    """What fitting mass and friction anew removes."""
+
+
+def without_image(
+    explanation: Explanation, recordings: Sequence[AxisRecording], axis: NominalAxis
+) -> Explanation:
+    """The explanation without what the `recordings` of the model itself show as well."""
+    sizes = explanation.accounted
+    if not recordings or explanation.found is None or sizes is None:
+        return explanation
+    image = _image(explanation, recordings, axis)
+    if image.refitted > MOST_LEFT * rms(explanation.residuals, "refitted"):
+        return explanation
+    terms = explanation.found.terms
+    own = [
+        effect
+        for effect in effect_names(terms)
+        if image.effects.get(_row(effect), 0.0) >= IMAGE_SHARE * sizes.effects.get(_row(effect), math.inf)
+        or (effect == SPRING and effect in axis.model_effects.effects and _is_force(explanation))
+    ]
+    if own:
+        gone = {"unknown" if effect.startswith(PREFIX) else effect for effect in own}
+        fitted = without(explanation, gone)
+        why = "the model itself, simulated along this motion, shows it as well"
+        more = [Withdrawn(effect, why) for effect in own if not effect.startswith(PREFIX)]
+        fitted = fitted._replace(withdrawn=(*fitted.withdrawn, *more))
+        return without_image(fitted, recordings, axis)
+    findings = list(explanation.findings)
+    if image.left >= IMAGE_SHARE * sizes.left:
+        findings = [f for f in findings if f.effect != "unknown" or f.candidates]
+    before, refitted = explanation.before.train, explanation.refitted.train
+    removed = math.sqrt(max(before**2 - refitted**2, 0.0))
+    return explanation._replace(
+        findings=findings,
+        accounted=sizes._replace(noise=min(math.hypot(sizes.noise, image.left), sizes.left)),
+        parameters_matter=explanation.parameters_matter and image.refitting < IMAGE_SHARE * removed,
+    )
+
+
+def _is_force(explanation: Explanation) -> bool:
+    return explanation.channel is ResidualChannel.FORCE
+
+
+def _row(effect: str) -> str:
+    """The name of an effect in `accounted`."""
+    return UNNAMED if effect.startswith(PREFIX) else effect
+
+
+def _image(explanation: Explanation, recordings: Sequence[AxisRecording], axis: NominalAxis) -> _Image:
+    """Fit the explanation's terms to the recordings of the model."""
+    found, channel = explanation.found, explanation.channel
+    assert found is not None  # noqa: S101  # asked before
+    if channel is ResidualChannel.POSITION_DEVIATION:
+        recordings = [one for one in recordings if one.scale_m is not None]
+    data = [regression_data(one, axis) for one in recordings]
+    shapes = [(c.effect, c.shape_parameters) for c in found.terms]
+    if channel is ResidualChannel.FORCE and not any(c.effect in TIMING for c in found.terms):
+        shapes += [(DELAY.name, shape) for shape in DELAY.terms[0].shapes(data)[:1]]
+    known = regressed_terms(axis, data, channel)
+    problem = regression_problem(data, channel, shapes, only=True, model_terms=known)
+    equations = problem.equations
+    keys = [c.key for c in found.terms]
+    timing = [c for c in equations.candidates if c.effect in TIMING]  # the image is told without any delay
+    terms = [*timing, *(equations.by_key[key] for key in keys if key[0] not in TIMING)]
+    blocks = np.arange(len(equations.samples))
+    totals, samples = equations.totals(blocks), max(int(equations.samples.sum()), 1)
+    slots, base = equations.slots(terms), equations.slots(timing)
+    weights = equations.denormalised(slots, equations.solve(slots, totals))
+    sizes = accounted(problem, terms, weights, noise=0.0, share=found.of.rules.matters)
+    rigid = equations.solve(base, totals)
+    given = rigid
+    if channel is ResidualChannel.FORCE:
+        nominal = np.array([baseline_parameters(axis)[name] for name in problem.baseline_names])
+        size = len(nominal)
+        given = np.append(nominal / equations.denormalised(base, np.ones(len(base)))[:size], rigid[size:])
+    squares = [float(equations.squares(base, theta, blocks).sum()) / samples for theta in (given, rigid)]
+    return _Image(
+        sizes.effects, sizes.left, math.sqrt(squares[1]), math.sqrt(max(squares[0] - squares[1], 0.0))
+    )

@@ -1,0 +1,110 @@
+"""The recording that the nominal plant itself would have given along a measured motion.
+
+hil_sim's mechanics follow the measured motor position under a stiff controller, which has neither noise nor
+delay. The force that this takes is the model's, whatever it consists of: a spring, play, a mass that swings.
+What a regression finds in such a recording is in the model already, or is the regression's own misfit of it.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from hil_sim.config import PlantConfig, build_plant
+from hil_sim.plant import readings, step
+from hil_sim.plant.measured_point import measured_point_m
+from hil_sim.plant.presence import presence_of
+from kernels.arrays import Array
+from kernels.jit import kernel
+from reconcile.recording.first_sample import set_initial_motion
+from reconcile.recording.kinematics import gaussian_width_s
+from reconcile.recording.recording import AxisRecording
+from reconcile.sensing.channel import quantum
+
+TRACKING_HZ = 400.0
+"""Bandwidth of the controller: far above the filter of the residual."""
+MOTION_HZ = 60.0
+"""Corner of the motion that is followed: above it the rounding of positions would take most of the force."""
+LONGEST_SUBSTEP_S = 1e-5
+"""Force and motion are told at the same instant to within this; a heavy rotor makes newtons of more."""
+STIFFEST_CYCLES = 0.05
+"""Cycles of the tracking bandwidth in a substep, at most."""
+
+
+def along_motion(recording: AxisRecording, plant: PlantConfig) -> AxisRecording:
+    """The same recording with the plant's force and positions, rounded as those that were measured."""
+    built, index = build_plant(plant), list(plant.axes).index(recording.axis)
+    params, state = built.params[index], built.state[index]
+    width, period_s = gaussian_width_s(MOTION_HZ) / recording.period_s, recording.period_s
+    position_m = gaussian_filter1d(recording.motor_m, width, mode="nearest")
+    velocity_m_s = np.gradient(position_m, period_s)
+    track = np.stack((position_m, velocity_m_s, np.gradient(velocity_m_s, period_s)))
+    set_initial_motion(params, state, float(position_m[0]), float(velocity_m_s[0]))
+    longest_s = min(plant.dt_s, LONGEST_SUBSTEP_S, STIFFEST_CYCLES / TRACKING_HZ)
+    substeps = max(math.ceil(period_s / longest_s - 1e-6), 1)
+    moved_kg = float(params["mechanics"]["motor_mass_kg"])
+    if not params["drive_compliance"]["enabled"]:
+        moved_kg += float(params["mechanics"]["table_mass_kg"])
+    natural_rad_s = 2.0 * math.pi * TRACKING_HZ
+    gains = (moved_kg, moved_kg * natural_rad_s**2, 2.0 * moved_kg * natural_rad_s)
+    rows = np.zeros((3, len(recording.motor_m)))
+    _follow(params, state, substeps, period_s / substeps, track, gains, rows)
+    scale_m = None
+    if recording.scale_m is not None:
+        scale_m = _rounded(rows[1], recording.scale_m)
+    return recording._replace(
+        motor_m=_rounded(rows[2], recording.motor_m),
+        force_n=_rounded(rows[0], recording.force_n),
+        scale_m=scale_m,
+    )
+
+
+def _rounded(values: Array, like: Array) -> Array:
+    if size := quantum(like):
+        rounded: Array = np.rint(values / size) * size
+        return rounded
+    return values
+
+
+@kernel
+def _follow(
+    p: Any,
+    s: Any,
+    substeps: int,
+    dt_s: float,
+    track: Array,
+    gains: tuple[float, float, float],
+    rows: Array,
+) -> None:
+    """Follow `track` (3, n) of position, velocity, acceleration; `rows` (3, n) get force, scale and motor."""
+    has = presence_of(p)
+    mass_kg, stiffness_n_m, damping_n_s_m = gains
+    period_s = substeps * dt_s
+    force_n = 0.0
+    for k in range(track.shape[1]):
+        for j in range(substeps if k > 0 else 0):
+            u = (j + 1.0) / substeps
+            low, high = track[:, k - 1], track[:, k]
+            # cubic Hermite spline through positions and velocities
+            a = low[0] - high[0]
+            b = low[1] * period_s
+            c = high[1] * period_s
+            cubic, square = 2.0 * a + b + c, -3.0 * a - 2.0 * b - c
+            position_m = low[0] + u * (b + u * (square + u * cubic))
+            velocity_m_s = (b + u * (2.0 * square + 3.0 * u * cubic)) / period_s
+            acceleration_m_s2 = low[2] + u * (high[2] - low[2])
+            force_n = (
+                mass_kg * acceleration_m_s2
+                + stiffness_n_m * (position_m - s.motor_position_m)
+                + damping_n_s_m * (velocity_m_s - s.motor_velocity_m_s)
+            )
+            s.current_a = force_n / p.mechanics.force_constant_n_a
+            step.mechanics_step(p, s, has, dt_s)
+            s.substeps += 1
+            s.time_s = s.substeps * dt_s
+        rows[0, k] = force_n
+        rows[2, k] = s.motor_position_m
+        rows[1, k] = measured_point_m(p, s)
+        if p.scale.enabled:
+            rows[1, k] = readings.scale_counts(p, s) * p.scale.resolution_m

@@ -1,0 +1,70 @@
+"""Models that compete to be written: an engineer's friction beside or in place of what was found."""
+
+import math
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from nominal_model_text import WITHOUT_SCALE
+
+from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.identification.explain import Explanation, explain
+from reconcile.identification.term_search import TermSearch, split
+from reconcile.nominal_model.model_file import load_model
+from reconcile.proof.model_variants import AS_FOUND, VARIANTS, variants_of
+from reconcile.recording.recording import load_recordings
+from reconcile.selection.cross_validation import SelectionRules
+
+T, N = 2e-3, 4000
+PULL_N, BY_DIRECTION_N_S_M = 4.0, 25.0
+
+
+@pytest.fixture(scope="module")
+def explanation(tmp_path_factory: pytest.TempPathFactory) -> Explanation:
+    """Of an axis of 50 kg that is pulled, rubs more in one direction, and is shaken by a drifting force."""
+    folder = tmp_path_factory.mktemp("variants")
+    (folder / "nominal.toml").write_text(WITHOUT_SCALE, encoding="utf-8")
+    rng, t = np.random.default_rng(3), np.arange(N) * T
+    x = 0.02 * np.sin(2.0 * math.pi * 0.4 * t) + 0.008 * np.sin(7.1 * t)
+    v, a = np.gradient(x, T), np.gradient(np.gradient(x, T), T)
+    drift = np.interp(t, np.linspace(0.0, t[-1], 30), rng.normal(size=30))
+    force = 50.0 * a + 100.0 * v + 12.0 * np.sign(v) + PULL_N + BY_DIRECTION_N_S_M * np.abs(v) + drift
+    columns = np.stack((t, np.round(x / 5e-9) * 5e-9, force + rng.normal(size=N) * 0.2), axis=1)
+    file = folder / "pulled.csv"
+    np.savetxt(file, columns, delimiter=",", comments="", header="time_s,motor_position_m,motor_force_n")
+    model = load_model(folder / "nominal.toml")
+    recordings = load_recordings([file], model.axes)
+    return explain(TermSearch(recordings, model.axes["x"], ResidualChannel.FORCE, SelectionRules()))
+
+
+def test_textbook_friction_is_fitted_and_is_no_finding(explanation: Explanation) -> None:
+    made = VARIANTS["textbook friction"](explanation, True)
+    by_name = {f.effect: f for f in [*made.findings, *made.minor]}
+    assert by_name["constant_force"].parameters["force_n"].value == pytest.approx(-PULL_N, rel=0.25)
+    viscous = by_name["asymmetric_viscous_friction"].parameters["half_difference_n_s_m"].value
+    assert viscous == pytest.approx(BY_DIRECTION_N_S_M, rel=0.4)
+    named = {f.effect for f in explanation.findings}
+    assert {f.effect for f in made.findings} <= {*named, "unknown"}
+    assert made.base["mass_kg"] == pytest.approx(50.0, rel=0.02)
+
+
+def test_beside_it_all_that_was_found_stays(explanation: Explanation) -> None:
+    assert AS_FOUND not in variants_of(explanation)
+    assert explanation.found is not None
+    made = variants_of(explanation)["beside textbook friction"](explanation, True)
+    assert made.found is not None
+    kept = {c.key for c in explanation.found.terms if not c.per_recording}
+    assert kept <= {c.key for c in made.found.terms}
+    assert len(made.found.terms) > len(kept)
+
+
+def test_short_recordings_hold_a_quarter_out_each_another_one() -> None:
+    """Twelve blocks are less than four stretches of four: none of them would be held out."""
+    of = np.repeat([0, 1, 2], (12, 12, 40))
+    equations = SimpleNamespace(recordings=3, recording_of_block=of, samples=np.ones(len(of)))
+    train, held_out = split(cast("Any", SimpleNamespace(equations=equations)))
+    assert sorted([*train, *held_out]) == list(range(64))
+    by_recording = [held_out[of[held_out] == k].tolist() for k in range(3)]
+    assert by_recording[:2] == [[9, 10, 11], [18, 19, 20]]
+    assert len(by_recording[2]) == 8
