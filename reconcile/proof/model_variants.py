@@ -79,10 +79,16 @@ def has_own(explanation: Explanation) -> bool:
 
 
 def variants_of(explanation: Explanation) -> Mapping[str, Variant]:
-    """The variants that may differ from what was found; of noise there are none."""
+    """The variants that may differ from what was found; of noise there are none.
+
+    Nor where an effect has its phase in each recording, which no recording that is left out can judge.
+    """
+    found = explanation.found
+    if found is not None and any(c.per_recording and not _is_own(c) for c in found.terms):
+        return {}
     is_force = explanation.channel is ResidualChannel.FORCE
     sizes = explanation.accounted
-    if explanation.found is None or not is_force or sizes is None or sizes.is_noise:
+    if found is None or not is_force or sizes is None or sizes.is_noise:
         return {}
     return {name: of for name, of in VARIANTS.items() if of is not as_found}
 
