@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from known_axis import AXIS
 
+from kernels.arrays import Array
+from reconcile.catalogue.kinds import RegressionData
 from reconcile.catalogue.periodic_disturbance import ENTRY
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_data import regression_data
@@ -12,15 +14,19 @@ T, N = 1e-3, 12_000
 LINES_HZ = np.arange(5.0, 60.0, 4.0)
 
 
-def offered_hz(force_hz: float) -> list[float]:
-    """Frequencies that are tried where a force has a line beside the inertia of a multisine motion."""
+def multisine(force_hz: float, lines_hz: Array = LINES_HZ, size_n: float = 0.5) -> RegressionData:
+    """A force has a line beside the inertia of a motion that is made of lines."""
     rng, t = np.random.default_rng(2), np.arange(N) * T
-    waves = np.sin(2.0 * np.pi * LINES_HZ[:, None] * t + rng.uniform(0.0, 6.0, (len(LINES_HZ), 1)))
-    position_m = np.round((1e-3 / LINES_HZ**1.5) @ waves / 1e-9) * 1e-9
+    waves = np.sin(2.0 * np.pi * lines_hz[:, None] * t + rng.uniform(0.0, 6.0, (len(lines_hz), 1)))
+    position_m = np.round((1e-3 / lines_hz**1.5) @ waves / 1e-9) * 1e-9
     a = np.gradient(np.gradient(position_m, T), T)
-    force_n = 2.0 * a + 0.5 * np.sin(2.0 * np.pi * force_hz * t) + rng.normal(size=N) * 0.01
-    recording = AxisRecording("r", "x", T, t, position_m, force_n, None, None, None, {})
-    return [shape[0] for shape in ENTRY.terms[0].shapes([regression_data(recording, AXIS)])]
+    force_n = 2.0 * a + size_n * np.sin(2.0 * np.pi * force_hz * t) + rng.normal(size=N) * 0.01
+    return regression_data(AxisRecording("r", "x", T, t, position_m, force_n, None, None, None, {}), AXIS)
+
+
+def offered_hz(force_hz: float) -> list[float]:
+    """Frequencies that are tried in one recording."""
+    return [shape[0] for shape in ENTRY.terms[0].shapes([multisine(force_hz)])]
 
 
 def test_between_the_lines_of_a_multisine_it_is_tried() -> None:
@@ -30,3 +36,12 @@ def test_between_the_lines_of_a_multisine_it_is_tried() -> None:
 @pytest.mark.parametrize("force_hz", [5.0, 25.0, 57.0])
 def test_at_a_line_of_a_multisine_it_is_not(force_hz: float) -> None:
     assert not any(abs(hz - force_hz) < 0.3 for hz in offered_hz(force_hz))
+
+
+@pytest.mark.parametrize(("size_n", "is_tried"), [(0.5, True), (0.0, False)])
+def test_at_a_line_of_one_motion_it_is_where_another_motion_without_it_has_the_force(
+    size_n: float, is_tried: bool
+) -> None:
+    slow = multisine(25.0, np.array([0.7, 1.9, 3.1]), size_n)
+    offered = ENTRY.terms[0].shapes([multisine(25.0), slow])
+    assert any(abs(shape[0] - 25.0) < 0.1 for shape in offered) == is_tried
