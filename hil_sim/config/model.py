@@ -84,6 +84,26 @@ class LimitSwitches(Section):
         return self
 
 
+class HomeSwitch(Section):
+    """The home switch is active from one position to another."""
+
+    from_mm: Number
+    to_mm: Number
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.from_mm >= self.to_mm:
+            raise ValueError("from_mm must be below to_mm")
+        return self
+
+
+class TouchProbes(Section):
+    """Positions beyond which an input of a touch probe is active; none: it is not connected."""
+
+    first_mm: Number | None = None
+    second_mm: Number | None = None
+
+
 class Motor(Section):
     """Rating plate of the motor; `inertia_kg_cm2` is rotor, coupling and screw."""
 
@@ -116,6 +136,8 @@ class AxisPlant(Section):
     encoder: Encoder
     scale: Scale | None = None
     limit_switches: LimitSwitches
+    home_switch: HomeSwitch | None = None
+    touch_probes: TouchProbes = TouchProbes()
     amplifier: Any
     effects: dict[str, Any] = {}
 

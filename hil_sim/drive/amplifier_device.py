@@ -16,11 +16,14 @@ from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.mode import BIT_13
 from hil_sim.drive.motion import Motion
 from hil_sim.drive.stopping import Ramp
+from hil_sim.drive.touch_probe import TouchProbes
 from hil_sim.node import emcy
 from hil_sim.node.slave import NodeHost, Slave
 
 CONNECTION_ERROR = 0x8100
 """Error code "communication, generic": the master stopped or reset a node in motion."""
+NO_SET_POINT = 1 << 31
+"""Where 60C1h:01 has been taken: out of its range, so that the same value may come again."""
 FAULT, DISABLE_VOLTAGE, QUICK_STOP = 1, 2, 3
 """Abort connection option codes 6007h; 0 does nothing."""
 
@@ -35,6 +38,7 @@ class Drive:
         self.port = AxisPort(config, plant, index)
         self.objects.sensors = self.port
         self.motion = Motion(self.objects, self.port)
+        self._probes = TouchProbes(config, self.objects, self.port)
         self._hardware_values = hardware_values(config)
         self._power_up()
         ways = config.drive.personality
@@ -67,6 +71,9 @@ class Drive:
         self._power_up()
         self.set_polarity()
         self.limit_speed()
+        self._probes.reset()
+        self.objects.interpolation_data_record = NO_SET_POINT
+        self.last_set_point = 0
         self.port.read(self.objects)
         self.objects.digital_inputs = 0
         self._enter_after(Event.SELF_TEST_PASSED)
@@ -96,8 +103,12 @@ class Drive:
         self._compose_statusword()
 
     def process(self) -> None:
-        """Act on a new controlword, mode or torque limit; the tick reads the set points."""
+        """Act on new process objects; the tick reads the set points."""
         objects = self.objects
+        if objects.interpolation_data_record != NO_SET_POINT:
+            self.push_set_point(objects.interpolation_data_record)
+        if objects.touch_probe_function != self._probes.function:
+            self._probes.follow()
         if objects.modes_of_operation != objects.modes_of_operation_display:
             self.motion.select_mode(objects.modes_of_operation)
         if self._wanted_torque_limits() != self._torque_limits:
@@ -107,6 +118,16 @@ class Drive:
             self._execute(self._controlword, previous)
             self._state_at_controlword = self.state
             self._compose_statusword()
+
+    def take_set_point(self) -> None:
+        """Leave no set point in 60C1h:01."""
+        self.objects.interpolation_data_record = NO_SET_POINT
+
+    def push_set_point(self, set_point: int) -> bool:
+        """Buffer a set point of interpolated position; return whether there was room."""
+        self.take_set_point()
+        self.last_set_point = set_point
+        return self.motion.interpolated.push(set_point)
 
     def set_polarity(self) -> None:
         """Follow 607Eh, with the torque limits, which have a sign."""
@@ -140,6 +161,8 @@ class Drive:
         self.port.read(self.objects)
         if self.port.switches() != self.objects.digital_inputs:
             motion.read_switches()
+        if self._probes.watching:
+            self._probes.look()
         if motion.powered and motion.check(dt_s):
             self.fault(emcy.FOLLOWING_ERROR, emcy.PROFILE)
         self._compose_statusword()

@@ -14,6 +14,7 @@ from hil_sim.plant.measured_point import velocity_field
 
 POSITION_REVERSED, VELOCITY_REVERSED, TORQUE_REVERSED = 0x80, 0x40, 0x20  # polarity 607Eh
 SCALE_SENSOR = 1  # sensor selection code 606Ah
+HOME_SWITCH = 4  # digital inputs 60FDh
 PER_MILLE = 1000.0  # units of torque and current objects in the rated value
 
 
@@ -36,6 +37,8 @@ class AxisPort:
         self._scale_counts_per_m = 1e6 / config.scale.resolution_um if config.scale else 0.0
         self._negative_m = config.limit_switches.negative_mm * 1e-3
         self._positive_m = config.limit_switches.positive_mm * 1e-3
+        home = config.home_switch
+        self._home_m = None if home is None else (home.from_mm * 1e-3, home.to_mm * 1e-3)
         pulse_counts = round(config.encoder.index_mm * 1e-3 * self._counts_per_m)
         self._pulse_counts = pulse_counts - int(state["encoder_origin_counts"][index])
         motor = config.motor
@@ -81,10 +84,21 @@ class AxisPort:
         objects.velocity_demand_value = round(self.velocity_side * velocity)
 
     def switches(self) -> int:
-        """Digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch."""
+        """Digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch, bit 2 home switch."""
         position_m = self._table_position_m[self._index]
         negative, positive = position_m <= self._negative_m, position_m >= self._positive_m
-        return int(negative) | int(positive) << 1
+        inputs = int(negative) | int(positive) << 1
+        if self._home_m is not None and self._home_m[0] <= position_m <= self._home_m[1]:
+            inputs |= HOME_SWITCH
+        return inputs
+
+    def table_position_m(self) -> float:
+        """Where the table is, for what stands at a place on the machine."""
+        return float(self._table_position_m[self._index])
+
+    def user_position(self, motor_counts: int) -> int:
+        """Motor counts as a position of the user."""
+        return self.origin + self.position_sign * motor_counts
 
     def close_switch(self, *, positive: bool) -> None:
         """Close one of the limit switches for good, wherever the table is."""

@@ -1,8 +1,8 @@
 """Objects of the drive that depend on the hardware, and writes that depend on the drive's state."""
 
-from collections.abc import Container
+from collections.abc import Callable, Container
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Protocol
 
 from hil_sim.config import AxisPlant
 from hil_sim.drive.axis_port import (
@@ -13,13 +13,16 @@ from hil_sim.drive.axis_port import (
     AxisPort,
 )
 from hil_sim.drive.drive_objects import DriveObjects
-from hil_sim.drive.homing import METHODS
+from hil_sim.drive.homing_methods import METHODS
 from hil_sim.drive.motion import Motion
 from hil_sim.drive.profile_modes import JERK_LIMITED, TO_DEMAND
+from hil_sim.drive.touch_probe import FUNCTIONS
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
-ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073, 0x60E0, 0x60E1)
+ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073, 0x60B8, 0x60E0, 0x60E1)
+BUFFER_POSITION, BUFFER_CLEAR = 4, 6
+"""Subindices of 60C4h."""
 RELATIVE_OPTIONS = (0, TO_DEMAND, 2)
 """Positioning option codes 60F2h: this axis is not rotary, and acts on set-points at once or in order."""
 LARGEST_U16 = 0xFFFF
@@ -39,6 +42,15 @@ class GuardedDrive(Protocol):
 
     def is_idle(self) -> bool:
         """Whether the motor has no power."""
+
+    last_set_point: int
+    """Of interpolated position, 60C1h:01."""
+
+    def push_set_point(self, set_point: int) -> bool:
+        """Buffer a set point; return whether there was room."""
+
+    def take_set_point(self) -> None:
+        """Leave no set point in 60C1h:01."""
 
     def set_polarity(self) -> None:
         """Follow 607Eh."""
@@ -72,15 +84,31 @@ def hardware_values(config: AxisPlant) -> dict[tuple[int, int], int]:
     }
 
 
+Check = Callable[[int, int], None]
+
+
+def only_in(allowed: Container[int]) -> Check:
+    """Check that refuses all values but these."""
+
+    def check(_subindex: int, value: int) -> None:
+        if value not in allowed:
+            raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
+
+    return check
+
+
+def without(reserved: int) -> Check:
+    """Check that refuses values with one of these bits."""
+
+    def check(_subindex: int, value: int) -> None:
+        if value & reserved:
+            raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
+
+    return check
+
+
 def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
     """Refuse writes of invalid values, and have the drive act at once on those in ACTED_ON_AT_ONCE."""
-
-    def only_in(allowed: Container[int]) -> Any:
-        def check(_subindex: int, value: int) -> None:
-            if value not in allowed:
-                raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
-
-        return check
 
     def software_limits(subindex: int, value: int) -> None:
         objects = drive.objects
@@ -105,5 +133,28 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
     dictionary.checks[0x606A] = only_in((0, SCALE_SENSOR) if drive.port.has_scale else (0,))
     dictionary.checks[0x6086] = only_in((0, JERK_LIMITED))
     dictionary.checks[0x60F2] = only_in(RELATIVE_OPTIONS)
+    dictionary.checks[0x60B8] = without(~FUNCTIONS)
+    guard_interpolation(dictionary, drive)
     for index in ACTED_ON_AT_ONCE:
         dictionary.followers[index] = lambda _sub: drive.process()
+
+
+def guard_interpolation(dictionary: Dictionary, drive: GuardedDrive) -> None:
+    """Buffer what is written to 60C1h, and show and clear the buffer by 60C4h."""
+    motion = drive.motion  # a reset makes its modes anew
+
+    def buffered(_subindex: int, value: int) -> None:
+        if not drive.push_set_point(value):
+            raise SdoAbort(AbortCode.OUT_OF_MEMORY)
+
+    def clear(subindex: int) -> None:
+        if subindex == BUFFER_CLEAR:
+            motion.interpolated.set_points.clear()
+
+    dictionary.checks[0x60C1] = buffered
+    dictionary.followers[0x60C1] = lambda _sub: drive.take_set_point()
+    dictionary.readers[0x60C1] = lambda sub: drive.last_set_point if sub else None
+    dictionary.readers[0x60C4] = lambda sub: (
+        len(motion.interpolated.set_points) if sub == BUFFER_POSITION else None
+    )
+    dictionary.followers[0x60C4] = clear

@@ -30,6 +30,8 @@ class DriveObjects(ProcessObjects):
     }
     sensors: Sensors | None = None
 
+    homing_current_threshold: int = cia(0x2010, 1)  # per mille
+    homing_current_threshold_time: int = cia(0x2010, 2)  # ms
     abort_connection_option_code: int = cia(0x6007)
     error_code: int = cia(0x603F)
     controlword: int = cia(0x6040)
@@ -85,6 +87,16 @@ class DriveObjects(ProcessObjects):
     position_offset: int = cia(0x60B0)
     velocity_offset: int = cia(0x60B1)
     torque_offset: int = cia(0x60B2)
+    touch_probe_function: int = cia(0x60B8)
+    touch_probe_status: int = cia(0x60B9)
+    touch_probe_1_positive_edge: int = cia(0x60BA)
+    touch_probe_1_negative_edge: int = cia(0x60BB)
+    touch_probe_2_positive_edge: int = cia(0x60BC)
+    touch_probe_2_negative_edge: int = cia(0x60BD)
+    interpolation_data_record: int = cia(0x60C1, 1)
+    interpolation_time_period_value: int = cia(0x60C2, 1)
+    interpolation_time_index: int = cia(0x60C2, 2)
+    actual_buffer_size: int = cia(0x60C4, 2)
     max_acceleration: int = cia(0x60C5)
     max_deceleration: int = cia(0x60C6)
     positive_torque_limit_value: int = cia(0x60E0)

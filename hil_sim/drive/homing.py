@@ -1,4 +1,4 @@
-"""Homing mode: methods 1, 2, 17, 18, 33, 34, 35 and 37 of CiA 402, each a sequence of moves.
+"""Homing mode: the methods of CiA 402, and four by current, each a sequence of moves (`homing_methods`).
 
 A method is a generator: every `yield` is one tick of the drive. The home position is taken in motor counts;
 at the end the user zero lies 607Ch to the positive side of it, so 6064h there reads -607Ch.
@@ -6,8 +6,18 @@ at the end the user zero lies 607Ch to the positive side of it, so 6064h there r
 
 from collections.abc import Callable, Generator
 
-from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.axis_port import HOME_SWITCH, AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.homing_methods import (
+    AT_PRESENT_POSITION,
+    BY_CURRENT,
+    HOME,
+    METHODS,
+    NO_HOMING,
+    WITH_INDEX,
+    HomeEdge,
+    search_of,
+)
 from hil_sim.drive.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
 from hil_sim.drive.travel_limits import TravelLimits
 
@@ -16,10 +26,6 @@ ATTAINED, ERROR = BIT_12, BIT_13
 NEGATIVE_SWITCH, POSITIVE_SWITCH = 1, 2  # digital inputs 60FDh
 SEARCHED_TURNS = 1.1
 """Bounds the search for an index pulse, of which a turn has one; the excess covers the ramp (chosen)."""
-AT_PRESENT_POSITION = (35, 37)  # methods that take the present position as home
-NO_HOMING = 0
-"""Method 0: no homing is required, so a start searches nothing and shows whether the axis is homed."""
-METHODS = (1, 2, 17, 18, 33, 34, *AT_PRESENT_POSITION)
 
 
 class HomingFailed(Exception):  # noqa: N818  # an outcome of the search, not a program error
@@ -139,10 +145,79 @@ class Homing(Mode):
         """Make the moves of a method; return the home position in motor counts."""
         if method in {33, 34}:
             home = yield from self._find_index(-1 if method == 33 else 1)
+        elif method in BY_CURRENT:
+            home = yield from self._find_block(*BY_CURRENT[method])
+        elif search_of(method) in HOME:
+            home = yield from self._find_home(HOME[search_of(method)], with_index=method in WITH_INDEX)
         else:
             home = yield from self._find_switch(-1 if method in {1, 17} else 1, with_index=method in {1, 2})
         yield from self._stop()
         return home
+
+    def _find_home(self, edge: HomeEdge, *, with_index: bool) -> Generator[None, None, int]:
+        """Cross the wanted edge of the home switch slowly, in the wanted direction."""
+        objects, across = self.objects, edge.direction
+
+        def active() -> bool:
+            return bool(objects.digital_inputs & HOME_SWITCH)
+
+        came: int | None = None
+        if not active():
+            came = yield from self._seek_home(edge.start, active)
+        if edge.leaves:
+            if came != -across:  # it is inside, at the other edge or anywhere: out, and in again by this one
+                yield from self._move(across, lambda: not active())
+                yield from self._move(-across, active)
+        else:
+            yield from self._move(-across, lambda: not active())
+        self._target_velocity = across * objects.speed_during_search_for_zero
+        yield from self._until(lambda: active() != edge.leaves, self._switch_ahead(across))
+        if with_index:
+            return (yield from self._find_index(across))
+        return self.port.motor_counts()
+
+    def _seek_home(self, start: int, active: Callable[[], bool]) -> Generator[None, None, int]:
+        """Move to the home switch, back again from a limit switch; return the direction it was found in."""
+        direction = start
+        ahead = self._switch_ahead(start)
+        objects = self.objects
+        self._target_velocity = direction * objects.speed_during_search_for_switch
+        while not active():
+            if objects.digital_inputs & ahead:
+                yield from self._stop()
+                direction = -start
+                self._target_velocity = direction * objects.speed_during_search_for_switch
+                yield from self._until(active, self._switch_ahead(direction))
+            else:
+                yield
+        yield from self._stop()
+        return direction
+
+    def _move(self, direction: int, reached: Callable[[], bool]) -> Generator[None, None, None]:
+        """Move quickly until `reached()`, and stop there."""
+        self._target_velocity = direction * self.objects.speed_during_search_for_switch
+        yield from self._until(reached, self._switch_ahead(direction))
+        yield from self._stop()
+
+    def _switch_ahead(self, direction: int) -> int:
+        return NEGATIVE_SWITCH if direction * self.port.position_sign < 0 else POSITIVE_SWITCH
+
+    def _find_block(self, direction: int, with_index: bool) -> Generator[None, None, int]:
+        """Push against a block until the current has been above 2010h:01 for 2010h:02."""
+        objects = self.objects
+        self._target_velocity = direction * objects.speed_during_search_for_switch
+        ahead, above_s = self._switch_ahead(direction), 0.0
+        while above_s * 1e3 < objects.homing_current_threshold_time:
+            yield
+            if objects.digital_inputs & ahead:
+                raise HomingFailed
+            above = abs(objects.current_actual_value) >= objects.homing_current_threshold
+            above_s = above_s + self._dt_s if above else 0.0
+        self.position, self.velocity = float(objects.position_actual_value), 0.0  # it pushes no longer
+        self._target_velocity = 0.0
+        if with_index:
+            return (yield from self._find_index(-direction))
+        return self.port.motor_counts()
 
     def _find_switch(self, direction: int, *, with_index: bool) -> Generator[None, None, int]:
         wanted = NEGATIVE_SWITCH if direction * self.port.position_sign < 0 else POSITIVE_SWITCH

@@ -12,6 +12,7 @@ from hil_sim.drive.cyclic_modes import CyclicPosition, CyclicTorque, CyclicVeloc
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.following_error import FollowingError
 from hil_sim.drive.homing import Homing
+from hil_sim.drive.interpolated_position import InterpolatedPosition
 from hil_sim.drive.mode import TARGET_REACHED, Mode, ModeCode
 from hil_sim.drive.profile_modes import ProfilePosition, ProfileVelocity
 from hil_sim.drive.profile_torque import ProfileTorque
@@ -36,12 +37,14 @@ class Motion:
         """Return to the state after power-up: power stage off, no mode, not homed."""
         parts = (self._objects, self._port, self.limits)
         self._homing = Homing(*parts)
+        self.interpolated = InterpolatedPosition(*parts)
         self.modes: dict[int, Mode] = {
             ModeCode.NONE: Mode(*parts),
             ModeCode.PROFILE_POSITION: ProfilePosition(*parts),
             ModeCode.PROFILE_VELOCITY: ProfileVelocity(*parts),
             ModeCode.PROFILE_TORQUE: ProfileTorque(*parts),
             ModeCode.HOMING: self._homing,
+            ModeCode.INTERPOLATED_POSITION: self.interpolated,
             ModeCode.CYCLIC_POSITION: CyclicPosition(*parts),
             ModeCode.CYCLIC_VELOCITY: CyclicVelocity(*parts),
             ModeCode.CYCLIC_TORQUE: CyclicTorque(*parts),

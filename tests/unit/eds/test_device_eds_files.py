@@ -60,10 +60,10 @@ def test_identifiers_follow_the_predefined_connection_set() -> None:
     assert (dictionary[0x1200][1].default, dictionary[0x1200][2].default) == (0x605, 0x585)
 
 
-def test_supported_modes_are_pp_pv_pt_hm_csp_csv_cst() -> None:
+def test_supported_modes_are_pp_pv_pt_hm_ip_csp_csv_cst() -> None:
     assert (
         load("servo_drive.eds")[0x6502].default
-        == 1 << 0 | 1 << 2 | 1 << 3 | 1 << 5 | 1 << 7 | 1 << 8 | 1 << 9
+        == 1 << 0 | 1 << 2 | 1 << 3 | 1 << 5 | 1 << 6 | 1 << 7 | 1 << 8 | 1 << 9
     )
 
 

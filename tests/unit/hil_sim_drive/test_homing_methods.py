@@ -90,9 +90,9 @@ def test_the_speeds_of_the_search_and_its_acceleration_are_6099h_and_609ah(drive
     for _ in range(1200):
         drive.nodes.sync()
         speeds.append(drive.true_velocity_mm_s)
-    assert speeds[40] == pytest.approx(-4.0, abs=0.2)  # 100 mm/s^2
-    assert min(speeds) == pytest.approx(-8.0, abs=0.05)
-    assert max(speeds) == pytest.approx(1.0, abs=0.05)
+    assert speeds[40] == pytest.approx(-4.0, abs=0.3)  # 100 mm/s^2
+    assert min(speeds) == pytest.approx(-8.0, abs=0.4)
+    assert max(speeds) == pytest.approx(1.0, abs=0.4)
 
 
 def test_homing_again_gives_the_same_zero(drive: SdoDrive) -> None:

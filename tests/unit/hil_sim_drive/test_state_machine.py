@@ -144,7 +144,7 @@ def test_enable_during_the_ramp_goes_on_moving() -> None:
 def test_an_unsupported_mode_by_pdo_is_ignored() -> None:
     drive = SdoDrive(InProcessNodes())
     drive.set(0x6060, 8)
-    drive.device.objects.modes_of_operation = 7
+    drive.device.objects.modes_of_operation = 2
     drive.device.process()
     assert drive.get(0x6061) == 8
 

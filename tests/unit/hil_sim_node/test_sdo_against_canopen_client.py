@@ -55,7 +55,7 @@ SHARED = InProcessNodes().remote(DRIVE)
 def test_aborts_arrive_with_their_code(node: canopen.RemoteNode) -> None:
     for index, subindex, value, code in (
         (0x605A, None, 9, 0x06090031),
-        (0x6060, None, 7, 0x06090030),
+        (0x6060, None, 2, 0x06090030),
         (0x6041, None, 1, 0x06010002),
         (0x1029, 1, 3, 0x06090031),
         (0x1010, 1, 1, 0x08000020),

@@ -1,0 +1,72 @@
+"""Interpolated position mode: set points from a buffer, one a period 60C2h, joined by lines.
+
+A write of 60C1h puts a set point behind the others (60C4h: a FIFO); in a PDO every frame is one. An empty
+buffer holds the axis where the last one was.
+"""
+
+from collections import deque
+
+from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.mode import BIT_12, Mode
+from hil_sim.drive.travel_limits import TravelLimits
+
+ENABLE = 1 << 4
+ACTIVE = BIT_12
+LARGEST_BUFFER = 64
+"""Set points; chosen."""
+
+
+class InterpolatedPosition(Mode):
+    """IP: bit 4 of the controlword starts and stops it, bit 12 of the statusword shows it."""
+
+    position_loop = generates_motion = True
+
+    def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
+        super().__init__(objects, port, limits)
+        self.set_points: deque[int] = deque()
+        self._from = self._to = 0.0
+        self._progress = 1.0
+
+    def resume(self, position: float) -> None:
+        """Hold standstill at `position` until set points come."""
+        super().resume(position)
+        self._from = self._to = position
+        self._progress = 1.0
+
+    def leave(self) -> None:
+        """Forget the set points."""
+        super().leave()
+        self.set_points.clear()
+
+    def command(self, controlword: int, _previous: int) -> None:
+        """Start or stop the interpolation."""
+        self.status = ACTIVE if controlword & ENABLE else 0
+
+    def push(self, set_point: int) -> bool:
+        """Put a set point into the buffer; return whether there was room."""
+        room = len(self.set_points) < self.objects.actual_buffer_size
+        if room:
+            self.set_points.append(set_point)
+        return room
+
+    def tick(self, dt_s: float, _share: float) -> None:
+        """Move on along the line between two set points."""
+        objects = self.objects
+        before = self.position
+        if self.status & ACTIVE:
+            self._progress += dt_s / (
+                objects.interpolation_time_period_value * 10.0**objects.interpolation_time_index
+            )
+            while self._progress >= 1.0 - 1e-9:
+                self._from, arrived = self._to, self._progress
+                if not self.set_points:
+                    self._progress = 1.0
+                    break
+                self._to = self.limits.position(self.set_points.popleft())
+                self._progress = arrived - 1.0 if arrived > 1.0 else 0.0
+            share = min(1.0, self._progress)
+            self.position = self._from + (self._to - self._from) * share
+        self.velocity = (self.position - before) / dt_s
+        self.port.show_demand(objects, self.position, self.velocity)
+        self.port.command_position(self.position, 0, objects.torque_offset)
