@@ -75,6 +75,31 @@ def test_a_family_is_commissioned_homed_and_led(family: str, tmp_path: Path) -> 
     assert error_m[-1] < 1e-5
 
 
+def test_inputs_are_spread_over_two_tpdos_of_a_cycle(tmp_path: Path) -> None:
+    """Identifiers of the file's own, statusword and mode apart from position and current: the same motion."""
+    source = (TEMPLATES / "maxon_epos4" / "controller.toml").read_text(encoding="utf-8")
+    text = source.replace("../../../eds", str(TEMPLATES.parents[1] / "eds")).replace(
+        "../eds", str(TEMPLATES / "eds")
+    )
+    text = text.replace('"statusword", "position_actual_value"', '"position_actual_value"')
+    text += """
+[axis.x.drive.pdo.tpdo1]
+cob_id = 0x1A1
+
+[axis.x.drive.pdo.tpdo2]
+objects = ["statusword", "modes_of_operation_display"]
+cob_id = 0x2A1
+"""
+    (tmp_path / "controller.toml").write_text(text, encoding="utf-8")
+    spread = run(runs_of("maxon_epos4", tmp_path, load_machine(tmp_path)), tmp_path)
+    other = tmp_path / "other"
+    other.mkdir()
+    usual = run(runs_of("maxon_epos4", other), other)
+    led = ~np.isnan(usual["x.position_command_m"])
+    assert np.array_equal(spread["x.motor_position_m"][led], usual["x.motor_position_m"][led])
+    assert np.array_equal(spread["x.motor_current_a"][led], usual["x.motor_current_a"][led])
+
+
 @pytest.mark.parametrize(
     ("family", "setting", "wrong", "complaint"),
     [

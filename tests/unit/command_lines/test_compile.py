@@ -11,10 +11,10 @@ from hil_sim.cli.main import app as hil_sim
 from hil_sim.plant.integrate import advance
 from kernels.jit import signatures
 from servo_ctrl.cli.main import app as servo_ctrl
-from servo_ctrl.control.axis_record import tick_axes
+from servo_ctrl.cyclic.axis_step import step_axes
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
-BOTH = pytest.mark.parametrize(("program", "kernel"), [(servo_ctrl, tick_axes), (hil_sim, advance)])
+BOTH = pytest.mark.parametrize(("program", "kernel"), [(servo_ctrl, step_axes), (hil_sim, advance)])
 
 
 @BOTH
