@@ -32,17 +32,19 @@ async def boot_nodes(
     timeout_s: float = SDO_TIMEOUT_S,
     *,
     in_thread: Callable[[], None] = lambda: None,
+    tries: int = PRESENCE_TRIES,
 ) -> None:
     """Check and configure every node; they are pre-operational afterwards.
 
-    `timeout_s` bounds each SDO answer (wall clock). `in_thread` is called first in the thread of each node.
+    `timeout_s` bounds each SDO answer (wall clock). `in_thread` is called first in the thread of each node,
+    which counts as absent after so many `tries`.
     Raises BootError with all nodes that cannot be used.
     """
     command_nodes(network, plans, NmtCommand.ENTER_PRE_OPERATIONAL)
 
     def boot_one(plan: NodePlan) -> None:
         in_thread()
-        _boot_node(network, plan, restarted, timeout_s)
+        _boot_node(network, plan, restarted, timeout_s, tries)
 
     with _boot_ups(network, plans) as restarted:
         outcomes = await asyncio.gather(
@@ -79,11 +81,11 @@ def _boot_ups(network: Network, plans: Sequence[NodePlan]) -> Iterator[set[int]]
             network.unsubscribe(0x700 + plan.node_id, on_heartbeat)
 
 
-def _boot_node(network: Network, plan: NodePlan, restarted: set[int], timeout_s: float) -> None:
+def _boot_node(network: Network, plan: NodePlan, restarted: set[int], timeout_s: float, tries: int) -> None:
     """Check and configure one node, blocking (for a worker thread). Raises NodeError."""
     timeout_s = plan.sdo_timeout_s or timeout_s
-    with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s, tries=PRESENCE_TRIES)) as sdo:
-        _check_presence(sdo, plan)
+    with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s, tries=tries)) as sdo:
+        _check_presence(sdo, plan, tries)
     restarted.discard(plan.node_id)  # it may have been switched on just now; from here on it may not
     with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s)) as sdo:
         _check_identity(sdo, plan)
@@ -106,16 +108,13 @@ def _write(sdo: SdoPort, plan: NodePlan, writes: Iterable[Write]) -> None:
             raise NodeError(plan.name, text) from None
 
 
-def _check_presence(sdo: SdoPort, plan: NodePlan) -> None:
+def _check_presence(sdo: SdoPort, plan: NodePlan, tries: int) -> None:
     try:
         sdo.read(0x1000, 0)
     except SdoError as error:
         text = f"{error}; it is no CANopen device"
         if error.abort_code is None:
-            text = (
-                f"absent, no answer from 1000h in {PRESENCE_TRIES} tries; "
-                "check power, cable, bit rate and node id"
-            )
+            text = f"absent, no answer from 1000h in {tries} tries; check power, cable, bit rate and node id"
         raise NodeError(plan.name, text) from None
 
 

@@ -76,6 +76,8 @@ class HeartbeatWatch:
         """Cycle of the last heartbeat of each node."""
         self._states = [NmtState.OPERATIONAL.value] * len(plans)
         self._restarted = [False] * len(plans)
+        self._heard = [True] * len(plans)
+        """It has sent a heartbeat since its inputs were given up."""
         self._reported = [False] * len(plans)
         """Its silence was complained about."""
         self._next_check = heartbeat_cycles
@@ -87,7 +89,7 @@ class HeartbeatWatch:
         """A handler for the heartbeats (700h + id) of the node at this place among the plans."""
 
         def on_heartbeat(payload: bytearray, _timestamp_s: float) -> None:
-            self._last[node], self._reported[node] = self.cycle, False
+            self._last[node], self._reported[node], self._heard[node] = self.cycle, False, True
             if payload:
                 self._states[node] = payload[0] & 0x7F
                 if self._states[node] == NmtState.INITIALISING:
@@ -99,6 +101,18 @@ class HeartbeatWatch:
     def restarted(self, node: int) -> bool:
         """Whether a node has sent its boot-up message: its configuration is gone."""
         return self._restarted[node]
+
+    def give_up(self, node: int) -> None:
+        """The inputs of a node do not come any more."""
+        self._heard[node] = False
+
+    def heard(self, node: int) -> bool:
+        """Whether a node that was given up has restarted, or has sent a heartbeat since."""
+        return self._heard[node] or self._restarted[node]
+
+    def doubt(self, node: int) -> None:
+        """A node could not be configured: it counts as restarted until it is."""
+        self._restarted[node] = True
 
     def forget_restart(self, node: int) -> None:
         """A node is being configured: only a restart from now on counts."""

@@ -52,4 +52,4 @@ def test_a_program_of_the_page_cannot_name_files(tmp_path: Path) -> None:
     service = SimpleNamespace(_programs=tmp_path, _config=load_machine(ROOT / "machines" / "xy_table"))
     read = PageService._read_program
     with pytest.raises(ConfigError, match="by `servo-ctrl run --program` only"):
-        read(service, "read.toml", SAMPLES + 'position = { x = "a" }\ntime = "t"\n')  # type: ignore[arg-type]
+        read(service, "read.toml", SAMPLES + 'position = { x = "a" }\ntime = "t"\n', None)  # type: ignore[arg-type]

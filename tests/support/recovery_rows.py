@@ -33,26 +33,16 @@ class RecoveryRow(NamedTuple):
 
 
 MISSING = "inputs do not come"
-RESTARTED = "restarted"
 TOLERANT = ("following_error_mm = 1.0", "following_error_mm = 50.0")
 ROWS = (
     RecoveryRow("inputs missing", MISSING, scripts.missing_inputs, SWITCH_ON, scripts.repair_bus),
     RecoveryRow("inputs missing", MISSING, scripts.missing_scale, SWITCH_ON, scripts.repair_bus),
-    RecoveryRow(
-        "inputs missing", MISSING, scripts.nodes_die, NEW_RUN, scripts.nodes_come_back, refused=RESTARTED
-    ),
-    RecoveryRow(
-        "inputs missing",
-        MISSING,
-        scripts.one_drive_dies,
-        NEW_RUN,
-        scripts.drive_comes_back,
-        refused=RESTARTED,
-    ),
+    RecoveryRow("inputs missing", MISSING, scripts.nodes_die, SWITCH_ON, scripts.nodes_come_back),
+    RecoveryRow("inputs missing", MISSING, scripts.one_drive_dies, SWITCH_ON, scripts.drive_comes_back),
     RecoveryRow("tick too late", "ticks were missed", scripts.late_tick, SWITCH_ON),
     RecoveryRow("emergency message", "EMCY 8130h", scripts.late_tick_that_the_drives_miss, SWITCH_ON),
     RecoveryRow("heartbeat missing", "no heartbeat", scripts.no_heartbeats, SWITCH_ON, scripts.repair_bus),
-    RecoveryRow("heartbeat missing", "restarted", scripts.restart_of_a_drive, NEW_RUN, refused=RESTARTED),
+    RecoveryRow("heartbeat missing", "restarted", scripts.restart_of_a_drive, SWITCH_ON),
     RecoveryRow("emergency message", "EMCY 4210h", scripts.emergency, SWITCH_ON),
     RecoveryRow("drive fault", "drive", scripts.drive_fault, SWITCH_ON),
     RecoveryRow(
@@ -108,13 +98,7 @@ ROWS = (
     RecoveryRow("duplicate node", "twice", scripts.duplicate_node, SWITCH_ON, scripts.repair_bus),
     RecoveryRow("PDO of another length", "bytes", scripts.short_pdo, SWITCH_ON, scripts.repair_bus),
     RecoveryRow("PDO of another length", "bytes", scripts.short_pdo, NEW_RUN, scripts.repair_bus),
-    RecoveryRow(
-        "object of a node changed",
-        "somebody else writes",
-        scripts.foreign_sdo_write,
-        NEW_RUN,
-        refused="writes",
-    ),
+    RecoveryRow("object of a node changed", "somebody else writes", scripts.foreign_sdo_write, SWITCH_ON),
     RecoveryRow("frames lost on the bus", "overrun", scripts.overrun, SWITCH_ON),
     RecoveryRow("bus down", "bus-off", scripts.bus_off, NEW_RUN),
     RecoveryRow("stop signal", "SIGTERM", scripts.signalled, NEW_RUN),

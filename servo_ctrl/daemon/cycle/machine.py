@@ -66,7 +66,7 @@ class MachineController(MachineFigures):
         if self.setting_up:
             return f"{self._node_names[self._again.nodes[0]]}: is being set up again; wait for its end"
         if self.nodes is not None:
-            if problem := self.nodes.objection():
+            if problem := self.nodes.objection(self._missing.lost):
                 return problem
             if unset := self.nodes.to_boot(self._missing.lost):
                 names = ", ".join(self._node_names[node] for node in unset)
@@ -84,6 +84,7 @@ class MachineController(MachineFigures):
             return
         problem = problem or self.nodes.booted(self._again.nodes)
         if problem:
+            self.nodes.not_booted(self._again.nodes)
             self._again.end()
             self.note(f"not enabled: {problem}")
             self.on_rest()
@@ -150,6 +151,8 @@ class MachineController(MachineFigures):
         if not self._missing.count(node, self._cycle):
             return False
         self._drives.lose(node)
+        if self.nodes is not None:
+            self.nodes.give_up(node)
         self.event(Event.LOST_TPDO, f"{self._node_names[node]}: its cyclic inputs do not come any more")
         return True
 

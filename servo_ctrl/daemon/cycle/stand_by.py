@@ -40,8 +40,15 @@ class Nodes:
             self._cycle.expect(node)
         return back
 
-    def objection(self) -> str:
-        """Say why nodes can be neither used nor booted, "" when they can."""
+    def give_up(self, place: int) -> None:
+        """Note that this input does not come any more."""
+        self._watch.give_up(self._sender[place])
+
+    def objection(self, lost: Collection[int]) -> str:
+        """Say why nodes can be neither used nor booted, else ""; `lost`: inputs that are given up."""
+        for node in (self._sender[place] for place in lost):
+            if not self._watch.heard(node):
+                return f"{self._names[node]}: its cyclic inputs do not come, and nothing else; {SWITCH_ON}"
         for node in range(self._watch.nodes):
             if silence := self._watch.silence(node):
                 return f"{self._names[node]}: {silence}; {SWITCH_ON}"
@@ -67,6 +74,11 @@ class Nodes:
         for node in nodes:
             self._watch.forget_restart(node)
         self.boot(list(nodes))
+
+    def not_booted(self, nodes: Collection[int]) -> None:
+        """Remember that these are to be booted still."""
+        for node in nodes:
+            self._watch.doubt(node)
 
     def booted(self, nodes: Collection[int]) -> str:
         """Start nodes that are configured; say which of them has restarted meanwhile, "" where none has."""

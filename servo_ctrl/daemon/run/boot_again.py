@@ -14,6 +14,8 @@ from servo_ctrl.io.can_port import BusError
 INPUTS_WITHIN_S = 5.0
 """Nodes that were started send their inputs two SYNCs later; bounds the wait, wall clock; chosen."""
 LOOK_S = 0.05
+TRIES = 2
+"""SDO tries before a node counts as absent: it was heard just before; chosen."""
 
 
 class BootAgain:
@@ -38,7 +40,7 @@ class BootAgain:
 
     async def _problem(self, plans: Sequence[NodePlan]) -> str:
         try:
-            await boot_nodes(self._network, plans, self._timeout_s, in_thread=step_back)
+            await boot_nodes(self._network, plans, self._timeout_s, in_thread=step_back, tries=TRIES)
         except (BootError, BusError) as error:
             return str(error)
         return ""

@@ -124,8 +124,12 @@ class PretendedNodes:
     def back(self, lost: frozenset[int]) -> list[int]:
         return sorted(self.answering & set(lost))
 
-    def objection(self) -> str:
+    def objection(self, lost: frozenset[int]) -> str:
+        assert lost is not None
         return self.problem
+
+    def give_up(self, place: int) -> None:
+        self.answering.discard(place)
 
     def to_boot(self, lost: frozenset[int]) -> list[int]:
         return sorted(lost)
@@ -135,6 +139,9 @@ class PretendedNodes:
 
     def begin_boot(self, nodes: list[int]) -> None:
         self.booting = nodes
+
+    def not_booted(self, nodes: tuple[int, ...]) -> None:
+        assert list(nodes) == self.booting
 
     def booted(self, nodes: tuple[int, ...]) -> str:
         assert list(nodes) == self.booting
