@@ -81,7 +81,13 @@ def _boot_ups(network: Network, plans: Sequence[NodePlan]) -> Iterator[set[int]]
             network.unsubscribe(0x700 + plan.node_id, on_heartbeat)
 
 
-def _boot_node(network: Network, plan: NodePlan, restarted: set[int], timeout_s: float, tries: int) -> None:
+def _boot_node(
+    network: Network,
+    plan: NodePlan,
+    restarted: set[int],
+    timeout_s: float,
+    tries: int = PRESENCE_TRIES,
+) -> None:
     """Check and configure one node, blocking (for a worker thread). Raises NodeError."""
     timeout_s = plan.sdo_timeout_s or timeout_s
     with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s, tries=tries)) as sdo:
