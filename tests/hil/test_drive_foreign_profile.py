@@ -101,4 +101,4 @@ def test_it_moves_in_the_cyclic_modes(nodes: InProcessNodes, node: BaseNode402) 
 
 def test_it_is_refused_a_mode_the_drive_does_not_have(node: BaseNode402) -> None:
     with pytest.raises(TypeError, match="not suppported"):
-        node.op_mode = "PROFILED TORQUE"
+        node.op_mode = "VELOCITY"

@@ -98,7 +98,7 @@ def open_bus(monkeypatch: pytest.MonkeyPatch) -> str:
     [
         ("absent.eds", None, "No such file"),
         ("text.eds", "this is no EDS", "no usable EDS"),
-        ("scale.eds", "linear_scale.eds", "object 6007h:00 is missing"),
+        ("scale.eds", "linear_scale.eds", "object 2010h:01 is missing"),
     ],
 )
 def test_a_wrong_eds_is_named(
