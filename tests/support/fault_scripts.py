@@ -3,6 +3,7 @@
 Scripts of `consecutive_runs`, started while a program runs.
 """
 
+import operator
 from functools import partial
 from typing import Any
 
@@ -107,9 +108,9 @@ def new_scale_head(table: ConsecutiveRuns) -> None:
 
 def narrow_limit(table: ConsecutiveRuns) -> Script:
     """The table is beyond a limit, because the limit moves inwards."""
-    watch = table.servo.watch
-    table.undo = partial(setattr, watch, "highest_m", watch.highest_m)
-    watch.highest_m = 0.0005
+    bounds = table.servo._record["bounds"]
+    table.undo = partial(operator.setitem, bounds, "highest_m", float(bounds["highest_m"]))
+    bounds["highest_m"] = 0.0005
     yield lambda: table.machine.stage is not Stage.RUNNING
 
 
