@@ -13,7 +13,7 @@ SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
-.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit site tutorials test-image test-fleet budget release hashes clean
+.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit site tutorials test-image test-fleet notebooks budget release hashes clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -78,6 +78,9 @@ test-image: setup  ## build the image with buildah and run its services (as root
 
 test-fleet: setup  ## reconcile fleet on Dask's scheduler, two workers, one of them killed, and an S3 server
 	$(BIN)/python -m tests.campaigns.fleet.main
+
+notebooks: setup  ## execute the notebooks of docs/notebooks (needs the publishers' data)
+	@$(BIN)/python -m tests.campaigns.notebooks.main
 
 budget: setup  ## measure what each dependency costs; writes docs/dependencies.json, then make pages
 	@$(BIN)/python -m tests.campaigns.pages.dependencies
