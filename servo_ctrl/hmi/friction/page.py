@@ -1,6 +1,7 @@
 """The Friction page: indicators of the reversals, the learning run, and the learned versions."""
 
 import math
+import statistics
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -21,8 +22,11 @@ from servo_ctrl.hmi.friction.versions import VersionsCard
 from servo_ctrl.hmi.shell.live_content import Plot, when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import CHECK, WARNING, Pill, Switch, card, div, faint, pairs, toggle
+from servo_ctrl.hmi.shell.units import DisplayUnit
 
 TITLE = "Friction"
+LATELY, FEWEST, ODD = 8, 3, 2.0
+"""Reversals whose median is told, from how many on, and by what factor above it one is odd; chosen."""
 SWITCHES = {"compensation": "Compensation", "observer": "Disturbance observer", "screw": "Screw and take-up"}
 """By the ending of their commands, ENABLE_ and DISABLE_."""
 PAIRS = {key: name for key, name in INDICATORS.items() if key != MEAN} | {
@@ -79,7 +83,9 @@ class AxisFrictionCard:
             label.set_text(texts[key])
         self._mean.set_text(texts[MEAN])
         above = " \N{EM DASH} above it" if axis.error_mean_m > required_m else ""
-        self._required.set_text(f"J; required {error.with_unit(required_m)}{above}")
+        lately_m = [one.report.error_mean_m for one in self._page.link.reversals if one.axis == self._axis]
+        lately = median_text(lately_m[-LATELY:], axis.error_mean_m, error)
+        self._required.set_text(f"J; required {error.with_unit(required_m)}{above}{lately}")
         if axis.learning_due:
             self._due.show(f"{WARNING} learning due", "warn")
         else:
@@ -90,6 +96,15 @@ class AxisFrictionCard:
 
     async def _flip(self, name: str, on: bool) -> None:
         await self._page.command(Command[f"{'ENABLE' if on else 'DISABLE'}_{name.upper()}"], self._axis)
+
+
+def median_text(lately_m: Sequence[float], last_m: float, error: DisplayUnit) -> str:
+    """The median J of the last reversals, and whether the very last is an odd one; "" of too few."""
+    if len(lately_m) < FEWEST:
+        return ""
+    median_m = statistics.median(lately_m)
+    odd = ", this one is odd" if last_m > ODD * median_m else ""
+    return f"; median of the last {len(lately_m)}: {error.with_unit(median_m)}{odd}"
 
 
 class ReversalCard:

@@ -8,10 +8,12 @@ from servo_ctrl.commands.bus_status import EventEntry
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.part_program import ReadingOptions
 from servo_ctrl.hmi.drive.events_card import table, wanted
+from servo_ctrl.hmi.friction.page import median_text
 from servo_ctrl.hmi.motion.line_view import lines_around
 from servo_ctrl.hmi.motion.program_run import step_text
 from servo_ctrl.hmi.motion.programs import preview_of
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
+from servo_ctrl.hmi.shell.units import MM
 
 EVENTS = tuple(
     EventEntry(cycle, text, time="2026-11-24T09:00:00+00:00")
@@ -48,6 +50,13 @@ def test_a_hold_says_why_and_a_line_of_its_own_is_named_so() -> None:
     assert step_text(program, Stage.RUNNING) == 'held in step 3 "line 7", line 7 (single block)'
     apart = program._replace(held=False, held_by="", apart=True)
     assert step_text(apart, Stage.RUNNING) == 'a line of its own "line 7", line 7'
+
+
+def test_an_odd_last_reversal_is_told_from_the_median_of_the_last() -> None:
+    lately_m = [1e-6, 1.2e-6, 0.9e-6, 9e-6]
+    assert median_text(lately_m, 9e-6, MM.error) == "; median of the last 4: 1.10 µm, this one is odd"
+    assert median_text(lately_m[:3], 1e-6, MM.error) == "; median of the last 3: 1.00 µm"
+    assert median_text(lately_m[:2], 1e-6, MM.error) == ""
 
 
 def test_nodes_that_are_set_up_again_are_a_state_of_their_own() -> None:
