@@ -235,16 +235,14 @@ def _name(candidate: CandidateTerm) -> str:
 def split(problem: RegressionProblem) -> tuple[Index, Index]:
     """Training and held-out blocks: of each recording every fourth stretch is held out.
 
-    Recordings of a few blocks are cut into four stretches, of which each recording in turn holds another out.
+    Of recordings of less than four stretches all is searched: every block of them is needed to find what is
+    there, and nothing is left to be sure of it.
     """
     equations = problem.equations
     train, held_out = [], []
     for recording in range(equations.recordings):
         own = np.flatnonzero((equations.recording_of_block == recording) & (equations.samples > 0))
-        is_short = len(own) < STRETCH_BLOCKS * HELD_OUT_EVERY
-        stretch = max(len(own) // HELD_OUT_EVERY, 1) if is_short else STRETCH_BLOCKS
-        held = HELD_OUT_EVERY - 1 - (recording % HELD_OUT_EVERY if is_short else 0)
-        is_held_out = np.arange(len(own)) // stretch % HELD_OUT_EVERY == held
+        is_held_out = np.arange(len(own)) // STRETCH_BLOCKS % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
         train.append(own[~is_held_out])
         held_out.append(own[is_held_out])
     return np.concatenate(train), np.concatenate(held_out)

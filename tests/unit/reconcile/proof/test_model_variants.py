@@ -1,8 +1,6 @@
 """Models that compete to be written: an engineer's friction beside or in place of what was found."""
 
 import math
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -10,7 +8,7 @@ from nominal_model_text import WITHOUT_SCALE
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.explain import Explanation, explain
-from reconcile.identification.term_search import TermSearch, split
+from reconcile.identification.term_search import TermSearch
 from reconcile.nominal_model.model_file import load_model
 from reconcile.proof.model_variants import AS_FOUND, VARIANTS, variants_of
 from reconcile.recording.recording import load_recordings
@@ -57,14 +55,3 @@ def test_beside_it_all_that_was_found_stays(explanation: Explanation) -> None:
     kept = {c.key for c in explanation.found.terms if not c.per_recording}
     assert kept <= {c.key for c in made.found.terms}
     assert len(made.found.terms) > len(kept)
-
-
-def test_short_recordings_hold_a_quarter_out_each_another_one() -> None:
-    """Twelve blocks are less than four stretches of four: none of them would be held out."""
-    of = np.repeat([0, 1, 2], (12, 12, 40))
-    equations = SimpleNamespace(recordings=3, recording_of_block=of, samples=np.ones(len(of)))
-    train, held_out = split(cast("Any", SimpleNamespace(equations=equations)))
-    assert sorted([*train, *held_out]) == list(range(64))
-    by_recording = [held_out[of[held_out] == k].tolist() for k in range(3)]
-    assert by_recording[:2] == [[9, 10, 11], [18, 19, 20]]
-    assert len(by_recording[2]) == 8
