@@ -51,6 +51,10 @@ test: setup system  ## all checks and every test, on the embedded bus and on rea
 check-fast: setup system  ## lint, types, quick tests, one run over the bus, one on vcan0: two minutes
 	@$(MAKE) --no-print-directory --jobs 3 check tests-fast vcan-fast
 
+# Threads of linear algebra spin while they wait for a processor; small matrices take twice the time with them.
+tests tests-fast: export OPENBLAS_NUM_THREADS := 1
+tests tests-fast: export OMP_NUM_THREADS := 1
+
 tests: setup
 	$(PYTEST)
 
