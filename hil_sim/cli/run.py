@@ -58,12 +58,12 @@ def run(
     from hil_sim.config import ConfigError, load_plant
     from hil_sim.faults.fault_target import FaultError
     from hil_sim.faults.schedule import read_fault
-    from hil_sim.runner.bench import Bench
+    from hil_sim.runner.bench import SimulatedMachine
     from hil_sim.runner.can_port import BusError, CanPort, open_bus
     from hil_sim.runner.process import serve
     from hil_sim.runner.realtime import RealtimeError
 
-    def announce(bench: Bench) -> None:
+    def announce(bench: SimulatedMachine) -> None:
         nodes = ", ".join(f"{device.slave.node_id} {type(device).__name__}" for device in bench.devices)
         typer.echo(f"hil-sim: on the bus: {nodes}")
 

@@ -97,7 +97,7 @@ class HomeSwitch(Section):
         return self
 
 
-class TouchProbes(Section):
+class TouchProbeInputs(Section):
     """Positions beyond which an input of a touch probe is active; none: it is not connected."""
 
     first_mm: Number | None = None
@@ -137,7 +137,7 @@ class AxisPlant(Section):
     scale: Scale | None = None
     limit_switches: LimitSwitches
     home_switch: HomeSwitch | None = None
-    touch_probes: TouchProbes = TouchProbes()
+    touch_probes: TouchProbeInputs = TouchProbeInputs()
     amplifier: Any
     effects: dict[str, Any] = {}
 

@@ -25,7 +25,7 @@ LONGEST_CYCLE_US = 100_000
 """Bounds the communication cycle period (chosen)."""
 
 
-class Bench:
+class SimulatedMachine:
     """Plant and nodes of a machine; `send(can_id, data)` puts a frame on the bus.
 
     Raises:

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 
 from hil_sim.node.slave import Slave
-from hil_sim.runner.bench import Bench
+from hil_sim.runner.bench import SimulatedMachine
 
 QUIET_PERIOD_S = 0.01
 """How often a bus without SYNCs is served (chosen: well below any heartbeat time)."""
@@ -20,7 +20,7 @@ class Lockstep:
 
     quiet_period_s: float | None = None
 
-    def __init__(self, bench: Bench) -> None:
+    def __init__(self, bench: SimulatedMachine) -> None:
         self._bench = bench
         bench.on_sync = self._on_sync
 
@@ -37,7 +37,7 @@ class RealTime:
 
     quiet_period_s: float | None = QUIET_PERIOD_S
 
-    def __init__(self, bench: Bench, now_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, bench: SimulatedMachine, now_s: Callable[[], float] = time.monotonic) -> None:
         self._bench = bench
         self._now_s = now_s
         self._reached_s = self._served_s = now_s()  # by the plant, by the timers of the nodes

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from hil_sim.config import PlantConfig
 from hil_sim.faults.schedule import Fault
-from hil_sim.runner.bench import Bench
+from hil_sim.runner.bench import SimulatedMachine
 from hil_sim.runner.can_port import CanPort
 from hil_sim.runner.pacing import Lockstep, RealTime
 from hil_sim.runner.realtime import take_priority
@@ -23,7 +23,7 @@ async def serve(
     realtime: bool,
     fifo: bool = False,
     state_directory: Path | None,
-    on_ready: Callable[[Bench], None],
+    on_ready: Callable[[SimulatedMachine], None],
     faults: Sequence[Fault] = (),
 ) -> None:
     """Simulate until SIGTERM or SIGINT; calls `on_ready` when the nodes are on the bus.
@@ -39,7 +39,7 @@ async def serve(
     def send(can_id: int, data: bytes) -> None:
         port.send(can_id, data)
 
-    bench = Bench(config, send, state_directory, faults)
+    bench = SimulatedMachine(config, send, state_directory, faults)
     with contextlib.closing(open_port()) as port:
         port.on_overrun = bench.on_overrun
         port.on_remote = bench.handle_remote
@@ -52,7 +52,10 @@ async def serve(
 
 
 async def _run(
-    bench: Bench, port: CanPort, pacing: Lockstep | RealTime, on_ready: Callable[[Bench], None]
+    bench: SimulatedMachine,
+    port: CanPort,
+    pacing: Lockstep | RealTime,
+    on_ready: Callable[[SimulatedMachine], None],
 ) -> None:
     descriptor = port.fileno()
     loop = asyncio.get_running_loop()

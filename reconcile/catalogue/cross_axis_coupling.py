@@ -8,7 +8,13 @@ from hil_sim.physics.sensor import cross_axis_coupling as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, NotInAPlant, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry
-from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import (
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    SiParameter,
+    TermFamily,
+)
 
 
 def _force(data: RegressionData, _shape: ShapeParameters) -> Array:
@@ -20,9 +26,9 @@ def _stacked(data: RegressionData, columns: Sequence[Array]) -> Array:
     return np.stack(columns, axis=1) if columns else np.zeros((len(data.time_s), 0))
 
 
-def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(_shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     """One coefficient a column."""
-    return {f"coefficient_{k + 1}": Parameter(float(value), "") for k, value in enumerate(coefficients)}
+    return {f"coefficient_{k + 1}": SiParameter(float(value), "") for k, value in enumerate(coefficients)}
 
 
 def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:

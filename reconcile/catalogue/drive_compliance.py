@@ -12,7 +12,13 @@ from kernels.arrays import Array
 from reconcile.catalogue import backlash, spring_behind_motor
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
-from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import (
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    SiParameter,
+    TermFamily,
+)
 
 CONTACT_N_M, CONTACT_DAMPING_RATIO = 2e8, 0.05
 """Contact of a backlash without an identified compliance in an updated model: too stiff to be seen."""
@@ -34,23 +40,23 @@ def _force_columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return spring_behind_motor.column(data.motion.position_m, data.period_s, *shape)[:, None]
 
 
-def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     if shape:
         return _from_the_motor(shape[0], shape[1], float(coefficients[0]))
     compliance_m_n = float(coefficients[0])
     return {
-        "compliance_m_n": Parameter(compliance_m_n, "m/N"),
-        "stiffness_n_m": Parameter(1.0 / compliance_m_n, "N/m"),
+        "compliance_m_n": SiParameter(compliance_m_n, "m/N"),
+        "stiffness_n_m": SiParameter(1.0 / compliance_m_n, "N/m"),
     }
 
 
-def _from_the_motor(frequency_hz: float, ratio: float, load_kg: float) -> dict[str, Parameter]:
+def _from_the_motor(frequency_hz: float, ratio: float, load_kg: float) -> dict[str, SiParameter]:
     w = 2.0 * math.pi * frequency_hz
     return {
-        "stiffness_n_m": Parameter(load_kg * w**2, "N/m"),
-        "damping_n_s_m": Parameter(2.0 * ratio * load_kg * w, "N s/m"),
-        "load_mass_kg": Parameter(load_kg, "kg"),
-        "antiresonance_hz": Parameter(frequency_hz, "Hz"),
+        "stiffness_n_m": SiParameter(load_kg * w**2, "N/m"),
+        "damping_n_s_m": SiParameter(2.0 * ratio * load_kg * w, "N s/m"),
+        "load_mass_kg": SiParameter(load_kg, "kg"),
+        "antiresonance_hz": SiParameter(frequency_hz, "Hz"),
     }
 
 

@@ -8,7 +8,7 @@ from hil_sim.physics.friction import dwell_dependent_breakaway as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, Rival
-from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, TermFamily
 
 DISTANCES_M = (3e-6, 1e-5, 3e-5)
 TIMES_S = (0.2, 1.0, 5.0)
@@ -29,13 +29,13 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return column
 
 
-def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     """D, tau, and the distance."""
     distance_m, time_s = shape
     return {
-        "growth_n": Parameter(float(coefficients[0]), "N"),
-        "time_s": Parameter(time_s, "s"),
-        "way_m": Parameter(distance_m, "m"),
+        "growth_n": SiParameter(float(coefficients[0]), "N"),
+        "time_s": SiParameter(time_s, "s"),
+        "way_m": SiParameter(distance_m, "m"),
     }
 
 

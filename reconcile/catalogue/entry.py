@@ -13,7 +13,7 @@ from typing import NamedTuple
 from kernels.arrays import Array
 from kernels.quantities import Quantity, fields_of, section_of
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
-from reconcile.catalogue.kinds import Parameter, ResidualChannel, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters, SiParameter, TermFamily
 
 POSITIVE = (0.0, math.inf)
 """Of `CatalogueEntry.physical`."""
@@ -108,7 +108,7 @@ class CatalogueEntry:
     """The same of the shape parameters."""
     sign: float = 1.0
     """-1 where the parameters are forces on the table: the motor has to give the opposite."""
-    parameters_of: Callable[[ShapeParameters, Array], dict[str, Parameter]] | None = None
+    parameters_of: Callable[[ShapeParameters, Array], dict[str, SiParameter]] | None = None
     """What shape parameters and coefficients mean, SI, where they are no parameters themselves."""
     sentence: Callable[[dict[str, float]], str] = lambda _parameters: ""
     """What an engineer can check."""
@@ -168,13 +168,13 @@ class CatalogueEntry:
         """Whether nature has such coefficients."""
         return self.physical is None or bool(self.physical[0] < coefficients[0] < self.physical[1])
 
-    def parameters(self, shape_parameters: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    def parameters(self, shape_parameters: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
         """What shape parameters and coefficients mean, SI; columns beyond those declared have no meaning."""
         if self.parameters_of is not None:
             return self.parameters_of(shape_parameters, coefficients)
         by_coefficient = zip(self.coefficients.items(), self.sign * coefficients, strict=False)
         by_shape = zip(self.shape_parameters.items(), shape_parameters, strict=False)
-        return {name: Parameter(float(value), unit) for (name, unit), value in (*by_coefficient, *by_shape)}
+        return {name: SiParameter(float(value), unit) for (name, unit), value in (*by_coefficient, *by_shape)}
 
     def model_terms(self, of: ModelEffect) -> Sequence[ModelTerm]:
         """The terms that the plant's effect is."""

@@ -12,7 +12,7 @@ from hil_sim.physics.load import gravity as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival
-from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, TermFamily
 from reconcile.catalogue.periodic import pair, sine_and_cosine
 
 LEAST_RANGE_RAD = 0.5
@@ -34,13 +34,13 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return pair(shape[0] * data.motion.position_m)
 
 
-def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     """The force on the table is the opposite of what the motor needs."""
     a, b = (-float(value) for value in coefficients[:2])
     return {
-        "amplitude_n": Parameter(math.hypot(a, b), "N"),
-        "phase_rad": Parameter(math.atan2(b, a), "rad"),
-        "angle_rad_m": Parameter(shape[0], "rad/m"),
+        "amplitude_n": SiParameter(math.hypot(a, b), "N"),
+        "phase_rad": SiParameter(math.atan2(b, a), "rad"),
+        "angle_rad_m": SiParameter(shape[0], "rad/m"),
     }
 
 

@@ -48,7 +48,7 @@ class RegressionData(NamedTuple):
     """The coordinate is an angle: 1 m stands for 1 rad."""
 
 
-class Parameter(NamedTuple):
+class SiParameter(NamedTuple):
     """A parameter in SI."""
 
     value: float
@@ -87,7 +87,7 @@ class UnnamedTerm(NamedTuple):
     """To scan."""
     columns: Callable[[RegressionData, ShapeParameters], Array]
     """(n, k)"""
-    parameters: Callable[[ShapeParameters, Array], dict[str, Parameter]]
+    parameters: Callable[[ShapeParameters, Array], dict[str, SiParameter]]
     """What shape and coefficients mean, SI."""
     finding: Callable[[dict[str, float]], str]
     """What was found, as the end of a sentence."""

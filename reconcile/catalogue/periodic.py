@@ -9,7 +9,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
-from reconcile.catalogue.kinds import Parameter, RegressionData, ResidualChannel, ShapeParameters
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters, SiParameter
 
 RIPPLES_A_TURN = 4.0
 """Harmonic of a plausible ripple of cogging or torque."""
@@ -57,13 +57,13 @@ class Wave(NamedTuple):
     most: int = 1
     """Waves that the plant takes; of more than one its parameters are lists, which an amplitude of 0 ends."""
 
-    def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
         """Pitch, amplitude, and the phase in the first recording."""
         a, b = (float(value) for value in self.sign * coefficients[:2])
         return {
-            self.pitch: Parameter(shape[0], self.pitch_unit),
-            "amplitude": Parameter(math.hypot(a, b), self.unit),
-            "phase_rad": Parameter(math.atan2(b, a), "rad"),
+            self.pitch: SiParameter(shape[0], self.pitch_unit),
+            "amplitude": SiParameter(math.hypot(a, b), self.unit),
+            "phase_rad": SiParameter(math.atan2(b, a), "rad"),
         }
 
     def to_plant(self, found: IdentifiedTerms, notes: list[str]) -> PlantValues:

@@ -6,7 +6,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
-from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter
 
 
 def degrees(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
@@ -23,10 +23,10 @@ def powers(data: RegressionData, shape: ShapeParameters) -> Array:
     return np.stack([u**k for k in range(1, int(degree) + 1)], axis=1)
 
 
-def coefficients_n(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+def coefficients_n(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     """Coefficients by power, N, with the middle and half of the travel, m."""
-    by_power = {f"power_{k}_n": Parameter(float(v), "N") for k, v in enumerate(coefficients, start=1)}
-    return {**by_power, "centre_m": Parameter(shape[1], "m"), "half_travel_m": Parameter(shape[2], "m")}
+    by_power = {f"power_{k}_n": SiParameter(float(v), "N") for k, v in enumerate(coefficients, start=1)}
+    return {**by_power, "centre_m": SiParameter(shape[1], "m"), "half_travel_m": SiParameter(shape[2], "m")}
 
 
 def largest_n(parameters: dict[str, float]) -> float:

@@ -15,7 +15,7 @@ from hil_sim.physics.load import relaxation, structural_mode
 from kernels.arrays import Array
 from kernels.quantities import section_of
 from reconcile.catalogue.conversion import NotInAPlant, PlantValues
-from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, UnnamedTerm
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, UnnamedTerm
 
 DAMPING = 0.06
 """Damping ratio of the resonators: each covers a tenth of its frequency to either side."""
@@ -55,9 +55,9 @@ RINGING = UnnamedTerm(
     shapes=lambda _datasets: [(f,) for f in FREQUENCIES_HZ],
     columns=_ringing,
     parameters=lambda shape, coefficients: {
-        "frequency_hz": Parameter(shape[0], "Hz"),
-        "mass_kg": Parameter(float(np.hypot(*coefficients)), "kg"),
-        "in_phase_kg": Parameter(float(coefficients[0]), "kg"),
+        "frequency_hz": SiParameter(shape[0], "Hz"),
+        "mass_kg": SiParameter(float(np.hypot(*coefficients)), "kg"),
+        "in_phase_kg": SiParameter(float(coefficients[0]), "kg"),
     },
     finding=lambda p: (
         f"after an acceleration the axis is pulled to and fro at {p['frequency_hz']:.1f} Hz, as by "
@@ -71,8 +71,8 @@ RELAXATION = UnnamedTerm(
     shapes=lambda _datasets: [(t,) for t in TIMES_S],
     columns=_lagging_velocity,
     parameters=lambda shape, coefficients: {
-        "time_s": Parameter(shape[0], "s"),
-        "late_viscous_n_s_m": Parameter(float(coefficients[0]), "N s/m"),
+        "time_s": SiParameter(shape[0], "s"),
+        "late_viscous_n_s_m": SiParameter(float(coefficients[0]), "N s/m"),
     },
     finding=lambda p: (
         f"part of the force follows the speed {p['time_s']:.2g} s late, {p['late_viscous_n_s_m']:.3g} N "

@@ -17,9 +17,9 @@ from reconcile.catalogue.kinds import (
     IN_A_RECORDING,
     OWN,
     SHARED,
-    Parameter,
     RegressionData,
     ShapeParameters,
+    SiParameter,
     UnnamedTerm,
 )
 from reconcile.catalogue.table_of_knots import TABLES, WITH_MEAN, tables_of
@@ -140,14 +140,14 @@ def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:
             return [(low, high, float(k), WITH_MEAN) for k in over.knots] if len(datasets) > 1 else []
         return [(low, high, float(k)) for k in over.knots]
 
-    def parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+    def parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
         """Knots and heights above their mean, SI."""
         found, (low, high, count) = {}, shape[:3]
         places = (np.geomspace if over.decades else np.linspace)(low, high, int(count))
         heights = _heights(shape, coefficients)
         for number, (place, height) in enumerate(zip(places, heights, strict=True), 1):
-            found[f"at_{number}"] = Parameter(float(place), over.unit)
-            found[f"height_{number}"] = Parameter(float(height), "")
+            found[f"at_{number}"] = SiParameter(float(place), over.unit)
+            found[f"height_{number}"] = SiParameter(float(height), "")
         return found
 
     def finding(p: dict[str, float]) -> str:

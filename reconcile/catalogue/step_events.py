@@ -13,9 +13,9 @@ from kernels.quantities import section_of
 from reconcile.catalogue.kinds import (
     IN_A_RECORDING,
     OWN,
-    Parameter,
     RegressionData,
     ShapeParameters,
+    SiParameter,
     UnnamedTerm,
 )
 
@@ -62,8 +62,8 @@ def _step(
         shapes=_instants,
         columns=columns,
         parameters=lambda shape, coefficients: {
-            "moment_s": Parameter(shape[0], "s"),
-            "change": Parameter(float(coefficients[0]), unit),
+            "moment_s": SiParameter(shape[0], "s"),
+            "change": SiParameter(float(coefficients[0]), unit),
         },
         finding=lambda p: (
             f"{p['moment_s']:.1f} s into the run the {name} changes by {p['change']:.3g} {unit}, and stays so"
@@ -98,9 +98,9 @@ def _step_in_a_recording(name: str, unit: str, per_unit: Callable[[RegressionDat
         shapes=lambda datasets: _instants(datasets) if len(datasets) > 1 else [],
         columns=columns,
         parameters=lambda shape, coefficients: {
-            "moment_s": Parameter(shape[0], "s"),
-            "change": Parameter(float(coefficients[0]), unit),
-            "mean": Parameter(float(coefficients[1]), unit),
+            "moment_s": SiParameter(shape[0], "s"),
+            "change": SiParameter(float(coefficients[0]), unit),
+            "mean": SiParameter(float(coefficients[1]), unit),
         },
         finding=finding,
         per_recording=OWN,

@@ -19,7 +19,7 @@ from reconcile.catalogue.heat_balance import (
     temperature_changes,
     too_little_warming,
 )
-from reconcile.catalogue.kinds import EITHER, Parameter, RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, SiParameter, TermFamily
 
 TIMES_S = (5.0, 15.0, 50.0, 200.0)
 WARM_K = 10.0
@@ -47,13 +47,13 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return np.stack((*drift, m.direction, m.velocity_m_s) if len(shape) > 2 else drift, axis=1)
 
 
-def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     """Change of level and slope: per kelvin where the temperature was recorded, else in the end."""
     found = {
-        "level_n": Parameter(float(coefficients[0]), "N"),
-        "viscous_n_s_m": Parameter(float(coefficients[1]), "N s/m"),
+        "level_n": SiParameter(float(coefficients[0]), "N"),
+        "viscous_n_s_m": SiParameter(float(coefficients[1]), "N s/m"),
     }
-    return found if shape[0] == 0.0 else {**found, "time_s": Parameter(shape[0], "s")}
+    return found if shape[0] == 0.0 else {**found, "time_s": SiParameter(shape[0], "s")}
 
 
 def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:

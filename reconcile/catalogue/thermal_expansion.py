@@ -19,10 +19,10 @@ from reconcile.catalogue.heat_balance import (
 )
 from reconcile.catalogue.kinds import (
     EITHER,
-    Parameter,
     RegressionData,
     ResidualChannel,
     ShapeParameters,
+    SiParameter,
     TermFamily,
 )
 
@@ -52,13 +52,13 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return np.stack((x * warmer, warmer, x), axis=1)  # how warm it was at the start is not known
 
 
-def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     """Growth per metre (per kelvin where the temperature was recorded), and what it is measured from."""
     growth = float(coefficients[0])
-    found = {"growth": Parameter(growth, "1/K" if shape[0] == 0.0 else "")}
+    found = {"growth": SiParameter(growth, "1/K" if shape[0] == 0.0 else "")}
     if growth != 0.0:
-        found["fixed_end_m"] = Parameter(-float(coefficients[1]) / growth, "m")
-    return found if shape[0] == 0.0 else {**found, "time_s": Parameter(shape[0], "s")}
+        found["fixed_end_m"] = SiParameter(-float(coefficients[1]) / growth, "m")
+    return found if shape[0] == 0.0 else {**found, "time_s": SiParameter(shape[0], "s")}
 
 
 def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:

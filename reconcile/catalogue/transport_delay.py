@@ -6,7 +6,7 @@ from hil_sim.physics.motor import transport_delay as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import CatalogueEntry, Rival
-from reconcile.catalogue.kinds import EITHER, Parameter, RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, SiParameter, TermFamily
 
 TIMES_S = (2e-4, 4e-4, 6e-4, 8e-4, 1e-3, 1.3e-3, 1.7e-3, 2.2e-3, 3e-3, 4e-3, 6e-3, 8e-3)
 
@@ -16,9 +16,9 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return (early_n - data.model_force_n)[:, None]
 
 
-def lateness(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+def lateness(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     """Delay or lag, s: to first order the coefficient times the time of the shape."""
-    return {"time_s": Parameter(shape[0] * float(coefficients[0]), "s")}
+    return {"time_s": SiParameter(shape[0] * float(coefficients[0]), "s")}
 
 
 def answers_late(p: dict[str, float], why: str) -> str:

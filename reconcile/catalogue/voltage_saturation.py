@@ -18,7 +18,7 @@ from hil_sim.physics.motor import voltage_saturation as physics
 from kernels.arrays import Array
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
 from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm
-from reconcile.catalogue.kinds import Parameter, RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, TermFamily
 
 STALL_SHARES = tuple(float(share) for share in np.geomspace(0.3, 4.0, 24))
 """Force at standstill, in the strongest force of the recordings."""
@@ -124,11 +124,11 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     return missing_n[:, None]
 
 
-def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, Parameter]:
+def _parameters(shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
     return {
-        "stall_n": Parameter(shape[0], "N"),
-        "free_m_s": Parameter(shape[1], "m/s"),
-        "missing": Parameter(float(coefficients[0]), ""),
+        "stall_n": SiParameter(shape[0], "N"),
+        "free_m_s": SiParameter(shape[1], "m/s"),
+        "missing": SiParameter(float(coefficients[0]), ""),
     }
 
 

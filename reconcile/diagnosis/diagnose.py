@@ -28,7 +28,7 @@ from reconcile.sensing.checks import examine
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
 
 
-class Diagnosis(NamedTuple):
+class WrittenDiagnosis(NamedTuple):
     """Results of a diagnosis, and the files that were written."""
 
     verdict: dict[str, Any]
@@ -58,7 +58,7 @@ def diagnose(
     matters: float = SelectionRules().matters,
     limits: ByName[str, AxisLimits] | None = None,
     made: Sequence[str] = (),
-) -> Diagnosis:
+) -> WrittenDiagnosis:
     """Read, check and explain each axis; write verdict.json, model.toml, report.html. Raises ReconcileError.
 
     The next experiment stays within `limits` by axis; `made` are the kinds of motions made so far. With a
@@ -110,7 +110,7 @@ def diagnose(
     if page is not None:
         on_progress("report")
         write_report(content, analyses, page, replayed.comparisons)
-    return Diagnosis(
+    return WrittenDiagnosis(
         verdict=content,
         verdict_file=file,
         model_file=plant,

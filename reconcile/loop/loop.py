@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from reconcile.design.limits import AxisLimits, limits_from_machine
 from reconcile.design.program import PROGRAM_FILE
-from reconcile.diagnosis.diagnose import Diagnosis, diagnose
+from reconcile.diagnosis.diagnose import WrittenDiagnosis, diagnose
 from reconcile.errors import ReconcileError
 from reconcile.loop.start import first_program, refuse_unsafe
 from reconcile.nominal_model.model_file import load_model
@@ -53,7 +53,7 @@ class Outcome(NamedTuple):
     why: str
     """decided, budget used, or stopped."""
     rounds: list[dict[str, Any]]
-    last: Diagnosis | None
+    last: WrittenDiagnosis | None
     log: Path
 
 
@@ -99,7 +99,7 @@ class _Rounds:
 
     async def until_decided(self, program: Path) -> Outcome:
         """Run rounds until nothing is open or the recordings are used up."""
-        last: Diagnosis | None = None
+        last: WrittenDiagnosis | None = None
         why = BUDGET
         async with self._bus() as bus:
             for number in range(1, self._options.most_recordings + 1):
@@ -148,7 +148,7 @@ class _Rounds:
         except TimeoutError:
             raise ReconcileError(file, "", f"the run was not over after {bound_s:.0f} s") from None
 
-    def _diagnose(self, folder: Path) -> Diagnosis:
+    def _diagnose(self, folder: Path) -> WrittenDiagnosis:
         model, show = self._options.model, self._on_text
         return diagnose(
             self._recordings, model, folder, on_progress=show, limits=self._limits, made=self._made
@@ -166,7 +166,7 @@ class _Rounds:
 
 
 def _round_entry(
-    number: int, program: Path, folder: Path, report: RunReport, found: Diagnosis
+    number: int, program: Path, folder: Path, report: RunReport, found: WrittenDiagnosis
 ) -> dict[str, Any]:
     verdict = found.verdict
     return {

@@ -12,8 +12,8 @@ from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.set_point_counts import SetPointUnits
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.cyclic.axis_record import AxisParts, Bounds, InputPlace, Wiring
-from servo_ctrl.cyclic.axis_step import Output
+from servo_ctrl.cyclic.axis_record import AxisBounds, AxisParts, InputPlace, Wiring
+from servo_ctrl.cyclic.axis_step import RpdoValue
 from servo_ctrl.cyclic.cia402 import MODE_OF_NAME, Mode
 from servo_ctrl.cyclic.sequence import COASTS_M_S, Route
 
@@ -23,15 +23,15 @@ MODE_DISPLAY = (0x6061, 0)
 POSITION_VALUE = (0x6004, 0)
 """Of a scale, CiA 406."""
 TORQUE_OFFSET = 0x60B2
-OUTPUT_OF: dict[int, Output] = {
-    0x6040: Output.CONTROLWORD,
-    0x6060: Output.MODE,
-    0x60B0: Output.ZERO,  # position offset: in csp the correction goes with the position
-    0x6071: Output.TORQUE,
-    TORQUE_OFFSET: Output.TORQUE_OFFSET,
-    0x60FF: Output.VELOCITY,
-    0x607A: Output.POSITION,
-    0x60B1: Output.VELOCITY_OFFSET,
+OUTPUT_OF: dict[int, RpdoValue] = {
+    0x6040: RpdoValue.CONTROLWORD,
+    0x6060: RpdoValue.MODE,
+    0x60B0: RpdoValue.ZERO,  # position offset: in csp the correction goes with the position
+    0x6071: RpdoValue.TORQUE,
+    TORQUE_OFFSET: RpdoValue.TORQUE_OFFSET,
+    0x60FF: RpdoValue.VELOCITY,
+    0x607A: RpdoValue.POSITION,
+    0x60B1: RpdoValue.VELOCITY_OFFSET,
 }
 """What an RPDO may carry of CiA 402, by index."""
 LET_BACK = 0.5
@@ -101,7 +101,7 @@ def axis_parts(
             newton_per_ampere=unit.newton_per_ampere,
             scale_metre_per_count=scale_metre_per_count(config),
         ),
-        bounds=Bounds(
+        bounds=AxisBounds(
             lowest_m=(lowest_mm - beside_mm) * 1e-3,
             highest_m=(highest_mm + beside_mm) * 1e-3,
             swing_m=LET_BACK * beside_mm * 1e-3,

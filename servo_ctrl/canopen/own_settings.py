@@ -20,7 +20,7 @@ ON_COMMAND = 1
 FILE = "own_node.json"
 
 
-class StoreError(ServoCtrlError):
+class SettingsStoreError(ServoCtrlError):
     """The settings of our node could not be written."""
 
 
@@ -74,4 +74,6 @@ def write_settings(file: Path, values: dict[str, int] | None) -> None:
         beside.write_text(json.dumps(values), encoding="utf-8")
         beside.replace(file)
     except OSError as error:
-        raise StoreError(f"{file}: settings of the controller's node not written: {error.strerror}") from None
+        raise SettingsStoreError(
+            f"{file}: settings of the controller's node not written: {error.strerror}"
+        ) from None

@@ -43,7 +43,7 @@ class ReadingOptions:
     """Where the axes stand, of such a line: in machine order."""
 
 
-class Entry(NamedTuple):
+class ProgramEntry(NamedTuple):
     """What holds where a program is entered at a line behind its first."""
 
     line: int
@@ -66,7 +66,7 @@ class PartProgram(ProgramConfig):
     """G54, per axis."""
     optional_stops: SkipValidation[Sequence[int]] = ()
     """Lines with M1."""
-    entry: SkipValidation[Entry | None] = None
+    entry: SkipValidation[ProgramEntry | None] = None
     """Where the reading began behind the first line."""
     modes: SkipValidation[Modes | None] = None
     """What holds at its end."""

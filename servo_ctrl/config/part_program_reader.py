@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from servo_ctrl.config.part_program import Entry, PartProgram, ReadingOptions, Remark
+from servo_ctrl.config.part_program import PartProgram, ProgramEntry, ReadingOptions, Remark
 from servo_ctrl.config.program_model import LONGEST_STEP_S
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.motion.gcode.block import SortedBlock, sorted_block
@@ -50,7 +50,7 @@ class _Reader:
         self._path = PathBuilder(list(axes), self._offsets_m, self._modes, options.start_m)
         self._remarks: list[Remark] = []
         self._optional_stops: list[int] = []
-        self._entry: Entry | None = None
+        self._entry: ProgramEntry | None = None
 
     def read(self, text: str) -> PartProgram:
         """The whole program, up to its end."""
@@ -93,7 +93,7 @@ class _Reader:
 
     def _enter(self, line: int) -> None:
         """Begin the motion here, with what holds."""
-        self._entry = Entry(line, self._modes.words, tuple(self._path.position_m))
+        self._entry = ProgramEntry(line, self._modes.words, tuple(self._path.position_m))
         self._optional_stops.clear()
         self._path.begin_at(line)
 

@@ -50,7 +50,7 @@ class Wiring(NamedTuple):
     scale_metre_per_count: float
 
 
-class Bounds(NamedTuple):
+class AxisBounds(NamedTuple):
     """Where the axis may be, and how far it moves in a cycle that is called rest."""
 
     lowest_m: float
@@ -91,7 +91,7 @@ class CycleRecord(NamedTuple):
     law: AxisRecord
     route: Route
     wiring: Wiring
-    bounds: Bounds
+    bounds: AxisBounds
     inputs: Inputs
     sequence: Sequence
     counts: Counts
@@ -135,7 +135,7 @@ class AxisParts(NamedTuple):
     limits: SupervisionLimits
     route: Route
     wiring: Wiring
-    bounds: Bounds
+    bounds: AxisBounds
 
 
 def cycle_records(parts: Several[AxisParts]) -> tuple[NDArray[Any], Pool, Array]:

@@ -36,7 +36,7 @@ REFERENCE_COLUMNS = 4
 """Of each axis: position, velocity, acceleration, force offset."""
 
 
-class Output(IntEnum):
+class RpdoValue(IntEnum):
     """What an object of an RPDO carries."""
 
     ZERO = 0
@@ -49,9 +49,9 @@ class Output(IntEnum):
     VELOCITY_OFFSET = 7
 
 
-_CONTROLWORD, _MODE, _TORQUE = int(Output.CONTROLWORD), int(Output.MODE), int(Output.TORQUE)
-_TORQUE_OFFSET, _VELOCITY = int(Output.TORQUE_OFFSET), int(Output.VELOCITY)
-_POSITION, _VELOCITY_OFFSET = int(Output.POSITION), int(Output.VELOCITY_OFFSET)
+_CONTROLWORD, _MODE, _TORQUE = int(RpdoValue.CONTROLWORD), int(RpdoValue.MODE), int(RpdoValue.TORQUE)
+_TORQUE_OFFSET, _VELOCITY = int(RpdoValue.TORQUE_OFFSET), int(RpdoValue.VELOCITY)
+_POSITION, _VELOCITY_OFFSET = int(RpdoValue.POSITION), int(RpdoValue.VELOCITY_OFFSET)
 _SETTLING, _SERVO, _HOMING = int(Phase.SETTLING), int(Phase.SERVO), int(Phase.HOMING)
 _QUICK_STOPPING, _TAKING_OVER = int(Phase.QUICK_STOPPING), int(Phase.TAKING_OVER)
 _STATUS_FOLLOWING_ERROR, _STATUS_BAD_COMMAND = int(Status.FOLLOWING_ERROR), int(Status.BAD_COMMAND)

@@ -17,7 +17,7 @@ class Motion(NamedTuple):
     force_offset_n: Array
 
 
-class Block(NamedTuple):
+class ProgramBlock(NamedTuple):
     """A block of a part program, as it is run."""
 
     line: int
@@ -35,7 +35,7 @@ class Profile(NamedTuple):
     """The analytic set points at instants 0 <= t <= `duration_s`; nothing is stored."""
     steady_s: tuple[float, float] = (0.0, 0.0)
     """Span at constant speed (circle, sine), where indicators mean something; (0, 0) = none."""
-    block_at: "Callable[[float], Block] | None" = None
+    block_at: "Callable[[float], ProgramBlock] | None" = None
     """The block of a part program at an instant; None: the motion is of none."""
 
 

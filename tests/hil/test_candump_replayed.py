@@ -7,7 +7,7 @@ import pytest
 from consecutive_runs import ConsecutiveRuns, Script
 
 from hil_sim.config import PlantConfig
-from hil_sim.runner.bench import Bench
+from hil_sim.runner.bench import SimulatedMachine
 from hil_sim.runner.pacing import Lockstep
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
@@ -68,7 +68,7 @@ def recorded(runs: ConsecutiveRuns, log: Candump) -> None:
 def replayed(path: Path, plant: PlantConfig) -> tuple[list[Frame], list[Frame]]:
     """What the nodes sent in the log, and what new ones send to the controller's frames of it."""
     answers: list[Frame] = []
-    bench = Bench(plant, lambda can_id, data: answers.append((can_id, bytes(data))))
+    bench = SimulatedMachine(plant, lambda can_id, data: answers.append((can_id, bytes(data))))
     Lockstep(bench)
     bench.start()
     answers.clear()

@@ -20,7 +20,7 @@ from fake_command_handler import FakeCommandHandler
 
 from hil_sim.config import load_plant
 from hil_sim.faults.schedule import read_fault
-from hil_sim.runner.bench import Bench
+from hil_sim.runner.bench import SimulatedMachine
 from hil_sim.runner.pacing import Lockstep
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.boot import _boot_node
@@ -72,7 +72,7 @@ class FaultBench:
         self.on_down: Any = None
         self.on_error_frame: Any = None
         self._wire: deque[tuple[bool, int, bytes]] = deque()
-        self.nodes = Bench(
+        self.nodes = SimulatedMachine(
             load_plant(plant or machine_dir), self._from_nodes, None, [read_fault(text) for text in faults]
         )
         Lockstep(self.nodes)

@@ -12,7 +12,7 @@ import can
 import canopen
 
 from hil_sim.config import load_plant
-from hil_sim.runner.bench import Bench
+from hil_sim.runner.bench import SimulatedMachine
 from hil_sim.runner.pacing import Lockstep
 
 SUPPORT = Path(__file__).parent
@@ -46,7 +46,7 @@ class InProcessNodes:
         self.frames: list[tuple[int, bytes]] = []
         self.network = canopen.Network(bus=self)
         config = load_plant(plant_file).model_copy(update={"drive_tick_ms": drive_tick_ms})
-        self.bench = Bench(config, self._from_nodes, state_directory)
+        self.bench = SimulatedMachine(config, self._from_nodes, state_directory)
         Lockstep(self.bench)
         self.sync_on_every_frame = False
         self.bench.start()

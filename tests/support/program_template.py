@@ -22,7 +22,7 @@ from typing import Any, Never
 import local_can.__main__
 import local_can.bus  # noqa: F401
 from hil_sim.config import load_plant
-from hil_sim.runner.bench import Bench
+from hil_sim.runner.bench import SimulatedMachine
 
 XY_TABLE = Path(__file__).parents[2] / "machines" / "xy_table"
 LONGEST_REQUEST_BYTES = 65536
@@ -82,7 +82,7 @@ def _become(request: dict[str, Any], output: int) -> Never:
 
 def main() -> None:
     """Load the kernels, then serve the socket whose descriptor is the argument."""
-    Bench(load_plant(XY_TABLE), send=lambda _can_id, _data: None)
+    SimulatedMachine(load_plant(XY_TABLE), send=lambda _can_id, _data: None)
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for those who keep a program
     with socket.socket(fileno=int(sys.argv[1])) as requests:
         serve(requests)

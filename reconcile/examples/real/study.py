@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from reconcile.diagnosis.diagnose import Diagnosis, diagnose
+from reconcile.diagnosis.diagnose import WrittenDiagnosis, diagnose
 from reconcile.errors import ReconcileError
 from reconcile.examples.example import ExampleResult, Row, reports, write_figures
 from reconcile.examples.real.judged import Judged, judged, left_by_model_n
@@ -43,7 +43,7 @@ def _shown(
 ) -> tuple[dict[str, Any], list[Row], list[Path]]:
     nominal, paths = machine.written(out / "recordings")
     left_name = paths[0].stem
-    found: Diagnosis | None = None
+    found: WrittenDiagnosis | None = None
     refused = ""
     try:
         found = diagnose(paths[1:], nominal, out, on_progress=on_progress, with_next=False)

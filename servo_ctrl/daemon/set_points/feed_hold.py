@@ -14,7 +14,7 @@ from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.set_points.pace import Pace, Stops
 from servo_ctrl.daemon.set_points.reference import ProgramReference, Row, StepSpan, interleave
 from servo_ctrl.motion.move import Dwell
-from servo_ctrl.motion.profile import Block, Profile
+from servo_ctrl.motion.profile import Profile, ProgramBlock
 from servo_ctrl.motion.program import KIND_OF_STEP, Segment, sample_count
 
 SHARE = 0.9
@@ -89,7 +89,7 @@ class FeedHold:
         return self._rate == 0.0
 
     @property
-    def block(self) -> Block | None:
+    def block(self) -> ProgramBlock | None:
         """The block under way; None where the step is none of a part program."""
         segment = self.program.segment
         if segment is None or segment.profile is None or segment.profile.block_at is None:

@@ -10,7 +10,7 @@ import numpy as np
 from kernels.arrays import Array
 from servo_ctrl.config.dry_run import DryRun, dry_run
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.config.part_program import SUFFIXES, Entry, PartProgram, ReadingOptions
+from servo_ctrl.config.part_program import SUFFIXES, PartProgram, ProgramEntry, ReadingOptions
 from servo_ctrl.config.program import check_program
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.whole_file import write_text_whole
@@ -82,7 +82,7 @@ class Preview(NamedTuple):
     """(points, axes), at equal distances along the path."""
     speed_m_s: Array
     """(points,)."""
-    entry: Entry | None = None
+    entry: ProgramEntry | None = None
     """What holds where it is entered behind its first line."""
 
 

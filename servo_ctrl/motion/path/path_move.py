@@ -18,7 +18,7 @@ from servo_ctrl.motion.path.fastest_layout import fastest
 from servo_ctrl.motion.path.programmed_path import Indices, Outline
 from servo_ctrl.motion.path.speed import place_at
 from servo_ctrl.motion.path.zones import within
-from servo_ctrl.motion.profile import Block, Motion, MotionLimits, Profile, standstill
+from servo_ctrl.motion.profile import Motion, MotionLimits, Profile, ProgramBlock, standstill
 
 _Row = tuple[list[float], list[float], float, float, float, tuple[int, int], float]
 
@@ -104,9 +104,9 @@ def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: fl
     def element_at(time_s: Array) -> Indices:
         return np.asarray(index[zones.element[place_at(run, zones, time_s).zone]])
 
-    def block_at(time_s: float) -> Block:
+    def block_at(time_s: float) -> ProgramBlock:
         element = step.elements[int(element_at(np.array([time_s]))[0])]
-        return Block(element.line, math.isinf(element.feed_m_s))
+        return ProgramBlock(element.line, math.isinf(element.feed_m_s))
 
     profile = Profile(duration_s, end_m, at, block_at=block_at)
     return PathPlan(profile, float(zones.end_m[-1]), element_at)

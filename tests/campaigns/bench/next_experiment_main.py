@@ -29,7 +29,7 @@ from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.design.candidate_motions import candidate_motions, plan_motion
 from reconcile.design.excitations import Excitation
 from reconcile.design.limits import ACCELERATION_RISE_S, AxisLimits
-from reconcile.diagnosis.diagnose import Diagnosis, diagnose
+from reconcile.diagnosis.diagnose import WrittenDiagnosis, diagnose
 from reconcile.errors import ReconcileError
 from reconcile.trials.score import score
 from tests.campaigns.bench.main import machine_facts, write_whole
@@ -108,7 +108,7 @@ def diagnose_all(
     directory: Path,
     limits: AxisLimits | None = None,
     kinds: Sequence[str] = (),
-) -> tuple[bool, Diagnosis | None]:
+) -> tuple[bool, WrittenDiagnosis | None]:
     """Diagnose; return whether the verdict is right, and the diagnosis, None where it fails.
 
     Without limits no next experiment is designed.
@@ -128,7 +128,7 @@ def diagnose_all(
     return is_right(case, recordings, found.verdict), found
 
 
-def named(found: Diagnosis | None) -> list[str] | None:
+def named(found: WrittenDiagnosis | None) -> list[str] | None:
     """Return the effects of a verdict's findings; None where there is no verdict."""
     return [finding["effect"] for finding in found.verdict["findings"]] if found else None
 
@@ -193,7 +193,7 @@ def _by_next_experiment(
     case: Case,
     first: SimulatedRecording,
     path: Path,
-    found: Diagnosis | None,
+    found: WrittenDiagnosis | None,
     directory: Path,
     limits: AxisLimits,
 ) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import contextlib
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from hil_sim.runner.bench import Bench
+from hil_sim.runner.bench import SimulatedMachine
 from hil_sim.runner.pacing import Lockstep, RealTime
 from servo_ctrl.daemon.learning import pulse_learning
 from servo_ctrl.daemon.run import changed_files, run_recording, session, supervisor
@@ -46,7 +46,7 @@ class Stand:
         self.machine, self.folder, self.pacing = machine, folder, pacing
         self.loop = VirtualLoop()
         self.wire = Wire(self.loop)
-        self.bench = Bench(machine.plant, self.wire.from_nodes)
+        self.bench = SimulatedMachine(machine.plant, self.wire.from_nodes)
         self.witness = Witness(self.bench, lambda: self.wire.cycle)
         self.wire.nodes = self.bench.handle
         self._pace()

@@ -13,7 +13,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hil_sim.runner.bench import Bench
+    from hil_sim.runner.bench import SimulatedMachine
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 RESTS_M_S, RESTED = 1e-4, 200
@@ -35,7 +35,7 @@ class Truth(NamedTuple):
 class Witness:
     """Looks after every advance of the plant."""
 
-    def __init__(self, bench: Bench, cycle: Callable[[], int]) -> None:
+    def __init__(self, bench: SimulatedMachine, cycle: Callable[[], int]) -> None:
         self._rows: list[tuple[float, ...]] = []
         state = bench.plant.state
         positions: Any = state["table_position_m"].data

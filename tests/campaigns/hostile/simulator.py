@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hil_sim.config import load_plant
-from hil_sim.runner.bench import Bench
+from hil_sim.runner.bench import SimulatedMachine
 from hil_sim.runner.can_port import CanPort, open_bus
 from hil_sim.runner.process import serve
 
@@ -21,7 +21,7 @@ from hil_sim.runner.process import serve
 class Window:
     """What happened to the axes since the last line."""
 
-    def __init__(self, bench: Bench) -> None:
+    def __init__(self, bench: SimulatedMachine) -> None:
         self._bench = bench
         state = bench.plant.state
         self._position, self._velocity = state["table_position_m"], state["table_velocity_m_s"]
@@ -62,7 +62,7 @@ async def main(machine: Path, bus: str) -> None:
     """Until SIGTERM."""
     windows: list[Window] = []
 
-    def ready(bench: Bench) -> None:
+    def ready(bench: SimulatedMachine) -> None:
         windows.append(Window(bench))
         asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, windows[0].tell)
         print("on the bus", flush=True)

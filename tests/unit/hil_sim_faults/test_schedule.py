@@ -8,7 +8,7 @@ import pytest
 from hil_sim.config import load_plant
 from hil_sim.faults.fault_target import FaultError
 from hil_sim.faults.schedule import Fault, fault_kinds, read_fault
-from hil_sim.runner.bench import Bench
+from hil_sim.runner.bench import SimulatedMachine
 from kernels.quantities import fields_of
 
 ROOT = Path(__file__).parents[3]
@@ -56,13 +56,13 @@ def emps() -> Path:
 )
 def test_fault_that_an_axis_cannot_have_is_refused(emps: Path, text: str, reason: str) -> None:
     with pytest.raises(FaultError, match=reason):
-        Bench(load_plant(emps), lambda _id, _data: None, None, [read_fault(text)])
+        SimulatedMachine(load_plant(emps), lambda _id, _data: None, None, [read_fault(text)])
 
 
 def test_faults_begin_in_order_of_time_whatever_the_order_of_words() -> None:
     sent: list[int] = []
     faults = [read_fault("limit_switch:y@0.005"), read_fault("mute_node:x@0.002,duration_s=0.001")]
-    bench = Bench(
+    bench = SimulatedMachine(
         load_plant(ROOT / "machines" / "xy_table"), lambda can_id, _data: sent.append(can_id), None, faults
     )
     bench.start()
@@ -81,7 +81,9 @@ def test_every_fault_can_begin_at_power_up_and_is_announced(kind: str) -> None:
     module = fault_kinds()[kind]
     assert module.__doc__
     fault = Fault(kind, "x", 0.0, module.Params())
-    bench = Bench(load_plant(ROOT / "machines" / "xy_table"), lambda _id, _data: None, None, [fault])
+    bench = SimulatedMachine(
+        load_plant(ROOT / "machines" / "xy_table"), lambda _id, _data: None, None, [fault]
+    )
     bench.start()
     bench.advance_cycle()
 

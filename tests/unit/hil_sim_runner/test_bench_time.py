@@ -10,7 +10,7 @@ from in_process_nodes import DRIVE, IDEAL_AXIS, SCALE, InProcessNodes, SdoDrive,
 
 from hil_sim.config import load_plant
 from hil_sim.drive.mode import ModeCode
-from hil_sim.runner.bench import Bench
+from hil_sim.runner.bench import SimulatedMachine
 from hil_sim.runner.pacing import RealTime
 
 MACHINES = Path(__file__).parents[3] / "machines"
@@ -115,9 +115,9 @@ class Wall:
         return self.now_s
 
 
-def realtime_bench() -> tuple[Bench, RealTime, Wall, list[tuple[int, bytes]]]:
+def realtime_bench() -> tuple[SimulatedMachine, RealTime, Wall, list[tuple[int, bytes]]]:
     frames: list[tuple[int, bytes]] = []
-    bench = Bench(load_plant(IDEAL_AXIS), lambda can_id, data: frames.append((can_id, data)))
+    bench = SimulatedMachine(load_plant(IDEAL_AXIS), lambda can_id, data: frames.append((can_id, data)))
     wall = Wall()
     pacing = RealTime(bench, wall)
     bench.start()

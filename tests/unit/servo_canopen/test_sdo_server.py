@@ -8,7 +8,7 @@ import pytest
 from controller_node_bench import OWN_EDS, ControllerNodeBench
 from fake_command_handler import LEARNED, REVERSAL
 
-from servo_ctrl.canopen.own_settings import FILE, StoreError, load_settings, write_settings
+from servo_ctrl.canopen.own_settings import FILE, SettingsStoreError, load_settings, write_settings
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.learning_status import LearningState
 
@@ -257,7 +257,7 @@ def test_stored_settings_that_cannot_be_are_left_out(tmp_path: Path) -> None:
     write_settings(file, None)
     assert load_settings(file) == {}
     assert list(file.parent.iterdir()) == []
-    with pytest.raises(StoreError, match="not written"):
+    with pytest.raises(SettingsStoreError, match="not written"):
         write_settings(Path("/proc/none") / FILE, {})
 
 

@@ -25,7 +25,7 @@ from concealed_machine import motion, write_machine
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.diagnosis.diagnose import Diagnosis, diagnose
+from reconcile.diagnosis.diagnose import WrittenDiagnosis, diagnose
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.explain import Explanation
 from reconcile.nominal_model.model_file import load_model
@@ -49,8 +49,8 @@ class Diagnosed(NamedTuple):
     machine: Path
     """With the plant that was recorded."""
     recording: Path
-    first: Diagnosis
-    second: Diagnosis
+    first: WrittenDiagnosis
+    second: WrittenDiagnosis
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +76,7 @@ def diagnosed(tmp_path_factory: pytest.TempPathFactory, nominal: Path) -> Callab
     return diagnosed_twice
 
 
-def explained(diagnosis: Diagnosis, effect: str) -> Explanation:
+def explained(diagnosis: WrittenDiagnosis, effect: str) -> Explanation:
     """The residual channel that an effect shows in."""
     channel = ResidualChannel.POSITION_DEVIATION if effect in DEVIATES else ResidualChannel.FORCE
     return next(e for e in diagnosis.explanations[AXIS] if e.channel is channel)

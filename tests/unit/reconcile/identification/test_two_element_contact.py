@@ -5,7 +5,7 @@ from concealed_effects import twin_recording
 from concealed_machine import motion, write_machine
 
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.diagnosis.diagnose import Diagnosis, diagnose
+from reconcile.diagnosis.diagnose import WrittenDiagnosis, diagnose
 from reconcile.identification.explain import Explanation
 from reconcile.nominal_model.model_file import load_model
 from reconcile.regression.residual import rms
@@ -23,7 +23,7 @@ MOST_FLOORS = 1.5
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Diagnosis, Diagnosis]:
+def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[WrittenDiagnosis, WrittenDiagnosis]:
     """A diagnosis from the machine without the contact, and one from what it has written."""
     folder = tmp_path_factory.mktemp("contact")
     nominal = write_machine(folder / "nominal", {"x": ""}, motion()[:, None])
@@ -36,11 +36,13 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Diagnosis, Diagnosi
     return first, diagnose([recording], first.model_file, folder / "second", **options)
 
 
-def force(of: Diagnosis) -> Explanation:
+def force(of: WrittenDiagnosis) -> Explanation:
     return next(e for e in of.explanations["x"] if e.channel is ResidualChannel.FORCE)
 
 
-def test_the_contact_is_named_alone_with_its_distance(found: tuple[Diagnosis, Diagnosis]) -> None:
+def test_the_contact_is_named_alone_with_its_distance(
+    found: tuple[WrittenDiagnosis, WrittenDiagnosis],
+) -> None:
     explanation = force(found[0])
     assert [f.effect for f in [*explanation.findings, *explanation.minor]] == ["presliding_hysteresis"]
     [finding] = explanation.findings
@@ -52,14 +54,14 @@ def test_the_contact_is_named_alone_with_its_distance(found: tuple[Diagnosis, Di
     assert sum(levels_n) == pytest.approx(COULOMB_N, rel=0.05)
 
 
-def test_what_it_leaves_is_the_noise(found: tuple[Diagnosis, Diagnosis]) -> None:
+def test_what_it_leaves_is_the_noise(found: tuple[WrittenDiagnosis, WrittenDiagnosis]) -> None:
     residuals = force(found[0]).residuals
     floor = noise_floor(residuals, ResidualChannel.FORCE, MASS_KG).rms
     assert rms(residuals, "after") <= MOST_FLOORS * floor
     assert rms(residuals, "refitted") > 20.0 * floor  # else any model would do
 
 
-def test_the_written_model_takes_it_off_again(found: tuple[Diagnosis, Diagnosis]) -> None:
+def test_the_written_model_takes_it_off_again(found: tuple[WrittenDiagnosis, WrittenDiagnosis]) -> None:
     first, second = found
     effects = load_model(first.model_file).axes["x"].model_effects.effects
     assert set(effects) == {"presliding_elements"}

@@ -8,7 +8,7 @@ import pytest
 from concealed_effects import twin_recording
 
 from hil_sim.config import load_plant
-from reconcile.diagnosis.diagnose import Diagnosis, diagnose
+from reconcile.diagnosis.diagnose import WrittenDiagnosis, diagnose
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import load_recordings
 from reconcile.replay.model_along_motion import MOTION_HZ, along_motion
@@ -42,7 +42,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-def diagnosed(recording: Path, model: Path) -> Diagnosis:
+def diagnosed(recording: Path, model: Path) -> WrittenDiagnosis:
     out = recording.parent / f"{recording.stem}_verdict"
     return diagnose([recording], model, out, with_report=False, with_next=False, with_proof=False)
 
