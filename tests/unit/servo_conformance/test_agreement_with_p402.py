@@ -5,9 +5,9 @@ import pytest
 from canopen.profiles.p402 import BaseNode402, State402
 from in_process_nodes import DRIVE, EDS, InProcessNodes
 
-from servo_ctrl.canopen import cia402
 from servo_ctrl.conformance import verdicts
 from servo_ctrl.conformance.suite import examine
+from servo_ctrl.cyclic import cia402
 
 COMMANDS = {
     "DISABLE VOLTAGE": cia402.DISABLE_VOLTAGE,
