@@ -97,6 +97,10 @@ def answer(server: Server, method: str, path: str, headers: dict[str, str]) -> i
     return status
 
 
+AT_ONCE = "* { transition: none !important; animation: none !important }"
+"""A button that is just becoming enabled has colours between two states, which have no contrast to keep."""
+
+
 @pytest.mark.parametrize("dark", [True, False])
 def test_pages_keep_wcag_aa_by_axe(visit: Callable[..., Page], stub: Stub, dark: bool) -> None:
     found = importlib.util.find_spec("axe_playwright_python")
@@ -107,6 +111,7 @@ def test_pages_keep_wcag_aa_by_axe(visit: Callable[..., Page], stub: Stub, dark:
     for path in PAGES if dark else ("/", "/motion"):
         page = visit(path, dark=dark)
         expect(page.get_by_test_id("machine")).to_have_text("stub table")
+        page.add_style_tag(content=AT_ONCE)
         page.evaluate(axe)
         result = page.evaluate("axe.run({runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa']})")
         problems += [

@@ -112,6 +112,7 @@ class Reporting:
 def pass_on_reports(session: pytest.Session, forks: dict[Connection, BaseProcess]) -> None:
     """Report what the forks report, until all have ended."""
     hook, config, running = session.config.hook, session.config, dict.fromkeys(forks, "no test")
+    lost = []
     while forks:
         for reports in wait(list(forks)):
             assert isinstance(reports, Connection)
@@ -121,9 +122,7 @@ def pass_on_reports(session: pytest.Session, forks: dict[Connection, BaseProcess
                 fork = forks.pop(reports)
                 fork.join()
                 if fork.exitcode:
-                    raise pytest.UsageError(
-                        f"{running[reports]} ended its process with {fork.exitcode}"
-                    ) from None
+                    lost.append(f"{running[reports]} ended its process with {fork.exitcode}")
                 continue
             if isinstance(data, str):
                 running[reports] = data
@@ -135,3 +134,5 @@ def pass_on_reports(session: pytest.Session, forks: dict[Connection, BaseProcess
                 raise session.Failed(session.shouldfail)
             if session.shouldstop:
                 raise session.Interrupted(session.shouldstop)
+    if lost:
+        raise pytest.UsageError(f"{'; '.join(lost)}: what it had yet to run was not run")
