@@ -11,7 +11,6 @@ SWITCHES = {
     0x2102: (Command.DISABLE_COMPENSATION, Command.ENABLE_COMPENSATION),
     0x2103: (Command.DISABLE_OBSERVER, Command.ENABLE_OBSERVER),
     0x2107: (Command.DISABLE_SCREW, Command.ENABLE_SCREW),
-    0x2108: (Command.DISABLE_WAVEFORM, Command.ENABLE_WAVEFORM),
 }
 """What 0 and 1 command, written to the subindex of an axis."""
 RECORDS = {
@@ -19,7 +18,6 @@ RECORDS = {
     0x2103: "Observer enabled",
     0x2104: "Settings",
     0x2107: "Screw compensation enabled",
-    0x2108: "Waveform enabled",
     0x2110: "Learning",
     0x2113: "Summary of monitoring",
     0x2121: "Monitoring",
@@ -27,7 +25,6 @@ RECORDS = {
     0x2141: "Functions",
     0x2151: "Screw",
     0x2161: "Screw table",
-    0x2171: "Waveform",
 }
 """Titles of the objects that have subindices; those of axis 1 stand for those of every axis."""
 

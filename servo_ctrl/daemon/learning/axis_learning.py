@@ -7,11 +7,9 @@ from typing import Any, NamedTuple
 from servo_ctrl.daemon.learning.collectors import Collector
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.errors import ServoCtrlError
-from servo_ctrl.learning.reversal_waveform import WaveformLearned
 from servo_ctrl.learning.schedule import LearningRun
 from servo_ctrl.learning.screw import ScrewLearned, ScrewRun
 from servo_ctrl.learning.types import Learned, Outlook
-from servo_ctrl.learning.waveform_run import WaveformRun
 from servo_ctrl.units import UM
 
 REPEATS = 5
@@ -28,7 +26,7 @@ class LearningOutcome(NamedTuple):
 
     axis: str
     version: int
-    learned: Learned | ScrewLearned | WaveformLearned
+    learned: Learned | ScrewLearned
     resumed: int
     """Strokes that an earlier run had made."""
 
@@ -51,7 +49,7 @@ class AxisLearning(ABC):
         """How far it is."""
         self.resumed = 0
         """Strokes that an earlier run had made."""
-        self._run: LearningRun | ScrewRun | WaveformRun | None = None
+        self._run: LearningRun | ScrewRun | None = None
         self._spoilt = 0
 
     @abstractmethod
@@ -119,6 +117,6 @@ class AxisLearning(ABC):
     def _store_result(self, learned: Any) -> Any:
         """Store what was learned; return what `use` takes."""
 
-    def _now_at(self, run: LearningRun | ScrewRun | WaveformRun) -> None:
+    def _now_at(self, run: LearningRun | ScrewRun) -> None:
         """Show where the run is: in the thread of the cycle these are read while the worker changes it."""
         self._run, self.stroke, self.outlook = run, run.stroke, run.outlook

@@ -17,8 +17,8 @@ from servo_ctrl.learned.store import LearnedStore, StoredResult
 from servo_ctrl.learning.pulse_functions import constant_table, table
 from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse
 
-Compensation = Literal["as configured", "off", "pulse", "observer", "waveform"]
-"""What acts from the start: what the machine file says, nothing; of pulse, observer and waveform only one."""
+Compensation = Literal["as configured", "off", "pulse", "observer"]
+"""What acts from the start: what the machine file says, nothing; of pulse and observer only one."""
 
 
 class Functions(NamedTuple):

@@ -31,12 +31,7 @@ ENABLED_IN = {
     Command.ABORT_LEARNING: ACTIVE,
 }
 """The states in which a button is enabled; the controller decides in the end."""
-LEARNER_NAMES = {
-    "fast": "fast (pulse)",
-    "paper": "as the paper (pulse)",
-    "screw": "screw and take-up",
-    "waveform": "waveform",
-}
+LEARNER_NAMES = {"fast": "fast (pulse)", "paper": "as the paper (pulse)", "screw": "screw and take-up"}
 STAGES = {
     "interval": "finding the range of accelerations",
     "duration": "duration of the pulse",
@@ -44,8 +39,6 @@ STAGES = {
     "fine": "amplitude, fine",
     "search": "searching the pulse",
     "trailing": "second trapezoid",
-    "identify": "friction without compensation",
-    "waveform": "force around the reversals",
     "travel": "travelling along the screw",
     "check": "checking what was learned",
 }

@@ -27,12 +27,7 @@ from servo_ctrl.hmi.shell.units import DisplayUnit
 TITLE = "Friction"
 LATELY, FEWEST, ODD = 8, 3, 2.0
 """Reversals whose median is told, from how many on, and by what factor above it one is odd; chosen."""
-SWITCHES = {
-    "compensation": "Compensation",
-    "observer": "Disturbance observer",
-    "screw": "Screw and take-up",
-    "waveform": "Learned waveform",
-}
+SWITCHES = {"compensation": "Compensation", "observer": "Disturbance observer", "screw": "Screw and take-up"}
 """By the ending of their commands, ENABLE_ and DISABLE_."""
 PAIRS = {key: name for key, name in INDICATORS.items() if key != MEAN} | {
     "reversals": "reversals",
@@ -98,7 +93,6 @@ class AxisFrictionCard:
         self._switches["compensation"].show(axis.compensation_enabled)
         self._switches["observer"].show(axis.observer_enabled)
         self._switches["screw"].show(axis.screw.enabled)
-        self._switches["waveform"].show(axis.waveform.enabled)
 
     async def _flip(self, name: str, on: bool) -> None:
         await self._page.command(Command[f"{'ENABLE' if on else 'DISABLE'}_{name.upper()}"], self._axis)

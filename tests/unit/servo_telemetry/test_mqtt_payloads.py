@@ -35,7 +35,6 @@ def test_the_published_state_before_learning() -> None:
                 "version": 0,
                 "learned_at": None,
                 "screw": {"enabled": False, "version": 0, "learned_at": None},
-                "waveform": {"enabled": False, "version": 0, "learned_at": None},
             }
         },
         "settings": {
