@@ -10,13 +10,14 @@ from typing import Any
 
 from servo_ctrl.daemon.page.page_process import NICENESS, kept
 
-LIMIT_S = 20.0
+LIMIT_S = 120.0
+"""A page gives way to everything else: beside busy processes it starts late."""
 LIVES = """
 import os, sys, time
 with open(sys.argv[1], "a") as file:
     file.write(f"{os.getpid()}\\n")
 print("served at some address", flush=True)
-time.sleep(60)
+time.sleep(600)
 """
 DIES = """
 import os, sys
