@@ -5,6 +5,7 @@ The runner calls `command_axis` before and `read_axis` after every advance of th
 """
 
 from functools import partial
+from pathlib import Path
 
 from hil_sim.config import AxisPlant, Plant
 from hil_sim.drive import cia402_device as cia402
@@ -29,26 +30,31 @@ FAULT, DISABLE_VOLTAGE, QUICK_STOP = 1, 2, 3
 
 
 class Drive:
-    """Amplifier with motor encoder of axis `index` of the plant. Raises what `Slave` raises."""
+    """Amplifier with motor encoder of axis `index` of the plant; `inside_eds` is the slave's.
+
+    Raises what `Slave` raises.
+    """
 
     profile = 402
 
-    def __init__(self, config: AxisPlant, plant: Plant, index: int, host: NodeHost) -> None:
-        self.objects = self._make_objects(config)
+    def __init__(
+        self,
+        config: AxisPlant,
+        plant: Plant,
+        index: int,
+        host: NodeHost,
+        objects: DriveObjects | None = None,
+        inside_eds: Path | None = None,
+    ) -> None:
+        self.objects = DriveObjects() if objects is None else objects
         self.port = AxisPort(config, plant, index)
         self.objects.sensors = self.port
         self.motion = Motion(self.objects, self.port)
         self._probes = TouchProbes(config, self.objects, self.port)
         self._hardware_values = hardware_values(config)
         self._power_up()
-        ways = config.drive.personality
-        inside_eds = None if ways is None else ways.inside_eds
         self.slave = Slave(config.drive.node_id, config.drive.eds, self.objects, self, host, inside_eds)
         guard(self.slave.dictionary, self)
-
-    @staticmethod
-    def _make_objects(_config: AxisPlant) -> DriveObjects:
-        return DriveObjects()
 
     def _power_up(self) -> None:
         self.state = State.NOT_READY_TO_SWITCH_ON

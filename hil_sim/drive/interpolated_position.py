@@ -13,8 +13,6 @@ from hil_sim.drive.travel_limits import TravelLimits
 
 ENABLE = 1 << 4
 ACTIVE = BIT_12
-LARGEST_BUFFER = 64
-"""Set points; chosen."""
 
 
 class InterpolatedPosition(Mode):

@@ -48,10 +48,11 @@ SHOWN = "shown_"
 class PersonalDrive(Drive):
     """The amplifier of an axis whose plant file gives it a personality. Raises what `Drive` raises."""
 
-    def __init__(self, config: AxisPlant, plant: Plant, index: int, host: NodeHost) -> None:
-        assert config.drive.personality is not None  # noqa: S101  # the bench asks
-        self._ways: Personality = config.drive.personality
-        super().__init__(config, plant, index, host)
+    def __init__(
+        self, ways: Personality, config: AxisPlant, plant: Plant, index: int, host: NodeHost
+    ) -> None:
+        self._ways = ways
+        super().__init__(config, plant, index, host, _scaled_objects(ways), ways.inside_eds)
         dictionary = self.slave.dictionary
         for address, name in dictionary.attributes.items():
             if hasattr(type(self.objects), SHOWN + name):
@@ -67,20 +68,6 @@ class PersonalDrive(Drive):
         dictionary.checks[HOMING_METHOD] = homing_method
         if self._ways.sdo_delay_ms:
             self.slave.sdo.on_request = self._late(self.slave.sdo.on_request)  # type: ignore[method-assign]
-
-    @staticmethod
-    def _make_objects(config: AxisPlant) -> DriveObjects:
-        ways = config.drive.personality
-        assert ways is not None  # noqa: S101
-        units = dict.fromkeys(VELOCITIES, ways.velocity_counts_s)
-        units |= dict.fromkeys(ACCELERATIONS, ways.acceleration_counts_s2)
-        there = {name: unit for name, unit in units.items() if name in DriveObjects.__slots__}
-        scaled: type[DriveObjects] = type(
-            "ScaledObjects",
-            (DriveObjects,),
-            {SHOWN + name: _scaled(name, unit) for name, unit in there.items()},
-        )
-        return scaled()
 
     def _late(self, serve: Any) -> Any:
         """Serve a frame after a while; the bench waits with it, as nobody shares the drive's SDO channel."""
@@ -112,6 +99,16 @@ class PersonalDrive(Drive):
         homing = self.objects.modes_of_operation_display == HOMING
         if homing and not self._ways.homing_reached_bit and self.state is State.OPERATION_ENABLED:
             self.objects.statusword &= ~TARGET_REACHED
+
+
+def _scaled_objects(ways: Personality) -> DriveObjects:
+    """The objects of a drive, those of speed also as its clients see them."""
+    units = dict.fromkeys(VELOCITIES, ways.velocity_counts_s)
+    units |= dict.fromkeys(ACCELERATIONS, ways.acceleration_counts_s2)
+    there = {name: unit for name, unit in units.items() if name in DriveObjects.__slots__}
+    shown = {SHOWN + name: _scaled(name, unit) for name, unit in there.items()}
+    scaled: type[DriveObjects] = type("ScaledObjects", (DriveObjects,), shown)
+    return scaled()
 
 
 def _scaled(name: str, unit: float) -> property:

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from hil_sim.node.storage import StoredParametersError
+from hil_sim.node.storage import StoredParametersError, replace_json
 
 FORMAT = 1
 
@@ -24,11 +24,8 @@ def stored_node_id(file: Path | None) -> int | None:
 
 def store_node_id(file: Path, node_id: int) -> bool:
     """Write the file in one step; return whether that worked."""
-    temporary = file.with_suffix(".tmp")
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(json.dumps({"format": FORMAT, "node_id": node_id}), encoding="utf-8")
-        temporary.replace(file)
+        replace_json(file, {"format": FORMAT, "node_id": node_id})
     except OSError:
         return False
     return True

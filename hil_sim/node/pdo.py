@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 from hil_sim.node.nmt import NEVER_US
 from hil_sim.node.process_objects import ProcessObjects
 
-LAST_SYNCHRONOUS = 240
+LAST_SYNCHRONOUS, SAMPLED_AT_SYNC = 240, 252
+"""Transmission types that a SYNC concerns: up to the first, and the second, sent on request alone."""
 FORMATS = {2: "b", 3: "h", 4: "i", 5: "B", 6: "H", 7: "I"}  # CANopen data type -> struct
 
 
@@ -106,8 +107,9 @@ class Tpdo:
     ) -> None:
         self.cob_id = settings.cob_id
         self.settings = settings
-        self.synchronous = settings.transmission_type <= LAST_SYNCHRONOUS
-        self._every = settings.transmission_type
+        kind = settings.transmission_type
+        self.synchronous = kind <= LAST_SYNCHRONOUS or kind == SAMPLED_AT_SYNC
+        self._every = kind
         self._syncs = 0
         self._layout = compile_struct(mapping)
         self._pack = self._layout.pack

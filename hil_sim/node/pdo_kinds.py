@@ -2,25 +2,17 @@
 
 from collections.abc import Callable
 
-from hil_sim.node.pdo import MappedObject, PdoSettings, Tpdo
+from hil_sim.node.pdo import SAMPLED_AT_SYNC, MappedObject, PdoSettings, Tpdo
 from hil_sim.node.process_objects import ProcessObjects
 
-SAMPLED_AT_SYNC, SAMPLED_AT_REQUEST = 252, 253
+SAMPLED_AT_REQUEST = 253
 
 
 class RequestedTpdo(Tpdo):
     """Sent at a remote frame alone; type 252 shows the values of the last SYNC, 253 the present ones."""
 
-    def __init__(
-        self,
-        settings: PdoSettings,
-        mapping: list[MappedObject],
-        objects: ProcessObjects,
-        send: Callable[[int, bytes], None],
-    ) -> None:
-        super().__init__(settings, mapping, objects, send)
-        self.synchronous = settings.transmission_type == SAMPLED_AT_SYNC
-        self._sampled: bytes | None = None  # no SYNC yet
+    _sampled: bytes | None = None
+    """None before the first SYNC."""
 
     def on_sync(self) -> None:
         """Take the values that a request will ask for."""

@@ -6,7 +6,7 @@ Stored values come back at the next reset (communication or node), defaults like
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from hil_sim.node.dictionary import Dictionary, limits_of
@@ -103,19 +103,22 @@ class Storage:
 
 
 def _write(file: Path, stored: dict[Address, bytes]) -> None:
-    """Replace the file in one step, so a kill leaves the old one or the new one."""
     objects = {f"{index:04X}:{sub:02X}": data.hex() for (index, sub), data in sorted(stored.items())}
-    content = {"format": FORMAT, **objects}
-    temporary = file.with_suffix(".tmp")
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with temporary.open("w", encoding="utf-8") as stream:
-            json.dump(content, stream, indent=1)
-            stream.flush()
-            os.fsync(stream.fileno())
-        temporary.replace(file)
+        replace_json(file, {"format": FORMAT, **objects})
     except OSError as error:
         raise SdoAbort(AbortCode.CANNOT_STORE) from error
+
+
+def replace_json(file: Path, content: Mapping[str, object]) -> None:
+    """Replace the file in one step, so a kill leaves the old one or the new one. Raises OSError."""
+    temporary = file.with_suffix(".tmp")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with temporary.open("w", encoding="utf-8") as stream:
+        json.dump(content, stream, indent=1)
+        stream.flush()
+        os.fsync(stream.fileno())
+    temporary.replace(file)
 
 
 def _read(file: Path) -> dict[Address, bytes]:

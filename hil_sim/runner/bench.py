@@ -51,8 +51,9 @@ class SimulatedMachine:
         host = NodeHost(self.clock, send, state_directory, count())
         for index, (name, axis) in enumerate(config.axes.items()):
             with _eds_of(axis.drive.eds, f"axis.{name}.drive.eds"):
-                kind = PersonalDrive if axis.drive.personality is not None else Drive
-                drive = kind(axis, self.plant, index, host)
+                own = axis, self.plant, index, host
+                ways = axis.drive.personality
+                drive = Drive(*own) if ways is None else PersonalDrive(ways, *own)
             self.devices.append(drive)
             scale = None
             if axis.scale is not None:

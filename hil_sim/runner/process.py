@@ -31,7 +31,7 @@ async def serve(
     The bus is opened once the plant is compiled, for who serves a bus keeps nobody waiting.
 
     Raises:
-        ConfigError, FaultError: see `Bench`.
+        ConfigError, FaultError: see `SimulatedMachine`.
         BusError: the bus is lost, or cannot be waited on.
         RealtimeError: `fifo` is not permitted.
     """

@@ -20,6 +20,7 @@ from reconcile.catalogue.transport_delay import ENTRY as DELAY
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.accounted import UNNAMED, accounted
 from reconcile.identification.explain import Explanation, without
+from reconcile.identification.term_search import FoundTerms
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import regressed_terms
@@ -72,12 +73,13 @@ def without_image(
 ) -> Explanation:
     """The explanation without what the `recordings` of the model itself show as well."""
     sizes = explanation.accounted
-    if not recordings or explanation.found is None or sizes is None:
+    found = explanation.found
+    if not recordings or found is None or sizes is None:
         return explanation
-    image = _image(explanation, recordings, axis)
+    image = _image(found, explanation.channel, recordings, axis)
     if image.refitted > MOST_LEFT * rms(explanation.residuals, "refitted"):
         return explanation
-    terms = explanation.found.terms
+    terms = found.terms
     own = [
         effect
         for effect in effect_names(terms)
@@ -112,10 +114,10 @@ def _row(effect: str) -> str:
     return UNNAMED if effect.startswith(PREFIX) else effect
 
 
-def _image(explanation: Explanation, recordings: Sequence[AxisRecording], axis: NominalAxis) -> _Image:
-    """Fit the explanation's terms to the recordings of the model."""
-    found, channel = explanation.found, explanation.channel
-    assert found is not None  # noqa: S101  # asked before
+def _image(
+    found: FoundTerms, channel: ResidualChannel, recordings: Sequence[AxisRecording], axis: NominalAxis
+) -> _Image:
+    """Fit the terms that were found in a channel to the recordings of the model."""
     if channel is ResidualChannel.POSITION_DEVIATION:
         recordings = [one for one in recordings if one.scale_m is not None]
     data = [regression_data(one, axis) for one in recordings]

@@ -67,17 +67,14 @@ class DriveUnits(NamedTuple):
         code = values.get((POSITION_UNIT, 0), 0)
         exponent = (code >> 24 ^ 0x80) - 0x80
         gear = _ratio(values, GEAR)
-        match code & _NUMERATOR:
-            case 0 | 0x00B5_0000 if exponent == 0:
-                turn = _ratio(values, FEED)
-                turn = _ratio(values, ENCODER) if turn is None else turn
-                return None if turn is None else turn / (1.0 if gear is None else gear)
-            case 0x00B4_0000:
-                return 10.0**-exponent
-            case 0x0041_0000:
-                return 360.0 * 10.0**-exponent
-            case 0x0001_0000:
-                return self.lead_m * 10.0**-exponent
+        numerator = code & _NUMERATOR
+        if numerator in {0, INCREMENT} and exponent == 0:
+            turn = _ratio(values, FEED)
+            turn = _ratio(values, ENCODER) if turn is None else turn
+            return None if turn is None else turn / (1.0 if gear is None else gear)
+        revolution = {REVOLUTION: 1.0, DEGREE: 360.0, METRE: self.lead_m}.get(numerator)
+        if revolution is not None:
+            return revolution * 10.0**-exponent
         return f"has positions in a unit that is not known here, 60A8h = {code:08X}h"
 
 

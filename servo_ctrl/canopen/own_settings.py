@@ -11,6 +11,7 @@ from typing import Any
 
 from servo_ctrl.canopen.errors import AbortCode, SdoAbort
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.files.whole_file import write_text_whole
 
 STORE, RESTORE = 0x1010, 0x1011
 SIGNATURES = {STORE: 0x6576_6173, RESTORE: 0x6461_6F6C}
@@ -64,15 +65,13 @@ def load_settings(file: Path) -> dict[str, int]:
 
 
 def write_settings(file: Path, values: dict[str, int] | None) -> None:
-    """Write the settings, whole or not at all; None removes them. Raises StoreError."""
+    """Write the settings, whole or not at all; None removes them. Raises SettingsStoreError."""
     try:
         if values is None:
             file.unlink(missing_ok=True)
             return
         file.parent.mkdir(parents=True, exist_ok=True)
-        beside = file.with_suffix(".new")
-        beside.write_text(json.dumps(values), encoding="utf-8")
-        beside.replace(file)
+        write_text_whole(file, json.dumps(values))
     except OSError as error:
         raise SettingsStoreError(
             f"{file}: settings of the controller's node not written: {error.strerror}"

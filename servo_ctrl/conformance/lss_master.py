@@ -25,7 +25,6 @@ ANSWER_S = 0.05
 STORED_S = 1.0
 """The same, where a node writes its memory (chosen)."""
 MOST_NODES = 127
-FIRST_ID, LAST_ID = 1, 127
 RESET_COMMUNICATION = 130
 
 
