@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
-from simulated_table import ServedTable, opened, table_directory, whole_table
+from simulated_table import ServedTable, opened, served_table, table_directory
 
 LIMIT_MS = 240_000
 SHORT = {
@@ -53,7 +53,7 @@ def table(tmp_path: Path, environment: dict[str, str], free_port: Callable[[], i
     """A simulated table under the real controller, its drives off."""
     programs = {"circle.toml": CIRCLE, "part.ngc": PART.replace("X4", "X400")}
     machine = table_directory(tmp_path / "table", SHORT, programs)
-    with whole_table(machine, tmp_path, free_port(), environment) as served:
+    with served_table(machine, tmp_path, free_port(), environment) as served:
         yield served
 
 

@@ -40,8 +40,8 @@ def table(
     store = LearnedStore(out / "learned", load_machine(machine))
     for axis in ("x", "y"):
         store.add(axis, SHORT_STROKES, {"source": "test"})
-    with served_table(machine, out, free_port(), environment) as url:
-        yield url
+    with served_table(machine, out, free_port(), environment) as served:
+        yield served.url
 
 
 @pytest.fixture

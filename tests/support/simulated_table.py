@@ -43,15 +43,8 @@ class ServedTable(NamedTuple):
 
 
 @contextlib.contextmanager
-def served_table(machine: Path, out: Path, port: int, environment: dict[str, str]) -> Iterator[str]:
-    """The machine in `machine`, its drives off, its learned results in `out`; yields the address."""
-    with whole_table(machine, out, port, environment) as table:
-        yield table.url
-
-
-@contextlib.contextmanager
-def whole_table(machine: Path, out: Path, port: int, environment: dict[str, str]) -> Iterator[ServedTable]:
-    """The same; yields what a test may do to it, too."""
+def served_table(machine: Path, out: Path, port: int, environment: dict[str, str]) -> Iterator[ServedTable]:
+    """The machine in `machine`, its drives off, its learned results in `out`."""
     socket, listen = out / "can.sock", f"127.0.0.1:{port}"
     bus = ["--machine", machine, "--bus", f"localcan:{socket}", "--pacing", "lockstep"]
     kept = ["--record", out / "run", "--learned", out / "learned"]

@@ -26,11 +26,11 @@ def achievable(case: Case, paths: Sequence[Path], model_file: Path) -> dict[str,
     folder = model_file.parent / "without"
     folder.mkdir()
     bare = write_recordings(case, case.simulate(frozenset(), True, None), folder)
-    before, floor = (left(files, model_file) for files in (paths, bare))
+    before, floor = (rms_left(files, model_file) for files in (paths, bare))
     return {channel: (before[channel], floor[channel]) for channel in before if channel in floor}
 
 
-def left(paths: Sequence[Path], model_file: Path) -> dict[str, float]:
+def rms_left(paths: Sequence[Path], model_file: Path) -> dict[str, float]:
     """Return by channel what a refitted rigid model leaves on the blocks held out, RMS in SI."""
     model = load_model(model_file)
     [axis] = model.axes.values()

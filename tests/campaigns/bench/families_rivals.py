@@ -51,7 +51,7 @@ def pysindy(paths: list[Path], model_file: Path) -> list[Row]:
     return answers
 
 
-def asked(family: str, seed: int, folder: Path) -> Row:
+def answers_to(family: str, seed: int, folder: Path) -> Row:
     """Return the rivals' answers to a case, which is drawn anew in `folder`."""
     case = drawn_case(family, seed)
     paths, seal = record(case, folder)
@@ -89,7 +89,7 @@ def main() -> None:
     given.json.parent.mkdir(parents=True, exist_ok=True)
     for one in turns:
         with tempfile.TemporaryDirectory() as folder:
-            rows.append(asked(one["family"], one["seed"], Path(folder)))
+            rows.append(answers_to(one["family"], one["seed"], Path(folder)))
         assert rows[-1]["sha256"] == one["sha256"], "the seed draws another case than the trial's"
         print(one["family"], one["seed"], flush=True)
         given.json.write_text(json.dumps({"rows": rows}) + "\n", encoding="utf-8")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from sklearn.ensemble import HistGradientBoostingRegressor
-from threadpoolctl import threadpool_limits
 
 from kernels.arrays import Array
 from reconcile.examples.real.judged import Judged
@@ -20,8 +19,7 @@ def boosting(train: Sequence[Judged]) -> Predict:
     """Gradient boosting with the library's own settings."""
     x = np.concatenate([_features(one)[one.kept()] for one in train])
     y = np.concatenate([one.force_n[one.kept()] for one in train])
-    with threadpool_limits(1):  # a team of threads spins while it waits for a processor that others use
-        fitted = HistGradientBoostingRegressor(random_state=SEED).fit(x, y)
+    fitted = HistGradientBoostingRegressor(random_state=SEED).fit(x, y)
     return lambda one: np.asarray(fitted.predict(_features(one)), dtype=np.float64)
 
 

@@ -16,25 +16,25 @@ def drive() -> SdoDrive:
     return SdoDrive(InProcessNodes())
 
 
-def asked(drive: SdoDrive, can_id: int) -> list[bytes]:
+def answers_to(drive: SdoDrive, can_id: int) -> list[bytes]:
     drive.nodes.frames.clear()
     drive.nodes.ask(can_id)
     return drive.nodes.take(can_id)
 
 
 def test_guarding_shows_the_state_under_a_toggle_bit(drive: SdoDrive) -> None:
-    assert [asked(drive, GUARD) for _ in range(3)] == [[b"\x7f"], [b"\xff"], [b"\x7f"]]
+    assert [answers_to(drive, GUARD) for _ in range(3)] == [[b"\x7f"], [b"\xff"], [b"\x7f"]]
     drive.nodes.operational()
-    assert asked(drive, GUARD) == [bytes((0x80 | OPERATIONAL,))]
+    assert answers_to(drive, GUARD) == [bytes((0x80 | OPERATIONAL,))]
     drive.nodes.put(0, bytes((2, DRIVE)))
-    assert asked(drive, GUARD) == [bytes((STOPPED,))]
+    assert answers_to(drive, GUARD) == [bytes((STOPPED,))]
     drive.nodes.put(0, bytes((130, DRIVE)))
-    assert asked(drive, GUARD) == [bytes((PRE_OPERATIONAL,))]  # a reset begins with 0
+    assert answers_to(drive, GUARD) == [bytes((PRE_OPERATIONAL,))]  # a reset begins with 0
 
 
 def test_a_node_with_a_heartbeat_is_not_guarded(drive: SdoDrive) -> None:
     drive.set(0x1017, 10)
-    assert asked(drive, GUARD) == []
+    assert answers_to(drive, GUARD) == []
 
 
 def test_a_master_that_ceases_to_guard_is_lost(drive: SdoDrive) -> None:
@@ -44,14 +44,14 @@ def test_a_master_that_ceases_to_guard_is_lost(drive: SdoDrive) -> None:
     drive.enable(3)
     drive.nodes.sync(100)
     assert drive.state == "enabled"  # the first remote frame arms it
-    asked(drive, GUARD)
+    answers_to(drive, GUARD)
     drive.nodes.sync(59)
     assert drive.nodes.take(EMCY) == []
     drive.nodes.sync()
     assert drive.nodes.take(EMCY)[0][:3] == b"\x30\x81\x11"
     drive.nodes.sync(100)
     assert drive.state == "fault"
-    assert asked(drive, GUARD) == [bytes((0x80 | PRE_OPERATIONAL,))]  # 1029h:01
+    assert answers_to(drive, GUARD) == [bytes((0x80 | PRE_OPERATIONAL,))]  # 1029h:01
     drive.control(0x80)
     assert drive.get(0x1001) == 0
 
@@ -59,7 +59,7 @@ def test_a_master_that_ceases_to_guard_is_lost(drive: SdoDrive) -> None:
 @pytest.mark.parametrize("index", [0x100C, 0x100D])
 def test_no_life_time_is_no_life_guarding(drive: SdoDrive, index: int) -> None:
     drive.set(index, 2)
-    asked(drive, GUARD)
+    answers_to(drive, GUARD)
     drive.nodes.sync(50)
     assert drive.nodes.take(EMCY) == []
 
@@ -76,25 +76,25 @@ def sends_on_request(drive: SdoDrive, kind: int) -> None:
 
 def test_type_253_sends_the_present_values_on_request_alone(drive: SdoDrive) -> None:
     sends_on_request(drive, 253)
-    assert asked(drive, TPDO) == [b"\x50\x02"]
+    assert answers_to(drive, TPDO) == [b"\x50\x02"]
     drive.control(6)
-    assert asked(drive, TPDO) == [b"\x31\x02"]
+    assert answers_to(drive, TPDO) == [b"\x31\x02"]
 
 
 def test_type_252_sends_the_values_of_the_last_sync(drive: SdoDrive) -> None:
     sends_on_request(drive, 252)
     drive.control(6)
-    assert asked(drive, TPDO) == [b"\x50\x02"]
+    assert answers_to(drive, TPDO) == [b"\x50\x02"]
     drive.nodes.sync()
-    assert asked(drive, TPDO) == [b"\x31\x02"]
+    assert answers_to(drive, TPDO) == [b"\x31\x02"]
 
 
 def test_other_types_answer_a_remote_frame_too_unless_bit_30_forbids_it(drive: SdoDrive) -> None:
     drive.nodes.operational()
     assert drive.get(0x1800, 1) == NOT_ON_REQUEST | TPDO
-    assert asked(drive, TPDO) == []
+    assert answers_to(drive, TPDO) == []
     drive.set(0x1800, TPDO, 1)
-    assert asked(drive, TPDO) == [b"\x50\x02"]
+    assert answers_to(drive, TPDO) == [b"\x50\x02"]
 
 
 @pytest.mark.parametrize("kind", [252, 253])
