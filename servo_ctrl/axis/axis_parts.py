@@ -13,8 +13,8 @@ from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.set_point_counts import SetPointUnits
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.cyclic.axis_record import AxisBounds, AxisParts, InputPlace, Wiring
-from servo_ctrl.cyclic.axis_step import RpdoValue
 from servo_ctrl.cyclic.cia402 import MODE_OF_NAME, Mode
+from servo_ctrl.cyclic.pdo_bytes import RpdoValue
 from servo_ctrl.cyclic.sequence import COASTS_M_S, Route
 
 STATUSWORD, POSITION_ACTUAL_VALUE, CURRENT_ACTUAL_VALUE = (0x6041, 0), (0x6064, 0), (0x6078, 0)
@@ -111,7 +111,7 @@ def axis_parts(
 
 
 def output_places(rpdo: PdoCodec) -> Index:
-    """What the objects of an RPDO carry, (8, 2): `Output` and bytes; of no bytes behind the last one.
+    """What the objects of an RPDO carry, (8, 2): `RpdoValue` and bytes; of no bytes behind the last one.
 
     Raises:
         PdoTypeError: See there.

@@ -12,8 +12,8 @@ from itertools import chain
 from servo_ctrl.canopen.drive_units import ADDRESSES
 from servo_ctrl.canopen.errors import BootError, NodeError, SdoError
 from servo_ctrl.canopen.nmt import NmtCommand, NmtState, command_nodes
+from servo_ctrl.canopen.node_plan import NodePlan, PdoPlan, Write
 from servo_ctrl.canopen.pdo import COB_ID_INVALID
-from servo_ctrl.canopen.plan import NodePlan, PdoPlan, Write
 from servo_ctrl.canopen.stack import SDO_TIMEOUT_S, Network, SdoPort
 
 PRESENCE_TRIES = 10

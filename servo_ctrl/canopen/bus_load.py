@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from can_frames.frame import FRAME_BITS
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ConfigError
 

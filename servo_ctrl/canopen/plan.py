@@ -2,14 +2,14 @@
 
 import struct
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
-from servo_ctrl.canopen.concise_dcf import SdoDownload, read_concise_dcf
+from servo_ctrl.canopen.concise_dcf import read_concise_dcf
 from servo_ctrl.canopen.drive_units import DriveUnits, units_of
 from servo_ctrl.canopen.errors import EdsError
-from servo_ctrl.canopen.pdo import STRUCT_FORMATS, PdoCodec, compile_pdo
+from servo_ctrl.canopen.node_plan import RPDO_1, SYNCHRONOUS, TPDO_1, Expectation, NodePlan, PdoPlan, Write
+from servo_ctrl.canopen.pdo import STRUCT_FORMATS, compile_pdo
 from servo_ctrl.canopen.settings import Setting, common_settings, drive_settings
-from servo_ctrl.canopen.stack import Eds, load_eds
+from servo_ctrl.canopen.stack import load_eds
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.config.node_model import Drive, Pdo, Scale
 from servo_ctrl.cyclic.cia402 import MODE_OF_NAME, SUPPORTED_BIT, Mode
@@ -17,10 +17,6 @@ from servo_ctrl.errors import ConfigError
 
 PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
 """Objects the controller has a value for every cycle; nothing else may be in an RPDO."""
-LIMIT_SWITCHES = 0x60FD
-SYNCHRONOUS, EVENT_DRIVEN = 1, 254
-RPDO_1, TPDO_1 = 0x1400, 0x1800
-"""Communication parameters (CiA 301)."""
 PDOS_MAX = 512
 """PDOs of either direction that a node may have (CiA 301)."""
 COB_ID_BASE = {0x1400: 0x200, 0x1800: 0x180}
@@ -38,121 +34,6 @@ RESTRICTED = (
     range(0x701, 0x800),
 )
 """Identifiers that no PDO may have (CiA 301, 7.3.5): NMT, SYNC, TIME, SDO, heartbeats and reserved ones."""
-
-
-@dataclass(frozen=True, slots=True)
-class Write:
-    """One SDO download; `data` is little-endian, `what` names it for the error message."""
-
-    index: int
-    subindex: int
-    data: bytes
-    what: str
-
-
-@dataclass(frozen=True, slots=True)
-class Expectation:
-    """One SDO upload and what it must give; `key` is the machine file's word for it."""
-
-    index: int
-    subindex: int
-    value: int
-    key: str
-    mask: int = -1
-    """Bits that are compared."""
-
-
-@dataclass(frozen=True, slots=True)
-class PdoPlan:
-    """One PDO of a node. `communication` is the index of its communication parameter."""
-
-    communication: int
-    cob_id: int
-    transmission_type: int
-    codec: PdoCodec
-    event_timer_ms: int = 0
-    inhibit_ms: float = 0.0
-    fixed: bool = False
-    """Its mapping cannot be written; it must be this one."""
-
-    @property
-    def name(self) -> str:
-        """As people call it, e.g. "TPDO 2"."""
-        return f"{'RPDO' if self.received else 'TPDO'} {(self.communication & 0x1FF) + 1}"
-
-    @property
-    def key(self) -> str:
-        """As the machine file calls it, e.g. "tpdo2"."""
-        return self.name.lower().replace(" ", "")
-
-    @property
-    def received(self) -> bool:
-        """Whether the node receives it (an RPDO)."""
-        return self.communication < TPDO_1
-
-    @property
-    def cyclic(self) -> bool:
-        """Whether it comes or goes with every SYNC."""
-        return self.transmission_type == SYNCHRONOUS
-
-    @property
-    def mapping(self) -> int:
-        """Index of its mapping parameter."""
-        return self.communication + 0x200
-
-
-@dataclass(frozen=True, slots=True)
-class NodePlan:
-    """All that boot does to one node; `key` is its section in the machine file, e.g. "axis.x.drive"."""
-
-    key: str
-    node_id: int
-    eds: Eds
-    pdos: tuple[PdoPlan, ...]
-    unused_pdos: tuple[tuple[int, int], ...]
-    """(communication index, COB-ID) of the node's other PDOs, which are switched off."""
-    expectations: tuple[Expectation, ...]
-    writes: tuple[Write, ...]
-    units: DriveUnits | None = None
-    """Those of a drive, which are read and held against the machine file."""
-    left_alone: frozenset[int] = frozenset()
-    """Objects that are neither read nor written."""
-    concise_dcf: tuple[SdoDownload, ...] = ()
-    """Configuration of a file, which is written before everything else."""
-    sdo_timeout_s: float | None = None
-    """Patience with its answers; None = the usual."""
-
-    @property
-    def name(self) -> str:
-        """How messages name the node, as "axis.x.drive (node 1)"."""
-        return f"{self.key} (node {self.node_id})"
-
-    @property
-    def tpdo(self) -> PdoPlan:
-        """What the node sends us every cycle."""
-        return next(pdo for pdo in self.pdos if pdo.communication == TPDO_1)
-
-    @property
-    def further_tpdos(self) -> tuple[PdoPlan, ...]:
-        """What else the node sends us."""
-        return tuple(pdo for pdo in self.pdos if not pdo.received and pdo.communication != TPDO_1)
-
-    @property
-    def switches(self) -> PdoPlan | None:
-        """What brings the limit switches of a drive, where they are read."""
-        return next(
-            (pdo for pdo in self.further_tpdos if pdo.codec.position(LIMIT_SWITCHES) is not None), None
-        )
-
-    @property
-    def rpdos(self) -> tuple[PdoPlan, ...]:
-        """What we send the node (drives), PDO 1 first."""
-        return tuple(pdo for pdo in self.pdos if pdo.received)
-
-    @property
-    def rpdo(self) -> PdoPlan:
-        """The first of them."""
-        return next(pdo for pdo in self.pdos if pdo.communication == RPDO_1)
 
 
 def plan_machine(machine: MachineConfig) -> tuple[NodePlan, ...]:

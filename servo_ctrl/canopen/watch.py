@@ -4,7 +4,7 @@ import struct
 from collections.abc import Callable, Sequence
 
 from servo_ctrl.canopen.nmt import NmtState
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 
 RESTARTED = "has restarted, its configuration is gone"

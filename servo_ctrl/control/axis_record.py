@@ -1,7 +1,7 @@
 """The tick over a record: what the law of an axis works on lies in memory from tick to tick.
 
 A record has the fields of `AxisRecord`; the tables of its parameters lie in a pool beside the records. The
-cycle of daemon and batch twin (`cyclic.axis_step`) has one in the record of each axis.
+daemon's cycle (`cyclic.axis_step`) has one in the record of each axis.
 """
 
 import math

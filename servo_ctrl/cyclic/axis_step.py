@@ -1,11 +1,10 @@
 """One cycle of the axes: inputs -> drive sequence -> law and supervision -> set points and row, compiled.
 
-`step_axes` is the whole of it over the bytes of the bus, as the daemon calls it. `step_axis` is what lies
-between decoding and encoding; the batch twin, which has no bytes, calls it with the same records.
+The daemon calls `step_axes`, the whole of it over the bytes of the bus. The batch twin, which has no bytes
+and no drive sequence, shares the law (`control.tick`) and its rounding (`control.set_point_counts`).
 """
 
 import math
-from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -19,11 +18,10 @@ from servo_ctrl.control.set_point_counts import SetPointCounts
 from servo_ctrl.control.signs import DISAGREE, SupervisionLimits
 from servo_ctrl.control.tick import at_rest
 from servo_ctrl.control.types import Status
+from servo_ctrl.cyclic.pdo_bytes import Bytes, encode, take_inputs
 from servo_ctrl.cyclic.sequence import Phase, Route, Sequence, advance
 from servo_ctrl.cyclic.supervision import AT_REST, BRAKE_BEGINS, Braking, Counts, supervise
 from servo_ctrl.cyclic.supervision import supervise_braking as _supervise_braking
-
-Bytes = NDArray[np.uint8]
 
 BEYOND, RUNAWAY_BRAKED, FOLLOWING_ERROR, BAD_COMMAND = 32, 64, 128, 256
 """Bits of what was found, beside those of `supervision`: beyond the limits of travel; faster although braked;
@@ -36,22 +34,6 @@ REFERENCE_COLUMNS = 4
 """Of each axis: position, velocity, acceleration, force offset."""
 
 
-class RpdoValue(IntEnum):
-    """What an object of an RPDO carries."""
-
-    ZERO = 0
-    CONTROLWORD = 1
-    MODE = 2
-    TORQUE = 3
-    TORQUE_OFFSET = 4
-    VELOCITY = 5
-    POSITION = 6
-    VELOCITY_OFFSET = 7
-
-
-_CONTROLWORD, _MODE, _TORQUE = int(RpdoValue.CONTROLWORD), int(RpdoValue.MODE), int(RpdoValue.TORQUE)
-_TORQUE_OFFSET, _VELOCITY = int(RpdoValue.TORQUE_OFFSET), int(RpdoValue.VELOCITY)
-_POSITION, _VELOCITY_OFFSET = int(RpdoValue.POSITION), int(RpdoValue.VELOCITY_OFFSET)
 _SETTLING, _SERVO, _HOMING = int(Phase.SETTLING), int(Phase.SERVO), int(Phase.HOMING)
 _QUICK_STOPPING, _TAKING_OVER = int(Phase.QUICK_STOPPING), int(Phase.TAKING_OVER)
 _STATUS_FOLLOWING_ERROR, _STATUS_BAD_COMMAND = int(Status.FOLLOWING_ERROR), int(Status.BAD_COMMAND)
@@ -93,48 +75,6 @@ def step_axes(
     for rpdo in range(len(outputs)):
         encode(axes[axis_of[rpdo]], outputs[rpdo], payloads[rpdo])
     return found
-
-
-@kernel
-def integer(inputs: Bytes, place: Any) -> int:
-    """The integer at a place of a TPDO, little-endian."""
-    value = 0
-    for byte in range(place["size"]):
-        value |= int(inputs[place["input"], place["start"] + byte]) << (8 * byte)
-    if place["signed"] and value >> (8 * place["size"] - 1):
-        value -= 1 << (8 * place["size"])
-    return value
-
-
-@kernel
-def take_inputs(axis: Any, data: Bytes, came: NDArray[np.bool_]) -> bool:
-    """Decode what came in this cycle; what did not is NaN. Return whether all has come.
-
-    A drive has answered when all its TPDOs are there that come with every SYNC.
-    """
-    wiring, inputs = axis["wiring"], axis["inputs"]
-    drive_came = came[wiring["drive"]]
-    for place in range(wiring["further"], wiring["further"] + wiring["further_count"]):
-        drive_came &= came[place]
-    scale = wiring["scale"]
-    scale_came = scale >= 0 and came[max(scale, 0)]
-    inputs["previous_motor_m"] = inputs["motor_m"]
-    inputs["motor_m"] = inputs["current_a"] = inputs["scale_raw_m"] = inputs["scale_m"] = math.nan
-    if drive_came:
-        if wiring["statusword"]["size"]:
-            inputs["statusword"] = integer(data, wiring["statusword"])
-        inputs["counts"] = integer(data, wiring["position"])
-        inputs["motor_m"] = inputs["counts"] * wiring["metre_per_count"]
-        inputs["current_a"] = inputs["current_held_a"]
-        if wiring["current"]["size"]:
-            inputs["current_a"] = integer(data, wiring["current"]) * wiring["ampere_per_permille"]
-        if wiring["mode_shown"]["size"]:
-            inputs["mode_shown"] = integer(data, wiring["mode_shown"])
-    if scale_came:
-        inputs["scale_raw_m"] = integer(data, wiring["scale_position"]) * wiring["scale_metre_per_count"]
-        inputs["scale_m"] = inputs["scale_raw_m"] + inputs["scale_offset_m"]
-    whole: bool = drive_came and (scale_came or scale < 0)
-    return whole
 
 
 @kernel
@@ -312,35 +252,3 @@ def write_row(axis: Any, row: Array) -> None:
     row[4], row[5], row[6] = command["motor_velocity_m_s"], command["force_n"], axis["law"]["current_a"]
     row[7], row[8] = command["position_error_m"], command["pulse_m_s"]
     row[9], row[10], row[11] = command["disturbance_n"], command["correction_m"], axis["inputs"]["statusword"]
-
-
-@kernel
-def encode(axis: Any, outputs: Index, data: Bytes) -> None:
-    """Fill the RPDO: `outputs` (objects, 2) are the `Output` and the bytes of each object, in their order."""
-    at = 0
-    for place in range(len(outputs)):
-        value = set_point(axis, outputs[place, 0])
-        for byte in range(outputs[place, 1]):
-            data[at] = (value >> (8 * byte)) & 0xFF
-            at += 1
-
-
-@kernel
-def set_point(axis: Any, output: int) -> int:
-    """One of the values that an RPDO may carry."""
-    counts, value = axis["law"]["counts"], 0
-    if output == _CONTROLWORD:
-        value = axis["controlword"]
-    elif output == _MODE:
-        value = axis["sent_mode"]
-    elif output == _TORQUE:
-        value = counts["torque"]
-    elif output == _TORQUE_OFFSET:
-        value = counts["torque_offset"]
-    elif output == _VELOCITY:
-        value = counts["velocity"]
-    elif output == _POSITION:
-        value = counts["position"]
-    elif output == _VELOCITY_OFFSET:
-        value = counts["velocity_offset"]
-    return value

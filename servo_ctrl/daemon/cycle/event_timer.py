@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from servo_ctrl.canopen.plan import PdoPlan
+from servo_ctrl.canopen.node_plan import PdoPlan
 
 TIMES_MISSED = 3
 """A TPDO is missing when so many of its times have gone by without it; chosen, as of heartbeats."""

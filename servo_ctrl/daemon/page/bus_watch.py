@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.watch import describe_emcy
 from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, EventEntry, NodeStatus
 from servo_ctrl.commands.local_codec import to_plain

@@ -8,7 +8,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 
 from servo_ctrl.canopen.errors import AbortCode, SdoError
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import EdsVariable, Network, SdoPort
 from servo_ctrl.commands.command import Refusal
 from servo_ctrl.commands.stage import Stage

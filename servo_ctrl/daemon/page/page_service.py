@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from kernels.arrays import Array
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.local_messages import AxisInfo, ChannelInfo, Hello, NodeInfo, Reversal, message_json

@@ -9,7 +9,7 @@ from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.node import ControllerNode
-from servo_ctrl.canopen.plan import LIMIT_SWITCHES, NodePlan, PdoPlan
+from servo_ctrl.canopen.node_plan import LIMIT_SWITCHES, NodePlan, PdoPlan
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.model import MachineConfig

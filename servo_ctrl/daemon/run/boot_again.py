@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.canopen.errors import BootError
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.realtime import step_back

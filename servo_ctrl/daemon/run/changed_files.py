@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.config.model import MachineConfig
 
 LOOK_S = 1.0

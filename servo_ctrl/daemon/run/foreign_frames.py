@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.io.can_port import CanPort
 

@@ -8,7 +8,7 @@ from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen import node as own
 from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
 from servo_ctrl.canopen.node import ControllerNode
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.commands.status_publisher import StatusPublisher

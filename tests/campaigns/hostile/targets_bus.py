@@ -8,7 +8,8 @@ from typing import Any
 from controller_node_bench import NODE_ID, ControllerNodeBench
 
 from servo_ctrl.canopen.errors import SdoError
-from servo_ctrl.canopen.plan import NodePlan, plan_machine
+from servo_ctrl.canopen.node_plan import NodePlan
+from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network, SdoPort
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.load import load_machine

@@ -8,7 +8,8 @@ import pytest
 from machine_files import XY_TABLE, text_of, without_sections, write_controller
 from settled_axis import SteppedAxis
 
-from servo_ctrl.canopen.plan import NodePlan, plan_machine
+from servo_ctrl.canopen.node_plan import NodePlan
+from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 

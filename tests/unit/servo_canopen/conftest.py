@@ -8,7 +8,8 @@ import can
 import canopen
 import pytest
 
-from servo_ctrl.canopen.plan import NodePlan, plan_machine
+from servo_ctrl.canopen.node_plan import NodePlan
+from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig

@@ -9,7 +9,7 @@ from canopen.sdo import SdoAbortedError
 
 from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.canopen.errors import BootError
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 
 PATIENCE_S = 0.05
 """SDO timeout for nodes that do not answer; ten tries of it make an absent node."""

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from machine_files import text_of, write_controller
 
-from servo_ctrl.canopen.plan import NodePlan, plan_machine
+from servo_ctrl.canopen.node_plan import NodePlan
+from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.scaling import drive_scaling, to_integer
 from servo_ctrl.canopen.settings import drive_settings, interpolation_period
 from servo_ctrl.config.load import load_machine

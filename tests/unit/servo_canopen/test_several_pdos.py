@@ -10,7 +10,8 @@ from machine_files import text_of, write_controller
 from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.canopen.concise_dcf import SdoDownload, pack_concise_dcf, read_concise_dcf
 from servo_ctrl.canopen.errors import BootError, EdsError
-from servo_ctrl.canopen.plan import NodePlan, plan_machine
+from servo_ctrl.canopen.node_plan import NodePlan
+from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ConfigError

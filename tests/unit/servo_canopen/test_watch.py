@@ -2,7 +2,7 @@
 
 import pytest
 
-from servo_ctrl.canopen.plan import NodePlan
+from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.watch import HeartbeatWatch, describe_emcy, emcy_handler
 
 OPERATIONAL, PRE_OPERATIONAL, BOOT_UP = b"\x05", b"\x7f", b"\x00"

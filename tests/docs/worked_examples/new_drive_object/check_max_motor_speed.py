@@ -9,7 +9,8 @@ from cia306 import findings
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.sdo_abort import SdoAbort
-from servo_ctrl.canopen.plan import Write, plan_machine
+from servo_ctrl.canopen.node_plan import Write
+from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.config.load import load_machine
 
 ROOT = Path.cwd()
