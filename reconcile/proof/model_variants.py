@@ -56,19 +56,20 @@ def textbook(explanation: Explanation, brief: bool) -> Explanation:
 
 
 AS_FOUND, OF_ALL_RECORDINGS = "as found", "fitted to all recordings"
+BESIDE_TEXTBOOK, TEXTBOOK_ALONE = "beside textbook friction", "textbook friction"
 VARIANTS: Mapping[str, Variant] = {
     AS_FOUND: as_found,
     OF_ALL_RECORDINGS: of_all_recordings,
-    "beside textbook friction": beside_textbook,
-    "textbook friction": textbook,
+    BESIDE_TEXTBOOK: beside_textbook,
+    TEXTBOOK_ALONE: textbook,
 }
 """By the name in verdict.json; of those that predict alike the first is written."""
 BETTER = "predicted what was left out better"
 TEXTBOOK = "a constant force, viscous friction by direction and Stribeck friction, none of them a finding,"
 NOTES = {
     OF_ALL_RECORDINGS: f"fitted without what one recording has of its own it {BETTER}",
-    "beside textbook friction": f"with {TEXTBOOK} beside what was found it {BETTER}",
-    "textbook friction": f"with {TEXTBOOK} in place of what was found it {BETTER}",
+    BESIDE_TEXTBOOK: f"with {TEXTBOOK} beside what was found it {BETTER}",
+    TEXTBOOK_ALONE: f"with {TEXTBOOK} in place of what was found it {BETTER}",
 }
 """What is said of a variant that is written."""
 

@@ -48,7 +48,8 @@ class ControllerCommandHandler:
         programs: ProgramCommands,
         operating: OperatingCommands,
     ) -> None:
-        self._machine, self._compensation, self._publisher = machine, compensation, publisher
+        self._machine, self._motion = machine, motion
+        self._compensation, self._publisher = compensation, publisher
         self._job, self._monitor, self._adaptation = job, monitor, adaptation
         self._program, self._programs, self._operating = program, programs, operating
         self._learner = config.learning.learner
@@ -64,7 +65,6 @@ class ControllerCommandHandler:
             **programs.setters,
             "step_m": operating.take_step,
         }
-        self._motion = motion
         """By the fields of `Settings`."""
         self._commands: dict[Command, Callable[[str], CommandResult]] = {
             Command.START_LEARNING: self._start_learning,

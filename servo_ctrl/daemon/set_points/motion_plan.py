@@ -141,8 +141,7 @@ class MotionPlan:
         self.optional_stop = on
 
     def _broken_up(self, program: ProgramConfig, steps: Sequence[Step]) -> tuple[Sequence[Step], Stops]:
-        stops_there = self.optional_stop and isinstance(program, PartProgram)
-        lines = program.optional_stops if stops_there and isinstance(program, PartProgram) else ()
+        lines = program.optional_stops if self.optional_stop and isinstance(program, PartProgram) else ()
         broken, optional = broken_up(steps, lines, single_block=self.single_block)
         return broken, Stops(len(broken) - 1, self.single_block, optional)
 
