@@ -6,6 +6,7 @@ SYNC cycles once SYNC runs, so that they keep simulated time in lockstep; until 
 """
 
 import struct
+import time
 from collections.abc import Callable, Mapping
 
 from servo_ctrl.canopen.command_objects import CommandObjects
@@ -63,8 +64,12 @@ class ControllerNode:
         handler: CommandHandler,
         stored: Mapping[str, int] | None = None,
         store: Callable[[dict[str, int] | None], None] = lambda _values: None,
+        now_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`stored`: settings that an earlier run kept; `store` keeps those of this one (1010h, 1011h)."""
+        """`stored`: settings that an earlier run kept; `store` keeps those of this one (1010h, 1011h).
+
+        `now_s`: the clock by which a client of block transfers has gone.
+        """
         eds = own_dictionary(machine)
         self._network = network
         self._node_id = machine.controller.node_id
@@ -106,7 +111,7 @@ class ControllerNode:
             RESTORE: self._settings.restore,
         }
         self._server = SdoServer(
-            dictionary, lambda answer: network.send_message(0x580 + self._node_id, answer)
+            dictionary, lambda answer: network.send_message(0x580 + self._node_id, answer), now_s
         )
         network.subscribe(0x600 + self._node_id, self._on_sdo)
         network.subscribe(0x000, self._on_nmt)

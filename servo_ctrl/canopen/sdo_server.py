@@ -45,8 +45,13 @@ class Transfer(NamedTuple):
 class SdoServer:
     """Serves `dictionary`; `on_request` takes each frame of 600h + node id, `send` puts the answer out."""
 
-    def __init__(self, dictionary: Dictionary, send: Callable[[bytes], None]) -> None:
-        self._dictionary, self._send = dictionary, send
+    def __init__(
+        self,
+        dictionary: Dictionary,
+        send: Callable[[bytes], None],
+        now_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._dictionary, self._send, self._now_s = dictionary, send, now_s
         self._address = (0, 0)
         self._transfer: Transfer | None = None
         self._block: BlockUpload | BlockDownload | None = None
@@ -95,7 +100,7 @@ class SdoServer:
 
     def _in_block(self, frame: bytes) -> bytes | None:
         """Go on with a block transfer; None where there is none, or the frame is none of it."""
-        now_s = time.monotonic()
+        now_s = self._now_s()
         silent, self._heard_s = now_s - self._heard_s > SILENCE_S, now_s
         block = self._block
         if block is None or silent or frame[0] == ABORT or not block.takes(frame):

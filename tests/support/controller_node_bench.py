@@ -28,13 +28,19 @@ class ControllerNodeBench:
 
     def __init__(self, **stored: Any) -> None:
         self.frames: list[tuple[int, bytes]] = []
+        self.clock_s = 0.0
+        """Time goes by where a test says so."""
         self.handler = FakeCommandHandler()
         self.network = Network(self._from_us)
         self.client = canopen.Network()
         self.client.send_message = self._to_us
         self.remote: Any = self.client.add_node(canopen.RemoteNode(NODE_ID, entries_of_the_eds()))
         self.node = ControllerNode(
-            self.network, load_machine(REPOSITORY / "machines" / "xy_table"), self.handler, **stored
+            self.network,
+            load_machine(REPOSITORY / "machines" / "xy_table"),
+            self.handler,
+            now_s=lambda: self.clock_s,
+            **stored,
         )
 
     def put(self, can_id: int, payload: bytes) -> None:

@@ -1,11 +1,10 @@
 """Scripted dialogues with the controller's SDO server, by CiA 301, section 7.2.4."""
 
 import random
-from binascii import crc_hqx
 from pathlib import Path
 
 import pytest
-from controller_node_bench import OWN_EDS, ControllerNodeBench
+from controller_node_bench import ControllerNodeBench
 from fake_command_handler import LEARNED, REVERSAL
 
 from servo_ctrl.canopen.own_settings import FILE, SettingsStoreError, load_settings, write_settings
@@ -15,7 +14,7 @@ from servo_ctrl.commands.learning_status import LearningState
 TOGGLE = 0x05030000
 COMMAND = 0x05040001
 READ_ONLY = 0x06010002
-BLOCK_SIZE, BLOCK_NUMBER, BLOCK_CRC = 0x05040002, 0x05040003, 0x05040004
+BLOCK_SIZE = 0x05040002
 NO_OBJECT = 0x06020000
 TOO_LONG = 0x06070012
 TOO_SHORT = 0x06070013
@@ -188,44 +187,6 @@ def test_block_upload_may_become_segmented_where_the_client_allows_it(bench: Con
     assert bench.ask("a4 0010 00 7f 04 0000") == [DEVICE_TYPE]
     assert bench.ask("a4 0810 00 7f 09 0000") == ["c60810000a000000"]
     assert bench.ask("a4 0810 00 7f 0a 0000") == ["410810000a000000"]
-
-
-def test_our_eds_is_sent_in_blocks_that_canopens_client_checks(bench: ControllerNodeBench) -> None:
-    with bench.remote.sdo[0x1021].open("rb", block_transfer=True) as stream:
-        assert stream.read() == OWN_EDS.read_bytes()
-    assert bench.remote.sdo[0x1022].raw == 0
-
-
-def test_a_segment_that_was_lost_is_sent_again(bench: ControllerNodeBench) -> None:
-    """1008h, "servo_ctrl", in a block of two segments, of which the first alone arrives."""
-    bench.ask("a4 0810 00 02 00 0000")
-    first, second = bench.ask("a3" + "00" * 7)
-    assert (first, second) == ("01" + b"servo_c".hex(), "82" + b"trl".hex() + "00" * 4)
-    assert bench.ask("a2 01 02" + "00" * 5) == ["81" + second[2:]]
-    crc = crc_hqx(b"servo_ctrl", 0).to_bytes(2, "little").hex()
-    assert bench.ask("a2 01 02" + "00" * 5) == [f"d1{crc}" + "00" * 5]
-    assert bench.ask("a1" + "00" * 7) == []
-    assert bench.ask("40 0010 00 00000000") == [DEVICE_TYPE]
-
-
-def test_a_number_is_written_in_a_block(bench: ControllerNodeBench) -> None:
-    """2104h:01, required J: 3500 nm."""
-    assert bench.ask("c6 0421 01 04000000") == ["a404210 17f000000".replace(" ", "")]
-    assert bench.ask("81 ac0d0000 000000") == ["a2017f0000000000"]
-    crc = crc_hqx(bytes.fromhex("ac0d0000"), 0).to_bytes(2, "little").hex()
-    assert bench.ask(f"cd {crc}" + "00" * 5) == ["a100000000000000"]
-    assert len(bench.handler.changes) == 1
-
-
-def test_a_block_with_a_wrong_crc_or_number_is_not_written(bench: ControllerNodeBench) -> None:
-    bench.ask("c6 0421 01 04000000")
-    bench.ask("81 ac0d0000 000000")
-    assert bench.ask("cd 1234" + "00" * 5) == abort("042101", BLOCK_CRC)
-    bench.ask("c6 0421 01 04000000")
-    assert bench.ask("80" + "00" * 7) == []  # the client's abort
-    bench.ask("c6 0421 01 04000000")
-    assert bench.ask("00" + "00" * 7) == abort("042101", BLOCK_NUMBER)
-    assert bench.handler.changes == []
 
 
 def test_settings_are_stored_and_defaults_restored() -> None:
