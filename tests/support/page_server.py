@@ -17,6 +17,8 @@ from playwright.sync_api import BrowserContext
 ROOT = Path(__file__).parents[2]
 START_LIMIT_S = 240.0
 
+AT_ONCE = {"Connection": "close"}
+"""A connection that is kept may be closed by the server in the moment in which it is used again."""
 # NiceGUI behaves differently under pytest
 OUTSIDE_PYTEST = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
 OUTSIDE_PYTEST["OMP_NUM_THREADS"] = "1"
@@ -62,12 +64,13 @@ class Stub:
         self._post("link", fields)
 
     def _requests(self) -> list[dict[str, Any]]:
-        found: list[dict[str, Any]] = self._context.request.get(f"{self._url}/stub/requests").json()
+        answer = self._context.request.get(f"{self._url}/stub/requests", headers=AT_ONCE)
+        found: list[dict[str, Any]] = answer.json()
         return found
 
     def _post(self, route: str, fields: dict[str, Any]) -> None:
         answer = self._context.request.post(
-            f"{self._url}/stub/{route}", data=fields, headers={"Origin": self._url}
+            f"{self._url}/stub/{route}", data=fields, headers={"Origin": self._url, **AT_ONCE}
         )
         assert answer.ok, answer.text()
 
