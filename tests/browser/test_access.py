@@ -97,8 +97,12 @@ def answer(server: Server, method: str, path: str, headers: dict[str, str]) -> i
     return status
 
 
-AT_ONCE = "* { transition: none !important; animation: none !important }"
-"""A button that is just becoming enabled has colours between two states, which have no contrast to keep."""
+AS_CONNECTED = """
+* { transition: none !important; animation: none !important }
+.bench-who, .bench-foot, .bench-content { filter: none !important; opacity: 1 !important }
+"""
+"""A button that is just becoming enabled has colours between two states. A page that hears nothing for some
+seconds is dimmed on purpose, and it hears nothing while axe-core keeps a busy computer's browser."""
 
 
 @pytest.mark.parametrize("dark", [True, False])
@@ -108,7 +112,7 @@ def test_pages_keep_wcag_aa_by_axe(visit: Callable[..., Page], stub: Stub, dark:
     for path in PAGES if dark else ("/", "/motion"):
         page = visit(path, dark=dark)
         expect(page.get_by_test_id("machine")).to_have_text("stub table")
-        page.add_style_tag(content=AT_ONCE)
+        page.add_style_tag(content=AS_CONNECTED)
         page.evaluate(axe)
         result = page.evaluate("axe.run({runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa']})")
         problems += [
