@@ -60,10 +60,20 @@ def test_machines_and_eds_files_are_in_the_wheel_and_nothing_that_was_learned(wh
     assert not [name for name in names if "/learned/v" in name or name.startswith("tests/")]
 
 
+def test_the_licence_is_in_the_wheel_and_named_in_its_metadata(wheel: Path) -> None:
+    packed = zipfile.ZipFile(wheel)
+    (metadata,) = (name for name in packed.namelist() if name.endswith(".dist-info/METADATA"))
+    folder = metadata.removesuffix("METADATA")
+    assert packed.read(f"{folder}licenses/LICENSE") == (ROOT / "LICENSE").read_bytes()
+    lines = packed.read(metadata).decode().splitlines()
+    assert {"License-Expression: Apache-2.0", "License-File: LICENSE"} <= set(lines)
+
+
 def test_the_source_distribution_builds_the_same_wheel(wheel: Path, tmp_path: Path) -> None:
     with tarfile.open(build(ROOT, "sdist", tmp_path)) as archive:
         archive.extractall(tmp_path, filter="data")
     (source,) = (entry for entry in tmp_path.iterdir() if entry.is_dir())
+    assert (source / "LICENSE").is_file()
     assert build(source, "wheel", tmp_path / "again").read_bytes() == wheel.read_bytes()
 
 
