@@ -67,6 +67,16 @@ def objections(axis: Any) -> Iterator[str]:
             yield f"{section.name}.{text}"
 
 
+def period_objections(axis: Any, period_s: float) -> Iterator[str]:
+    """Why sections of the law of an axis do not go with the SYNC period."""
+    for section in SECTIONS.values():
+        settings = axis.section(section.settings)
+        if settings is None or section.period_objection is None:
+            continue
+        if text := section.period_objection(settings, period_s):
+            yield f"{section.name}.{text}"
+
+
 def _unmet(need: Need, axis: Any, name: str) -> str:
     """Why an axis has not what the section `name` needs; "" where it has."""
     match need:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
 
-from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections
+from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections, period_objections
 from servo_ctrl.config.learning_model import LearningConfig, MonitoringConfig
 from servo_ctrl.config.mqtt_model import MqttConfig  # for the same reason
 from servo_ctrl.config.node_model import SETPOINT_OF_MODE, Controller, Drive, Scale, is_mapped
@@ -194,6 +194,13 @@ class MachineConfig(FileSection):
                         f"{key}: node id {node.node_id} is already taken by {owners[node.node_id]}"
                     )
                 owners[node.node_id] = key
+        return self
+
+    @model_validator(mode="after")
+    def _period_carries_the_laws(self) -> Self:
+        for name, axis in self.axes.items():
+            for objection in period_objections(axis, self.period_s):
+                raise ValueError(f"axis.{name}.{objection}")
         return self
 
     @property

@@ -53,6 +53,8 @@ class LawSection(NamedTuple):
     needs: tuple[Need, ...] = ()
     objection: Callable[[Any, float], str] | None = None
     """Why settings contradict each other, or the resolution of the scale (um, NaN without one), or ""."""
+    period_objection: Callable[[Any, float], str] | None = None
+    """Why settings do not go with the SYNC period (s), or ""."""
 
 
 def filter_blend(time_constant_s: float, period_s: float) -> float:

@@ -4,8 +4,9 @@
     v* = clamp(kp (x* - x) + kff v*_command + p)             position loop, feedforward, friction pulse
     u  = clamp(kv (v* - v) + I + M a*_command + d)           velocity loop, feedforward, observer
 
-The position loop may be PID or fuzzy-PD. c leads the motor: it counts in CSP, and where the position loop is
-closed on the motor; a loop that is closed on the scale has the table itself.
+What goes to the amplifier, u or in CSV v*, passes a notch filter. The position loop may be PID or fuzzy-PD.
+c leads the motor: it counts in CSP, and where the position loop is closed on the motor; a loop that is closed
+on the scale has the table itself.
 
 With ki = 0 and no feedforward this is u = kp kv (x* - x) - kv v, the law of the EMPS benchmark.
 """
@@ -20,6 +21,7 @@ from servo_ctrl.control.compensation import (
     disturbance_observer,
     feedforward,
     fuzzy_pd,
+    notch,
     sampled_dual_loop,
     screw_error,
     trapezoidal_pulse,
@@ -41,6 +43,7 @@ class AxisParams(NamedTuple):
     position_loop: position_loop.Params
     fuzzy: fuzzy_pd.Params
     velocity_loop: velocity_loop.Params
+    notch: notch.Params
     feedforward: feedforward.Params
     pulse: trapezoidal_pulse.Params
     observer: disturbance_observer.Params
@@ -59,6 +62,7 @@ class AxisState(NamedTuple):
     """Last force set point, kept through a bad sample."""
     position_loop: position_loop.State
     velocity_loop: velocity_loop.State
+    notch: notch.State
     pulse: trapezoidal_pulse.State
     observer: disturbance_observer.State
     screw_error_m: float
@@ -75,6 +79,7 @@ def at_rest(motor_position_m: float) -> AxisState:
         force_n=0.0,
         position_loop=position_loop.at_rest(),
         velocity_loop=velocity_loop.at_rest(motor_position_m),
+        notch=notch.at_rest(),
         pulse=trapezoidal_pulse.at_rest(motor_position_m),
         observer=disturbance_observer.at_rest(),
         screw_error_m=0.0,
@@ -123,6 +128,7 @@ def after_bad_sample(
         velocity_loop=velocity_loop.after_bad_sample(
             state.velocity_loop, sample.motor_position_m, params.period_s
         ),
+        notch=state.notch,
         pulse=pulse,
         observer=disturbance_observer.after_bad_sample(state.observer),
         screw_error_m=screw_m,
@@ -181,7 +187,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         params.limits.velocity_m_s,
         params.period_s,
     )
-    velocity_command_m_s = clamp(wanted_m_s, params.limits.velocity_m_s)
+    velocity_command_m_s, notch_state = clamp(wanted_m_s, params.limits.velocity_m_s), state.notch
     velocity_m_s = velocity_loop.estimated_velocity(
         params.velocity_loop, state.velocity_loop, sample.motor_position_m, params.period_s
     )
@@ -200,8 +206,12 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
             params.limits.force_n,
             params.period_s,
         )
+        force_n, notch_state = notch.notched(params.notch, state.notch, force_n)
+        force_n = clamp(force_n, params.limits.force_n)
     else:
         force_n, integral_n = 0.0, 0.0
+        velocity_command_m_s, notch_state = notch.notched(params.notch, state.notch, velocity_command_m_s)
+        velocity_command_m_s = clamp(velocity_command_m_s, params.limits.velocity_m_s)
         offset_n += clamp(feedforward_n, params.limits.force_n)
 
     command = AxisCommand(
@@ -224,6 +234,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         velocity_loop=velocity_loop.State(
             sample.motor_position_m, state.velocity_loop.position_1_m, velocity_m_s, integral_n
         ),
+        notch=notch_state,
         pulse=pulse,
         observer=observer,
         screw_error_m=screw_m,

@@ -17,7 +17,8 @@ from servo_ctrl.control.types import AxisSample
 
 MACHINES = Path(__file__).parents[2] / "machines"
 FACTS = AxisFacts(period_s=1e-3, acceleration_m_s2=1.0, jerk_m_s3=50.0)
-CONFIGS = [load_machine(MACHINES / name).axes["x"] for name in ("xy_table", "precision_stage")]
+FILES = ("xy_table", "precision_stage", "precision_stage/controller_cst.toml")
+CONFIGS = [load_machine(MACHINES / name).axes["x"] for name in FILES]
 every_part = pytest.mark.parametrize("field", SECTIONS)
 
 

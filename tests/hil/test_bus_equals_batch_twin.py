@@ -116,6 +116,8 @@ def machine_in_mode(mode: str, folder: Path) -> Path:
         if mode == "csp" and name == "controller.toml":
             text = text.replace("velocity_feedforward = ", "velocity_feedforward = 0.0 # ")
         text = without_sections(text, *IMPOSSIBLE[mode])
+        if mode != "csp" and name == "controller.toml":
+            text += "\n[axis.y.notch]\nfrequency_hz = 80.0\n"
         (folder / name).write_text(text.replace(SETPOINTS["cst"], SETPOINTS[mode]))
     return folder
 

@@ -5,11 +5,13 @@ from servo_ctrl.control.compensation import (
     backlash,
     disturbance_observer,
     fuzzy_pd,
+    notch,
     sampled_dual_loop,
     screw_error,
     trapezoidal_pulse,
 )
 
+NO_NOTCH = notch.NEUTRAL
 NO_PULSE = trapezoidal_pulse.NEUTRAL
 NO_OBSERVER = disturbance_observer.NEUTRAL
 NO_FUZZY = fuzzy_pd.NEUTRAL

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from compensation_off import NO_FUZZY, NO_LEADING, p_loop
+from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, p_loop
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
@@ -17,6 +17,7 @@ from servo_ctrl.control.compensation import (
     disturbance_observer,
     feedforward,
     fuzzy_pd,
+    notch,
     sampled_dual_loop,
     screw_error,
     trapezoidal_pulse,
@@ -53,6 +54,7 @@ PARAMS = st.builds(
     st.builds(position_loop.Params, POSITIVE, POSITIVE, POSITIVE, SHARE, SWITCH),
     st.builds(fuzzy_pd.Params, SWITCH, POSITIVE, POSITIVE, POSITIVE, *[POSITIVE] * 4, SURFACES),
     st.builds(velocity_loop.Params, POSITIVE, POSITIVE, st.integers(1, 2), SHARE),
+    st.builds(notch.Params, SWITCH, *[SIGNED] * 3, SHARE),
     st.builds(feedforward.Params, SIGNED, SIGNED),
     st.builds(trapezoidal_pulse.Params, SWITCH, SHARE, POSITIVE, st.integers(1, 4).flatmap(table)),
     st.builds(disturbance_observer.Params, SWITCH, POSITIVE, POSITIVE, SHARE),
@@ -76,6 +78,7 @@ STATES = st.builds(
     *[SIGNED] * 2,
     st.builds(position_loop.State, SIGNED | st.just(math.nan), SIGNED, SIGNED),
     st.builds(velocity_loop.State, *[SIGNED] * 4),
+    st.builds(notch.State, *[SIGNED] * 2),
     st.builds(
         trapezoidal_pulse.State,
         SIGNED,
@@ -100,6 +103,7 @@ SAMPLES = st.builds(AxisSample, *[MEASURED] * 7)
         p_loop(0.0, False),
         NO_FUZZY,
         velocity_loop.Params(0.0, 0.0, 1, 1.0),
+        NO_NOTCH,
         feedforward.Params(0.0, 0.0),
         trapezoidal_pulse.Params(True, 1.0, 0.0, np.zeros((6, 1))),
         disturbance_observer.Params(True, 0.0, 0.0, 1.0),
@@ -142,6 +146,7 @@ def test_an_axis_begins_at_rest_and_its_tables_may_lie_in_memory_as_they_like() 
         p_loop(1.0, True),
         NO_FUZZY,
         velocity_loop.Params(1.0, 1.0, 1, 1.0),
+        NO_NOTCH,
         feedforward.Params(1.0, 1.0),
         trapezoidal_pulse.Params(True, 0.01, 1.0, np.asfortranarray(np.arange(12.0).reshape(6, 2))),
         disturbance_observer.Params(True, 1.0, 1.0, 1.0),

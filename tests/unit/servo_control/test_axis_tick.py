@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from compensation_off import NO_FUZZY, NO_LEADING, NO_OBSERVER, NO_PULSE, p_loop
+from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_OBSERVER, NO_PULSE, p_loop
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
@@ -37,6 +37,7 @@ def params(
         p_loop(float(kp), scale),
         NO_FUZZY,
         velocity_loop.Params(float(kv), float(ki), 1, float(blend)),
+        NO_NOTCH,
         feedforward.Params(float(vff), float(mass)),
         NO_PULSE,
         NO_OBSERVER,

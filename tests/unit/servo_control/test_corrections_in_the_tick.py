@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from compensation_off import NO_FUZZY, NO_LEADING, NO_OBSERVER, NO_PULSE, p_loop
+from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_OBSERVER, NO_PULSE, p_loop
 
 from servo_ctrl.control import velocity_loop
 from servo_ctrl.control.compensation import backlash, feedforward, sampled_dual_loop, screw_error
@@ -37,6 +37,7 @@ def params(
         p_loop(50.0, scale),
         NO_FUZZY,
         velocity_loop.Params(0.0, 0.0, 1, 1.0),
+        NO_NOTCH,
         feedforward.Params(0.0, 0.0),
         NO_PULSE,
         NO_OBSERVER,

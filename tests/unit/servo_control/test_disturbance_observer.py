@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from compensation_off import NO_FUZZY, NO_LEADING, NO_PULSE, p_loop
+from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_PULSE, p_loop
 from scipy import signal
 
 from kernels.arrays import Array
@@ -90,6 +90,7 @@ def params(*, enabled: bool = True) -> AxisParams:
         p_loop(0.0, False),
         NO_FUZZY,
         velocity_loop.Params(100.0, 0.0, 1, 1.0),
+        NO_NOTCH,
         feedforward.Params(0.0, 0.0),
         NO_PULSE,
         disturbance_observer.Params(enabled, 70.0, 0.0, BLEND),

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from compensation_off import NO_FUZZY, NO_LEADING, NO_OBSERVER, p_loop
+from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_OBSERVER, p_loop
 
 from kernels.arrays import Array
 from servo_ctrl.control import velocity_loop
@@ -32,6 +32,7 @@ def params() -> AxisParams:
         p_loop(0.0, False),
         NO_FUZZY,
         velocity_loop.Params(0.0, 0.0, 1, 1.0),
+        NO_NOTCH,
         feedforward.Params(0.0, 0.0),
         trapezoidal_pulse.Params(True, 0.01, 1.0, LEARNED),
         NO_OBSERVER,
