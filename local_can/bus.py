@@ -2,24 +2,18 @@
 
 import logging
 import select
-import socket
 import time
-from pathlib import Path
 
 import can
 from can.typechecking import CanFilters
 
 from local_can import wire
-from local_can.hub import HubError, HubPresentError
+from local_can.attaching import ATTACH_TIMEOUT_S, AttachError, attached, served_here
 from local_can.served_hub import ServedHub
 
 _LOG = logging.getLogger(__name__)
-_ATTACH_TIMEOUT_S = 5.0
-"""How long a hub may take to answer (chosen)."""
 _SEND_TIMEOUT_S = 5.0
 """How long a send without a timeout of its own waits for a busy hub (chosen)."""
-_CONNECT_AGAIN_S = 0.01
-"""Pause before another try while the hub's queue of connections is full (chosen)."""
 _FLAGS = wire.EXTENDED | wire.REMOTE | wire.ERROR
 _new_message = can.Message.__new__
 
@@ -41,7 +35,7 @@ class LocalCanBus(can.BusABC):
         can_filters: CanFilters | None = None,
         fd: bool = False,
         serve: bool = False,
-        attach_timeout_s: float = _ATTACH_TIMEOUT_S,
+        attach_timeout_s: float = ATTACH_TIMEOUT_S,
         **kwargs: object,
     ) -> None:
         """Attach to the hub, waiting at most `attach_timeout_s` for its answer.
@@ -60,8 +54,11 @@ class LocalCanBus(can.BusABC):
         self.lost_frames = 0
         own = wire.ATTACH_WITH_OWN if receive_own_messages else wire.ATTACH
         packets = (wire.pack_filters(hub_filters(can_filters or None)), own)
-        served = _served(self.channel, packets) if serve else None
-        self._socket = served or _attach(self.channel, packets, attach_timeout_s)
+        try:
+            served = served_here(self.channel, packets) if serve else None
+            self._socket = served or attached(self.channel, packets, attach_timeout_s)
+        except AttachError as error:
+            raise can.CanInitializationError(str(error)) from error
         self._socket_send = self._socket.send
         self._receive_into = self._socket.recv_into
         self._buffer = bytearray(wire.MOST_FRAMES * wire.FRAME_BYTES)
@@ -242,51 +239,3 @@ def hub_filters(filters: CanFilters | None) -> wire.Filters:
             can_id, mask = can_id | wire.EXTENDED * bool(each["extended"]), mask | wire.EXTENDED
         hub.append((can_id, mask))
     return tuple(hub)
-
-
-def _connect(client: socket.socket, channel: str, deadline_s: float) -> None:
-    """Connect, again while the hub's queue of connections is full."""
-    while True:
-        try:
-            client.connect(channel)
-        except BlockingIOError:
-            if time.monotonic() > deadline_s:
-                raise TimeoutError from None
-            time.sleep(_CONNECT_AGAIN_S)
-        else:
-            return
-
-
-def _served(channel: str, packets: tuple[bytes, ...]) -> ServedHub | None:
-    """The hub at `channel`, in this process; None where another one is there already."""
-    try:
-        return ServedHub(Path(channel), packets)
-    except HubPresentError:
-        return None
-    except HubError as error:
-        raise can.CanInitializationError(str(error)) from error
-
-
-def _attach(channel: str, packets: tuple[bytes, ...], timeout_s: float) -> socket.socket:
-    """A non-blocking socket that the hub at `channel` has attached to the bus, at the request `packets`."""
-    client = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    client.settimeout(timeout_s)
-    try:
-        _connect(client, channel, time.monotonic() + timeout_s)
-        for packet in packets:
-            client.send(packet)
-        if client.recv(1) != wire.ATTACHED:
-            raise ConnectionResetError(None, "it closed the connection")
-    except TimeoutError:
-        client.close()
-        raise can.CanInitializationError(
-            f"the hub at {channel} does not answer within {timeout_s:g} s"
-        ) from None
-    except OSError as error:
-        client.close()
-        advice = f"a simulator serves one, or: python -m local_can {channel}"
-        raise can.CanInitializationError(
-            f"no hub at {channel} ({error.strerror or error}); {advice}"
-        ) from error
-    client.setblocking(False)
-    return client
