@@ -50,7 +50,7 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
     sections: Sections = {}
     notes: list[str] = []
     left_out: dict[str, str] = {}
-    told_by_force: set[str] = set()
+    named_by_force: set[str] = set()
     base = next((e.base for e in explanations if e.channel is ResidualChannel.FORCE), {})
     for explanation in explanations:
         is_changed = explanation.findings or explanation.minor or explanation.parameters_matter
@@ -62,7 +62,7 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
             if section in axis.model_effects.effects:
                 notes.append(f"{section} is in the model already, and is left as it was")
                 continue
-            if explanation.channel is not ResidualChannel.FORCE and finding.effect in told_by_force:
+            if explanation.channel is not ResidualChannel.FORCE and finding.effect in named_by_force:
                 notes.append(f"{section} is written as the force tells it")
                 continue
             try:
@@ -71,7 +71,7 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
                 table = in_file_units(section, values, notes)
                 sections[section] = _joined(section, sections.get(section, {}), table)
                 if explanation.channel is ResidualChannel.FORCE:
-                    told_by_force.add(finding.effect)
+                    named_by_force.add(finding.effect)
             except NotInAPlant as reason:
                 notes.append(f"{finding.effect} is not in the model: {reason}")
                 left_out.update(dict.fromkeys(_terms_or_name(finding), notes[-1]))

@@ -37,10 +37,10 @@ def update_axis(explanations: Sequence[Explanation], model: NominalModel, name: 
     made = axis_sections(explanations, model, name)
     if SPRING not in made.sections:
         return AxisUpdate(made.sections, made.notes, list(explanations))
-    if all(explanation.channel is ResidualChannel.FORCE for explanation in explanations) or _told_by_motor(
+    if all(explanation.channel is ResidualChannel.FORCE for explanation in explanations) or _explained_by_motor(
         explanations
     ):
-        return AxisUpdate(made.sections, made.notes, list(explanations))  # the motor alone told it all
+        return AxisUpdate(made.sections, made.notes, list(explanations))  # the motor alone explains all of it
     note, why = f"model.toml, axis {name}: {SPRING}: ", "the recordings do not tell it"
     try:
         found = _two_mass(explanations, model, name, made)
@@ -59,7 +59,7 @@ def update_axis(explanations: Sequence[Explanation], model: NominalModel, name: 
     return AxisUpdate(sections, [*notes, note + summary_note(found)], after)
 
 
-def _told_by_motor(explanations: Sequence[Explanation]) -> bool:
+def _explained_by_motor(explanations: Sequence[Explanation]) -> bool:
     """Whether the force of the motor shows the spring with the masses on either side."""
     return any(
         finding.effect == SPRING and "load_mass_kg" in finding.parameters

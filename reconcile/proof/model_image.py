@@ -128,7 +128,7 @@ def _image(
     problem = regression_problem(data, channel, shapes, only=True, model_terms=known)
     equations = problem.equations
     keys = [c.key for c in found.terms]
-    timing = [c for c in equations.candidates if c.effect in TIMING]  # the image is told without any delay
+    timing = [c for c in equations.candidates if c.effect in TIMING]  # the image has no delay
     terms = [*timing, *(equations.by_key[key] for key in keys if key[0] not in TIMING)]
     blocks = np.arange(len(equations.samples))
     totals, samples = equations.totals(blocks), max(int(equations.samples.sum()), 1)

@@ -49,7 +49,7 @@ def _counted(alike: Sequence[SensorFinding]) -> str:
     largest = max(alike, key=lambda one: abs(one.size))
     times_s = [at for one in alike for at in (one.start_s, one.end_s) if math.isfinite(at)]
     span = f", {min(times_s):.3f} to {max(times_s):.3f} s" if times_s else ""
-    return f"{largest._replace(source=_file(largest))} (x {len(alike)}{span}; the largest is told)"
+    return f"{largest._replace(source=_file(largest))} (x {len(alike)}{span}; the largest is shown)"
 
 
 def _file(one: SensorFinding) -> str:

@@ -27,7 +27,7 @@ TRACKING_HZ = 400.0
 MOTION_HZ = 60.0
 """Corner of the motion that is followed: above it the rounding of positions would take most of the force."""
 LONGEST_SUBSTEP_S = 1e-5
-"""Force and motion are told at the same instant to within this; a heavy rotor makes newtons of more."""
+"""Force and motion are of the same instant to within this; a heavy rotor makes newtons of more."""
 STIFFEST_CYCLES = 0.05
 """Cycles of the tracking bandwidth in a substep, at most."""
 

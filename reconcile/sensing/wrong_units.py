@@ -29,8 +29,8 @@ SURE_LEFT = 0.3
 gravity of other joints makes of a passive one leaves more."""
 LEAST_LEAD_ERRORS = 5.0
 """The same in standard errors."""
-SAID_MEANINGS = 2
-"""Explanations of a factor that are told."""
+NAMED_MEANINGS = 2
+"""Explanations of a factor that a message names."""
 
 
 def signs_and_units(judge: Judge, damaged: set[str]) -> Iterator[SensorFinding]:
@@ -109,15 +109,15 @@ def _force(judge: Judge) -> Iterator[SensorFinding]:
     ratio = fit.mass_kg / model.mass_kg
     if certain and fit.mass_kg > 0.0 and not 1.0 / LARGEST_MASS_RATIO < ratio < LARGEST_MASS_RATIO:
         travel_m = float(recording.motor_m.max() - recording.motor_m.min())
-        meanings = factor_meanings(ratio, model, travel_m)[:SAID_MEANINGS]
+        meanings = factor_meanings(ratio, model, travel_m)[:NAMED_MEANINGS]
         severity: Severity = "unusable" if meanings and _is_another_unit(ratio) else "warning"
         message = (
             f"force over acceleration is {fit.mass_kg:.4g} kg; the model file says {model.mass_kg:.4g} kg"
         )
-        told = [f"{one.words} (--map {judge.entry(one.channel, one.to_si)})" for one in meanings]
+        remedies = [f"{one.words} (--map {judge.entry(one.channel, one.to_si)})" for one in meanings]
         remedy = "check the units of force and position, and the mass"
-        if told:
-            remedy = f"perhaps {', or '.join(told)}"
+        if remedies:
+            remedy = f"perhaps {', or '.join(remedies)}"
         yield judge.finding("unit", severity, "force_n", ratio, "1", message, remedy)
 
 

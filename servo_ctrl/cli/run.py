@@ -72,10 +72,10 @@ def run(
     lets the drives brake. Exits with 0 after a completed program, 1 after an error or a fault, 128 + n after
     signal n.
 
-    In real time the computer is tested for two seconds first; what it does not hold is the first event told.
+    In real time the computer is tested for two seconds first; what it does not hold is the first event.
 
     The program is a TOML file (docs/programs.md) or G-code (docs/part_programs.md); when a part program was
-    recorded, its contour error is told at the end.
+    recorded, its contour error is printed at the end.
 
     The learned friction compensation acts where there is one (docs/learning.md). With --serve, and without
     a program, the axes stay under control until a signal comes, and can be commanded (docs/commands.md).

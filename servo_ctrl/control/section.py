@@ -30,7 +30,7 @@ class Need(Enum):
 
 
 class AxisFacts(NamedTuple):
-    """What a part is told about its axis when its parameters are made."""
+    """Properties of the axis from which a part makes its parameters."""
 
     period_s: float
     acceleration_m_s2: float

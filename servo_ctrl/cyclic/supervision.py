@@ -1,7 +1,7 @@
 """Supervision of an axis beside its following error: pure functions, one cycle each.
 
 - Scale and encoder disagree: deviation = motor - correction - scale, both zero where the axis was taken over.
-  A broken scale, or a slipped coupling. What stands still cannot be told from what is broken.
+  A broken scale, or a slipped coupling. At rest a broken scale looks like a good one.
 - Current saturated: force set point or measured current at its limit for `saturation_cycles` in a row.
 - Runs away, led by us: for `runaway_cycles` it is pushed towards its set point with at least `push_n`, and
   over that time gathers speed the other way while its error grows: a wrong sign somewhere. That lasts as long

@@ -18,7 +18,7 @@ def rate_problem(bus: str, stated_kbit_s: int, ask: Callable[[str], str] | None 
     rate = found.get("bittiming", {}).get("bitrate")
     if isinstance(rate, int) and rate and rate != stated_kbit_s * 1000:
         told = f"{rate / 1e3:g} kbit/s, the machine file says {stated_kbit_s} (bus.bit_rate_kbit_s)"
-        return f"bus {bus} runs at {told}; its load is told by the file"
+        return f"bus {bus} runs at {told}; its load is computed from the file's"
     if "data_bittiming" in found:
         return f"bus {bus} is set up for CAN FD; the controller sends and takes classic frames alone"
     return ""

@@ -6,7 +6,7 @@ Feedforwards leave the loop as it is: their Ms and noise are those without compe
 
 - observer: first-order disturbance observer, over its bandwidth;
 - friction: feedforward of the identified friction with memory (Maxwell slip), without a learned waveform;
-- observer and friction: the observer is told of the feedforward, so that neither counts twice;
+- observer and friction: the observer knows the feedforward, so that neither counts twice;
 - QEC: pulse of one duration whose height is a characteristic over the reverse acceleration, as quadrant error
   compensation of commercial controls has it.
 """
@@ -48,7 +48,7 @@ class Setting(NamedTuple):
     params: AxisParams
     waveforms: ReversalWaveforms | None = None
     observer_blend: float = 0.0
-    """Of the observer that is told of the planned force; 0 = none is."""
+    """Of the observer that knows the planned force; 0 = none is."""
 
 
 class TunedRival(NamedTuple):

@@ -1,4 +1,4 @@
-"""All drives of a machine together: what their sequences are told, and what they ask of the machine."""
+"""All drives of a machine together: the commands to their sequences, and their events for the machine."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple

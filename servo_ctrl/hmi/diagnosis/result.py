@@ -35,7 +35,7 @@ from servo_ctrl.hmi.shell.plots import Theme, figure, plot_layout
 MODELS = ("nominal", "refitted", "with the effects")
 """The models whose residuals are compared, in the order of `Improvement.levels`."""
 PATTERNS = ("", "/", ".")
-"""Of their bars, so that they are told apart without colour too."""
+"""Hatching of their bars, to tell them apart without colour too."""
 RIVALS_SHOWN = 3
 REPORT_HEIGHT_PX = 900
 LOAD_REPORT = """

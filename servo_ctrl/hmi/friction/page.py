@@ -26,7 +26,7 @@ from servo_ctrl.hmi.shell.units import DisplayUnit
 
 TITLE = "Friction"
 LATELY, FEWEST, ODD = 8, 3, 2.0
-"""Reversals whose median is told, from how many on, and by what factor above it one is odd; chosen."""
+"""Reversals in the median; how many it needs; the factor above it that makes one odd. Chosen."""
 SWITCHES = {"compensation": "Compensation", "observer": "Disturbance observer", "screw": "Screw and take-up"}
 """By the ending of their commands, ENABLE_ and DISABLE_."""
 PAIRS = {key: name for key, name in INDICATORS.items() if key != MEAN} | {

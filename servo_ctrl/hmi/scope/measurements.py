@@ -12,7 +12,7 @@ from servo_ctrl.hmi.shell.units import NO_VALUE
 
 HEAD = ("", "least", "greatest", "peak to peak", "mean", "RMS", "frequency", "")
 FEWEST_CROSSINGS = 3
-"""Rising crossings of the mean from which a frequency is told; chosen."""
+"""Rising crossings of the mean that a frequency needs; chosen."""
 
 
 class MeasurementTable:

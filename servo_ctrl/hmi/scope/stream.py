@@ -166,7 +166,7 @@ def clock_text(status: MachineStatus | None, ring: RowRing, origin: int, period_
     In lockstep cycles run by no clock: it is that of a machine which had kept its period since.
     """
     try:
-        told = datetime.fromisoformat(status.time if status is not None else "")
+        status_time = datetime.fromisoformat(status.time if status is not None else "")
     except ValueError:
         return ""
     if status is None or ring.end == ring.first:
@@ -174,7 +174,7 @@ def clock_text(status: MachineStatus | None, ring: RowRing, origin: int, period_
     at = min(max(origin, ring.first), ring.end - 1)
     _, rows = ring.since(at)
     since_s = (status.cycles - float(rows[0, ring.place("cycle")]) - (origin - at)) * period_s
-    zero = (told - timedelta(seconds=since_s)).astimezone()
+    zero = (status_time - timedelta(seconds=since_s)).astimezone()
     return f"time 0 is {zero:%H:%M:%S}.{zero.microsecond // 1000:03d}"
 
 

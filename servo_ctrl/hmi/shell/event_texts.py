@@ -24,7 +24,7 @@ class ShownEvent(NamedTuple):
 
 
 def when(event: EventEntry) -> str:
-    """Clock time of an event here; its cycle where no time was told."""
+    """Clock time of an event here; its cycle where the status has no time."""
     return _clock(event.time) or f"cycle {grouped(event.cycle)}"
 
 

@@ -65,7 +65,7 @@ def _errors(result: Mapping[str, Any]) -> Iterator[str]:
     run = {line["machine"] for line in lines}
     if missing := [name for name in MACHINES if name not in run]:
         yield f"\nNot run for these figures: {', '.join(missing)}."
-    yield "\nThe fditools bench publishes no torque constant: its torque is told in amperes."
+    yield "\nThe fditools bench publishes no torque constant: its torque is given in amperes."
 
 
 def _answers(result: Mapping[str, Any]) -> Iterator[str]:

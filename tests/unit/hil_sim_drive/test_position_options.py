@@ -1,4 +1,4 @@
-"""What a profile position move can be told: end velocity, relative to what, jerk, windows."""
+"""Options of a profile position move: end velocity, relative to what, jerk, windows."""
 
 from itertools import pairwise
 

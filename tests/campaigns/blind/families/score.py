@@ -9,7 +9,7 @@ from tests.campaigns.blind.families.decide import Rules, decided
 
 Row = dict[str, Any]
 FACTOR = 1.5
-"""An unexplained share is told where it is within this factor of the truth."""
+"""An unexplained share is right where it is within this factor of the truth."""
 UNNAMED = "unnamed terms"
 UNIT = re.compile(r"_(n|nm|m|rad|s|hz|n_m|n_s_m|nm_s_rad|nm_rad|n_s2_m2|nm_s2_rad2|1_m)$")
 
@@ -88,7 +88,7 @@ def _stem(name: str) -> str:
 
 
 def _unexplained(truth: Row, verdict: Row) -> Row | None:
-    """Return the RMS of foreign force as it is and as it was told; None where none is concealed.
+    """Return the RMS of foreign force as it is and as it was reported; None where none is concealed.
 
     Told is what the verdict gives no name: its terms without a name, and what is left beside the noise.
     """

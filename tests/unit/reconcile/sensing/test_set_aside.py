@@ -66,4 +66,4 @@ def test_findings_that_differ_in_numbers_alone_are_one_note_with_their_count() -
     other = SensorFinding("gap", "note", "run.csv", "y", "", 0.0, 0.0, 2.0, "samples", "2 are missing")
     found = notes_of([gap(1.0, 7), gap(2.0, 9), other, gap(3.5, 8)])
     largest = "run.csv: x: 9 samples are missing after 2.0000 s; the recording is split there"
-    assert found == [f"{largest} (x 3, 1.000 to 3.500 s; the largest is told)", "run.csv: y: 2 are missing"]
+    assert found == [f"{largest} (x 3, 1.000 to 3.500 s; the largest is shown)", "run.csv: y: 2 are missing"]
