@@ -86,16 +86,6 @@ def veto(entry: CatalogueEntry, terms: Sequence[ModelTerm], context: VetoContext
     return next((reason for reason in reasons if reason), "")
 
 
-def veto_of_base(base: Mapping[str, float]) -> str:
-    """Why the fitted values of mass and friction are impossible; empty where they are not."""
-    names = {"mass_kg": "the mass", "viscous_n_s_m": "viscous friction", "coulomb_n": "Coulomb friction"}
-    units = {"mass_kg": "kg", "viscous_n_s_m": "N s/m", "coulomb_n": "N"}
-    for key, name in names.items():
-        if base.get(key, 0.0) < 0.0:
-            return f"{name} was fitted to be {base[key]:.3g} {units[key]}, and cannot be below 0"
-    return ""
-
-
 def collinearity(prediction: Array, baseline: Array) -> float:
     """Multiple correlation, 0 to 1, of a prediction (n,) with the columns (n, k) and a constant."""
     size = float(np.linalg.norm(prediction))

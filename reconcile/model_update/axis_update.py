@@ -37,9 +37,9 @@ def update_axis(explanations: Sequence[Explanation], model: NominalModel, name: 
     made = axis_sections(explanations, model, name)
     if SPRING not in made.sections:
         return AxisUpdate(made.sections, made.notes, list(explanations))
-    if all(explanation.channel is ResidualChannel.FORCE for explanation in explanations) or _explained_by_motor(
-        explanations
-    ):
+    if all(
+        explanation.channel is ResidualChannel.FORCE for explanation in explanations
+    ) or _explained_by_motor(explanations):
         return AxisUpdate(made.sections, made.notes, list(explanations))  # the motor alone explains all of it
     note, why = f"model.toml, axis {name}: {SPRING}: ", "the recordings do not tell it"
     try:

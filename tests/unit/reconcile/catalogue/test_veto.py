@@ -11,7 +11,7 @@ from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.heat_balance import temperature_changes
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
-from reconcile.catalogue.veto import VetoContext, collinearity, veto, veto_of_base
+from reconcile.catalogue.veto import VetoContext, collinearity, veto
 
 FORCE, DEVIATION = ResidualChannel.FORCE, ResidualChannel.POSITION_DEVIATION
 BASE = {"mass_kg": 50.0, "viscous_n_s_m": 100.0, "coulomb_n": 12.0}
@@ -144,13 +144,3 @@ def test_a_term_that_is_the_baseline_in_this_motion_is_refused() -> None:
     assert collinearity(v + 3.0, base) == pytest.approx(1.0)
     x_alone = x - base @ np.linalg.lstsq(base, x, rcond=None)[0]
     assert float(np.linalg.norm(x_alone)) < 1e-9 * float(np.linalg.norm(x))
-
-
-def test_baseline_values_below_zero_are_refused_by_name() -> None:
-    assert veto_of_base(BASE) == ""
-    assert (
-        veto_of_base({**BASE, "mass_kg": -0.04})
-        == "the mass was fitted to be -0.04 kg, and cannot be below 0"
-    )
-    assert "Coulomb friction" in veto_of_base({**BASE, "coulomb_n": -1.0})
-    assert veto_of_base({}) == ""
