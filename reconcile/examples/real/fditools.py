@@ -1,7 +1,7 @@
 """Two-mass bench of the Hori-Fujimoto laboratory: two motors, a flexible coupling, open-loop multisines.
 
-No torque constant is published: a newton metre in these reports is an ampere, so inertias are in A s2/rad. The nominal
-inertia is that of the published frequency response at 11 Hz, and half of it turns with the motor.
+No torque constant is published: a newton metre in these reports is an ampere, so inertias are in A s2/rad.
+The nominal inertia is that of the published frequency response at 11 Hz, and half of it turns with the motor.
 """
 
 from pathlib import Path
