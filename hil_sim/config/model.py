@@ -104,6 +104,14 @@ class TouchProbeInputs(Section):
     second_mm: Number | None = None
 
 
+class Brake(Section):
+    """A holding brake on the motor shaft: its torque, and how long it takes to open and to close."""
+
+    torque_nm: Positive
+    release_ms: NonNegative
+    engage_ms: NonNegative
+
+
 class Motor(Section):
     """Rating plate of the motor; `inertia_kg_cm2` is rotor, coupling and screw."""
 
@@ -137,6 +145,7 @@ class AxisPlant(Section):
     scale: Scale | None = None
     limit_switches: LimitSwitches
     home_switch: HomeSwitch | None = None
+    brake: Brake | None = None
     touch_probes: TouchProbeInputs = TouchProbeInputs()
     amplifier: Any
     effects: dict[str, Any] = {}

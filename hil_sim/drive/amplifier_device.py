@@ -11,6 +11,7 @@ from hil_sim.config import AxisPlant, Plant
 from hil_sim.drive import cia402_device as cia402
 from hil_sim.drive import stopping
 from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.brake_control import BrakeControl
 from hil_sim.drive.cia402_device import Command, Event, State, Transition
 from hil_sim.drive.drive_dictionary import guard, hardware_values
 from hil_sim.drive.drive_objects import DriveObjects
@@ -20,6 +21,7 @@ from hil_sim.drive.stopping import Ramp
 from hil_sim.drive.touch_probe import TouchProbes
 from hil_sim.node import emcy
 from hil_sim.node.slave import NodeHost, Slave
+from hil_sim.plant.holding_brake import HoldingBrake
 
 CONNECTION_ERROR = 0x8100
 """Error code "communication, generic": the master stopped or reset a node in motion."""
@@ -51,6 +53,8 @@ class Drive:
         self.objects.sensors = self.port
         self.motion = Motion(self.objects, self.port)
         self._probes = TouchProbes(config, self.objects, self.port)
+        self.brake = BrakeControl(self.objects, HoldingBrake(config, plant, index), host.clock)
+        self._clock = host.clock
         self._hardware_values = hardware_values(config)
         self._power_up()
         self.slave = Slave(config.drive.node_id, config.drive.eds, self.objects, self, host, inside_eds)
@@ -75,12 +79,13 @@ class Drive:
         self.port.origin = 0
         self.motion.reset()
         self._power_up()
+        self.brake.reset()
         self.set_polarity()
         self.limit_speed()
         self._probes.reset()
         self.objects.interpolation_data_record = NO_SET_POINT
         self.last_set_point = 0
-        self.port.read(self.objects)
+        self.take_range()
         self.objects.digital_inputs = 0
         self._enter_after(Event.SELF_TEST_PASSED)
         self.motion.read_switches()
@@ -106,6 +111,8 @@ class Drive:
             self._enter(State.SWITCH_ON_DISABLED)
         elif option == QUICK_STOP and self.state is State.OPERATION_ENABLED:
             self._quick_stop()
+        elif option == QUICK_STOP and self._releasing:
+            self._enter(State.SWITCH_ON_DISABLED)
         self._compose_statusword()
 
     def process(self) -> None:
@@ -119,6 +126,8 @@ class Drive:
             self.motion.select_mode(objects.modes_of_operation)
         if self._wanted_torque_limits() != self._torque_limits:
             self._limit_torque()
+        if (objects.physical_outputs, objects.bit_mask) != self.brake.outputs:
+            self.brake.follow()
         if objects.controlword != self._controlword or self._state_at_controlword is not self.state:
             previous, self._controlword = self._controlword, objects.controlword
             self._execute(self._controlword, previous)
@@ -139,6 +148,12 @@ class Drive:
         """Follow 607Eh, with the torque limits, which have a sign."""
         self.port.set_polarity(self.objects.polarity)
         self._limit_torque()
+
+    def take_range(self) -> None:
+        """Follow the position range limit 607Bh."""
+        objects = self.objects
+        self.port.range.take(objects.min_position_range_limit, objects.max_position_range_limit)
+        self.port.read(objects)
 
     def limit_speed(self) -> None:
         """Follow the max motor speed 6080h (1/min)."""
@@ -169,6 +184,8 @@ class Drive:
             motion.read_switches()
         if self._probes.watching:
             self._probes.look()
+        if self.brake.brake.moving:
+            self.brake.brake.run(self._clock.now_us)
         if motion.powered and motion.check(dt_s):
             self.fault(emcy.FOLLOWING_ERROR, emcy.PROFILE)
         self._compose_statusword()
@@ -191,8 +208,11 @@ class Drive:
         """Carry out the transitions that a controlword causes, then its bits for the mode."""
         command = cia402.decode(controlword, previous)
         stays = stopping.quick_stop_stays(self.objects.quick_stop_option_code)
-        if self._state_after_ramp is not None and command is Command.ENABLE_OPERATION:
+        ramp = self._state_after_ramp is not None and not self.brake.wanted_set
+        if ramp and command is Command.ENABLE_OPERATION:
             self._enter(State.OPERATION_ENABLED)  # the ramp is broken off
+        if self._releasing and command is Command.SWITCH_ON:
+            self._enter(State.SWITCHED_ON)
         found = cia402.transition(self.state, command, stays)
         while found is not None:
             self._carry_out(found)
@@ -207,6 +227,8 @@ class Drive:
         """Enter the next state; transitions 5, 8 and 11 brake the axis by their option codes first."""
         objects = self.objects
         match transition.number:
+            case 4:
+                self._release_into(transition.target)
             case 5:
                 ramp = stopping.DISABLE_OPERATION[objects.disable_operation_option_code]
                 self._brake_into(transition.target, ramp)
@@ -221,14 +243,30 @@ class Drive:
             case _:
                 self._enter(transition.target)
 
+    @property
+    def _releasing(self) -> bool:
+        """Whether the axis is held until its brake is released."""
+        return self.state is State.SWITCHED_ON and self.motion.powered
+
     def _enter(self, state: State) -> None:
-        """Enter a state and switch the power stage accordingly; the caller starts a ramp."""
+        """Enter a state and switch power stage and brake accordingly; the caller starts a ramp."""
         self.state = state
         self._state_after_ramp = None
         if state is State.OPERATION_ENABLED:
+            self.brake.order(close=False)
             self.motion.follow()
         elif state not in cia402.POWERED:
+            self.brake.order(close=True)
             self.motion.switch_off()
+
+    def _release_into(self, state: State) -> None:
+        """Hold the axis while its brake is released, then enter `state`."""
+        if self._releasing:
+            return
+        enter = self.brake.release_then(partial(self._enter, state))
+        enter()
+        if self.state is not state:
+            self.motion.hold(enter)
 
     def _enter_after(self, event: Event) -> None:
         """Carry out the automatic transition of an event in the drive."""
@@ -240,7 +278,7 @@ class Drive:
             self._enter(state)
         elif self._state_after_ramp is not state:
             self._state_after_ramp = state
-            self.motion.stop(ramp, partial(self._enter, state))
+            self.motion.stop(ramp, self.brake.set_then(partial(self._enter, state)))
 
     def _quick_stop(self) -> None:
         option = self.objects.quick_stop_option_code
@@ -250,7 +288,10 @@ class Drive:
         if ramp is None:
             ended()
         else:
-            self.motion.stop(ramp, None if stopping.quick_stop_stays(option) else ended)
+            stays = stopping.quick_stop_stays(option)
+            if stays:
+                self.brake.order(close=False)  # had a ramp before this one already set it
+            self.motion.stop(ramp, None if stays else self.brake.set_then(ended))
 
     def fault(self, code: int, register: int) -> None:
         """Report error `code` and carry out the fault reaction 605Eh."""
@@ -262,7 +303,7 @@ class Drive:
         ended = partial(self._enter_after, Event.FAULT_REACTION_ENDED)
         self._enter_after(Event.FAULT)
         if self.motion.powered and ramp is not None:
-            self.motion.stop(ramp, ended, in_position_loop=False)
+            self.motion.stop(ramp, self.brake.set_then(ended), in_position_loop=False)
         else:
             ended()
         self._compose_statusword()

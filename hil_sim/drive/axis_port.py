@@ -1,6 +1,7 @@
 """The interface of one amplifier to its axis: views on the plant's records, and the drive's scaling.
 
-Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves.
+Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves. They run on
+where clients see them begin anew (607Bh).
 """
 
 import math
@@ -8,6 +9,7 @@ from typing import Any
 
 from hil_sim.config import AxisPlant, Plant
 from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.position_range import PositionRange
 from hil_sim.plant.amplifier import CURRENT, OFF, POSITION, VELOCITY
 from hil_sim.plant.layout import SETPOINT
 from hil_sim.plant.measured_point import velocity_field
@@ -51,6 +53,9 @@ class AxisPort:
         self.has_scale = config.scale is not None
         self.position_gain_1_s: float = config.amplifier.position_gain_1_s
         self.origin = 0  # user counts where the motor counts are zero
+        self.range = PositionRange()
+        self.position = 0
+        """Actual position at the last `read`; 6064h shows it within the range."""
         self.set_polarity(0)
 
     def set_polarity(self, polarity: int) -> None:
@@ -65,7 +70,8 @@ class AxisPort:
     def read(self, objects: DriveObjects) -> None:
         """Write the actual values to the process objects."""
         index = self._index
-        objects.position_actual_value = self.origin + self.position_sign * self._counts[index]
+        position = self.position = self.origin + self.position_sign * self._counts[index]
+        objects.position_actual_value = self.range.shown(position) if self.range.span else position
         velocity = self._velocity_sign * self._encoder_velocity_m_s[index]
         objects.velocity_actual_value = round(velocity * self._counts_per_m)
         current_a = self._torque_sign * self._measured_a[index]
@@ -80,7 +86,8 @@ class AxisPort:
     def show_demand(self, objects: DriveObjects, position: float, velocity: float) -> None:
         """Write the demand of the position loop: user counts; counts/s in the direction of the position."""
         demand = round(position)
-        objects.position_demand_value = objects.position_demand_internal_value = demand
+        objects.position_demand_internal_value = demand
+        objects.position_demand_value = self.range.shown(demand) if self.range.span else demand
         objects.velocity_demand_value = round(self.velocity_side * velocity)
 
     def switches(self) -> int:
@@ -97,8 +104,15 @@ class AxisPort:
         return float(self._table_position_m[self._index])
 
     def user_position(self, motor_counts: int) -> int:
-        """Motor counts as a position of the user."""
-        return self.origin + self.position_sign * motor_counts
+        """Motor counts as a position that the user sees."""
+        return self.range.shown(self.origin + self.position_sign * motor_counts)
+
+    def into_range(self) -> int:
+        """Put the zero where the actual position lies in its range; return by how much positions changed."""
+        shift = self.range.shown(self.position) - self.position
+        self.origin += shift
+        self.position += shift
+        return shift
 
     def close_switch(self, *, positive: bool) -> None:
         """Close one of the limit switches for good, wherever the table is."""

@@ -54,7 +54,7 @@ class CyclicTorque(Mode):
         objects = self.objects
         largest = objects.max_torque
         torque = max(-largest, min(largest, objects.target_torque + objects.torque_offset))
-        if self.limits.switched:
+        if self.limits.switched or abs(objects.velocity_actual_value) >= self.limits.motor_speed:
             torque = self.limits.torque(torque)
         objects.torque_demand = torque
         self.port.command_torque(torque)
@@ -100,7 +100,7 @@ class CyclicPosition(Mode):
 
     def enter(self) -> None:
         """Follow from the present position."""
-        self.resume(float(self.objects.position_actual_value))
+        self.resume(float(self.port.position))
 
     def resume(self, position: float) -> None:
         """Follow from standstill at `position`."""
@@ -110,8 +110,11 @@ class CyclicPosition(Mode):
     def tick(self, dt_s: float, share: float) -> None:
         """Command the position."""
         objects = self.objects
-        target = self.limits.position(objects.target_position + objects.position_offset)
         before = self._set_point.present
-        position = self._set_point.step(target, share)
+        wanted = self.port.range.nearest(objects.target_position + objects.position_offset, before)
+        position = self._set_point.step(self.limits.position(wanted), share)
+        if (slower := self.limits.step(before, position, dt_s)) != position:
+            position = slower
+            self._set_point.hold(position)
         self.port.show_demand(objects, position, (position - before) / dt_s)
         self.port.command_position(position, objects.velocity_offset, objects.torque_offset)

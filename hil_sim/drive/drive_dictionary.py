@@ -1,5 +1,6 @@
 """Objects of the drive that depend on the hardware, and writes that depend on the drive's state."""
 
+import math
 from collections.abc import Callable, Container
 from fractions import Fraction
 from typing import Protocol
@@ -12,19 +13,25 @@ from hil_sim.drive.axis_port import (
     VELOCITY_REVERSED,
     AxisPort,
 )
+from hil_sim.drive.brake_control import SET_BRAKE, BrakeControl
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.homing_methods import METHODS
 from hil_sim.drive.motion import Motion
+from hil_sim.drive.position_range import LINEAR, NEGATIVE, POSITIVE, SHORTEST
 from hil_sim.drive.profile_modes import JERK_LIMITED, TO_DEMAND
 from hil_sim.drive.touch_probe import FUNCTIONS
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
-ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073, 0x60B8, 0x60E0, 0x60E1)
+ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073, 0x60B8, 0x60E0, 0x60E1, 0x60FE)
 BUFFER_POSITION, BUFFER_CLEAR = 4, 6
 """Subindices of 60C4h."""
-RELATIVE_OPTIONS = (0, TO_DEMAND, 2)
-"""Positioning option codes 60F2h: this axis is not rotary, and acts on set-points at once or in order."""
+POSITIONING_OPTIONS = tuple(
+    relative | rotary for relative in (0, TO_DEMAND, 2) for rotary in (LINEAR, NEGATIVE, POSITIVE, SHORTEST)
+)
+"""Codes 60F2h: what a relative move starts from, and the way round. Set-points act at once or in order, and
+are acknowledged by the controlword alone: the options of bits 2 to 5 are 0.
+"""
 LARGEST_U16 = 0xFFFF
 POLARITY_BITS = POSITION_REVERSED | VELOCITY_REVERSED | TORQUE_REVERSED
 """Bits of 607Eh; the others are reserved."""
@@ -36,6 +43,7 @@ class GuardedDrive(Protocol):
     objects: DriveObjects
     port: AxisPort
     motion: Motion
+    brake: BrakeControl
 
     def process(self) -> None:
         """Act on new process objects."""
@@ -55,6 +63,9 @@ class GuardedDrive(Protocol):
     def set_polarity(self) -> None:
         """Follow 607Eh."""
 
+    def take_range(self) -> None:
+        """Follow 607Bh."""
+
     def limit_speed(self) -> None:
         """Follow 6080h."""
 
@@ -72,7 +83,11 @@ def hardware_values(config: AxisPlant) -> dict[tuple[int, int], int]:
         ).limit_denominator(1000)
     scale = {(index, 1): resolution.numerator for index in (0x60E6, 0x60E7, 0x60E9)}
     scale |= {(index, 1): resolution.denominator for index in (0x60EB, 0x60EC, 0x60EE)}
+    brake = config.brake
+    times_ms = (0.0, 0.0) if brake is None else (brake.release_ms, brake.engage_ms)
     return scale | {
+        (0x2011, 1): math.ceil(times_ms[0]),
+        (0x2011, 2): math.ceil(times_ms[1]),
         (0x6072, 0): min(LARGEST_U16, peak_torque),
         (0x6073, 0): min(LARGEST_U16, peak_current),
         (0x6075, 0): motor.rated_current_ma,
@@ -121,6 +136,18 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
     dictionary.checks[0x6098] = only_in((0, *METHODS))
     dictionary.checks[0x607D] = software_limits
 
+    def position_range(subindex: int, value: int) -> None:
+        objects = drive.objects
+        low = value if subindex == 1 else objects.min_position_range_limit
+        high = value if subindex == 2 else objects.max_position_range_limit
+        if low >= high:
+            raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
+        if not drive.is_idle():
+            raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
+
+    dictionary.checks[0x607B] = position_range
+    dictionary.followers[0x607B] = lambda _sub: drive.take_range()
+
     def polarity(_subindex: int, value: int) -> None:
         if value & ~POLARITY_BITS:
             raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
@@ -132,8 +159,10 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
     dictionary.followers[0x6080] = lambda _sub: drive.limit_speed()
     dictionary.checks[0x606A] = only_in((0, SCALE_SENSOR) if drive.port.has_scale else (0,))
     dictionary.checks[0x6086] = only_in((0, JERK_LIMITED))
-    dictionary.checks[0x60F2] = only_in(RELATIVE_OPTIONS)
+    dictionary.checks[0x60F2] = only_in(POSITIONING_OPTIONS)
     dictionary.checks[0x60B8] = without(~FUNCTIONS)
+    dictionary.checks[0x60FE] = without(~SET_BRAKE)
+    dictionary.readers[0x60FE] = lambda sub: drive.brake.shown() if sub == 1 else None
     guard_interpolation(dictionary, drive)
     for index in ACTED_ON_AT_ONCE:
         dictionary.followers[index] = lambda _sub: drive.process()

@@ -32,6 +32,8 @@ class DriveObjects(ProcessObjects):
 
     homing_current_threshold: int = cia(0x2010, 1)  # per mille
     homing_current_threshold_time: int = cia(0x2010, 2)  # ms
+    brake_release_time: int = cia(0x2011, 1)  # ms
+    brake_set_time: int = cia(0x2011, 2)  # ms
     abort_connection_option_code: int = cia(0x6007)
     error_code: int = cia(0x603F)
     controlword: int = cia(0x6040)
@@ -66,6 +68,8 @@ class DriveObjects(ProcessObjects):
     current_actual_value: int = cia(0x6078)
     target_position: int = cia(0x607A)
     home_offset: int = cia(0x607C)
+    min_position_range_limit: int = cia(0x607B, 1)
+    max_position_range_limit: int = cia(0x607B, 2)
     min_position_limit: int = cia(0x607D, 1)
     max_position_limit: int = cia(0x607D, 2)
     polarity: int = cia(0x607E)
@@ -108,6 +112,8 @@ class DriveObjects(ProcessObjects):
     max_slippage: int = cia(0x60F8)
     position_demand_internal_value: int = cia(0x60FC)
     digital_inputs: int = cia(0x60FD)
+    physical_outputs: int = cia(0x60FE, 1)
+    bit_mask: int = cia(0x60FE, 2)
     target_velocity: int = cia(0x60FF)
 
     @property

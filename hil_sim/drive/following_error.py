@@ -1,5 +1,6 @@
 """Following error supervision: window 6065h, time out 6066h."""
 
+from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 
 SWITCHED_OFF = 0xFFFF_FFFF
@@ -8,8 +9,9 @@ SWITCHED_OFF = 0xFFFF_FFFF
 class FollowingError:
     """Compares position demand and actual value once a tick."""
 
-    def __init__(self, objects: DriveObjects) -> None:
+    def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
         self._objects = objects
+        self._port = port
         self._outside_us = 0
 
     def clear(self) -> None:
@@ -20,7 +22,7 @@ class FollowingError:
     def check(self, dt_s: float) -> bool:
         """Update 60F4h; return whether the error has been too large for too long."""
         objects = self._objects
-        error = objects.position_demand_value - objects.position_actual_value
+        error = objects.position_demand_internal_value - self._port.position
         objects.following_error_actual_value = error
         window = objects.following_error_window
         if window == SWITCHED_OFF or abs(error) <= window:

@@ -213,7 +213,7 @@ class Homing(Mode):
                 raise HomingFailed
             above = abs(objects.current_actual_value) >= objects.homing_current_threshold
             above_s = above_s + self._dt_s if above else 0.0
-        self.position, self.velocity = float(objects.position_actual_value), 0.0  # it pushes no longer
+        self.position, self.velocity = float(self.port.position), 0.0  # it pushes no longer
         self._target_velocity = 0.0
         if with_index:
             return (yield from self._find_index(-direction))

@@ -61,10 +61,12 @@ class InterpolatedPosition(Mode):
                 if not self.set_points:
                     self._progress = 1.0
                     break
-                self._to = self.limits.position(self.set_points.popleft())
+                wanted = self.port.range.nearest(self.set_points.popleft(), self._from)
+                self._to = self.limits.position(wanted)
                 self._progress = arrived - 1.0 if arrived > 1.0 else 0.0
             share = min(1.0, self._progress)
-            self.position = self._from + (self._to - self._from) * share
+            wanted = self._from + (self._to - self._from) * share
+            self.position = self.limits.step(before, wanted, dt_s)
         self.velocity = (self.position - before) / dt_s
         self.port.show_demand(objects, self.position, self.velocity)
         self.port.command_position(self.position, 0, objects.torque_offset)

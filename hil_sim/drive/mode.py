@@ -48,7 +48,7 @@ class Mode:
 
     def enter(self) -> None:
         """Start the mode: operation has been enabled, or the mode was selected while it was."""
-        self.resume(float(self.objects.position_actual_value))
+        self.resume(float(self.port.position))
         self.velocity = float(self.objects.velocity_actual_value)
         if self.position_loop:
             self.velocity *= self.port.velocity_side

@@ -29,7 +29,7 @@ class Motion:
         self._objects = objects
         self._port = port
         self.limits = TravelLimits(objects, port)
-        self._following = FollowingError(objects)
+        self._following = FollowingError(objects, port)
         self._ramp = StopRamp(objects, port)
         self.reset()
 
@@ -73,7 +73,9 @@ class Motion:
         self.powered = True
         self.stopping = self._halted = False
         self._after_stop = None
-        self.limits.keep_position_beyond(float(self._objects.position_actual_value))
+        if shift := self._port.into_range():
+            self.limits.shift(shift)
+        self.limits.keep_position_beyond(float(self._port.position))
         self.mode.enter()
         self.tick = self.mode.tick
 
@@ -100,6 +102,14 @@ class Motion:
         """
         here, velocity = self._demand(in_position_loop and ramp is not Ramp.LIMIT)
         self._ramp.begin(velocity, self._deceleration(ramp), here)
+        self.powered = self.stopping = True
+        self._halted = False
+        self._after_stop = after
+        self.tick = self._ramp.tick
+
+    def hold(self, after: Callable[[], None]) -> None:
+        """Hold the present position under power, and call `after` every tick from the next on."""
+        self._ramp.begin(0.0, math.inf, float(self._port.position))
         self.powered = self.stopping = True
         self._halted = False
         self._after_stop = after
@@ -136,7 +146,7 @@ class Motion:
     def _resume(self) -> None:
         """Return from a stop to the mode, from the present position."""
         ramp = self._ramp
-        here = ramp.position if ramp.in_position_loop else float(self._objects.position_actual_value)
+        here = ramp.position if ramp.in_position_loop else float(self._port.position)
         self.stopping = self._halted = False
         self._after_stop = None
         self.mode.resume(here)
@@ -173,7 +183,7 @@ class Motion:
                     self.stop(Ramp.QUICK_STOP, partial(self._stopped_at_switch, side))
 
     def _block(self, side: int) -> None:
-        self.limits.block(side, float(self._objects.position_actual_value))
+        self.limits.block(side, float(self._port.position))
 
     def _stopped_at_switch(self, side: int) -> None:
         if self.limits.blocks(side):  # else the axis stopped on the near side of the edge

@@ -7,6 +7,7 @@ from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.jerk_filter import JerkFilter
 from hil_sim.drive.mode import BIT_12, BIT_13, TARGET_REACHED, Mode
+from hil_sim.drive.position_range import DIRECTION
 from hil_sim.drive.profile import Profile, plan
 from hil_sim.drive.travel_limits import TravelLimits
 
@@ -40,6 +41,8 @@ class SetPoint(NamedTuple):
     acceleration: float
     deceleration: float
     end_velocity: float = 0.0
+    direction: int | None = None
+    """Option of 60F2h by which an absolute target is gone to; None: the target is a place."""
 
 
 class ProfilePosition(Mode):
@@ -86,8 +89,12 @@ class ProfilePosition(Mode):
         """Set-point handshake."""
         requested = bool(controlword & NEW_SET_POINT)
         if requested and not previous & NEW_SET_POINT and self._buffered is None:
-            base = self._base() if controlword & RELATIVE else 0.0
-            point = self._set_point(base + self.objects.target_position, self.objects.end_velocity)
+            objects = self.objects
+            relative = bool(controlword & RELATIVE)
+            base = self._base() if relative else 0.0
+            point = self._set_point(base + objects.target_position, objects.end_velocity)
+            if not relative:
+                point = point._replace(direction=objects.positioning_option_code & DIRECTION)
             if controlword & CHANGE_IMMEDIATELY or self._reached:
                 self._start(point)
             else:
@@ -116,7 +123,7 @@ class ProfilePosition(Mode):
             ended = ended and self.position == self._current.target
         if self._filter is not None:
             ended = ended and self._filter.settled
-        error = abs(self.position - objects.position_actual_value)
+        error = abs(self.position - self.port.position)
         inside = ended and error <= objects.position_window
         if self._window.update(inside, dt_s, objects.position_window_time) or self._passes_target():
             self._reached = True
@@ -126,8 +133,11 @@ class ProfilePosition(Mode):
         self._show()
 
     def _start(self, point: SetPoint) -> None:
-        target = self.limits.position(point.target)
-        self._current = point._replace(target=target)
+        wanted = point.target
+        if point.direction is not None:
+            wanted = self.port.range.towards(int(wanted), self._stopping_place(), point.direction)
+        target = self.limits.position(wanted)
+        self._current = point._replace(target=target, direction=None)
         position, velocity = self._ahead or (self.position, self.velocity)
         end_velocity = min(point.end_velocity, point.speed)
         self._beyond = math.copysign(end_velocity**2 / (2.0 * point.deceleration), target - position)
@@ -152,7 +162,7 @@ class ProfilePosition(Mode):
         option = self.objects.positioning_option_code & RELATIVE_OPTION
         if option == TO_TARGET:
             return self.position if self._current is None else self._current.target
-        return self.position if option == TO_DEMAND else float(self.objects.position_actual_value)
+        return self.position if option == TO_DEMAND else float(self.port.position)
 
     def _passes_target(self) -> bool:
         """Whether a set-point with an end velocity (6082h) is passed: the axis brakes behind it."""

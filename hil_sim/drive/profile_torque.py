@@ -35,4 +35,7 @@ class ProfileTorque(Mode):
         self.status = TARGET_REACHED if self._torque == objects.target_torque else 0
         demand = round(self._torque)
         objects.torque_demand = demand
-        self.port.command_torque(max(-largest, min(largest, demand + objects.torque_offset)))
+        torque = max(-largest, min(largest, demand + objects.torque_offset))
+        if abs(objects.velocity_actual_value) >= self.limits.motor_speed:
+            torque = self.limits.torque(torque)
+        self.port.command_torque(torque)

@@ -42,11 +42,36 @@ class TravelLimits:
 
     def low(self) -> float:
         """Smallest position allowed (user counts)."""
-        return max(self._objects.min_position_limit, self._blocked.get(-1, -math.inf))
+        rotary = self._port.range.span
+        software = self._while_wrapping()[0] if rotary else self._objects.min_position_limit
+        return max(software, self._blocked.get(-1, -math.inf))
 
     def high(self) -> float:
         """Largest position allowed (user counts)."""
-        return min(self._objects.max_position_limit, self._blocked.get(1, math.inf))
+        rotary = self._port.range.span
+        software = self._while_wrapping()[1] if rotary else self._objects.max_position_limit
+        return min(software, self._blocked.get(1, math.inf))
+
+    def _while_wrapping(self) -> tuple[float, float]:
+        """Limits with a range 607Bh: none, unless a software limit inside it keeps it from wrapping."""
+        low, high = self._objects.min_position_limit, self._objects.max_position_limit
+        there = self._port.range
+        if low <= there.low and high >= there.high:
+            return -math.inf, math.inf
+        return max(low, there.low), min(high, there.high)
+
+    def shift(self, by: int) -> None:
+        """Count all positions from another zero."""
+        for direction in self._blocked:
+            self._blocked[direction] += by
+
+    def step(self, before: float, wanted: float, dt_s: float) -> float:
+        """Clip the next of a sequence of position demands to the speed of the motor, 6080h."""
+        way = self.motor_speed * dt_s
+        if -way <= wanted - before <= way:
+            return wanted
+        self.active = True
+        return before + math.copysign(way, wanted - before)
 
     def position(self, wanted: float) -> float:
         """Clip a position demand."""
@@ -70,7 +95,7 @@ class TravelLimits:
         if abs(wanted) > self.motor_speed:
             self.active = True
             wanted = math.copysign(self.motor_speed, wanted)
-        position = self._objects.position_actual_value
+        position = self._port.position
         rising = wanted * self._port.velocity_side > 0.0
         distance = self.high() - position if rising else position - self.low()
         if distance <= 0.0:
@@ -84,8 +109,12 @@ class TravelLimits:
         return math.copysign(largest, wanted)
 
     def torque(self, wanted: int) -> int:
-        """Clip a torque demand: none further into an active limit switch."""
-        if wanted and self.blocks(1 if wanted * self._port.torque_side > 0 else -1):
+        """Clip a torque demand: none further into an active limit switch, none beyond the speed of 6080h."""
+        if not wanted:
+            return 0
+        side = self._port.torque_side if wanted > 0 else -self._port.torque_side
+        speed = self._objects.velocity_actual_value * self._port.velocity_side * side
+        if self.blocks(side) or speed >= self.motor_speed:
             self.active = True
             return 0
         return wanted

@@ -96,6 +96,47 @@ def test_the_motor_turns_no_faster_than_6080h(drive: SdoDrive, mode: int) -> Non
     assert bool(drive.statusword & 1 << 11) == (mode == 9)  # clipped where it is a set point
 
 
+def test_a_jump_of_a_position_set_point_is_gone_at_the_motor_speed(drive: SdoDrive) -> None:
+    drive.set(0x6080, 120)
+    drive.enable(8)
+    drive.set(0x607A, counts(8))
+    drive.nodes.sync(200)
+    assert drive.true_velocity_mm_s == pytest.approx(20.0, abs=0.1)
+    assert drive.get(0x6062) == pytest.approx(counts(4), abs=counts(0.03))
+    assert drive.statusword & 1 << 11
+    drive.nodes.sync(400)
+    assert drive.get(0x6062) == counts(8)
+    assert not drive.statusword & 1 << 11
+
+
+def test_interpolated_set_points_that_are_too_fast_are_caught_up_with_later(drive: SdoDrive) -> None:
+    drive.set(0x6080, 120)
+    drive.enable(7)
+    drive.control(0x1F)
+    for cycle in range(1, 41):
+        drive.set(0x60C1, cycle * counts(0.1), 1)  # 100 mm/s
+        drive.nodes.sync()
+    assert drive.true_velocity_mm_s == pytest.approx(20.0, abs=0.3)
+    assert drive.statusword & 1 << 11
+    drive.nodes.sync(250)
+    assert drive.get(0x6062) == pytest.approx(counts(4), abs=40)
+
+
+@pytest.mark.parametrize("mode", [4, 10])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_torque_drives_no_faster_than_6080h_and_still_brakes(drive: SdoDrive, mode: int, sign: int) -> None:
+    drive.set(0x6080, 120)
+    drive.set(0x6087, 100_000)
+    drive.set(0x6071, 20 * sign)
+    drive.enable(mode)
+    drive.nodes.sync(400)
+    assert drive.true_velocity_mm_s * sign == pytest.approx(20.0, abs=1.5)
+    assert drive.statusword & 1 << 11
+    drive.set(0x6071, -20 * sign)
+    drive.nodes.sync(30)
+    assert 0.0 < drive.true_velocity_mm_s * sign < 19.5
+
+
 def test_homing_keeps_to_the_motor_speed_too(drive: SdoDrive) -> None:
     drive.set(0x6080, 30)
     drive.set(0x6098, 17)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from hil_sim.drive.position_range import PositionRange
 from hil_sim.drive.travel_limits import TravelLimits
 
 LOW, HIGH = -1000, 3000
@@ -15,10 +16,10 @@ DT_S = 1e-3
 
 
 def limits(position: float = 0.0, velocity_side: int = 1, torque_side: int = 1) -> TravelLimits:
-    objects: Any = SimpleNamespace(
-        min_position_limit=LOW, max_position_limit=HIGH, position_actual_value=position
+    objects: Any = SimpleNamespace(min_position_limit=LOW, max_position_limit=HIGH, velocity_actual_value=0)
+    port: Any = SimpleNamespace(
+        velocity_side=velocity_side, torque_side=torque_side, position=position, range=PositionRange()
     )
-    port: Any = SimpleNamespace(velocity_side=velocity_side, torque_side=torque_side)
     return TravelLimits(objects, port)
 
 

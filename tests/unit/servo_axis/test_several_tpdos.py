@@ -5,8 +5,11 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
 from servo_ctrl.axis.axis_parts import axis_parts
 from servo_ctrl.axis.cycle_memory import CycleMemory
+from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.pdo import MappedObject, PdoCodec
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.cyclic.cia402 import Mode
@@ -47,6 +50,20 @@ def test_a_drive_has_answered_when_all_its_tpdos_are_there(machine_with: Callabl
         came[missing] = None
         memory.step(came, None, 0.0, 0, -1)
         assert math.isnan(memory.record(0)["inputs"]["motor_m"])
+
+
+@pytest.mark.parametrize("form", ["f", "d", "q", "Q"])
+def test_an_object_of_the_cycle_that_is_no_integer_of_32_bits_is_refused_by_name(
+    machine_with: Callable[..., Any], form: str
+) -> None:
+    table = machine_with()
+    config, params = table.axes["x"], axis_params(table, "x")
+    inputs = {0: codec(("H", 0x6041), ("i", 0x6064))}
+    with pytest.raises(EdsError, match="^60b2 is no integer of 8, 16 or 32 bits"):
+        CycleMemory([axis_parts(config, params, [], inputs, None)], [[codec((form, 0x60B2))]], 1)
+    with pytest.raises(EdsError, match="^6064 is no integer"):
+        axis_parts(config, params, [], {0: codec(("H", 0x6041)), 1: codec((form, 0x6064))}, None)
+    axis_parts(config, params, [], inputs | {1: codec((form, 0x2000))}, None)  # the cycle does not need it
 
 
 def test_values_that_come_at_a_change_hold(machine_with: Callable[..., Any], servo_of: Any) -> None:
