@@ -1,7 +1,7 @@
 """LSS slave (CiA 305): its node id given over the bus, by selection, identification and fastscan.
 
-Bit timing is not supported: the bench does not set the bit rate of its bus. A configured node takes part in
-every NMT state but operational; one without an id (255) does nothing else than this.
+Its bit rate likewise: configured, activated after a delay, stored. A configured node takes part in every NMT
+state but operational; one without an id (255) does nothing else than this.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,9 @@ REQUEST, RESPONSE = 0x7E5, 0x7E4
 FRAME_BYTES = 8
 UNNAMED = 255
 """The node id of a node that has none."""
-SWITCH_GLOBAL, CONFIGURE_NODE_ID, CONFIGURE_BIT_TIMING, STORE = 0x04, 0x11, 0x13, 0x17
+SWITCH_GLOBAL, CONFIGURE_NODE_ID, CONFIGURE_BIT_TIMING, ACTIVATE_BIT_TIMING, STORE = 4, 0x11, 0x13, 0x15, 0x17
+STANDARD_RATES_KBIT_S = (1000, 800, 500, 250, 125, None, 50, 20, None)
+"""By index in table 0 of CiA 305; the devices have neither 10 kbit/s nor automatic detection."""
 SELECT = range(0x40, 0x44)
 """Vendor, product, revision, serial number of the node that is selected."""
 SELECTED = 0x44
@@ -50,8 +52,14 @@ class NamedNode(Protocol):
     def take_node_id(self) -> None:
         """Start with the pending id: this node had none."""
 
-    def store_node_id(self, node_id: int) -> bool:
-        """Keep the id over a power cycle; return whether that worked."""
+    def store_lss(self, node_id: int, rate_kbit_s: int) -> bool:
+        """Keep id and bit rate over a power cycle; return whether that worked."""
+
+    def bit_rate_kbit_s(self) -> int:
+        """The bit rate that it has."""
+
+    def switch_rate(self, rate_kbit_s: int, delay_ms: int) -> None:
+        """Take a bit rate after a delay, and be silent as long again."""
 
 
 class LssSlave:
@@ -65,6 +73,7 @@ class LssSlave:
         self._identified = 0
         self._scanned = 0  # word that the fastscan is at
         self.pending = node.node_id
+        self._pending_kbit_s: int | None = None
 
     def on_request(self, data: bytes) -> None:
         """Serve a frame of the LSS master."""
@@ -83,7 +92,7 @@ class LssSlave:
             if self._node.node_id == UNNAMED:
                 self._answer(UNNAMED_IDENTIFIED)
         elif self._mode is LssState.CONFIGURATION:
-            self._configure(command, data[1])
+            self._configure(command, data[1], data[2])
 
     def _switch(self, mode: int) -> None:
         named = self._mode is LssState.CONFIGURATION and mode == LssState.WAITING.value
@@ -91,21 +100,35 @@ class LssSlave:
         if named and self._node.node_id == UNNAMED != self.pending:
             self._node.take_node_id()
 
-    def _configure(self, command: int, value: int) -> None:
+    def _configure(self, command: int, value: int, second: int) -> None:
         if command == CONFIGURE_NODE_ID:
             accepted = 1 <= value <= 127 or value == UNNAMED
             if accepted:
                 self.pending = value
             self._answer(command, ACCEPTED if accepted else REFUSED)
         elif command == CONFIGURE_BIT_TIMING:
-            self._answer(command, REFUSED)
+            self._answer(command, ACCEPTED if self._take_rate(value, second) else REFUSED)
+        elif command == ACTIVATE_BIT_TIMING:
+            self._node.switch_rate(self._rate_kbit_s(), value | second << 8)
         elif command == STORE:
-            self._answer(command, ACCEPTED if self._node.store_node_id(self.pending) else STORE_FAILED)
+            stored = self._node.store_lss(self.pending, self._rate_kbit_s())
+            self._answer(command, ACCEPTED if stored else STORE_FAILED)
         elif command in INQUIRE_IDENTITY:
             number = self._node.identity()[command - INQUIRE_IDENTITY.start]
             self._answer(command, *number.to_bytes(4, "little"))
         elif command == INQUIRE_NODE_ID:
             self._answer(command, self._node.node_id)
+
+    def _take_rate(self, table: int, index: int) -> bool:
+        """Note the rate to activate or to store; return whether the device can have it."""
+        known = table == 0 and index < len(STANDARD_RATES_KBIT_S)
+        rate = STANDARD_RATES_KBIT_S[index] if known else None
+        if rate is not None:
+            self._pending_kbit_s = rate
+        return rate is not None
+
+    def _rate_kbit_s(self) -> int:
+        return self._node.bit_rate_kbit_s() if self._pending_kbit_s is None else self._pending_kbit_s
 
     def _select(self, command: int, number: int) -> None:
         word = command - SELECT.start

@@ -1,31 +1,43 @@
-"""The node id that LSS has given: a small file per device, beside its stored parameters."""
+"""What LSS has given a node, its id and its bit rate: a small file per device, beside its parameters."""
 
 import json
 from pathlib import Path
+from typing import NamedTuple
 
 from hil_sim.node.storage import StoredParametersError, replace_json
 
 FORMAT = 1
+RATES_KBIT_S = (1000, 800, 500, 250, 125, 50, 20)
 
 
-def stored_node_id(file: Path | None) -> int | None:
-    """The id in the file; None without one. Raises StoredParametersError for a file that holds none."""
+class StoredLss(NamedTuple):
+    """Each None where LSS has not given it."""
+
+    node_id: int | None = None
+    bit_rate_kbit_s: int | None = None
+
+
+def stored_lss(file: Path | None) -> StoredLss:
+    """What is in the file; nothing without one. Raises StoredParametersError for a file that is none."""
     if file is None or not file.exists():
-        return None
+        return StoredLss()
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
-        found = (content["format"], content["node_id"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        number, node_id = content["format"], content["node_id"]
+        rate = content.get("bit_rate_kbit_s")  # files had none before bit timing
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise StoredParametersError(file, f"no node id: {error}") from error
-    if found[0] != FORMAT or type(found[1]) is not int or not (1 <= found[1] <= 127 or found[1] == 255):
+    if number != FORMAT or type(node_id) is not int or not (1 <= node_id <= 127 or node_id == 255):
         raise StoredParametersError(file, f"no node id: {content}")
-    return found[1]
+    if rate is not None and rate not in RATES_KBIT_S:
+        raise StoredParametersError(file, f"no bit rate: {content}")
+    return StoredLss(node_id, rate)
 
 
-def store_node_id(file: Path, node_id: int) -> bool:
+def store_lss(file: Path, node_id: int, bit_rate_kbit_s: int) -> bool:
     """Write the file in one step; return whether that worked."""
     try:
-        replace_json(file, {"format": FORMAT, "node_id": node_id})
+        replace_json(file, {"format": FORMAT, "node_id": node_id, "bit_rate_kbit_s": bit_rate_kbit_s})
     except OSError:
         return False
     return True

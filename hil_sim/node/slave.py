@@ -5,12 +5,13 @@ from pathlib import Path
 from typing import NamedTuple, Protocol
 
 from hil_sim.node import emcy
+from hil_sim.node.bit_timing import BusRate, NodeRate
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.emcy import EmergencyProducer
 from hil_sim.node.heartbeat_consumer import HeartbeatConsumer
 from hil_sim.node.identifiers import check_sync
 from hil_sim.node.lss_slave import UNNAMED, LssSlave
-from hil_sim.node.named_node import store_node_id, stored_node_id
+from hil_sim.node.named_node import store_lss, stored_lss
 from hil_sim.node.nmt import Clock, NmtSlave, NmtState
 from hil_sim.node.pdo import Rpdo
 from hil_sim.node.pdo_exchange import PdoExchange
@@ -40,6 +41,7 @@ class NodeHost(NamedTuple):
     """Where stored parameters are kept; None keeps them in memory only."""
     unnamed: Iterator[int]
     """Counts the devices without a node id."""
+    bus_rate: BusRate
 
 
 class Device(Protocol):
@@ -88,10 +90,11 @@ class Slave:
         serial = FIRST_SERIAL + node_id if node_id != UNNAMED else FIRST_UNNAMED_SERIAL + next(host.unnamed)
         name = f"node_{node_id}" if node_id != UNNAMED else f"serial_{serial:08X}"
         self._name_file = host.state_directory and host.state_directory / f"{name}_id.json"
-        given = stored_node_id(self._name_file)
-        self.node_id = node_id = node_id if given is None else given
-        self.mute = False
-        """Whether its frames are kept off the bus."""
+        given = stored_lss(self._name_file)
+        self.node_id = node_id = node_id if given.node_id is None else given.node_id
+        self.rate = NodeRate(host.bus_rate, given.bit_rate_kbit_s)
+        self.mute = self.deaf = False
+        """Whether its frames are kept off the bus: by a fault; at another bit rate, when it hears nothing."""
         self.on_routes: Callable[[], None] = lambda: None
         self._device = device
         self._host = host
@@ -150,9 +153,18 @@ class Slave:
         self._reset(whole=False)
         self.nmt.boot()
 
-    def store_node_id(self, node_id: int) -> bool:
-        """Keep the id over a power cycle; without a directory it lasts as long as the process."""
-        return self._name_file is None or store_node_id(self._name_file, node_id)
+    def store_lss(self, node_id: int, rate_kbit_s: int) -> bool:
+        """Keep id and bit rate over a power cycle; without a directory they last as long as the process."""
+        return self._name_file is None or store_lss(self._name_file, node_id, rate_kbit_s)
+
+    def bit_rate_kbit_s(self) -> int:
+        """Its bit rate."""
+        return self.rate.kbit_s
+
+    def switch_rate(self, rate_kbit_s: int, delay_ms: int) -> None:
+        """Take a bit rate after a delay, and be silent as long again."""
+        self.rate.switch(rate_kbit_s, delay_ms, self._host.clock.now_us)
+        self.on_routes()
 
     def die(self) -> None:
         """Stop sending and receiving, for good."""
@@ -162,7 +174,7 @@ class Slave:
         self.on_routes()
 
     def _send(self, can_id: int, data: bytes) -> None:
-        if not self.mute:
+        if not (self.mute or self.deaf):
             self._host.send(can_id, data)
 
     # --- the cycle --------------------------------------------------------------------------------
@@ -177,6 +189,9 @@ class Slave:
         if not self.nmt.alive:
             return
         now_us = self._host.clock.now_us
+        if now_us >= self.rate.due_us:
+            self.rate.run(now_us)
+            self.on_routes()
         if now_us >= self.nmt.due_us:
             self.nmt.run()
         if now_us >= self.heartbeats.due_us:

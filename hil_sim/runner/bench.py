@@ -1,5 +1,6 @@
 """The bench, the same in lockstep and real time: a plant, its nodes, their frames, and its time."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -12,6 +13,7 @@ from hil_sim.drive.personality import PersonalDrive
 from hil_sim.faults.fault_target import FaultTarget
 from hil_sim.faults.schedule import Fault, Schedule
 from hil_sim.node import lss_slave
+from hil_sim.node.bit_timing import BusRate
 from hil_sim.node.nmt import Clock
 from hil_sim.node.pdo import Rpdo
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
@@ -48,7 +50,8 @@ class SimulatedMachine:
         self._wrong_sync = False
         self.devices: list[Drive | LinearScale] = []
         self.fault_targets: dict[str, FaultTarget] = {}
-        host = NodeHost(self.clock, send, state_directory, count())
+        bus_rate = BusRate()
+        host = NodeHost(self.clock, send, state_directory, count(), bus_rate)
         for index, (name, axis) in enumerate(config.axes.items()):
             with _eds_of(axis.drive.eds, f"axis.{name}.drive.eds"):
                 own = axis, self.plant, index, host
@@ -67,6 +70,7 @@ class SimulatedMachine:
         self.devices.sort(key=lambda device: device.slave.node_id)
         self._faults = Schedule(faults, self.fault_targets)
         self.slaves: list[Slave] = [device.slave for device in self.devices]
+        bus_rate.kbit_s, _ = Counter(slave.rate.kbit_s for slave in self.slaves).most_common(1)[0]
         self._drives = [device for device in self.devices if isinstance(device, Drive)]
         self.on_sync: Callable[[list[Slave]], None] = lambda _slaves: None
         self.on_async: Callable[[], None] = lambda: None
@@ -153,12 +157,15 @@ class SimulatedMachine:
         """Collect the handlers of the identifiers that the nodes receive."""
         routes: dict[int, list[Callable[[bytes], None]]] = {0x000: [self._nmt]}
         remote: dict[int, list[Callable[[], None]]] = {}
+        for slave in self.slaves:
+            slave.deaf = slave.rate.deaf
+        hearing = [slave for slave in self.slaves if not slave.deaf]
         for sync_id in {slave.sync_id for slave in self.slaves}:
-            listeners = [slave for slave in self.slaves if slave.sync_id == sync_id]
+            listeners = [slave for slave in hearing if slave.sync_id == sync_id]
             watched = any(slave.supervision.sync.watches for slave in listeners)
             routes[sync_id] = [partial(self._watched_sync if watched else self._sync, listeners)]
-        routes[lss_slave.REQUEST] = [slave.lss.on_request for slave in self.slaves]
-        for slave in self.slaves:
+        routes[lss_slave.REQUEST] = [slave.lss.on_request for slave in hearing]
+        for slave in hearing:
             remote.setdefault(slave.nmt.cob_id, []).append(slave.on_guarding)
             for tpdo in slave.pdos.on_request:
                 remote.setdefault(tpdo.cob_id, []).append(tpdo.on_request)
@@ -174,7 +181,8 @@ class SimulatedMachine:
 
     def _nmt(self, data: bytes) -> None:
         for slave in self.slaves:
-            slave.nmt.on_command(data)
+            if not slave.deaf:
+                slave.nmt.on_command(data)
 
     def _sync(self, listeners: list[Slave], data: bytes) -> None:
         if data or self._wrong_sync:

@@ -68,6 +68,14 @@ def conformance(
         raise typer.Exit(1)
 
 
+def _rate(value: int | None) -> int | None:
+    """A bit rate that CiA 305 has. Raises typer.BadParameter."""
+    rates = (1000, 800, 500, 250, 125, 50, 20, 10)
+    if value is not None and value not in rates:
+        raise typer.BadParameter(f"{value} is none of {', '.join(map(str, rates))} kbit/s")
+    return value
+
+
 def nodes(
     bus: BusOption,
     name: Annotated[
@@ -76,27 +84,48 @@ def nodes(
             metavar="SERIAL=ID", help="Give the node with this serial number (hex) a node id. Repeatable."
         ),
     ] = None,
+    bit_rate: Annotated[
+        int | None,
+        typer.Option(
+            metavar="KBIT_S",
+            help="Give every node this bit rate by LSS; they take it at power-up.",
+            callback=_rate,
+        ),
+    ] = None,
+    activate: Annotated[
+        int | None,
+        typer.Option(
+            metavar="MS", min=0, max=65535, help="With --bit-rate: they take it now, after this time."
+        ),
+    ] = None,
 ) -> None:
     """List the nodes on a bus: id, profile, vendor, product, revision, serial number and name of each.
 
     Nodes without a node id are found by LSS fastscan. Without --name nothing is written, and a node need not
     be known. --name gives node ids by LSS, to nodes without one and to others, which store them; nothing may
-    be operational. The exit status is 1 where no node answers.
+    be operational. --bit-rate goes to all nodes that are found, or to none where one refuses; the interface
+    of this computer is yours to set. The exit status is 1 where no node answers.
 
     Example: `servo-ctrl nodes --bus socketcan:can0 --name 10101=1 --name 10102=2`
     """
     import asyncio
 
-    from servo_ctrl.cli.conformance_request import lines_of
+    from servo_ctrl.cli.conformance_request import BitRateWish, lines_of
     from servo_ctrl.conformance.dialogue import Failed
 
+    if activate is not None and bit_rate is None:
+        raise typer.BadParameter("goes with --bit-rate", param_hint="--activate")
+    rate = None if bit_rate is None else BitRateWish(bit_rate, activate)
     try:
-        found = asyncio.run(lines_of(bus, _names(name or [])))
+        found = asyncio.run(lines_of(bus, _names(name or []), rate))
     except Failed as failed:
-        raise typer.BadParameter(str(failed), param_hint="--name") from failed
+        raise typer.BadParameter(str(failed), param_hint="--name" if rate is None else "LSS") from failed
     for line in found:
         typer.echo(line)
     typer.echo(f"{len(found)} nodes")
+    if rate is not None and found:
+        when = "from their next power-up on" if activate is None else f"{activate} ms from now on"
+        typer.echo(f"they have {rate.kbit_s} kbit/s {when}: set the interface of this computer likewise")
     if not found:
         raise typer.Exit(1)
 

@@ -1,14 +1,16 @@
 """What `servo-ctrl conformance` and `servo-ctrl nodes` do on the bus."""
 
 import asyncio
+from collections.abc import Iterable
 from pathlib import Path
+from typing import NamedTuple
 
 import typer
 
 from servo_ctrl.conformance.bus_wire import BusWire, bus_wire
 from servo_ctrl.conformance.dialogue import Failed
-from servo_ctrl.conformance.lss_master import Address, find_unnamed, give_ids
-from servo_ctrl.conformance.scan import scan
+from servo_ctrl.conformance.lss_master import Address, find_unnamed, give_ids, set_bit_rate
+from servo_ctrl.conformance.scan import FoundNode, scan
 from servo_ctrl.conformance.suite import examine
 from servo_ctrl.conformance.verdicts import ClauseFinding, line
 
@@ -24,13 +26,42 @@ async def findings_of(bus: str, node_id: int, eds: Path) -> list[ClauseFinding]:
     return found
 
 
-async def lines_of(bus: str, names: dict[int, int]) -> list[str]:
-    """Give ids by serial number, then scan the bus. Raises BusError; Failed where an id cannot be given."""
+class BitRateWish(NamedTuple):
+    """A bit rate for all nodes of a bus; `activate_ms` None: from their next power-up on."""
+
+    kbit_s: int
+    activate_ms: int | None
+
+
+async def lines_of(bus: str, names: dict[int, int], rate: BitRateWish | None = None) -> list[str]:
+    """Give ids by serial number, scan the bus, then give bit rates. Raises BusError, Failed."""
     async with bus_wire(bus) as wire:
-        if names:
-            await asyncio.to_thread(give, wire, names)
-        found = [node.line for node in await asyncio.to_thread(scan, wire)]
-        return found + [address.line for address in await asyncio.to_thread(find_unnamed, wire)]
+        return await asyncio.to_thread(_configured, wire, names, rate)
+
+
+def _configured(wire: BusWire, names: dict[int, int], rate: BitRateWish | None) -> list[str]:
+    """A line a node, as it is before another rate."""
+    if names:
+        give(wire, names)
+    nodes, unnamed = scan(wire), find_unnamed(wire)
+    if rate is not None:
+        named = addresses_of(nodes)
+        if len(named) < len(nodes):
+            raise Failed(
+                "a node tells no serial number in 1018h, or has that of another: LSS cannot select it"
+            )
+        set_bit_rate(wire, [*unnamed, *named], rate.kbit_s, rate.activate_ms)
+    return [node.line for node in nodes] + [address.line for address in unnamed]
+
+
+def addresses_of(nodes: Iterable[FoundNode]) -> dict[Address, int]:
+    """Node ids by the address of those that tell it."""
+    found = {}
+    for node in nodes:
+        identity = (node.vendor, node.product, node.revision, node.serial)
+        if None not in identity:
+            found[Address(*(number or 0 for number in identity))] = node.node_id
+    return found
 
 
 def give(wire: BusWire, names: dict[int, int]) -> None:
@@ -41,10 +72,7 @@ def give(wire: BusWire, names: dict[int, int]) -> None:
     """
     nodes = scan(wire)
     present: dict[Address, int | None] = dict.fromkeys(find_unnamed(wire))
-    for node in nodes:
-        identity = (node.vendor, node.product, node.revision, node.serial)
-        if None not in identity:
-            present[Address(*(number or 0 for number in identity))] = node.node_id
+    present |= addresses_of(nodes)
     chosen = []
     for serial, node_id in names.items():
         addresses = [address for address in present if address.serial == serial]

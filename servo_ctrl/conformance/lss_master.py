@@ -1,4 +1,4 @@
-"""LSS master (CiA 305): finds nodes without an id on a new bus, and gives ids to these and to others.
+"""LSS master (CiA 305): finds nodes without an id on a new bus, gives ids and bit rates to these and others.
 
 Fastscan: every node without an id answers at once, and the master asks bit by bit which address the lowest
 one has. It is in configuration state then and answers no further scan, so the next scan finds the next one.
@@ -6,7 +6,7 @@ one has. It is in configuration state then and answers no further scan, so the n
 
 import struct
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 from servo_ctrl.conformance.dialogue import Failed, Wire
@@ -14,8 +14,11 @@ from servo_ctrl.conformance.dialogue import Failed, Wire
 REQUEST, RESPONSE = 0x7E5, 0x7E4
 FRAME_BYTES = 8
 SWITCH_GLOBAL, CONFIGURE_NODE_ID, STORE, SELECT_VENDOR, SELECTED = 0x04, 0x11, 0x17, 0x40, 0x44
+CONFIGURE_BIT_TIMING, ACTIVATE_BIT_TIMING = 0x13, 0x15
+RATES_KBIT_S = {1000: 0, 800: 1, 500: 2, 250: 3, 125: 4, 50: 6, 20: 7, 10: 8}
+"""Index of a rate in table 0."""
 IDENTIFIED, FASTSCAN = 0x4F, 0x51
-WAITING = 0
+WAITING, CONFIGURATION = 0, 1
 SCAN = struct.Struct("<BIBBB")
 """Command, number, bit, word of the address, next word."""
 SCAN_BEGINS = 0x80
@@ -61,16 +64,45 @@ def give_ids(wire: Wire, ids: Iterable[tuple[Address, int, int | None]]) -> None
         Failed: a node does not answer, or refuses; those before it have their ids.
     """
     for address, node_id, present in ids:
-        _switch_to_waiting(wire)
-        for word, number in enumerate(address):
-            answer = _exchange(wire, bytes((SELECT_VENDOR + word,)) + number.to_bytes(4, "little"), ANSWER_S)
-        if answer is None or answer[0] != SELECTED:
-            raise Failed(f"{address.line} does not answer; an operational node has no LSS")
+        _select(wire, address)
         _confirm(wire, bytes((CONFIGURE_NODE_ID, node_id)), f"node id {node_id}")
         _confirm(wire, bytes((STORE,)), "storing the node id")
         _switch_to_waiting(wire)
         if present is not None:
             wire.send(0x000, bytes((RESET_COMMUNICATION, present)))
+
+
+def set_bit_rate(wire: Wire, addresses: Sequence[Address], rate_kbit_s: int, activate_ms: int | None) -> None:
+    """Give each of these nodes a bit rate, which they store.
+
+    They take it at power-up; with `activate_ms` after that time, and send nothing for as long again. None
+    stores where one refuses.
+
+    Raises:
+        Failed: a node does not answer, refuses, or cannot store; those before it have stored then.
+    """
+    for address in addresses:
+        _select(wire, address)
+        request = bytes((CONFIGURE_BIT_TIMING, 0, RATES_KBIT_S[rate_kbit_s]))
+        _confirm(wire, request, f"{address.line}: {rate_kbit_s} kbit/s")
+    for address in addresses:
+        _select(wire, address)
+        _confirm(wire, bytes((STORE,)), f"{address.line}: storing the bit rate")
+    if activate_ms is None:
+        _switch_to_waiting(wire)
+        return
+    wire.send(REQUEST, bytes((SWITCH_GLOBAL, CONFIGURATION)).ljust(FRAME_BYTES, b"\0"))
+    activation = bytes((ACTIVATE_BIT_TIMING,)) + activate_ms.to_bytes(2, "little")
+    wire.send(REQUEST, activation.ljust(FRAME_BYTES, b"\0"))
+
+
+def _select(wire: Wire, address: Address) -> None:
+    """Have this node alone in configuration state. Raises Failed where it does not answer."""
+    _switch_to_waiting(wire)
+    for word, number in enumerate(address):
+        answer = _exchange(wire, bytes((SELECT_VENDOR + word,)) + number.to_bytes(4, "little"), ANSWER_S)
+    if answer is None or answer[0] != SELECTED:
+        raise Failed(f"{address.line} does not answer; an operational node has no LSS")
 
 
 def _switch_to_waiting(wire: Wire) -> None:

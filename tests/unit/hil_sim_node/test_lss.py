@@ -1,4 +1,4 @@
-"""LSS slave against canopen's LSS master: ids given, stored and used (CiA 305)."""
+"""LSS slave against canopen's LSS master: ids and bit rates given, stored and used (CiA 305)."""
 
 from pathlib import Path
 
@@ -6,6 +6,8 @@ import canopen
 import pytest
 from canopen import lss
 from in_process_nodes import DRIVE, IDEAL_AXIS, SCALE, InProcessNodes, SdoDrive
+
+from hil_sim.config import ConfigError
 
 VENDOR, REVISION = 0xFFFE, 0x10000
 DRIVE_ADDRESS, SCALE_ADDRESS = (VENDOR, 0x402, REVISION, 0x10001), (VENDOR, 0x406, REVISION, 0x1000B)
@@ -80,7 +82,11 @@ def test_what_cannot_be_is_refused() -> None:
     master = nodes.network.lss
     assert refuses(lambda: master.configure_node_id(0))
     assert refuses(lambda: master.configure_node_id(128))
-    assert refuses(lambda: master.configure_bit_timing(2))
+    for rate in (5, 8, 9, 255):  # reserved, 10 kbit/s, automatic, none
+        assert refuses(lambda rate=rate: master.configure_bit_timing(rate))
+    nodes.frames.clear()
+    nodes.put(0x7E5, bytes((0x13, 1, 2)).ljust(8, b"\0"))  # a table of somebody's own
+    assert nodes.take(0x7E4) == [bytes((0x13, 1)).ljust(8, b"\0")]
     assert master.inquire_node_id() == DRIVE
 
 
@@ -138,3 +144,62 @@ def test_a_node_may_lose_its_id() -> None:
     nodes.put(0, bytes((RESET_COMMUNICATION, SCALE)))
     assert nodes.frames == []
     assert nodes.network.lss.fast_scan() == (True, list(SCALE_ADDRESS))
+
+
+def heartbeats(nodes: InProcessNodes, cycles: int) -> set[int]:
+    """Nodes that are heard in so many cycles."""
+    nodes.frames.clear()
+    nodes.sync(cycles)
+    return {can_id - 0x700 for can_id, _ in nodes.frames if can_id > 0x700 and can_id < 0x780}
+
+
+def test_a_rate_is_taken_after_the_delay_and_nothing_is_sent_for_as_long_again() -> None:
+    nodes = InProcessNodes()
+    for node_id in (DRIVE, SCALE):
+        nodes.remote(node_id).sdo[0x1017].raw = 1
+    master = nodes.network.lss
+    master.send_switch_state_global(1)
+    nodes.put(0x7E5, bytes((0x13, 0, 2)).ljust(8, b"\0"))
+    assert heartbeats(nodes, 3) == {DRIVE, SCALE}
+    master.activate_bit_timing(20)
+    assert heartbeats(nodes, 39) == set()
+    assert heartbeats(nodes, 3) == {DRIVE, SCALE}
+    assert {slave.rate.kbit_s for slave in nodes.bench.slaves} == {500}
+
+
+def test_a_node_that_is_left_at_another_rate_hears_nothing_and_is_not_heard() -> None:
+    nodes = InProcessNodes()
+    for node_id in (DRIVE, SCALE):
+        nodes.remote(node_id).sdo[0x1017].raw = 1
+    select(nodes, SCALE_ADDRESS)
+    master = nodes.network.lss
+    master.configure_bit_timing(3)
+    master.activate_bit_timing(2)
+    nodes.sync(5)
+    assert heartbeats(nodes, 10) == {SCALE}
+    master.send_switch_state_global(0)
+    nodes.operational()
+    assert nodes.remote(SCALE).sdo[0x6004].raw == 0
+    assert nodes.bench.slaves[0].nmt.state == 127
+    nodes.put(0, bytes((128, 0)))
+    select(nodes, SCALE_ADDRESS)
+    master.configure_bit_timing(0)
+    master.activate_bit_timing(2)
+    nodes.sync(5)
+    assert heartbeats(nodes, 10) == {DRIVE, SCALE}
+
+
+def test_a_stored_rate_is_that_of_the_next_power_up(tmp_path: Path) -> None:
+    nodes = unnamed(tmp_path, tmp_path)
+    master = nodes.network.lss
+    master.fast_scan()
+    master.configure_node_id(21)
+    master.configure_bit_timing(4)
+    master.store_configuration()
+    assert nodes.bench.slaves[0].rate.kbit_s == 1000
+    again = unnamed(tmp_path, tmp_path)
+    rates = sorted(slave.rate.kbit_s for slave in again.bench.slaves)
+    assert rates == [125, 1000]
+    (tmp_path / "serial_00010100_id.json").write_text('{"format": 1, "node_id": 21, "bit_rate_kbit_s": 3}')
+    with pytest.raises(ConfigError, match="no bit rate"):
+        unnamed(tmp_path, tmp_path)

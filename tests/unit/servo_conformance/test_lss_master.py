@@ -7,7 +7,7 @@ from in_process_nodes import IDEAL_AXIS, InProcessNodes
 
 from servo_ctrl.cli import conformance_request
 from servo_ctrl.conformance.dialogue import Failed
-from servo_ctrl.conformance.lss_master import Address, find_unnamed, give_ids
+from servo_ctrl.conformance.lss_master import Address, find_unnamed, give_ids, set_bit_rate
 from servo_ctrl.conformance.scan import scan
 
 DRIVE_ADDRESS = Address(0xFFFE, 0x402, 0x10000, 0x10100)
@@ -77,3 +77,29 @@ def test_an_operational_node_is_not_renamed() -> None:
     wire.nodes.operational()
     with pytest.raises(Failed, match="no LSS"):
         give_ids(wire, [(Address(0xFFFE, 0x402, 0x10000, 0x10001), 5, 1)])
+
+
+def rates(wire: Wire) -> list[int]:
+    return [slave.rate.kbit_s for slave in wire.nodes.bench.slaves]
+
+
+def test_all_nodes_take_another_bit_rate_together(new_bus: Wire) -> None:
+    conformance_request.give(new_bus, {0x10100: 3})
+    addresses = [*find_unnamed(new_bus), *conformance_request.addresses_of(scan(new_bus))]
+    assert sorted(addresses) == [DRIVE_ADDRESS, SCALE_ADDRESS]
+    set_bit_rate(new_bus, addresses, 250, 5)
+    new_bus.nodes.sync(12)
+    assert rates(new_bus) == [250, 250]
+    new_bus.send(0x7E5, bytes((4, 0)).ljust(8, b"\0"))
+    assert [node.node_id for node in scan(new_bus)] == [3]
+
+
+def test_a_rate_that_one_node_has_not_is_given_to_none(tmp_path: Path) -> None:
+    wire = Wire(InProcessNodes(state_directory=tmp_path))
+    addresses = list(conformance_request.addresses_of(scan(wire)))
+    with pytest.raises(Failed, match=r"00010001h: 10 kbit/s: refused with LSS error 1"):
+        set_bit_rate(wire, addresses, 10, None)
+    assert not list(tmp_path.glob("*_id.json"))
+    set_bit_rate(wire, addresses, 20, None)
+    assert rates(wire) == [1000, 1000]
+    assert rates(Wire(InProcessNodes(state_directory=tmp_path))) == [20, 20]
