@@ -11,7 +11,7 @@ from hil_sim.config import AxisPlant, Plant
 from hil_sim.drive import cia402_device as cia402
 from hil_sim.drive import stopping
 from hil_sim.drive.axis_port import AxisPort
-from hil_sim.drive.brake_control import BrakeControl
+from hil_sim.drive.brake_control import BrakeControl, brake_of
 from hil_sim.drive.cia402_device import Command, Event, State, Transition
 from hil_sim.drive.drive_dictionary import guard, hardware_values
 from hil_sim.drive.drive_objects import DriveObjects
@@ -21,7 +21,6 @@ from hil_sim.drive.stopping import Ramp
 from hil_sim.drive.touch_probe import TouchProbes
 from hil_sim.node import emcy
 from hil_sim.node.slave import NodeHost, Slave
-from hil_sim.plant.holding_brake import HoldingBrake
 
 CONNECTION_ERROR = 0x8100
 """Error code "communication, generic": the master stopped or reset a node in motion."""
@@ -53,7 +52,7 @@ class Drive:
         self.objects.sensors = self.port
         self.motion = Motion(self.objects, self.port)
         self._probes = TouchProbes(config, self.objects, self.port)
-        self.brake = BrakeControl(self.objects, HoldingBrake(config, plant, index), host.clock)
+        self.brake = BrakeControl(self.objects, brake_of(config, plant, index), host.clock)
         self._clock = host.clock
         self._hardware_values = hardware_values(config)
         self._power_up()

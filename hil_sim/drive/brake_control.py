@@ -8,14 +8,25 @@ Bit 0 of the mask 60FEh:02 takes the brake output from this order and gives it t
 the times are kept all the same. Without it 60FEh:01 reads as the output is.
 """
 
+import math
 from collections.abc import Callable
 
+from hil_sim.config import AxisPlant, Plant
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.node.nmt import Clock
 from hil_sim.plant.holding_brake import HoldingBrake
 
 SET_BRAKE = 1
 """Bit 0 of 60FEh; the drive has no other output."""
+
+
+def brake_of(config: AxisPlant, plant: Plant, index: int) -> HoldingBrake:
+    """The brake of axis `index` of the plant, closed."""
+    coulomb, brake = plant.params[index]["coulomb_friction"], config.brake
+    if brake is None:
+        return HoldingBrake(coulomb, 0.0, 0.0, 0.0)
+    force_n = brake.torque_nm * 2.0 * math.pi / config.lead_m
+    return HoldingBrake(coulomb, force_n, brake.release_ms, brake.engage_ms)
 
 
 class BrakeControl:

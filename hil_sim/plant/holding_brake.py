@@ -4,25 +4,25 @@ Law: closed, it adds its torque to the Coulomb level of the table (like a jam, s
 it holds a standing axis and slows a moving one down. It acts at the ticks of the drive, not in between.
 """
 
-import math
-
-from hil_sim.config import AxisPlant, Plant
+from typing import Any
 
 
 class HoldingBrake:
-    """The brake of axis `index`; `moving`: its armature is under way, so that `run` is due every tick."""
+    """A brake of `force_n` at the table, none with 0; it opens in `release_ms` and closes in `engage_ms`.
 
-    def __init__(self, config: AxisPlant, plant: Plant, index: int) -> None:
-        brake = config.brake
-        self._coulomb = plant.params[index]["coulomb_friction"]
-        self._without = int(self._coulomb["enabled"]), float(self._coulomb["coulomb_n"])
-        self._force_n = 0.0 if brake is None else brake.torque_nm * 2.0 * math.pi / config.lead_m
-        times_ms = (0.0, 0.0) if brake is None else (brake.release_ms, brake.engage_ms)
-        self._release_us, self._engage_us = (1000.0 * time_ms for time_ms in times_ms)
+    `coulomb`: the `coulomb_friction` record of its axis, which it changes. `moving`: its armature is under
+    way, so that `run` is due every tick.
+    """
+
+    def __init__(self, coulomb: Any, force_n: float, release_ms: float, engage_ms: float) -> None:
+        self._coulomb = coulomb
+        self._without = int(coulomb["enabled"]), float(coulomb["coulomb_n"])
+        self._force_n = force_n
+        self._release_us, self._engage_us = 1000.0 * release_ms, 1000.0 * engage_ms
         self.moving = False
-        self._closed = self._wanted = brake is not None
+        self._closed = self._wanted = force_n > 0.0
         self._due_us = 0.0
-        if brake is not None:
+        if self._closed:
             self._act()
 
     def drive(self, *, close: bool, now_us: int) -> None:
