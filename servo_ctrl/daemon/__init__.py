@@ -1,5 +1,5 @@
-"""The controller as a process: what happens in a cycle, in a run, and beside both.
+"""The controller as a process: the cycle, the run, and the services beside them.
 
-Rooms from the bottom up: `set_points`, `cycle`, `learning`, `handlers` and `page`, `run`. A room imports from
-those below it only.
+Rooms from the bottom up: `set_points`, `cycle`, `learning`, `handlers` and `page`, `run`. A room imports
+only from rooms below it.
 """

@@ -1,4 +1,4 @@
-"""From SYNC to RPDO: the cycle, the machine of all axes in it, and what keeps a Python process in time.
+"""From SYNC to RPDO: the cycle, the machine controller of all axes, and the process's real-time settings.
 
-May enter: what runs in the thread of the cycle at every tick, and the worker that takes long work out of it.
+May enter: code that runs in the cycle's thread at every tick, and the worker that takes long work out of it.
 """

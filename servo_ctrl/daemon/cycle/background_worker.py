@@ -1,7 +1,7 @@
-"""Does work that takes longer than a period: planning, evaluating, writing files.
+"""Runs work that takes longer than a period: planning, evaluating, writing files.
 
-In real time in a thread, one piece after the other, while the cycle goes on. In lockstep at once, within the
-cycle, so that the same run takes the same cycles every time: simulated time waits.
+In real time the work runs in a thread, one piece after the other, while the cycle continues. In lockstep it
+runs within the cycle, so that a repeated run takes the same cycles: simulated time waits for the work.
 """
 
 import asyncio
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class _Work(NamedTuple):
-    """A piece of work; `then` and `failed` are called in the thread of the cycle."""
+    """A piece of work. The thread of the cycle calls `then` or `failed`."""
 
     work: Callable[[], Any]
     then: Callable[[Any], None]
@@ -23,14 +23,14 @@ class _Work(NamedTuple):
 
 
 class BackgroundWorker:
-    """Does one piece of work after the other, in the order in which they came."""
+    """Runs pieces of work one after the other, in the order of their requests."""
 
     def __init__(self, *, lockstep: bool) -> None:
         self._lockstep = lockstep
         self._queue: asyncio.Queue[_Work] = asyncio.Queue()
 
     def do(self, work: Callable[[], T], then: Callable[[T], None], failed: Callable[[str], None]) -> None:
-        """Do `work`; `then` takes its result, `failed` the reason where it raised a ServoCtrlError."""
+        """Run `work`, then pass its result to `then`, or the text of its ServoCtrlError to `failed`."""
         piece = _Work(work, then, failed)
         if self._lockstep:
             _conclude(piece, _attempt(piece))
@@ -38,7 +38,7 @@ class BackgroundWorker:
             self._queue.put_nowait(piece)
 
     async def run(self) -> None:
-        """Do what comes, until cancelled. A bug in the work comes out here."""
+        """Run the queued work until cancelled. Exceptions other than ServoCtrlError propagate."""
         while True:
             piece = await self._queue.get()
             try:

@@ -1,58 +1,58 @@
-"""The cycle: SYNC -> inputs of all nodes -> tick -> RPDOs, and again. Callbacks only, no task in the path.
+"""The cycle: SYNC -> inputs of all nodes -> tick -> RPDOs, repeated. It runs in callbacks, without a task.
 
-One object for both kinds of time. In real time a clock calls `begin` every period. In lockstep the next
-SYNC goes out as soon as the RPDOs are sent: simulated time is SYNC, and nobody waits for the wall clock.
+In real time a clock calls `begin` every period. In lockstep the next SYNC follows the RPDOs at once:
+simulated time counts SYNCs, and no process waits for the wall clock.
 """
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
 Inputs = list[bytes | bytearray | None]
-"""Of a cycle, by node: the data of its TPDO, None = missing."""
+"""The TPDO data of each node in one cycle; None = missing."""
 RESPONDING_WITHIN = 2
-"""A node that answered within so many cycles is responding; chosen."""
+"""A node counts as responding for this many cycles after its last answer; chosen."""
 LATE_WITHIN = 1000
-"""Cycles in which inputs that did not come in time may still come, several at once; chosen."""
+"""Cycles after a miss during which the late inputs may still arrive, several at once; chosen."""
 REPEATS_TOLERATED = 3
-"""Cycles in a row with a frame that CAN may have delivered twice (an error in the last bit of its end of
-frame, ISO 11898-1); chosen."""
+"""Consecutive cycles in which a repeated frame is tolerated: CAN delivers a frame twice after an error in
+the last bit of its end of frame (ISO 11898-1); chosen."""
 
 
 class Sender(Protocol):
-    """A frame that can be sent with a payload."""
+    """Sends a payload in frames of one CAN identifier."""
 
     def send(self, payload: bytes) -> None:
-        """Send it with the next flush."""
+        """Queue a frame with this payload for the next flush."""
 
 
 class Core(Protocol):
-    """What a cycle computes; see `daemon.cycle.machine.MachineController`."""
+    """Computes one cycle; see `daemon.cycle.machine.MachineController`."""
 
     def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
-        """RPDO payloads for the inputs of this cycle (None = missing); None when the machine is off."""
+        """Return RPDO payloads for this cycle's inputs (None = missing); None when the machine is off."""
 
     def input_missing(self, node: int) -> bool:
-        """A node's inputs of this cycle did not come; True: stop expecting it."""
+        """Count a node's missing inputs in this cycle; return whether the cycle stops expecting the node."""
 
     def input_twice(self, node: int) -> None:
-        """Inputs of a node came twice: another participant sends them too."""
+        """Report that a node's inputs arrived twice: another participant sends them too."""
 
     def input_of_other_length(self, node: int, size: int) -> None:
-        """Inputs of a node came with so many bytes, which its mapping does not have."""
+        """Report a TPDO of a node whose `size` in bytes contradicts its mapping."""
 
 
 class Trial(Protocol):
-    """Looks at the first cycles; see `daemon.run.round_trip`."""
+    """Measures the first cycles; see `daemon.run.round_trip`."""
 
     def begun(self) -> None:
-        """A SYNC went out."""
+        """Note that a SYNC was sent."""
 
     def answered(self, inputs: Inputs) -> bool:
-        """The inputs are there, or given up; True: the next cycle is looked at too."""
+        """Take the inputs of the cycle (None = missing); return whether to measure the next cycle too."""
 
 
 class Cycle:
-    """Owns who is expected to answer a SYNC. `number` is the current cycle, -1 before the first."""
+    """Decides which nodes must answer a SYNC. `number` is the current cycle, -1 before the first."""
 
     def __init__(
         self,
@@ -69,9 +69,9 @@ class Cycle:
         self.number = -1
         self.running = True
         self.waiting = 0
-        """Bit k: the inputs of node k are still to come."""
+        """Bit k is set while the inputs of node k have not arrived."""
         self.open = False
-        """A SYNC went out and what follows from it did not; where no node is expected, until the next one."""
+        """True from a SYNC until its RPDOs are sent; until the next SYNC where no node is expected."""
         self.trial: Trial | None = None
         self._core, self._sync, self._rpdos, self._lockstep = core, sync, tuple(rpdos), lockstep
         self._flush, self._on_begin, self._on_end = flush, on_begin, on_end
@@ -81,19 +81,19 @@ class Cycle:
         self._elapsed = 1
         nodes = len(self._sizes)
         self._answered_at = [-RESPONDING_WITHIN - 2] * nodes
-        """The last cycle in which a node that is not expected answered."""
+        """By node: the last cycle in which it answered while it was not expected."""
         self._before: Inputs = [None] * nodes
-        """Inputs of the cycle before."""
+        """Inputs of the previous cycle."""
         self._owed = [0] * nodes
         self._owed_until = [-1] * nodes
         self._owing_until = -1
-        """So many frames more may come, up to this cycle: those of cycles which went on without them."""
+        """By node: how many late frames may still arrive, and until which cycle; the latest such cycle."""
         self._repeated_at = [-2] * nodes
         self._repeats = [0] * nodes
-        """Cycles in a row with a frame more than there should be, and the last of them."""
+        """By node: the last cycle with a surplus frame, and how many consecutive cycles had one."""
 
     def begin(self, elapsed: int = 1) -> None:
-        """Start a cycle, `elapsed` periods after the last one; first settles one that is still open."""
+        """Start a cycle `elapsed` periods after the last one; first complete a cycle that is still open."""
         if self.open:
             self.complete_without()
         if not self.running:
@@ -109,7 +109,7 @@ class Cycle:
         self._on_begin(elapsed)
 
     def handler(self, node: int) -> Callable[[bytearray, float], None]:
-        """The handler of a node's TPDO."""
+        """Make the handler of a node's TPDO."""
         bit, size = 1 << node, self._sizes[node]
 
         def on_tpdo(payload: bytearray, _timestamp_s: float) -> None:
@@ -128,7 +128,7 @@ class Cycle:
         return on_tpdo
 
     def _take_another(self, node: int, data: bytearray) -> None:
-        """Take one frame too many: a late one, one that CAN delivered twice, or another node's."""
+        """Classify a surplus frame: late, delivered twice by CAN, or sent by another participant."""
         if self.number < 0 or not self.running:
             return
         if self.age(node):
@@ -142,11 +142,11 @@ class Cycle:
             self._core.input_twice(node)
 
     def responding(self, node: int) -> bool:
-        """Whether a node that is not expected to answer does so."""
+        """Whether a node that is not expected to answer has done so lately."""
         return self.number - self._answered_at[node] <= RESPONDING_WITHIN
 
     def age(self, *nodes: int) -> int:
-        """How many cycles old the last inputs of these nodes may be: so many more are still to come."""
+        """Return how many cycles old the last inputs of these nodes may be: the frames still owed."""
         ages = (self._owed[node] for node in nodes if self.number <= self._owed_until[node])
         return min(max(ages, default=0), LATE_WITHIN)  # lost frames do not add up for ever
 
@@ -156,12 +156,12 @@ class Cycle:
         return self.number <= self._owing_until
 
     def expect(self, node: int) -> None:
-        """From the next SYNC on a node that was given up is one of those that answer."""
+        """Expect a node that was given up to answer again from the next SYNC on."""
         self._expected |= 1 << node
-        self._owe(node)  # the frame that it answered with may have come behind its cycle
+        self._owe(node)  # its first answer may have arrived after its cycle
 
     def complete_without(self) -> None:
-        """Go on without the inputs that have not come."""
+        """Complete the cycle without the inputs that have not arrived."""
         for node in range(len(self._sizes)):
             if self.waiting >> node & 1:
                 self._owe(node)
@@ -176,7 +176,7 @@ class Cycle:
         self._owed_until[node] = self._owing_until = self.number + LATE_WITHIN
 
     def stop(self) -> None:
-        """No further SYNC."""
+        """Send no further SYNC."""
         if self.running:
             self.running = self.open = False
             self.waiting = 0

@@ -1,4 +1,4 @@
-"""All drives of a machine together: the commands to their sequences, and their events for the machine."""
+"""The drives of all axes: passes commands to their CiA 402 sequences and their events to the machine."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
@@ -16,14 +16,14 @@ BRAKING = BRAKED | {Phase.QUICK_STOPPING}
 
 
 class AxisPlace(NamedTuple):
-    """An axis and where its nodes are among the inputs."""
+    """An axis and the indices of its nodes among the inputs of a cycle."""
 
     servo: AxisServo
     drive: int
     scale: int | None
     stop_acceleration_m_s2: float
     further: tuple[int, ...] = ()
-    """Other TPDOs of the drive that come with every SYNC."""
+    """Inputs that are further TPDOs of the drive, sent after every SYNC."""
 
 
 class Drives:
@@ -34,53 +34,53 @@ class Drives:
         self._servos = [place.servo for place in places]
         self._memory = self._servos[0].memory
         self._found = False
-        """The last cycle has found something that was not taken yet."""
+        """Whether `take_events` has not yet collected the events of the last cycle."""
         self._aged = False
-        """Inputs of the last cycle may have been old."""
+        """Whether inputs of the last cycle may have been old."""
         self.input_ages: Callable[[], Sequence[int]] = list
-        """How many cycles old the last inputs of each axis may be, as many came late; empty: none is."""
+        """Returns by axis how many cycles old its last inputs may be; empty when all are new."""
 
     @property
     def hold_positions_m(self) -> list[float]:
-        """Where the axes were taken over."""
+        """Positions at which the controller took the axes over."""
         return [servo.hold_m for servo in self._servos]
 
     @property
     def ready(self) -> bool:
-        """Our loops lead all axes."""
+        """Whether all axes follow our set points."""
         return all(servo.ready for servo in self._servos)
 
     @property
     def braked(self) -> bool:
-        """None brakes any more."""
+        """Whether no axis brakes any more."""
         return all(servo.phase in BRAKED for servo in self._servos)
 
     @property
     def enabled(self) -> bool:
-        """One was in operation by its last statusword."""
+        """Whether the last statusword of any drive says "operation enabled"."""
         return any(servo.drive_state is DriveState.OPERATION_ENABLED for servo in self._servos)
 
     @property
     def moving(self) -> bool:
-        """One that we lead would coast, if its power went now."""
+        """Whether any axis moves so fast that it would coast after power off."""
         return any(abs(servo.velocity_m_s) > COASTS_M_S for servo in self._servos)
 
     @property
     def at_a_switch(self) -> str:
-        """Which axis stands at a limit switch, and what to do; "" where none does."""
+        """Which axis stands at a limit switch, and what to do; "" if none does."""
         return next((text for servo in self._servos if (text := servo.watch.at_a_switch)), "")
 
     @property
     def off(self) -> bool:
-        """All are without power, as far as anyone can know."""
+        """Whether all drives are without power, as far as their frames show."""
         return all(servo.off for servo in self._servos)
 
     def step(
         self, inputs: Inputs, led_to: Row | None, time_s: float, cycle: int, segment: int
     ) -> list[bytes]:
-        """Advance all axes by one cycle: payloads of the RPDOs; `row` is what is recorded of it.
+        """Advance all axes by one cycle and return the RPDO payloads; `row` then returns the recorded row.
 
-        `led_to`: where they are led, None = each stays where it was taken over.
+        `led_to`: set points of this cycle; None = every axis holds the position at which it was taken over.
         """
         ages = self.input_ages()
         if ages or self._aged:
@@ -91,24 +91,24 @@ class Drives:
         return self._memory.payloads()
 
     def row(self) -> list[float]:
-        """Return the row of the last cycle."""
+        """Return the recorded row of the last cycle."""
         values: list[float] = self._memory.row.tolist()
         return values
 
     def take_events(self) -> list[tuple[AxisServo, Event, str]]:
-        """Take the events that the axes found in the last cycle."""
+        """Return the events of the last cycle, once."""
         if not self._found:
             return []
         self._found = False
         return [(servo, event, text) for servo in self._servos for event, text in servo.findings()]
 
     def pass_missed(self, cycles: int) -> None:
-        """Let periods go by that had no SYNC."""
+        """Advance all axes over periods that had no SYNC."""
         for servo in self._servos:
             servo.pass_missed(cycles)
 
     def cut_off(self, servo: AxisServo | None) -> None:
-        """Power off for this one at once, while the others brake; for all of them where none is named."""
+        """Switch this drive's power off at once while the others brake; all of them for None."""
         for own in self._servos:
             if servo in {None, own} and own.phase not in BRAKED:
                 own.sequence = release(own.sequence)
@@ -116,25 +116,25 @@ class Drives:
                 own.sequence = brake(own.sequence)
 
     def lead(self, change: Callable[[sequence.Sequence], sequence.Sequence]) -> None:
-        """Change the sequences of all drives that are not lost."""
+        """Apply `change` to the sequences of all drives that respond."""
         for servo in self._servos:
             if servo.phase is not Phase.LOST:
                 servo.sequence = change(servo.sequence)
 
     def begin_again(self) -> None:
-        """Switch all of them on once more."""
+        """Switch all drives on again."""
         for servo in self._servos:
             servo.begin_again()
 
     def home(self, servos: Iterable[AxisServo], at_m: Sequence[float]) -> None:
-        """Let these look for their homes; the other axes stay at `at_m`."""
+        """Start homing of these axes; the others hold the positions `at_m`."""
         for servo, hold_m in zip(self._servos, at_m, strict=True):
             servo.hold_m = hold_m
         for servo in servos:
             servo.home()
 
     def forget_homes(self, nodes: Collection[int]) -> list[tuple[str, bool]]:
-        """Forget the homes of the drives among these nodes; their axes, and whether they home again."""
+        """Forget the homes of the drives among these nodes; return each axis and whether it homes again."""
         forgotten = []
         for place in self._places:
             if place.drive in nodes:
@@ -143,11 +143,11 @@ class Drives:
         return forgotten
 
     def lose(self, node: int) -> None:
-        """Give up a node that does not respond any more; it may be a drive."""
+        """Give up a node that no longer responds; nodes other than drives are ignored."""
         self._change(node, lose)
 
     def take_back(self, node: int) -> None:
-        """Take back a node that responds again; a drive stays without power."""
+        """Accept a node that responds again; a drive stays without power."""
         self._change(node, release)
 
     def _change(self, node: int, change: Callable[[sequence.Sequence], sequence.Sequence]) -> None:

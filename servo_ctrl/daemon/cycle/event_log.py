@@ -1,7 +1,7 @@
-"""What happened in a run, in words: bounded however long it lasts, and never deaf.
+"""The texts of a run's events, in bounded memory however long the run lasts.
 
-The first events are kept, for the cause of a trouble is among them, and the newest. A text that repeats cycle
-after cycle is one event; when it comes back after a while, it is another one.
+The log keeps the first events, which usually contain the cause, and the newest. A text that repeats cycle
+after cycle is one event; after a pause it is a new event.
 """
 
 from collections import deque
@@ -9,30 +9,30 @@ from collections import deque
 FIRST_KEPT = 50
 NEWEST_KEPT = 50
 PUBLISHED = 100
-"""Events in the status of the page. Chosen, as the numbers above."""
+"""Events in the status of the page. Chosen, like the numbers above."""
 
 
 class EventLog:
-    """A text that did not come for `again_cycles` cycles is news."""
+    """A text is a new event if it was not added during the last `again_cycles` cycles."""
 
     def __init__(self, again_cycles: int) -> None:
         self.count = 0
-        """Events so far, those that are not kept too."""
+        """Events so far, including those no longer kept."""
         self.newest: deque[tuple[int, str]] = deque(maxlen=PUBLISHED)
-        """Cycle and text, for the page."""
+        """Cycle and text of each event that the page shows."""
         self._again_cycles = again_cycles
         self._first: list[str] = []
         self._newest: deque[str] = deque(maxlen=NEWEST_KEPT)
         self._last_cycle: dict[str, int] = {}
-        """Of the texts in `_first` and `_newest`: the cycle in which they came last."""
+        """By text in `_first` and `_newest`: the cycle in which it was last added."""
 
     @property
     def kept(self) -> list[str]:
-        """The first and the newest, in order."""
+        """The first and the newest events, in order."""
         return [*self._first, *self._newest]
 
     def add(self, text: str, cycle: int) -> None:
-        """Note what has happened in this cycle."""
+        """Add the text of an event of this cycle."""
         last_cycle = self._last_cycle.get(text)
         self._last_cycle[text] = cycle
         if last_cycle is not None and cycle - last_cycle < self._again_cycles:

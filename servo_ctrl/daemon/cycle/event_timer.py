@@ -1,21 +1,21 @@
-"""Watches a TPDO that comes at a change, by its event timer (180xh:05), in SYNC cycles."""
+"""Monitors an event-driven TPDO by its event timer (180xh:05), in SYNC cycles."""
 
 from typing import Protocol
 
 from servo_ctrl.canopen.node_plan import PdoPlan
 
 TIMES_MISSED = 3
-"""A TPDO is missing when so many of its times have gone by without it; chosen, as of heartbeats."""
+"""A TPDO is missing after this many event times without it; chosen, the same as for heartbeats."""
 
 
 class Counted(Protocol):
-    """What counts the cycles."""
+    """Counts the cycles."""
 
     number: int
 
 
 class EventTimer:
-    """Of the PDO called `name`; one without an event timer may be silent for ever."""
+    """Monitors the PDO called `name`; a PDO without an event timer may be silent for ever."""
 
     def __init__(self, name: str, pdo: PdoPlan, period_s: float, cycle: Counted) -> None:
         self._name, self._cycle = name, cycle
@@ -25,11 +25,11 @@ class EventTimer:
         self._missing = False
 
     def came(self) -> None:
-        """Note that it came."""
+        """Note that the TPDO was received."""
         self._last, self._missing = self._cycle.number, False
 
     def advance(self, cycle: int) -> str:
-        """Say once that it does not come any more; else ""."""
+        """Return once that the TPDO no longer arrives; else ""."""
         silent = cycle - self._last
         if not self._limit or silent <= self._limit or self._missing:
             return ""

@@ -1,4 +1,4 @@
-"""What has happened to a machine: all of it noted, and what became of its run because of it."""
+"""Logs a machine's events and keeps their consequences: whether the run failed, why, whether it ends."""
 
 from servo_ctrl.axis.fault_policy import ENDS_THE_RUN, REQUESTS, Event, Reaction, reaction
 from servo_ctrl.commands.stage import Stage
@@ -6,19 +6,19 @@ from servo_ctrl.daemon.cycle.event_log import EventLog
 
 
 class Incidents:
-    """The same text after `again_cycles` without it is another event."""
+    """A text that was absent for `again_cycles` cycles is a new event."""
 
     def __init__(self, again_cycles: int) -> None:
         self.log = EventLog(again_cycles)
         self.failed = False
-        """An event led to a reaction that nobody had asked for."""
+        """Whether an event caused a reaction that no operator or program requested."""
         self.reason = ""
-        """The first event reacted to since the machine was enabled, and a fault on the way to rest."""
+        """The first event with a reaction since the machine was enabled, and a fault during its stop."""
         self.ending = False
-        """Something happened after which the run ends, also where it stands by."""
+        """Whether an event ends the run, even where a stop otherwise ends in standby."""
 
     def take(self, stage: Stage, event: Event, text: str, cycle: int) -> Reaction:
-        """Note an event; return what the fault policy says about it."""
+        """Log an event; return the reaction of the fault policy."""
         wanted = reaction(stage, event)
         self.log.add(text, cycle)
         self.ending = self.ending or event in ENDS_THE_RUN
@@ -27,11 +27,11 @@ class Incidents:
         fault = event not in REQUESTS and not self.failed
         if not self.reason or (stage is Stage.STANDBY and not self.failed):
             self.reason = text
-        elif fault:  # asked to stop, and it went wrong on the way
+        elif fault:  # a requested stop failed before the axes came to rest
             self.reason += f"; {text}"
         self.failed = self.failed or fault
         return wanted
 
     def forget(self) -> None:
-        """Begin anew, as the machine is enabled again. What was noted stays."""
+        """Clear fault and reason when the machine is enabled again. The log stays."""
         self.failed, self.reason = False, ""

@@ -1,6 +1,6 @@
-"""All axes of a machine through one cycle: stage, references, events, and the row for the recording.
+"""Advances all axes of a machine by one cycle: stage, set points, events, and the row for the recording.
 
-No clock, no bus, no asyncio: inputs come in, payloads go out. The supervisor and the tests drive it alike.
+It turns inputs into payloads without clock, bus or asyncio, so that supervisor and tests call it alike.
 """
 
 from collections.abc import Callable, Iterable
@@ -19,47 +19,47 @@ from servo_ctrl.daemon.set_points.reference import Reference
 
 
 class MachineController(MachineFigures):
-    """The axes together, made before the nodes are booted; its callbacks are set before `begin`."""
+    """Controls all axes. It is made before the nodes boot; the caller sets its callbacks before `begin`."""
 
     def __init__(
         self, places: list[AxisPlace], node_names: list[str], period_s: float, tolerance: Tolerance
     ) -> None:
         super().__init__(places, len(node_names), period_s, tolerance)
         self.record: Callable[[list[float]], None] = _ignore
-        """Takes a row a cycle."""
+        """Called with the recorded row of each cycle."""
         self.on_ready: Callable[[], None] = _ignore
-        """Called once the axes are led."""
+        """Called when all axes follow set points."""
         self.on_enable: Callable[[bool], None] = _ignore
-        """Called when drives are switched on from standby, with whether that ends a fault."""
+        """Called when the drives are switched on from standby, with whether that ends a fault."""
         self.on_rest: Callable[[], None] = _ignore
-        """Called when a served machine is ready again after a program, or in standby."""
+        """Called when a served machine becomes ready after a program, or enters standby."""
         self.on_stop: Callable[[str], None] = _ignore
-        """Called with every event that stops the machine."""
+        """Called with the text of every event that stops the machine."""
         self.on_fault: Callable[[Event, str], None] = _ignore
-        """Called with the first of them that nobody had asked for."""
+        """Called with the first such event that was not requested."""
         self.served = False
-        """Whether the axes stay under control after a program, for the next one."""
+        """Whether the axes stay under control after a program, ready for the next one."""
         self.stand_by = False
         """Whether a stop ends in standby instead of off."""
         self.nodes: Nodes | None = None
-        """Which can be used again, for a machine that stands by."""
+        """Which nodes can be used again after a stop, for a machine that stands by."""
         self.completed = False
-        """The last program was run to its end."""
+        """Whether the last program ran to its end."""
         self._unhomed: list[int] = []
-        """Nodes that are set up again, and whose drives have lost their homes."""
+        """Nodes that boot again and whose drives have lost their homes."""
         self._node_names = node_names
         self._cycle = -1
 
     def begin(self, *, in_standby: bool = False) -> None:
-        """Switch the booted drives on, or wait in standby; a drive that is found with power brakes first."""
+        """Switch the booted drives on, or enter standby; a drive that already has power brakes first."""
         self.stage = Stage.STARTING
         if in_standby:
             self._lead_all(brake, Stage.DISABLING)
 
     def enable(self) -> str:
-        """Switch the drives on from standby, faults reset; return why that cannot be, else "".
+        """Reset faults and switch the drives on from standby; return why that is impossible, else "".
 
-        Nodes that have lost their configuration are set up first; a request to stop calls the power off.
+        Nodes that have lost their configuration boot first. A stop requested meanwhile leaves the power off.
         """
         if self.stage is not Stage.STANDBY:
             return "the machine is not in standby"
@@ -79,7 +79,7 @@ class MachineController(MachineFigures):
         return ""
 
     def booted(self, problem: str = "") -> None:
-        """The nodes that are set up again are configured, or that went wrong."""
+        """Note that the nodes have booted again; `problem` says why they have not."""
         if self.nodes is None or not self.setting_up:
             return
         problem = problem or self.nodes.booted(self._again.nodes)
@@ -92,11 +92,11 @@ class MachineController(MachineFigures):
             self._again.started = True
 
     def age_inputs(self, ages: Callable[[], Several[int]]) -> None:
-        """Ask this in each cycle how many cycles old the last inputs of each axis may be; empty: none is."""
+        """Set the function that returns the age in cycles of each axis's inputs; empty when all are new."""
         self._drives.input_ages = ages
 
     def home(self, servos: Iterable[AxisServo]) -> None:
-        """Let drives look for their homes once more, the other axes stay; the machine must be ready."""
+        """Start homing of these drives while the other axes hold; do nothing unless the machine is ready."""
         if self.stage is not Stage.READY:
             return
         self._drives.home(servos, self.set_points_m())
@@ -104,24 +104,24 @@ class MachineController(MachineFigures):
         self.stage = Stage.STARTING
 
     def run(self, program: Reference) -> None:
-        """Start a program; the machine must be ready."""
+        """Start a program; do nothing unless the machine is ready."""
         if self.stage is Stage.READY:
             self._source.program = program
             self.completed = False
             self.stage = Stage.RUNNING
 
     def interrupt(self) -> None:
-        """Ramp a program down to rest; the axes stay under control and are ready then."""
+        """Ramp the running program down to rest; the axes stay under control, the machine becomes ready."""
         if self.stage is Stage.RUNNING:
             self._source.ramp_down(self._drives.hold_positions_m)
 
     def finish(self) -> None:
-        """No further program: the drives are switched off."""
+        """Come to rest and switch the drives off, because no further program follows."""
         if self.stage is Stage.READY:
             self._hold()
 
     def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
-        """One cycle. `elapsed`: SYNC periods since the last one. None when the machine is off."""
+        """Run one cycle, `elapsed` SYNC periods after the last. Return RPDO payloads, None when off."""
         self._cycle = cycle
         if elapsed > 1:
             self._pass_missed(cycle, elapsed - 1)
@@ -146,7 +146,7 @@ class MachineController(MachineFigures):
         return payloads
 
     def input_missing(self, node: int) -> bool:
-        """Count a node's missing inputs; True once it is given up."""
+        """Count a node's missing inputs; return whether the node is given up."""
         self._disturbed_at = self._cycle
         if not self._missing.count(node, self._cycle):
             return False
@@ -157,24 +157,24 @@ class MachineController(MachineFigures):
         return True
 
     def input_twice(self, node: int) -> None:
-        """Stop: another participant sends inputs of a node too."""
+        """Stop, because another participant sends inputs of a node too."""
         text = "answers a SYNC twice: two nodes have its id, or somebody sends in its name"
         self.event(Event.DUPLICATE_NODE, f"{self._node_names[node]}: {text}")
 
     def input_of_other_length(self, node: int, size: int) -> None:
-        """Stop: inputs of a node came with so many bytes, which its mapping does not have."""
+        """Stop, because a TPDO of a node has a `size` in bytes that contradicts its mapping."""
         self.event(
             Event.WRONG_PDO, f"{self._node_names[node]}: a TPDO of {size} bytes, which is not its mapping"
         )
 
     def object_changed(self, node: int, text: str) -> None:
-        """Stop: another participant writes to a node, whose objects are uncertain until the next boot."""
+        """Stop, because another participant wrote to a node: its objects are uncertain until it boots."""
         if self.nodes is not None:
             self.nodes.changed[node] = text
         self.event(Event.OBJECT_CHANGED, text)
 
     def event(self, event: Event, text: str, servo: AxisServo | None = None) -> None:
-        """Do what the fault policy says about an event, of this axis if one is named."""
+        """Log an event, of axis `servo` if given, and carry out the reaction of the fault policy."""
         failed_before = self.failed
         if event in REQUESTS and self._again.call_off():
             self.note("set up again, and left without power")
@@ -196,7 +196,7 @@ class MachineController(MachineFigures):
         self.on_stop(text)
 
     def note(self, text: str) -> None:
-        """Note what needs no reaction."""
+        """Log an event that needs no reaction."""
         self.events.add(text, self._cycle)
 
     def _lead(self, cycle: int) -> None:
@@ -213,12 +213,12 @@ class MachineController(MachineFigures):
         source.stay()
 
     def _pass_missed(self, cycle: int, missed: int) -> None:
-        """Let missed periods go by. References keep true time; over too long a gap they rest."""
+        """Advance over missed periods: set points keep true time in a short gap and stop in a long one."""
         self._disturbed_at = cycle
         if problem := self._missed.take(cycle, missed):
             self.event(Event.LATE_TICK, problem)
             if self.stage is Stage.DISABLING and self._drives.enabled:
-                # the ramp was over and the power still on: the axes may have gathered speed meanwhile
+                # the ramp had ended but the power was still on: the axes may have accelerated since
                 self._lead_all(brake, Stage.QUICK_STOPPING)
         else:
             for late in range(missed, 0, -1):
@@ -226,25 +226,25 @@ class MachineController(MachineFigures):
         self._drives.pass_missed(missed)
 
     def _hold(self) -> None:
-        """Come to rest, then power off."""
+        """Come to rest, then switch the power off."""
         self._source.ramp_down(self._drives.hold_positions_m)
         self.stage = Stage.STOPPING
 
     def _rest(self) -> None:
-        """Be ready for the next program: the last one is over and the axes stand."""
+        """Become ready for the next program after the last one has ended and the axes stand."""
         self._source.rest()
         self.stage = Stage.READY
         self.on_rest()
 
     def _take_back(self) -> None:
-        """Take back nodes that were given up and respond again; nothing moves now."""
+        """Accept nodes that were given up and respond again; in standby nothing moves."""
         for node in self.nodes.back(self._missing.lost) if self.nodes is not None else ():
             self._missing.lost.remove(node)
             self.note(f"{self._node_names[node]}: its cyclic inputs come again")
             self._drives.take_back(node)
 
     def _end_setting_up(self) -> None:
-        """Give the drives power, as the nodes are configured and their inputs come."""
+        """Give the drives power once the nodes are configured and their inputs arrive."""
         if self.nodes is not None:
             self.nodes.use(self._again.nodes)
         for name, homes in self._drives.forget_homes(self._unhomed):
@@ -267,7 +267,7 @@ class MachineController(MachineFigures):
         self.stage = stage
 
     def _move_on(self) -> bool:
-        """Enter the stage that follows from the axes' phases; False when the machine is off."""
+        """Enter the stage that follows from the axes' phases; return False when the machine is off."""
         if self.stage is Stage.STARTING and self._drives.ready:
             self.stage = Stage.READY
             self.on_ready()
@@ -283,7 +283,7 @@ class MachineController(MachineFigures):
         return self.stage is not Stage.OFF
 
     def _end_stop(self) -> None:
-        """End the run or stand by, as all drives are without power."""
+        """End the run or stand by, once all drives are without power."""
         if self._incidents.ending or not self.stand_by:
             self.stage = Stage.OFF
             return

@@ -1,31 +1,31 @@
-"""Counts ticks without a SYNC, as the computer was late, and says when they are too many."""
+"""Counts ticks that had no SYNC because the computer was late, and says when they are too many."""
 
 from servo_ctrl.axis.fault_bounds import GAP_TOLERATED_S
 
 BLOCK_CYCLES = 1000
-"""Length of the blocks in which misses are counted, periods: the unit of `bus.missed_per_1000`."""
+"""Length of the blocks in which misses are counted, in periods: the unit of `bus.missed_per_1000`."""
 
 
 class BlockCount:
-    """Counts in the present block of cycles."""
+    """Counts within the present block of cycles."""
 
     def __init__(self) -> None:
         self._block = self._count = 0
 
     def add(self, cycle: int, count: int) -> int:
-        """Count so many more in this cycle; return how many are in its block."""
+        """Add `count` in this cycle; return the count of its block."""
         if cycle // BLOCK_CYCLES != self._block:
             self._block, self._count = cycle // BLOCK_CYCLES, 0
         self._count += count
         return self._count
 
     def clear(self) -> None:
-        """Begin anew, as the machine has reacted."""
+        """Start again from zero after the machine has reacted."""
         self._count = 0
 
 
 class MissedTicks:
-    """`allowed`: misses in a block. In a short gap the axes keep their last set points."""
+    """Tolerates `allowed` misses in a block, and short gaps, in which the axes keep their set points."""
 
     def __init__(self, period_s: float, allowed: int) -> None:
         self.total = 0
@@ -33,7 +33,7 @@ class MissedTicks:
         self._in_block = BlockCount()
 
     def take(self, cycle: int, missed: int) -> str:
-        """Count the ticks missed before this cycle; return why they are too many, "" while they are not."""
+        """Count the ticks missed before this cycle; return why they are too many, else ""."""
         self.total += missed
         in_block = self._in_block.add(cycle, missed)
         if missed * self._period_s > GAP_TOLERATED_S:

@@ -1,4 +1,4 @@
-"""Lets a Python process keep a period: no collector pauses, no page faults, a priority if allowed."""
+"""Lets a Python process keep a period: no garbage collection, no page faults, optional priority."""
 
 import ctypes
 import gc
@@ -12,13 +12,13 @@ import numpy as np
 from servo_ctrl.errors import ServoCtrlError
 
 FIFO_PRIORITY = 80
-"""Of the cycle; chosen."""
+"""Priority of the cycle; chosen."""
 BESIDE_PRIORITY = 1
-"""Below the cycle, and above processes that could preempt a thread that has the interpreter lock."""
+"""Priority of other threads: above processes that could preempt a holder of the interpreter lock."""
 SWITCH_INTERVAL_S = 2e-4
-"""After this time another thread has to give the interpreter lock back to the cycle; chosen."""
+"""After this time another thread must return the interpreter lock to the cycle; chosen."""
 MCL_ALL_ON_FAULT = 7
-"""Of mlockall(2): what was touched once stays in memory, and libraries that nobody calls take none."""
+"""Flags of mlockall(2): a page stays in memory once it is touched; untouched libraries take none."""
 
 
 class RealtimeError(ServoCtrlError):
@@ -27,10 +27,10 @@ class RealtimeError(ServoCtrlError):
 
 @contextmanager
 def uninterrupted(*, fifo: bool) -> Iterator[None]:
-    """Run the calling thread without collector, optionally SCHED_FIFO with locked memory; undone afterwards.
+    """Run the block without garbage collection, with `fifo` also under SCHED_FIFO with locked memory.
 
-    Whatever was allocated so far is frozen out of the collector, after a look at what is young: a full
-    collection takes a tenth of a second.
+    Objects allocated before are frozen out of the collector after collecting the young generations only: a
+    full collection takes a tenth of a second.
     Raises RealtimeError when `fifo` is not permitted.
     """
     collecting, interval_s = gc.isenabled(), sys.getswitchinterval()
@@ -52,7 +52,7 @@ def uninterrupted(*, fifo: bool) -> Iterator[None]:
 
 
 def step_back() -> None:
-    """Give way to the cycle: the calling thread, begun by it, has inherited its priority."""
+    """Lower the calling thread's priority below the cycle's, which it has inherited."""
     if hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) == os.SCHED_FIFO:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(BESIDE_PRIORITY))
 
@@ -60,7 +60,7 @@ def step_back() -> None:
 def _take_priority() -> None:
     if not hasattr(os, "sched_setscheduler"):
         raise RealtimeError("--fifo needs Linux (sched_setscheduler)")
-    # Linear algebra takes its buffers at its first call: tens of milliseconds once memory is locked.
+    # Linear algebra allocates its buffers at its first call: tens of milliseconds once memory is locked.
     np.linalg.lstsq(np.eye(64), np.ones((64, 8)), rcond=None)
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mlockall(MCL_ALL_ON_FAULT) != 0:

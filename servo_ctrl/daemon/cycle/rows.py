@@ -1,4 +1,4 @@
-"""Where the row of a cycle goes: to the recording, and to monitoring or to the stroke being learned."""
+"""Distributes each cycle's row to recording, page, stream, and to monitoring or a learning stroke."""
 
 from collections.abc import Callable
 
@@ -6,7 +6,7 @@ RowSink = Callable[[list[float]], None]
 
 
 class RowRouter:
-    """`observe` takes the rows of production, `stroke` those of a stroke, the others every row."""
+    """`stroke` takes the rows of a learning stroke, `observe` all others; the other sinks take every row."""
 
     def __init__(self, observe: RowSink) -> None:
         self.record: RowSink | None = None
@@ -16,7 +16,7 @@ class RowRouter:
         self._observe = observe
 
     def take(self, values: list[float]) -> None:
-        """Pass on the row of this cycle."""
+        """Pass the row of this cycle to its sinks."""
         for sink in (self.record, self.page, self.stream, self.stroke or self._observe):
             if sink is not None:
                 sink(values)

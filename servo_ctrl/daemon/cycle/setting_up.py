@@ -1,29 +1,29 @@
-"""Nodes that are booted again between Enable and power: which, how far, and whether power is still wanted."""
+"""The state of nodes that boot again between Enable and power-on."""
 
 from collections.abc import Collection
 
 
 class SettingUp:
-    """Idle at first."""
+    """No node boots at first."""
 
     def __init__(self) -> None:
         self.nodes: tuple[int, ...] = ()
-        """Those that are set up now; empty while there are none."""
+        """Indices of the nodes that boot now."""
         self.started = False
-        """They are configured and started; their inputs are awaited."""
+        """Whether these nodes are configured and started, so that only their inputs are awaited."""
         self._power_wanted = False
 
     def begin(self, nodes: Collection[int]) -> None:
-        """Set these up, and switch the drives on afterwards."""
+        """Note that these nodes boot and that their drives get power afterwards."""
         self.nodes, self.started, self._power_wanted = tuple(nodes), False, True
 
     def call_off(self) -> bool:
-        """Leave the drives without power afterwards, as somebody asked for a stop; whether that is new."""
+        """Leave the power off after the boot, because a stop was requested; return whether that is new."""
         wanted = bool(self.nodes) and self._power_wanted
         self._power_wanted = False
         return wanted
 
     def end(self) -> bool:
-        """All of it is over; return whether power is still wanted."""
+        """Note that the boot is over; return whether the drives still get power."""
         wanted, self.nodes, self.started = self._power_wanted, (), False
         return wanted

@@ -1,4 +1,4 @@
-"""Standing by: which nodes can be used again after a stop, and the error codes of their EMCY frames."""
+"""Standby: decides which nodes can be used again after a stop, and keeps the error codes of EMCY frames."""
 
 from collections.abc import Callable, Collection, Sequence
 
@@ -11,11 +11,11 @@ EMCY_BYTES = 8
 
 
 class Nodes:
-    """The nodes of a machine that stands by. `start` commands one to NMT operational.
+    """The nodes of a machine that stands by.
 
-    It may have left that for an error of communication, and has its configuration then. One that has
-    restarted, or whose objects somebody else has written, is booted and configured again. `sender` has the
-    node of each input of a cycle.
+    A node that left NMT operational after a communication error kept its configuration: `start` commands it
+    to operational. A node that restarted, or whose objects another participant wrote, boots again. `sender`
+    gives the node of each input of a cycle.
     """
 
     def __init__(
@@ -29,23 +29,23 @@ class Nodes:
         self._cycle, self._watch, self._names, self._start = cycle, watch, names, start
         self._sender = tuple(sender)
         self.changed: dict[int, str] = {}
-        """Nodes to which another participant has written, and what."""
+        """Nodes to which another participant has written, and a text about the write."""
         self.boot: Callable[[list[int]], None] = lambda _nodes: None
-        """Begins to boot nodes; `machine.booted` or `machine.not_booted` is called at its end."""
+        """Starts the boot of nodes, which ends with a call of `MachineController.booted`."""
 
     def back(self, lost: Collection[int]) -> list[int]:
-        """Find the inputs among those given up that come again; they are expected from now on."""
+        """Return which of the inputs given up arrive again; the cycle expects them from now on."""
         back = [node for node in lost if self._cycle.responding(node)]
         for node in back:
             self._cycle.expect(node)
         return back
 
     def give_up(self, place: int) -> None:
-        """Note that this input does not come any more."""
+        """Note that the input at `place` was given up."""
         self._watch.give_up(self._sender[place])
 
     def objection(self, lost: Collection[int]) -> str:
-        """Say why nodes can be neither used nor booted, else ""; `lost`: inputs that are given up."""
+        """Return why nodes can be neither used nor booted, else ""; `lost`: inputs that were given up."""
         for node in (self._sender[place] for place in lost):
             if not self._watch.heard(node):
                 return f"{self._names[node]}: its cyclic inputs do not come, and nothing else; {SWITCH_ON}"
@@ -61,27 +61,27 @@ class Nodes:
         return ""
 
     def to_boot(self, lost: Collection[int]) -> list[int]:
-        """Find the nodes to be booted before a drive gets power; `lost`: inputs that are given up."""
+        """Return the nodes that must boot before a drive gets power; `lost`: inputs that were given up."""
         restarted = {node for node in range(self._watch.nodes) if self._watch.restarted(node)}
         return sorted(restarted | self.changed.keys() | {self._sender[place] for place in lost})
 
     def keeps_position(self, node: int) -> bool:
-        """Whether a node that is to be booted has gone on since the last boot, so that its home holds."""
+        """Whether a node that must boot has not restarted since its last boot, so that its home is valid."""
         return node in self.changed and not self._watch.restarted(node)
 
     def begin_boot(self, nodes: Collection[int]) -> None:
-        """Boot these; one that restarts from now on is noticed."""
+        """Start the boot of these nodes; a restart from now on is detected."""
         for node in nodes:
             self._watch.forget_restart(node)
         self.boot(list(nodes))
 
     def not_booted(self, nodes: Collection[int]) -> None:
-        """Remember that these are to be booted still."""
+        """Note that these nodes must still boot."""
         for node in nodes:
             self._watch.doubt(node)
 
     def booted(self, nodes: Collection[int]) -> str:
-        """Start nodes that are configured; say which of them has restarted meanwhile, "" where none has."""
+        """Start the configured nodes; if one restarted meanwhile, start none and return which, else ""."""
         for node in nodes:
             if self._watch.restarted(node):
                 return f"{self._names[node]}: restarted while it was configured; check its supply"
@@ -91,7 +91,7 @@ class Nodes:
         return ""
 
     def use(self, nodes: Collection[int]) -> None:
-        """Take nodes for operational whose inputs have come since they were started."""
+        """Mark these nodes as operational, because their inputs arrived after their start."""
         for node in nodes:
             self._watch.take_for_operational(node)
 
@@ -99,7 +99,7 @@ class Nodes:
 def keeping_error_code(
     servo: AxisServo, handler: Callable[[bytearray, float], None]
 ) -> Callable[[bytearray, float], None]:
-    """Let the handler of a drive's emergency messages also keep the error code for the status of its axis."""
+    """Wrap the EMCY handler of a drive so that it also keeps the error code for the axis status."""
 
     def on_emcy(payload: bytearray, timestamp_s: float) -> None:
         if len(payload) == EMCY_BYTES:

@@ -1,1 +1,1 @@
-"""Carries out the commands of `servo_ctrl.commands`, or says why not; one file for each kind of command."""
+"""Executes the commands of `servo_ctrl.commands`, or refuses them with a reason."""

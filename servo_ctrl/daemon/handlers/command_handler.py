@@ -1,4 +1,4 @@
-"""Handles commands from SDO, MQTT and the local socket, and makes the status that they all publish."""
+"""Executes commands from SDO, MQTT and the local socket, and makes the status that they publish."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -31,7 +31,7 @@ _ACCEPTED = CommandResult()
 
 
 class ControllerCommandHandler:
-    """A `commands.handler.CommandHandler`."""
+    """Implements `commands.handler.CommandHandler`."""
 
     def __init__(
         self,
@@ -57,7 +57,7 @@ class ControllerCommandHandler:
             PULSE: motion.strokes_beyond_limits(),
             SCREW_SECTION: motion.travels_beyond_limits(),
         }
-        """Checked before anything moves."""
+        """By section: the axes whose learning motions would leave the limits, and why."""
         self._setters: dict[str, Callable[[Any], None]] = {
             "required_m": self._require,
             "learner": self._choose_learner,
@@ -65,7 +65,7 @@ class ControllerCommandHandler:
             **programs.setters,
             "step_m": operating.take_step,
         }
-        """By the fields of `Settings`."""
+        """The setter of each field of `Settings`."""
         self._commands: dict[Command, Callable[[str], CommandResult]] = {
             Command.START_LEARNING: self._start_learning,
             Command.ABORT_LEARNING: lambda _axis: job.abort(),
@@ -78,7 +78,7 @@ class ControllerCommandHandler:
         }
 
     def execute(self, request: CommandRequest) -> CommandResult:
-        """Carry out a command, or say why not."""
+        """Execute a command, or refuse it with a reason."""
         carry_out = self._commands.get(request.command)
         if carry_out is None:
             return CommandResult(Refusal.UNKNOWN, f"there is no command {request.command}")
@@ -87,7 +87,7 @@ class ControllerCommandHandler:
         return carry_out(request.axis)
 
     def change(self, setting: str, value: float | str | bool) -> CommandResult:
-        """Change a field of `Settings`, SI; or say why not."""
+        """Change a field of `Settings`, SI units, or refuse with a reason."""
         if setting not in self._setters:
             return CommandResult(Refusal.UNKNOWN, f"there is no setting {setting}")
         if reason := SETTINGS[setting].objection(value):
@@ -97,29 +97,29 @@ class ControllerCommandHandler:
         return _ACCEPTED
 
     def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
-        """Move an axis at this velocity until that is not renewed any more; 0 stops it."""
+        """Move an axis at this velocity while the caller renews it; 0 stops the axis."""
         if axis not in self._compensation.pulses:
             return self._unknown(axis)
         return self._operating.jog(axis, velocity_m_s)
 
     def jog_step(self, axis: str, way_m: float) -> CommandResult:
-        """Move an axis by this way, at most 10 mm, to rest there."""
+        """Move an axis by this distance, at most 10 mm, to rest."""
         if axis not in self._compensation.pulses:
             return self._unknown(axis)
         return self._operating.jog_step(axis, way_m)
 
     def touch_off(self, axis: str, value_m: float) -> CommandResult:
-        """Call the place where an axis stands, "" = all, `value_m` in the chosen work offset."""
+        """Shift the chosen work offset so that this axis, "" = all, stands at the coordinate `value_m`."""
         if axis and axis not in self._compensation.pulses:
             return self._unknown(axis)
         return self._operating.touch_off(axis, value_m)
 
     def reading(self, first_line: int = 1) -> ReadingOptions:
-        """What a part program is read with now. Raises ConfigError."""
+        """Return the present options for reading a part program. Raises ConfigError."""
         return ReadingOptions(work_offsets_m=self._programs.offsets.of_programs(), first_line=first_line)
 
     def reading_of_line(self) -> ReadingOptions:
-        """What a line of G-code is read with, from where the axes stand. Raises ConfigError."""
+        """Return the options for a line of G-code that starts where the axes stand. Raises ConfigError."""
         offsets = self._programs.offsets
         return ReadingOptions(
             work_offsets_m={offsets.chosen: {}, **offsets.of_programs()},
@@ -128,15 +128,15 @@ class ControllerCommandHandler:
         )
 
     def run_line(self, program: PartProgram) -> CommandResult:
-        """Run a line of G-code from where the axes stand; what it sets holds for the next one."""
+        """Run a line of G-code from where the axes stand; its modal words hold for the next line."""
         return self._programs.run_apart(program)
 
     def load_program(self, program: ProgramConfig) -> CommandResult:
-        """Check a program and put it in the place of the run's."""
+        """Check a program and make it the program of the run."""
         return self._programs.load(program)
 
     def learn(self, axes: Sequence[str], learner: str | None, *, fresh: bool) -> CommandResult:
-        """Learn these axes, one after the other; none = all that have what the learner learns."""
+        """Learn these axes one after the other; none = all axes that the learner applies to."""
         verdict = self.objection(axes, learner)
         if verdict.accepted:
             verdict = self._program.occupied() or self._job.start(
@@ -146,7 +146,7 @@ class ControllerCommandHandler:
         return verdict
 
     def objection(self, axes: Sequence[str], learner: str | None) -> CommandResult:
-        """Refuse to learn these axes where that cannot be done in any state of the machine."""
+        """Refuse to learn these axes if no state of the machine permits it."""
         for name in axes:
             if name not in self._compensation.pulses:
                 return self._unknown(name)
@@ -159,7 +159,7 @@ class ControllerCommandHandler:
         return _ACCEPTED
 
     def status(self) -> MachineStatus:
-        """Make the present status."""
+        """Return the present status."""
         machine, pulses = self._machine, self._compensation.pulses.values()
         axes = tuple(self._axis_status(index, axis) for index, axis in enumerate(pulses))
         return MachineStatus(
@@ -216,7 +216,7 @@ class ControllerCommandHandler:
         self._learner = value
 
     def _section(self, learner: str | None) -> str:
-        """Name the section of the machine file without which there is nothing to be learned."""
+        """Return the section of the machine file that the learner needs."""
         return SCREW_SECTION if self._chosen(learner) == SCREW else PULSE
 
     def _learnable(self, axes: Sequence[str], learner: str | None) -> list[str]:

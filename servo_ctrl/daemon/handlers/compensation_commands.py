@@ -1,4 +1,4 @@
-"""Requests that switch compensations on and off, or take earlier versions into use."""
+"""Executes commands that switch compensations on and off or roll learned results back."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -27,7 +27,7 @@ SWITCHES = {
 
 
 class CompensationCommands:
-    """`commands` are carried out for an axis of the machine, "" = all. `note` takes a line for the report."""
+    """`commands` take an axis of the machine, "" = all. `note` logs an event."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class CompensationCommands:
             OBSERVER: [name for name, axis in pulses.items() if axis.has_observer],
             SCREW: [name for name in pulses if screws[name].fitted],
         }
-        """The axes that have a section."""
+        """By section: the axes that have it."""
         self.commands: dict[Command, Callable[[str], CommandResult]] = {
             command: partial(self._switch, section, on=on) for command, (section, on) in SWITCHES.items()
         }
@@ -56,10 +56,10 @@ class CompensationCommands:
             Command.ROLL_BACK: self._roll_back_pulse,
             Command.ROLL_BACK_SCREW: self._roll_back_screw,
         }
-        """Not while an axis is learning."""
+        """Commands that must not run while an axis is learning."""
 
     def lacking(self, names: Sequence[str], section: str) -> CommandResult | None:
-        """Refuse axes without the section, or where none is named, a machine without such an axis."""
+        """Refuse axes without the section, or, if none is named, a machine without such an axis."""
         if not names and not self.fitted[section]:
             return refused(f"no axis has a {section} section")
         for name in names:
@@ -92,7 +92,7 @@ class CompensationCommands:
     def _roll_back(
         self, chosen: Sequence[CompensatedAxis], earlier: Callable[[str], Any], none: str
     ) -> CommandResult:
-        """Roll back; in lockstep the result names what failed, in real time that is an event."""
+        """Roll back. A failure is logged as an event, in lockstep it is also in the result."""
         problems: list[str] = []
         rolled = [axis for axis in chosen if axis.stored is not None or axis.problem]
         if not rolled:

@@ -1,6 +1,6 @@
-"""What an operator asks of the machine itself: power, homing and jogging.
+"""Executes commands for the machine itself: power, homing, jogging and work offsets.
 
-Whatever cannot be done now is refused in plain words, and nothing is done. Stops are never refused.
+A command that is impossible now is refused with a reason and has no effect. Stops are never refused.
 """
 
 import math
@@ -28,12 +28,12 @@ from servo_ctrl.daemon.set_points.jog import Jog, JogLimits
 from servo_ctrl.units import MM
 
 NOT_RESPONDING = "not heard"
-"""Published as the state of a drive that is lost."""
+"""Published state of a drive that no longer responds."""
 _ACCEPTED = CommandResult()
 
 
 class OperatingCommands:
-    """`commands` are carried out with the name of an axis, "" = all; only HOME looks at it."""
+    """`commands` take the name of an axis, "" = all; commands for the whole machine ignore it."""
 
     def __init__(
         self,
@@ -59,10 +59,10 @@ class OperatingCommands:
             Command.CLEAR_OFFSET: self._clear_offset,
         }
         self.step_m: float = Settings._field_defaults["step_m"]
-        """Of the commands that move by a step."""
+        """Distance of the commands that move by a step, metres."""
 
     def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
-        """Move an axis at this velocity until that is not renewed any more; 0 stops it."""
+        """Move an axis at this velocity while the caller renews it; 0 stops the axis."""
         if not math.isfinite(velocity_m_s):
             return CommandResult(Refusal.OUT_OF_RANGE, "the velocity is not a number")
         fastest = self._limits[axis].velocity_m_s
@@ -86,11 +86,11 @@ class OperatingCommands:
         return _ACCEPTED
 
     def take_step(self, way_m: float) -> None:
-        """Take another step for the commands that move by one."""
+        """Set the distance of the commands that move by a step."""
         self.step_m = way_m
 
     def jog_step(self, axis: str, way_m: float) -> CommandResult:
-        """Move an axis by this way, at most 10 mm and within its travel, to rest there."""
+        """Move an axis by this distance, at most 10 mm and within its travel, to rest."""
         if not 0.0 < abs(way_m) <= LONGEST_STEP_M * (1.0 + 1e-9):
             longest = f"{LONGEST_STEP_M / MM:g} mm"
             return CommandResult(Refusal.OUT_OF_RANGE, f"a step is longer than 0 and at most {longest}")
@@ -111,7 +111,7 @@ class OperatingCommands:
         return _ACCEPTED
 
     def touch_off(self, axis: str, value_m: float) -> CommandResult:
-        """Call the place where an axis stands, "" = all, `value_m` in the chosen work offset."""
+        """Shift the chosen work offset so that this axis, "" = all, stands at the coordinate `value_m`."""
         if problem := self._programs.occupied():
             return problem
         if self._machine.stage is not Stage.READY:
@@ -123,7 +123,7 @@ class OperatingCommands:
         return self._programs.offsets.set(axes, [places[name] for name in axes], value_m)
 
     def drives(self) -> tuple[DriveStatus, ...]:
-        """Make the status of the drives, by the last inputs of each."""
+        """Return the status of the drives by their last inputs."""
         statuses = []
         for servo, limits in zip(self._servos, self._limits.values(), strict=True):
             phase, inputs = servo.phase, servo.inputs

@@ -1,4 +1,4 @@
-"""What an operator asks of the program: start, feed hold, abort, and another one in its place."""
+"""Executes commands for the program: load, start, feed hold, resume, abort, and single lines of G-code."""
 
 from collections.abc import Callable
 from typing import Any
@@ -21,7 +21,7 @@ _ACCEPTED = CommandResult()
 
 
 class ProgramCommands:
-    """`commands` are carried out for all axes, whatever axis they name."""
+    """`commands` apply to all axes, whatever axis they name."""
 
     def __init__(
         self,
@@ -34,9 +34,9 @@ class ProgramCommands:
         offsets: WorkOffsets,
     ) -> None:
         self.offsets = offsets
-        """What part programs are read with."""
+        """The work offsets for reading part programs."""
         self.modes = Modes()
-        """What single lines of G-code have set."""
+        """The modal words set by single lines of G-code."""
         self.setters: dict[str, Callable[[Any], None]] = {
             "feed_override_percent": motion.pace.take_feed,
             "rapid_override_percent": motion.pace.take_rapid,
@@ -44,12 +44,12 @@ class ProgramCommands:
             "optional_stop": lambda on: motion.stop_at_m1(on=on),
             "work_offset": offsets.choose,
         }
-        """Of the settings that a program is run with."""
+        """The setter of each setting that affects programs."""
         self._machine, self._motion, self._job, self._program = machine, motion, job, program
         self._worker, self._publisher = worker, publisher
         self._loading = False
         self._problem = ""
-        """Why the last program that was to be loaded was not."""
+        """Why the last program could not be loaded, else ""."""
         self.commands: dict[Command, Callable[[str], CommandResult]] = {
             Command.START_PROGRAM: lambda _axis: self._start(),
             Command.HOLD_PROGRAM: lambda _axis: self._hold(hold=True),
@@ -58,7 +58,7 @@ class ProgramCommands:
         }
 
     def load(self, program: ProgramConfig) -> CommandResult:
-        """Check a program in the worker and put it in the place of the run's."""
+        """Check a program in the background worker and make it the program of the run."""
         machine = self._machine
         if problem := self.occupied():
             return problem
@@ -83,7 +83,7 @@ class ProgramCommands:
         return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else _ACCEPTED
 
     def run_apart(self, program: PartProgram) -> CommandResult:
-        """Run a line of G-code from where the axes are; the program of the run stays."""
+        """Run a line of G-code from where the axes stand; the program of the run stays loaded."""
         machine = self._machine
         if problem := self.occupied():
             return problem
@@ -98,7 +98,7 @@ class ProgramCommands:
         return verdict
 
     def status(self) -> ProgramStatus:
-        """Say which program there is and how far it is."""
+        """Return the name, state and progress of the program."""
         motion, current = self._motion, self._motion.current
         step, label, line = -1, "", 0
         running = self._machine.follows(current)
@@ -124,7 +124,7 @@ class ProgramCommands:
         )
 
     def occupied(self) -> CommandResult | None:
-        """Refuse another motion while something is about to move the axes."""
+        """Refuse another motion while learning or a program occupies the axes."""
         return self._job.occupied() or self._program.occupied() or self._being_loaded()
 
     def _being_loaded(self) -> CommandResult | None:
@@ -140,7 +140,7 @@ class ProgramCommands:
         return self._job.occupied() or self._program.again()
 
     def _hold(self, *, hold: bool) -> CommandResult:
-        """Hold the program on its path, or go on along it."""
+        """Hold the program on its path, or resume it."""
         current = self._motion.current
         if problem := self._job.occupied():
             return problem

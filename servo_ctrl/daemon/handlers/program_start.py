@@ -1,4 +1,4 @@
-"""Starting the program of a run from where the axes are, the first time and whenever it is asked for."""
+"""Starts the program of a run from where the axes stand: at the begin of the run and on command."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -14,7 +14,7 @@ from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 
 
 class ProgramStart:
-    """`on_start` is called when the program begins."""
+    """Plans a program in the background worker, then starts it and calls `on_start`."""
 
     def __init__(
         self,
@@ -25,16 +25,16 @@ class ProgramStart:
     ) -> None:
         self._machine, self._motion, self._worker, self._on_start = machine, motion, worker, on_start
         self.preparing = False
-        """It is about to begin."""
+        """Whether a program is being planned."""
         self.problem = ""
-        """Why the program did not start the last time, "" when it did."""
+        """Why the last program did not start, else ""."""
 
     def first(self) -> None:
-        """Start it; a program that does not fit from here stops the machine."""
+        """Start the program; if its motion from here is impossible, stop the machine."""
         self._start(lambda reason: self._machine.event(Event.BAD_PROGRAM, reason))
 
     def again(self) -> CommandResult:
-        """Start it once more; where it does not fit from here, the axes stay where they are."""
+        """Start the program on command; if its motion from here is impossible, leave the axes at rest."""
         if self._motion.empty:
             return refused("there is no program; `servo-ctrl run --program` names one")
         if self._motion.stale:
@@ -53,13 +53,13 @@ class ProgramStart:
         return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else CommandResult()
 
     def apart(self, program: ProgramConfig) -> CommandResult:
-        """Start another one, which does not take the place of the run's."""
+        """Start another program; the program of the run stays loaded."""
         problems: list[str] = []
         self._start(problems.append, partial(self._motion.prepare_apart, program))
         return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else CommandResult()
 
     def occupied(self) -> CommandResult | None:
-        """Refuse another motion while the program is about to begin."""
+        """Refuse another motion while a program is being planned."""
         return refused("the program is about to start; wait for its end") if self.preparing else None
 
     def _start(

@@ -1,4 +1,4 @@
-"""The work offsets of a run: read at its start, set where the axes stand, and written back at once."""
+"""The work offsets of a run: reads them at its start, sets them where the axes stand, writes every change."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -18,7 +18,7 @@ class OffsetsNotWrittenError(ServoCtrlError):
 
 
 class WorkOffsets:
-    """`on_change` is called when one was set; `note` takes an event in words."""
+    """Calls `on_change` after an offset has changed. `note` logs an event."""
 
     def __init__(
         self,
@@ -35,23 +35,23 @@ class WorkOffsets:
         self._directory, self._worker, self._note, self._on_change = directory, worker, note, on_change
         self._offsets: Offsets = {}
         self.chosen = "G54"
-        """The one that is set."""
+        """The work offset that is in effect."""
         self.problem = ""
-        """Why the file cannot be read; then no part program is, until the offsets are cleared."""
+        """Why the file cannot be read, else ""; no part program is read until the offsets are cleared."""
         try:
             self._offsets = read_offsets(directory, self._axes)
         except ConfigError as error:
             self.problem = str(error)
 
     def of_programs(self) -> Offsets:
-        """What a part program is read with. Raises ConfigError where the file is not to be trusted."""
+        """Return the offsets for reading a part program. Raises ConfigError if the file was unreadable."""
         if self.problem:
             reason = f"the work offsets are unknown, clear them first: {self.problem}"
             raise ConfigError(self._directory / FILE, "", reason)
         return {name: dict(of_axis) for name, of_axis in self._offsets.items()}
 
     def status(self) -> tuple[WorkOffset, ...]:
-        """Those that are set, and the chosen one."""
+        """Return the offsets that were set, and the chosen one."""
         names = sorted({self.chosen, *self._offsets})
         return tuple(
             WorkOffset(name, tuple(self._offsets.get(name, {}).get(axis, 0.0) for axis in self._axes))
@@ -59,11 +59,11 @@ class WorkOffsets:
         )
 
     def choose(self, name: str) -> None:
-        """Set another one from now on."""
+        """Choose the work offset that takes effect."""
         self.chosen = name
 
     def set(self, axes: Sequence[str], at_m: Sequence[float], value_m: float) -> CommandResult:
-        """Let the place `at_m` of these axes be called `value_m` in the chosen offset."""
+        """Shift the chosen offset so that the positions `at_m` of these axes get the coordinate `value_m`."""
         if self.problem:
             return CommandResult(Refusal.STORAGE, f"clear the work offsets first: {self.problem}")
         zeros = {axis: at - value_m for axis, at in zip(axes, at_m, strict=True)}
@@ -76,7 +76,7 @@ class WorkOffsets:
         return self._changed(f"work offset {self.chosen}: zero at {where}")
 
     def clear(self, axes: Sequence[str]) -> CommandResult:
-        """Set the chosen offset to 0 for these axes; where the file is damaged, forget all of it."""
+        """Set the chosen offset to 0 for these axes; if the file was unreadable, discard all offsets."""
         if self.problem:
             self._offsets, self.problem = {}, ""
         self._offsets.setdefault(self.chosen, {}).update(dict.fromkeys(axes, 0.0))

@@ -1,1 +1,1 @@
-"""Learning over the bus: monitoring of production, learning runs, and the compensation that is in use."""
+"""Learning over the bus: monitoring of production, learning runs, and the compensations in use."""

@@ -1,6 +1,7 @@
-"""Learning that goes on in production: a reversal may change the functions in use a little. Off by default.
+"""Adapts the pulse functions in production: a reversal may change them slightly. Off by default.
 
-The adapted functions are kept in memory, and stored as a new version now and then and when the run ends.
+The adapted functions stay in memory; every `STORED_EVERY` changes and at the end of the run they are stored
+as a new version.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,11 +18,11 @@ from servo_ctrl.learning.pulse_functions import table
 from servo_ctrl.learning.types import Learned, ReversalReport, StrokeResult
 
 STORED_EVERY = 500
-"""Changes of an axis' functions after which they become a version of their own; chosen."""
+"""Changes of an axis's functions after which they are stored as a new version; chosen."""
 
 
 class Adaptation:
-    """`on` from the machine file. `note` takes what is worth a line in the report."""
+    """The machine file sets `on`. `note` logs an event."""
 
     def __init__(
         self,
@@ -39,18 +40,18 @@ class Adaptation:
         ]
         self._busy = False
         self._changes = [0] * len(self._axes)
-        """Since they were stored."""
+        """By axis: changes since the functions were stored."""
         self._adapted: list[Learned | None] = [None] * len(self._axes)
-        """The functions after the last change."""
+        """By axis: the functions after the last change."""
 
     def switch(self, *, on: bool) -> None:
-        """Adapt from now on, or stop; what was adapted so far is stored."""
+        """Switch adaptation on or off; switching off stores the adapted functions."""
         self.on = on
         if not on:
             self.store()
 
     def take(self, index: int, report: ReversalReport, trace_m: Array) -> None:
-        """Take a reversal of production, of the axis with this index. While one is evaluated, others pass."""
+        """Adapt to a production reversal of the axis `index`; ignore reversals during an evaluation."""
         axis, settings = self._axes[index], self._settings[index]
         learned = axis.learned
         if not self.on or self._busy or settings is None or learned is None or not axis.enabled:
@@ -63,7 +64,7 @@ class Adaptation:
 
         def then(better: tuple[Learned, Array] | None) -> None:
             self._busy = False
-            if better is None or axis.learned is not learned:  # other functions came meanwhile
+            if better is None or axis.learned is not learned:  # other functions came into use meanwhile
                 return
             axis.adapt(*better)
             self._adapted[index] = better[0]
@@ -79,7 +80,7 @@ class Adaptation:
         self._worker.do(work, then, failed)
 
     def store(self) -> None:
-        """Store what was adapted since the last version as a new one."""
+        """Store the functions adapted since the last version as a new version."""
         for index, changes in enumerate(self._changes):
             if changes:
                 self._store_axis(index)
@@ -89,7 +90,7 @@ class Adaptation:
         learned = axis.learned
         self._changes[index] = 0
         if learned is None or learned is not self._adapted[index]:
-            return  # rolled back, or learned anew
+            return  # rolled back or learned again since
         conditions = {**conditions_of(self._config, axis.name, "adaptation"), "changes": changes}
 
         def then(functions: Functions) -> None:

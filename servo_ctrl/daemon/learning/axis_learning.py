@@ -1,4 +1,4 @@
-"""What a learning run is made of, whatever an axis learns: see `learning_job`."""
+"""The interface between a learning run and what an axis learns (pulse, screw); see `learning_job`."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -13,48 +13,48 @@ from servo_ctrl.learning.types import Learned, Outlook
 from servo_ctrl.units import UM
 
 REPEATS = 5
-"""Strokes in a row that a late tick or a lost input may spoil before learning gives up; chosen."""
+"""Consecutive strokes that a late tick or lost input may spoil before learning fails; chosen."""
 ADVICE = "run `servo-ctrl learn --fifo`, give this computer less to do, or look for frames that are lost"
 
 
 class LearningError(ServoCtrlError):
-    """Learning cannot go on, or its result is not used."""
+    """Learning cannot continue, or its result is not used."""
 
 
 class LearningOutcome(NamedTuple):
-    """An axis that was learned, and whose new result is in use."""
+    """The learned result of an axis, which is in use."""
 
     axis: str
     version: int
     learned: Learned | ScrewLearned
     resumed: int
-    """Strokes that an earlier run had made."""
+    """Strokes taken over from an interrupted run."""
 
 
 class AxisLearning(ABC):
     """One axis learning something, stroke by stroke.
 
-    `open`, `prepare`, `take`, `conclude` and `discard` may take longer than a period: the background worker
-    calls them, and they may raise ServoCtrlError.
+    The background worker calls `open`, `prepare`, `take`, `conclude` and `discard`, which may take longer
+    than a period and may raise ServoCtrlError.
     """
 
     stroke_noun: str
-    """What messages call a stroke."""
+    """The noun for a stroke in messages."""
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.stroke: Any = None
-        """The next motion to make; None when all is learned."""
+        """The next motion; None when learning is complete."""
         self.outlook: Outlook | None = None
-        """How far it is."""
+        """Progress of the run."""
         self.resumed = 0
-        """Strokes that an earlier run had made."""
+        """Strokes taken over from an interrupted run."""
         self._run: LearningRun | ScrewRun | None = None
         self._spoilt = 0
 
     @abstractmethod
     def open(self, *, fresh: bool) -> list[str]:
-        """Begin, or go on where an earlier run left off unless `fresh`; return notes for the report."""
+        """Begin, or resume an interrupted run unless `fresh`; return texts of events."""
 
     @abstractmethod
     def prepare(self, start_m: Sequence[float]) -> ProgramReference:
@@ -62,16 +62,16 @@ class AxisLearning(ABC):
 
     @abstractmethod
     def begin(self) -> Collector:
-        """Begin `stroke`: what it tries out acts from now on. Return the collector of its samples."""
+        """Begin `stroke` and switch its trial compensation on. Return the collector of its samples."""
 
     @abstractmethod
     def restore(self) -> None:
-        """Let what was in use before act again, as the stroke is over, or learning."""
+        """Restore the compensation that was in use before the stroke."""
 
     def take(self, collected: Collector) -> str:
-        """Take the samples of `stroke`; "" when they are good, else why it must be made again.
+        """Evaluate the samples of `stroke`; return why the stroke must be repeated, "" if they are good.
 
-        Raises LearningError when it was made again too often.
+        Raises LearningError after too many repetitions.
         """
         try:
             result = self._evaluate(collected)
@@ -86,7 +86,7 @@ class AxisLearning(ABC):
         return ""
 
     def conclude(self) -> Any:
-        """Store what was learned. Raises LearningError when it is no better than nothing."""
+        """Store the learned result. Raises LearningError when it is no better than no compensation."""
         learned = None if self._run is None else self._run.learned
         if learned is None or self.stroke is not None:
             raise LearningError(f"axis {self.name}: learning is not at its end")
@@ -100,23 +100,23 @@ class AxisLearning(ABC):
 
     @abstractmethod
     def use(self, result: Any) -> LearningOutcome:
-        """Take what `conclude` gave into use."""
+        """Put the stored result that `conclude` returned into use."""
 
-    def discard(self) -> None:  # noqa: B027  # nothing to forget is the usual case
-        """Forget the strokes made so far."""
+    def discard(self) -> None:  # noqa: B027  # by default there is nothing to discard
+        """Discard the strokes made so far."""
 
     @abstractmethod
     def _evaluate(self, collected: Any) -> Any:
-        """Evaluate the samples of `stroke`. Raises ValueError when they are spoilt."""
+        """Evaluate the samples of `stroke`. Raises ValueError when they are unusable."""
 
     @abstractmethod
     def _advance(self, result: Any) -> None:
-        """Go on to the next stroke with the result of this one."""
+        """Take the result of this stroke and determine the next one."""
 
     @abstractmethod
     def _store_result(self, learned: Any) -> Any:
-        """Store what was learned; return what `use` takes."""
+        """Store the learned result; return the argument of `use`."""
 
     def _now_at(self, run: LearningRun | ScrewRun) -> None:
-        """Show where the run is: in the thread of the cycle these are read while the worker changes it."""
+        """Copy stroke and outlook, which the cycle's thread reads while the worker changes `run`."""
         self._run, self.stroke, self.outlook = run, run.stroke, run.outlook

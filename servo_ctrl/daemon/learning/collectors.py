@@ -1,4 +1,4 @@
-"""Collects the samples of a stroke or travel from the rows of the recording."""
+"""Collects the samples of a learning stroke or travel from the recorded rows."""
 
 from array import array
 from collections.abc import Sequence
@@ -10,11 +10,11 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.recording.channels import places_of
 
 GAP_BRIDGED = 3
-"""Samples: at 1 kHz and 0.1 m/s^2 a straight line is off by 0.2 um at most."""
+"""Bridged gap, in samples: at 1 kHz and 0.1 m/s^2 a straight line deviates by at most 0.2 um."""
 
 
 class Collector:
-    """Takes some channels of one axis from the rows."""
+    """Collects chosen channels of one axis from the recorded rows."""
 
     def __init__(self, config: MachineConfig, axis: str, channels: Sequence[str]) -> None:
         places = places_of(config.axes)
@@ -23,34 +23,34 @@ class Collector:
         self._columns = [(array("d"), places[f"{axis}.{channel}"]) for channel in channels]
 
     def take(self, values: list[float]) -> None:
-        """Take one row of the recording."""
+        """Take one recorded row."""
         self._cycles.append(values[self._cycle])
         for column, place in self._columns:
             column.append(values[place])
 
     def columns(self) -> list[Array]:
-        """Return the channels, (n,) each, of the cycles not missed; NaN where an input is missing."""
+        """Return the channels, (n,) each, for all cycles that ran; NaN where an input is missing."""
         return [np.array(column) for column, _ in self._columns]
 
 
 def travel_collector(config: MachineConfig, axis: str) -> Collector:
-    """Collect what the screw is learned from; see `learning.screw_travel.passes_of`."""
+    """Make the collector of a screw-learning travel; see `learning.screw_travel.passes_of`."""
     channels = ("position_command_m", "correction_m", "motor_position_m", "scale_position_m")
     return Collector(config, axis, channels)
 
 
 class StrokeCollector(Collector):
-    """Position command and measured position: the scale's, or the motor's where there is none."""
+    """Collects position command and measured position, of the scale or, without one, of the motor."""
 
     def __init__(self, config: MachineConfig, axis: str) -> None:
         measured = "motor_position_m" if config.axes[axis].scale is None else "scale_position_m"
         super().__init__(config, axis, ("position_command_m", measured))
 
     def samples(self) -> tuple[Array, Array]:
-        """Return position command and measured position, metres, (n,) each, one a cycle.
+        """Return position command and measured position, metres, (n,) each, one value a cycle.
 
-        Where a tick was missed the command went on in a straight line. A position that was not measured is
-        NaN, unless it was missing so briefly that its neighbours tell it.
+        The command is interpolated linearly over missed ticks. A missing position is NaN, unless its gap is
+        short enough for interpolation between its neighbours.
         """
         taken = np.array(self._cycles)
         command_m, measured_m = self.columns()
@@ -61,7 +61,7 @@ class StrokeCollector(Collector):
 
 
 def bridged(position_m: Array) -> Array:
-    """Fill gaps of up to `GAP_BRIDGED` NaN between numbers by straight lines, (n,)."""
+    """Interpolate linearly over gaps of up to `GAP_BRIDGED` NaN between numbers, (n,)."""
     known = np.flatnonzero(np.isfinite(position_m))
     if not len(known):
         return position_m

@@ -1,7 +1,7 @@
-"""Learning over the bus: the axes one after the other, stroke by stroke, whatever happens meanwhile.
+"""Runs learning over the bus: one axis after the other, stroke by stroke, with pause, abort and failure.
 
-Runs in callbacks of the cycle's thread; what takes long is done in the worker. What is in use stays until
-something better is stored: a pulse or a table that is tried out acts for its stroke only.
+It runs in callbacks of the cycle's thread; the background worker does long work. The compensation in use
+stays until a better one is stored: a trial pulse or table acts during its stroke only.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,9 +25,9 @@ T = TypeVar("T")
 
 
 class LearningJob:
-    """There is one. `learning_of(axis, learner)` makes what an axis learns with.
+    """The only learning job of a run. `learning_of(axis, learner)` makes the `AxisLearning` of an axis.
 
-    `on_end` is called whenever a run has ended, however it ended.
+    `on_end` is called after every end of learning, successful or not.
     """
 
     def __init__(
@@ -42,33 +42,33 @@ class LearningJob:
     ) -> None:
         self.state = LearningState.IDLE
         self.outcomes: list[LearningOutcome] = []
-        """Of the last run."""
+        """Results of the last learning run."""
         self._reason = ""
         self._machine, self._learning_of, self._on_end = machine, learning_of, on_end
         self._worker, self._rows, self._publisher = worker, rows, publisher
         self._learning: AxisLearning | None = None
         self._shown: AxisLearning | None = None
-        """The present one, or the last."""
+        """The learning that `status` shows: the present one, or the last."""
         self._collector: Collector | None = None
-        """Takes the samples of the stroke that is being made."""
+        """The collector of the present stroke."""
         self._waiting: list[str] = []
-        """Axes to be learned after the present one."""
+        """Axes to learn after the present one."""
         self._learner, self._fresh = "", False
 
     def status(self) -> LearningStatus:
-        """Say how far it is."""
+        """Return state and progress of learning."""
         if self._shown is None:
             return LearningStatus(self.state, reason=self._reason)
         return learning_status(self.state, self._shown.name, self._reason, self._shown.outlook)
 
     def occupied(self) -> CommandResult | None:
-        """Refuse other motion while strokes are being made."""
+        """Refuse other motion while learning makes strokes."""
         if self.state not in MAKING_STROKES:
             return None
         return refused("an axis is learning; pause or abort it first")
 
     def start(self, axes: Sequence[str], learner: str, *, fresh: bool = False) -> CommandResult:
-        """Learn these axes, one after the other; go on with what was begun unless `fresh`."""
+        """Learn these axes one after the other; resume interrupted runs unless `fresh`."""
         after = following(self.state, LearningEvent.START)
         if after is None:
             return refused(f"learning is {self.state.name.lower()} already; abort it first")
@@ -81,11 +81,11 @@ class LearningJob:
         return CommandResult()
 
     def pause(self) -> CommandResult:
-        """Stop after the present stroke."""
+        """Pause after the present stroke."""
         return self._asked(LearningEvent.PAUSE, "there is no learning to pause")
 
     def resume(self) -> CommandResult:
-        """Go on after a pause."""
+        """Continue after a pause."""
         paused = self.state is LearningState.PAUSED
         if paused and (problem := self._unready()):
             return problem
@@ -95,7 +95,7 @@ class LearningJob:
         return verdict
 
     def abort(self) -> CommandResult:
-        """Ramp to rest and forget the strokes of the present axis; the functions from before stay in use."""
+        """Ramp to rest and discard the strokes of the present axis; the earlier compensation stays in use."""
         learning = self._learning
         verdict = self._asked(LearningEvent.ABORT, "there is no learning to abort")
         if verdict.accepted:
@@ -106,7 +106,7 @@ class LearningJob:
         return verdict
 
     def on_rest(self) -> None:
-        """Evaluate the stroke that is over, if it was one; the axes stand."""
+        """Evaluate a completed stroke; does nothing if the motion that ended was none."""
         learning, collected = self._learning, self._collector
         if learning is None or collected is None:
             return
@@ -115,7 +115,7 @@ class LearningJob:
         self._do(learning, lambda: learning.take(collected), self._taken)
 
     def on_stop(self, reason: str) -> None:
-        """End learning, as the machine stops; what was learned so far is in the journal."""
+        """End learning because the machine stops; the journal keeps the strokes so far."""
         if self._learning is not None:
             self._fail(self._learning, reason)
 
@@ -128,7 +128,7 @@ class LearningJob:
     def _do(
         self, learning: AxisLearning, work: Callable[[], T], then: Callable[[AxisLearning, T], None]
     ) -> None:
-        """Let the worker do `work` for an axis, then `then`; where the work fails, so does learning."""
+        """Let the worker run `work` for an axis, then call `then`; if `work` fails, learning fails."""
         self._worker.do(work, partial(then, learning), partial(self._fail, learning))
 
     def _opened(self, learning: AxisLearning, notes: list[str]) -> None:
@@ -145,7 +145,7 @@ class LearningJob:
         self._next_stroke()
 
     def _next_stroke(self) -> None:
-        """Go on after a stroke: to the next one, a pause, or the end."""
+        """Continue after a stroke with the next one, a pause, or the end."""
         learning = self._learning
         if learning is None:
             return
@@ -169,7 +169,7 @@ class LearningJob:
         self._machine.run(reference)
 
     def _learned(self, learning: AxisLearning, result: Any) -> None:
-        """Use the new result, which is stored, even when learning was ended in that very moment."""
+        """Put the stored result into use, even if learning was ended while it was stored."""
         outcome = learning.use(result)
         self.outcomes.append(outcome)
         learned = outcome.learned
@@ -193,7 +193,7 @@ class LearningJob:
         self._on_end()
 
     def _leave(self, reason: str) -> None:
-        """Make no further stroke; what was in use before acts again, and the axes come to rest."""
+        """Make no further stroke: restore the earlier compensation and bring the axes to rest."""
         self._reason = reason
         learning, self._learning = self._learning, None
         if learning is not None:

@@ -1,4 +1,4 @@
-"""What becomes of a learning run, for everything that can happen to it: one table."""
+"""The state machine of a learning run, as one transition table."""
 
 from enum import Enum
 
@@ -6,7 +6,7 @@ from servo_ctrl.commands.learning_status import LearningState
 
 
 class LearningEvent(Enum):
-    """What happens to a learning run; the first four are asked for."""
+    """Events of a learning run; the first four are commands."""
 
     START = "start"
     PAUSE = "pause"
@@ -15,9 +15,9 @@ class LearningEvent(Enum):
     STROKE_OVER = "stroke over"
     """Between two strokes."""
     LEARNED = "learned"
-    """The last axis has new functions in use."""
+    """The last axis has its new result in use."""
     FAIL = "fail"
-    """The machine stops, or what was learned cannot be used."""
+    """The machine stops, or the learned result is not usable."""
 
 
 _RUNNING = LearningState.RUNNING
@@ -43,12 +43,12 @@ TRANSITIONS: dict[LearningState, dict[LearningEvent, LearningState]] = {
     LearningState.ABORTED: _BEGINS,
     LearningState.FAILED: _BEGINS,
 }
-"""An event that is missing cannot happen there; asked for, it is refused."""
+"""Transitions by state and event. A missing event is impossible in that state; a command is refused."""
 
 MAKING_STROKES = frozenset({_RUNNING, LearningState.PAUSING})
-"""The axes belong to learning."""
+"""States in which learning occupies the axes."""
 
 
 def following(state: LearningState, event: LearningEvent) -> LearningState | None:
-    """Return the state after an event; None when it cannot happen in this state."""
+    """Return the state after an event; None if the event is impossible in this state."""
     return TRANSITIONS[state].get(event)

@@ -1,8 +1,8 @@
-"""Monitors reversals in the cycle: takes the rows of the recording, finds the reversals, evaluates each.
+"""Monitors reversals in the cycle: detects them in the recorded rows and evaluates each.
 
-A cycle between reversals costs a few comparisons an axis. A reversal is evaluated when its monitoring time
-Tm is over, and only if nothing cut it off: the next reversal of the axis, a missing input or a missed cycle,
-power off, the end of the program.
+Between reversals a cycle costs a few comparisons an axis. A reversal is evaluated after its monitoring time
+Tm, unless the axis's next reversal, a missing input, a missed cycle, power off or the end of the program
+cuts the monitoring off.
 """
 
 import math
@@ -19,7 +19,7 @@ from servo_ctrl.units import UM
 
 
 class _MonitoredAxis:
-    """Places of one axis in the row, and where it is between two rows."""
+    """Columns of one axis in the row, and its state between two rows."""
 
     __slots__ = ("command_at", "direction", "moves", "position_at", "velocity_at", "window")
 
@@ -28,16 +28,16 @@ class _MonitoredAxis:
         self.velocity_at = places[f"{name}.velocity_command_m_s"]
         self.position_at = places[f"{name}.{'scale' if has_scale else 'motor'}_position_m"]
         self.direction = 0
-        """Of the last motion; 0 = not known yet."""
+        """Sign of the last motion; 0 = unknown."""
         self.moves = False
         self.window: Window | None = None
 
 
 class ReversalMonitor:
-    """The indicators of every reversal while the axes are led, and whether learning is due.
+    """Computes the indicators of every reversal while axes follow set points, and whether learning is due.
 
-    `on_reversal` gets the index of the axis, the report and the error trace (n,), positive = lagging, once Tm
-    is over; `due` and `last` are up to date then. `on_due` is called after it when `due` has changed.
+    After Tm it updates `due` and `last` and calls `on_reversal` with the index of the axis, the report and
+    the error trace (n,), metres, error = command - actual; then `on_due` if `due` has changed.
     """
 
     def __init__(
@@ -50,9 +50,9 @@ class ReversalMonitor:
         monitoring = config.monitoring
         self.last: list[ReversalReport | None] = [None] * count
         self.counts = [0] * count
-        """Reversals evaluated."""
+        """By axis: reversals evaluated."""
         self.cut_off = [0] * count
-        """Reversals not evaluated."""
+        """By axis: reversals not evaluated because their monitoring was cut off."""
         self._on_reversal = on_reversal
         self._on_due = on_due
         self._rule = DueRule(
@@ -62,7 +62,7 @@ class ReversalMonitor:
         self._learns = [
             axis.section(FrictionCompensationSettings) is not None for axis in config.axes.values()
         ]
-        """Learning can be due only where there is something to learn."""
+        """By axis: whether it has a pulse to learn, so that learning can be due."""
         self._period_s = config.period_s
         self._samples = window_samples(monitoring.window_s, config.period_s)
         places = places_of(config.axes)
@@ -72,18 +72,18 @@ class ReversalMonitor:
             for name, axis in config.axes.items()
         ]
         self._plane = self._axes[:2] if count > 1 else []
-        """The contour is in the plane of the first two axes."""
+        """The first two axes, in whose plane the contour error is computed."""
         self._step_m = (0.0, 0.0)
-        """The last commanded step in it, while a window is open."""
+        """The last commanded step in that plane, while a window is open."""
         self._open = 0
-        """How many windows are open."""
+        """Number of open windows."""
         self._nothing = [math.nan] * len(places)
         self._previous = self._nothing
         self._next_cycle = math.nan
 
     @property
     def required_m(self) -> float:
-        """J_required, metres. A new one counts from the next reversal on."""
+        """J_required, metres. A new value applies from the next reversal on."""
         return self._rule.required_m
 
     @required_m.setter
@@ -93,11 +93,11 @@ class ReversalMonitor:
 
     @property
     def due(self) -> list[bool]:
-        """Whether learning is due, for each axis."""
+        """Whether learning is due, by axis."""
         return [state.due for state in self._states]
 
     def observe(self, values: list[float]) -> None:
-        """Take one row of the recording; it is kept until the next one comes."""
+        """Take one recorded row; it is kept until the next one."""
         previous = self._previous
         if values[self._cycle] != self._next_cycle:
             previous = self._nothing
@@ -117,7 +117,7 @@ class ReversalMonitor:
                 if axis.direction > 0:
                     self._begin(axis, -1, values, previous)
                 axis.direction = -1
-            else:  # NaN: the axis is not led, or this is the first row after a gap
+            else:  # NaN: the axis follows no set points, or this is the first row after a gap
                 axis.moves = False
                 axis.direction = 0
                 self._cut_off(axis)
@@ -127,7 +127,7 @@ class ReversalMonitor:
     def _begin(
         self, axis: _MonitoredAxis, direction: int, values: list[float], previous: list[float]
     ) -> None:
-        """Begin a reversal, which cuts off one whose time is not over yet."""
+        """Open the window of a reversal, which cuts off a window still open."""
         self._cut_off(axis)
         change_m_s = values[axis.velocity_at] - previous[axis.velocity_at]
         axis.window = Window(int(values[self._cycle]), direction, abs(change_m_s) / self._period_s)
@@ -140,13 +140,13 @@ class ReversalMonitor:
             self.cut_off[self._axes.index(axis)] += 1
 
     def _sample(self, values: list[float], previous: list[float]) -> None:
-        """Add one sample to the windows that are open."""
+        """Add one sample to the open windows."""
         contour_m, path = 0.0, False
         if self._plane:
             x, y = self._plane
             path = x.window is not None or y.window is not None
         if path:
-            if x.moves or y.moves:  # else the last direction holds
+            if x.moves or y.moves:  # else the last direction still applies
                 self._step_m = (
                     values[x.command_at] - previous[x.command_at],
                     values[y.command_at] - previous[y.command_at],

@@ -1,4 +1,4 @@
-"""Production under observation: publishes, logs and adapts to reversals, and notes when learning is due."""
+"""Monitors production: publishes, logs and adapts to reversals, and logs when learning is due."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +13,7 @@ from servo_ctrl.units import UM
 
 
 class Production:
-    """`note` takes what is worth a line in the report, `adapt` every reversal's report and error trace."""
+    """`note` logs an event; `adapt` receives axis, report and error trace (n,), metres, of every reversal."""
 
     def __init__(
         self,
@@ -31,11 +31,11 @@ class Production:
         self._log: ReversalLog | None = None
 
     def log_to(self, path: Path) -> None:
-        """Write the reversals to a file of their own too. Raises RecordingError."""
+        """Also write the reversals to this file. Raises RecordingError."""
         self._log = ReversalLog(path)
 
     def close(self) -> None:
-        """Write what is left. Blocking. Raises RecordingError."""
+        """Write the remaining reversals and close the file. Blocking. Raises RecordingError."""
         if self._log is not None:
             self._log.close()
 

@@ -1,6 +1,6 @@
-"""Which pulse functions act on each axis, and whether the observer does: what is stored, switched, learned.
+"""Selects the pulse functions that act on each axis, stored or on trial, and switches the observer.
 
-Functions that cannot be trusted (corrupt, stale, of another machine) are reported and not used.
+Unusable functions (corrupt, stale, of another machine) are reported and not used.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from servo_ctrl.learning.pulse_functions import constant_table, table
 from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse
 
 Compensation = Literal["as configured", "off", "pulse", "observer"]
-"""What acts from the start: what the machine file says, nothing; of pulse and observer only one."""
+"""What acts from the start: as in the machine file, neither, only the pulse, or only the observer."""
 
 
 class Functions(NamedTuple):
@@ -35,11 +35,11 @@ def tabulated(stored: StoredResult[Learned] | None) -> Functions | None:
 
 
 class CompensationError(ServoCtrlError):
-    """The compensation that was asked for cannot act."""
+    """The requested compensation cannot act."""
 
 
 class AxisCompensation:
-    """Pulse and observer of one axis; every change acts from the next cycle on."""
+    """Pulse and observer of one axis; a change acts from the next cycle on."""
 
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
         self.name = servo.name
@@ -48,17 +48,17 @@ class AxisCompensation:
         self.enabled = config.acts(FrictionCompensationSettings)
         self.observer = config.acts(DisturbanceObserverSettings)
         self.stored: StoredResult[Learned] | None = None
-        """The version that the functions in use come from."""
+        """The stored version on which the functions in use are based."""
         self.learned: Learned | None = None
-        """The functions in use; those of `stored`, or what adaptation made of them."""
+        """The functions in use: those of `stored`, adapted or not."""
         self.problem = ""
-        """Why what is stored is not used."""
+        """Why the stored functions are not used, else ""."""
         self._servo = servo
         self._table: Array | None = None
         self._stroke: Pulse | None = None
 
     def use(self, functions: Functions | None) -> None:
-        """Use the functions of a version; None = none."""
+        """Use the functions of a stored version; None = no functions."""
         self.problem = ""
         if functions is None:
             self.stored = self.learned = self._table = None
@@ -68,23 +68,23 @@ class AxisCompensation:
             self.adapt(functions.stored.learned, functions.table)
 
     def adapt(self, learned: Learned, functions: Array) -> None:
-        """Use other functions and their table, without another version."""
+        """Use other functions and their table without changing `stored`."""
         self.learned, self._table = learned, functions
         self._apply()
 
     def switch(self, *, pulse: bool | None = None, observer: bool | None = None) -> None:
-        """Switch the pulse or the observer on or off; None = leave it."""
+        """Switch the pulse or the observer on or off; None = unchanged."""
         self.enabled = self.enabled if pulse is None else pulse
         self.observer = self.observer if observer is None else observer
         self._apply()
 
     def try_out(self, pulse: Pulse) -> None:
-        """Let this pulse act at every reversal, and no observer, until `restore`: a stroke of learning."""
+        """Apply this pulse at every reversal, without observer, until `restore`: for a learning stroke."""
         self._stroke = pulse
         self._apply()
 
     def restore(self) -> None:
-        """Let what was in use act again, as the stroke is over."""
+        """Restore the compensation in use before the stroke."""
         if self._stroke is not None:
             self._stroke = None
             self._apply()
@@ -102,9 +102,9 @@ class AxisCompensation:
 def load_compensation(
     machine: MachineConfig, servos: Sequence[AxisServo], store: LearnedStore, wanted: Compensation
 ) -> list[AxisCompensation]:
-    """Load what is stored for each axis, switched as wanted.
+    """Load the stored functions of each axis and switch compensation as `wanted`.
 
-    Raises CompensationError when "pulse" or "observer" is wanted where there is none.
+    Raises CompensationError when an axis lacks the wanted "pulse" or "observer".
     """
     axes = []
     for servo in servos:

@@ -1,4 +1,4 @@
-"""One axis learning its pulse: the run, the journal that it can be resumed from, the store for its result."""
+"""Learns the pulse of one axis: the run, its journal for resumption, and the store of its result."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -20,7 +20,7 @@ from servo_ctrl.learning.types import Learned, StrokeResult
 
 
 class PulseLearning(AxisLearning):
-    """Learns the functions of the pulse."""
+    """Learns the pulse functions of one axis."""
 
     stroke_noun = "stroke"
     _run: LearningRun
@@ -41,7 +41,7 @@ class PulseLearning(AxisLearning):
         )
 
     def open(self, *, fresh: bool) -> list[str]:
-        """Begin, or go on where the journal ends unless `fresh`; return notes. Raises StoreError."""
+        """Begin, or resume from the journal unless `fresh`; return texts of events. Raises StoreError."""
         if fresh:
             self._journal.remove()
         run, notes = LearningRun(self._settings), []
@@ -69,12 +69,12 @@ class PulseLearning(AxisLearning):
         return self._motion.prepare_stroke(self.name, self.stroke, start_m)
 
     def begin(self) -> StrokeCollector:
-        """Begin `stroke`, with its pulse."""
+        """Begin `stroke` and apply its pulse."""
         self._compensation.try_out(self.stroke.pulse)
         return StrokeCollector(self._config, self.name)
 
     def restore(self) -> None:
-        """Let what was in use before act again."""
+        """Restore the compensation in use before the stroke."""
         self._compensation.restore()
 
     def _evaluate(self, collected: StrokeCollector) -> StrokeResult:
@@ -93,17 +93,17 @@ class PulseLearning(AxisLearning):
         return Functions(stored, table(learned))
 
     def use(self, result: Functions) -> LearningOutcome:
-        """Take it into use."""
+        """Put the stored functions into use."""
         self._compensation.use(result)
         return LearningOutcome(self.name, result.stored.version, result.stored.learned, self.resumed)
 
     def discard(self) -> None:
-        """Forget the strokes made so far. Raises StoreError."""
+        """Discard the strokes made so far. Raises StoreError."""
         self._journal.remove()
 
 
 def conditions_of(config: MachineConfig, axis: str, source: str) -> dict[str, Any]:
-    """List what is stored beside a result; the store itself adds gains and what else it depends on."""
+    """Return the conditions stored beside a result; the store adds gains and other dependencies."""
     limits = config.axes[axis].limits
     return {
         "source": source,

@@ -1,7 +1,7 @@
-"""Which screw table and lost motion act on each axis: what is stored, switched, learned.
+"""Selects the screw table and lost motion that act on each axis, stored or on trial.
 
-A result that cannot be trusted (damaged, of another machine or home) is reported and not used. While a screw
-is learned neither its table nor the sampled dual loop acts: both would hide what is to be measured.
+An unusable result (damaged, of another machine or home) is reported and not used. While a screw is learned
+neither its stored table nor the sampled dual loop acts, because both would hide the error to be measured.
 """
 
 from collections.abc import Sequence
@@ -24,33 +24,33 @@ class ScrewCompensation:
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
         self.name = servo.name
         self.fitted = config.section(ScrewCompensationSettings) is not None
-        """The machine file has the section."""
+        """Whether the machine file has the section."""
         self.enabled = config.acts(ScrewCompensationSettings)
         self.sampled = config.acts(SampledDualLoopSettings)
         self.stored: StoredResult[ScrewLearned] | None = None
-        """The version in use."""
+        """The stored version in use."""
         self.problem = ""
-        """Why what is stored is not used."""
+        """Why the stored version is not used, else ""."""
         self._servo = servo
         self._travel: ScrewTravel | None = None
 
     def use(self, stored: StoredResult[ScrewLearned] | None) -> None:
-        """Use a version; None = none."""
+        """Use a stored version; None = no compensation."""
         self.problem, self.stored = "", stored
         self._apply()
 
     def switch(self, *, on: bool) -> None:
-        """Switch table and take-up on or off."""
+        """Switch screw table and backlash take-up on or off."""
         self.enabled = on
         self._apply()
 
     def try_out(self, travel: ScrewTravel) -> None:
-        """Let only what a travel of learning names act, until `restore`."""
+        """Apply only the compensation of this learning travel, until `restore`."""
         self._travel = travel
         self._apply()
 
     def restore(self) -> None:
-        """Let what was in use act again, as the travel is over."""
+        """Restore the compensation in use before the travel."""
         if self._travel is not None:
             self._travel = None
             self._apply()
@@ -67,7 +67,7 @@ class ScrewCompensation:
 def load_screws(
     machine: MachineConfig, servos: Sequence[AxisServo], store: ScrewStore, wanted: Compensation
 ) -> list[ScrewCompensation]:
-    """Load what is stored for each axis; switched off when nothing is to compensate."""
+    """Load the stored version of each axis; switch all compensation off if `wanted` is "off"."""
     axes = []
     for servo in servos:
         axis = ScrewCompensation(servo, machine.axes[servo.name])

@@ -1,7 +1,7 @@
-"""One axis learning its screw: travels to be made, and the store for their result.
+"""Learns the screw error of one axis: its travels and the store of their result.
 
-There is no journal: a run takes minutes, and the zero of the scale is set anew whenever the controller takes
-the axes over, so that travels of two runs do not belong together. A run that was left begins anew.
+There is no journal: a run takes minutes, and each take-over of the axes sets a new zero of the scale, so
+travels of two runs cannot be combined. An interrupted run starts again.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from servo_ctrl.learning.screw_travel import deviations_m, passes_of
 
 
 class ScrewLearning(AxisLearning):
-    """Learns screw table and lost motion."""
+    """Learns screw table and lost motion of one axis."""
 
     stroke_noun = "travel"
     _run: ScrewRun
@@ -34,21 +34,21 @@ class ScrewLearning(AxisLearning):
         self._now_at(ScrewRun(self._settings))
 
     def open(self, *, fresh: bool) -> list[str]:
-        """Do nothing: it always begins anew."""
+        """Do nothing: a screw run cannot be resumed."""
         del fresh
         return []
 
     def prepare(self, start_m: Sequence[float]) -> ProgramReference:
-        """Plan the motion of the travel. Raises ConfigError."""
+        """Plan the motion of `stroke`, a travel. Raises ConfigError."""
         return self._motion.prepare_travel(self.name, start_m)
 
     def begin(self) -> Collector:
-        """Begin the travel: it alone says what compensates."""
+        """Begin the travel and apply only its compensation."""
         self._screw.try_out(self.stroke)
         return travel_collector(self._config, self.name)
 
     def restore(self) -> None:
-        """Let what was in use before act again."""
+        """Restore the compensation in use before the travel."""
         self._screw.restore()
 
     def _evaluate(self, collected: Collector) -> Array:
@@ -59,7 +59,7 @@ class ScrewLearning(AxisLearning):
     def _advance(self, result: Array) -> None:
         try:
             self._run.take(result)
-        except ValueError as error:  # all travels together cannot be used
+        except ValueError as error:  # the travels together give no usable result
             raise LearningError(f"axis {self.name}: {error}") from None
         self._now_at(self._run)
 
@@ -75,6 +75,6 @@ class ScrewLearning(AxisLearning):
         return self._store.add(self.name, learned, conditions)
 
     def use(self, result: StoredResult[ScrewLearned]) -> LearningOutcome:
-        """Take it into use."""
+        """Put the stored result into use."""
         self._screw.use(result)
         return LearningOutcome(self.name, result.version, result.learned, self.resumed)

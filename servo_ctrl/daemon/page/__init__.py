@@ -1,1 +1,1 @@
-"""The operator's page beside a run: its process, its local socket, and what it sees of bus and nodes."""
+"""The operator's page beside a run: its process, its local socket, and its data of bus and nodes."""

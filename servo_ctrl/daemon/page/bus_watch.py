@@ -1,6 +1,6 @@
-"""What there is to see of the bus: load, heartbeats, emergency messages, and how evenly the cycle goes.
+"""Collects figures of the bus: load, heartbeats, emergency messages, and the histogram of cycle times.
 
-Counters are kept where frames pass anyway; they are put together only when somebody looks.
+Frame handlers count; figures are computed only when a client requests them.
 """
 
 import math
@@ -24,13 +24,13 @@ from servo_ctrl.telemetry.local_socket.status import BusFigures
 
 RATES_OVER_S = 1.0
 EMCY_KEPT = 100
-"""Chosen, as the interval above."""
+"""Emergency messages kept; chosen, like the interval above."""
 NMT_STATES = {0x00: "booting", 0x04: "stopped", 0x05: "operational", 0x7F: "pre_operational"}
 _EMCY = struct.Struct("<HB5x")
 
 
 class BusWatch:
-    """`listen` once the handlers of the nodes are there; `tap` counts the cycles."""
+    """Call `listen` after the handlers of the nodes are registered. `tap` counts the cycles."""
 
     def __init__(
         self,
@@ -45,18 +45,18 @@ class BusWatch:
         self._states = ["unknown"] * len(self._plans)
         self._heartbeat_s = [math.nan] * len(self._plans)
         self._emcy: deque[bytes] = deque(maxlen=EMCY_KEPT)
-        """JSON each: encoded one by one as they come, however many there are."""
+        """Emergency messages in JSON, each encoded at its arrival so that the cost per tick is bounded."""
         self._events_json = b"[]"
         self._events_count = 0
         self._event_times: deque[str] = deque(maxlen=PUBLISHED)
-        """Of the events in the log, the newest last: when they were first seen here, ISO 8601."""
+        """When the events in the log were first seen here, ISO 8601, the newest last."""
         self._missed_before = self._missing_before = 0
         self._sampled_s, self._sampled_cycle = time.monotonic(), 0
         self._frames = self._bits = 0
         self._load = self._frames_per_s = 0.0
 
     def listen(self, port: CanPort) -> None:
-        """Take heartbeats and emergency messages too, before the handlers that are there already."""
+        """Receive heartbeats and emergency messages too, before the handlers registered already."""
         self._port = port
         for place, plan in enumerate(self._plans):
             for base, take in ((0x700, self._on_heartbeat), (0x080, self._on_emcy)):
@@ -64,13 +64,13 @@ class BusWatch:
                 port.handlers[can_id] = _both(port.handlers[can_id], place, take)
 
     def clear(self) -> None:
-        """Count cycles, missed ticks and missing inputs anew."""
+        """Reset the counts of cycles, missed ticks and missing inputs."""
         self._tap.clear()
         self._missed_before = self._machine.missed_ticks
         self._missing_before = self._machine.missing_inputs
 
     def figures(self) -> BusFigures:
-        """Put the present figures together."""
+        """Return the present figures."""
         now_s = time.monotonic()
         self._sample(now_s)
         bus = BusStatus(
@@ -101,7 +101,7 @@ class BusWatch:
     def _sample(self, now_s: float) -> None:
         if self._port is None or now_s - self._sampled_s < RATES_OVER_S:
             return
-        # in lockstep the bus is as fast as it can be: the time that counts there is SYNC's
+        # in lockstep the bus runs as fast as it can, so rates refer to the time that SYNC counts
         cycle = self._tap.end
         elapsed_s = (cycle - self._sampled_cycle) * self._tap.period_s or now_s - self._sampled_s
         self._frames_per_s = (self._port.frames - self._frames) / elapsed_s

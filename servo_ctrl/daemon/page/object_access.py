@@ -1,7 +1,7 @@
-"""Objects of nodes, read and written while the cycle runs: by SDO, one at a time, each within a bound.
+"""Reads and writes objects of nodes by SDO while the cycle runs: one at a time, each wait bounded.
 
-What the cycle lives on is not touched: mapped objects, and what SYNC, PDOs and heartbeats are set up by.
-Nothing is written while axes move. The types are those of the EDS.
+Writes to mapped objects and to the parameters of SYNC, EMCY, heartbeats and PDOs are refused, and any
+write while axes move. The EDS gives the data types.
 """
 
 import asyncio
@@ -18,17 +18,17 @@ from servo_ctrl.daemon.page.object_values import decoded, encoded
 from servo_ctrl.telemetry.local_socket.requests import Outcome
 
 LIMIT_S = 1.0
-"""Bounds the wait for another access, and that for the access itself; chosen."""
+"""Bounds the wait for another access and the wait for the access itself; chosen."""
 TRIES = 2
 ANSWER_S = 0.3
-"""Bounds one SDO answer: all tries together stay below `LIMIT_S`."""
+"""Bounds the wait for one SDO response: all tries together stay below `LIMIT_S`."""
 OURS = (range(0x1005, 0x1008), range(0x1012, 0x1018), range(0x1400, 0x1C00))
-"""Objects that SYNC, EMCY, heartbeats and PDOs are set up by."""
+"""Indices of the parameters of SYNC, EMCY, heartbeats and PDOs (CiA 301)."""
 AT_REST = (Stage.READY, Stage.STANDBY)
 
 
 class ObjectAccess:
-    """Refuses everything before `attach`."""
+    """Refuses every access before `attach`."""
 
     def __init__(self, plans: Sequence[NodePlan], machine: MachineController) -> None:
         self._plans = {plan.node_id: plan for plan in plans}
@@ -37,11 +37,11 @@ class ObjectAccess:
         self._turn = asyncio.Lock()
 
     def attach(self, network: Network) -> None:
-        """Reach the nodes by this network, as they are booted."""
+        """Access the nodes through this network after their boot."""
         self._network = network
 
     async def read(self, node: int, index: int, subindex: int) -> Outcome:
-        """Read the value of an object: a number, text, or bytes in hexadecimal."""
+        """Read an object: a number, text, or bytes in hexadecimal."""
         found = self._found(node, index, subindex)
         if isinstance(found, Outcome):
             return found
@@ -51,7 +51,7 @@ class ObjectAccess:
         return await self._in_turn(plan, lambda port: decoded(variable, port.read(index, subindex)))
 
     async def write(self, node: int, index: int, subindex: int, value: float | str | bool) -> Outcome:
-        """Write an object; numbers as numbers, text as text, anything else as bytes in hexadecimal."""
+        """Write an object: a number, text, or bytes in hexadecimal."""
         found = self._found(node, index, subindex)
         if isinstance(found, Outcome):
             return found
@@ -69,7 +69,7 @@ class ObjectAccess:
         return await self._in_turn(plan, write)
 
     def _objection(self, plan: NodePlan, variable: EdsVariable) -> str:
-        """Say why this object is not written now; "" when it may be."""
+        """Return why this object must not be written now, else ""."""
         name, address = variable.name, (variable.index, variable.subindex)
         if "w" not in variable.access:
             return f"{name} can only be read, its EDS says"
@@ -112,7 +112,7 @@ class ObjectAccess:
         except SdoError as error:
             return Outcome(_refusal(error), str(error))
         except TimeoutError:
-            # nobody waits for its error any more: take it
+            # retrieve a late exception, which no caller awaits any more
             work.add_done_callback(lambda _work: _work.cancelled() or _work.exception())
             return Outcome(Refusal.WRONG_STATE, f"node {plan.node_id} was not done within {LIMIT_S:g} s")
 
@@ -120,7 +120,7 @@ class ObjectAccess:
 def _transfer(
     network: Network, node_id: int, access: Callable[[SdoPort], int | float | str | None]
 ) -> int | float | str | None:
-    """In a thread of its own."""
+    """Run one access, in a thread of its own."""
     step_back()
     port = SdoPort(network, node_id, timeout_s=ANSWER_S, tries=TRIES)
     try:

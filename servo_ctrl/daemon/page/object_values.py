@@ -1,4 +1,4 @@
-"""Converts values of objects between the bytes of SDO and those of the page, by the type in the EDS."""
+"""Converts object values between SDO bytes and values of the page, by the data type in the EDS."""
 
 import math
 import struct
@@ -12,7 +12,7 @@ BOOLEAN, VISIBLE_STRING = 0x01, 0x09
 
 
 def decoded(variable: EdsVariable, data: bytes) -> int | float | str:
-    """Decode a number or text where the type says so; else, and where the length differs, bytes in hex."""
+    """Decode a number or text; return bytes in hex for other types or a wrong length."""
     layout = _layout(variable)
     if layout and len(data) == struct.calcsize(layout):
         number: int | float = struct.unpack(layout, data)[0]
@@ -23,7 +23,7 @@ def decoded(variable: EdsVariable, data: bytes) -> int | float | str:
 
 
 def encoded(variable: EdsVariable, value: float | str | bool) -> bytes:
-    """Encode a value. Raises ValueError, in words, for one that the object cannot take."""
+    """Encode a value. Raises ValueError with a reason if the object cannot hold it."""
     layout = _layout(variable)
     if layout:
         return _number(variable, layout, value)

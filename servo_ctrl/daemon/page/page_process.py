@@ -1,7 +1,7 @@
-"""The page's process, as the controller sees it: started before the first SYNC, ended with the run.
+"""Starts the page's process before the first SYNC and ends it with the run.
 
-Between the two is `page_process_keeper`, which starts the page again when it dies. Nothing here waits for
-either of them while the cycle runs.
+The controller starts `page_process_keeper`, which starts the page and restarts it when it dies. The cycle
+never waits for either process.
 """
 
 import asyncio
@@ -16,31 +16,31 @@ from typing import NamedTuple
 from servo_ctrl.daemon.page.page_process_keeper import ENDED, ends_with_its_parent
 
 END_LIMIT_S = 5.0
-"""Bounds the wait for the end of the keeper, which gives the page `STOP_LIMIT_S`; chosen."""
+"""Bounds the wait for the end of the keeper, which waits `STOP_LIMIT_S` for the page; chosen."""
 LINES_KEPT = 20
 LONGEST_LINE = 500
 KEEPER_PAUSE_S = 1.0
 KEEPERS_AGAIN = 8
-"""In a run: who kills them more often means it."""
+"""Restarts of the keeper in a run: whoever kills it more often wants no page."""
 KEEPER_ENDED = "the keeper of the page has ended"
 NICENESS = 10
-"""Any other process gets the processor first, the cycle above all. Chosen, as the numbers above."""
+"""Every other process, above all the cycle, gets the processor first. Chosen, like the numbers above."""
 
 
 class PageOptions(NamedTuple):
-    """A local socket, and the process that serves it to browsers."""
+    """Options of the local socket and of the process that serves it to browsers."""
 
     arguments: tuple[str, ...] | None
-    """Of `python -m servo_ctrl.hmi serve`, beside the socket; None = no process, only the socket."""
+    """Arguments of `python -m servo_ctrl.hmi serve` besides the socket; None = only the socket."""
     on_socket: Callable[[Path], None] | None = None
-    """Called with the place of the socket."""
+    """Called with the path of the socket."""
     socket: Path | None = None
-    """Where to make it, in a directory of this user alone; None = in a new one."""
+    """Path of the socket, in a directory that only this user can access; None = in a new one."""
 
 
 @contextlib.asynccontextmanager
 async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator[None]:
-    """Run a command, started again when it or its keeper ends, until the block is left."""
+    """Run a command while the block runs; start it again when it or its keeper ends."""
     keepers, over = [await _keeper(command, _beside_the_cycle)], asyncio.Event()
     watch = asyncio.create_task(_watched(keepers, command, note, over))
     try:
@@ -54,7 +54,7 @@ async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator
             async with asyncio.timeout(END_LIMIT_S):
                 await process.wait()
         except TimeoutError:
-            process.kill()  # and the page with it: PDEATHSIG
+            process.kill()  # PDEATHSIG ends the page too
             await process.wait()
         await watch
 
@@ -68,7 +68,7 @@ async def _keeper(
         *command,
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
-        process_group=0,  # Ctrl-C is for us; in another session niceness would be void, sched(7)
+        process_group=0,  # Ctrl-C is for the controller alone; in another session niceness is void, sched(7)
         preexec_fn=before,
     )
 
@@ -79,10 +79,10 @@ async def _watched(
     note: Callable[[str], None],
     over: asyncio.Event,
 ) -> None:
-    """Read what the keeper says; start another one where it was killed, until the block is over.
+    """Read the keeper's output, and start another keeper if it was killed, until the block is over.
 
-    The start beside a cycle copies no memory, which a function to be called in the child would need. Under
-    SCHED_FIFO the child would compete with the cycle until it has begun: there the loss is only noted.
+    While the cycle runs, the start must not copy memory, so it calls no function in the child. Under
+    SCHED_FIFO the child would compete with the cycle until its command runs: there the loss is only logged.
     """
     while True:
         await _read(keepers[-1], note)
@@ -104,12 +104,12 @@ async def _watched(
                 return
         keepers.append(await _keeper(command, None, "nice", "-n", str(NICENESS)))
         started = keepers[-1].stdin
-        if over.is_set() and started is not None:  # it was over while this one began
+        if over.is_set() and started is not None:  # the block ended while this keeper started
             started.close()
 
 
 async def _read(process: asyncio.subprocess.Process, note: Callable[[str], None]) -> None:
-    """Keep the pipe empty; note that the page has ended, and why."""
+    """Read the keeper's output; log when the page ends, with its last line."""
     lines: deque[str] = deque(maxlen=LINES_KEPT)
     if process.stdout is None:
         return
@@ -127,7 +127,7 @@ _end_with_us = ends_with_its_parent()
 
 
 def _beside_the_cycle() -> None:
-    """Give up the priority of the cycle, and end with us; called in the child."""
+    """Drop the cycle's priority and end with the controller; called in the child."""
     with contextlib.suppress(AttributeError, OSError):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         os.nice(NICENESS)

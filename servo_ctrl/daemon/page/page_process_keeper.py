@@ -1,8 +1,8 @@
 """Keeps the page's process alive: `python -m servo_ctrl.daemon.page.page_process_keeper COMMAND...`.
 
-A process of its own, for a fork takes the controller longer than a tick. It ends, and the page with it, when
-its standard input does: when the controller closes it, and when the controller dies. The output of the page
-goes on to standard output, with a line for each end of the page.
+It is a process of its own because a fork takes the controller longer than a tick. Keeper and page end when
+the keeper's standard input ends: when the controller closes it or dies. The page writes to the keeper's
+standard output; the keeper adds a line whenever the page ends.
 """
 
 import ctypes
@@ -18,16 +18,16 @@ from functools import partial
 PR_SET_PDEATHSIG = 1
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.25, 10.0
 STEADY_S = 30.0
-"""A page that lived so long is started again soon, and the count of restarts begins anew."""
+"""A page that ran this long restarts after the first pause, and the count of restarts starts again."""
 RESTARTS_AT_MOST = 8
-"""In a row, each after less than `STEADY_S`. Chosen, as the other numbers."""
+"""Consecutive restarts, each after less than `STEADY_S`. Chosen, like the other numbers."""
 STOP_LIMIT_S = 3.0
 ENDED = "the page has ended"
-"""The begin of the line for an end of the page."""
+"""Start of the line that reports the end of the page."""
 
 
 def main() -> int:
-    """Run the command of our arguments again and again, until standard input ends."""
+    """Run the command in the arguments, and restart it, until standard input ends."""
     command = sys.argv[1:]
     pause_s, in_a_row = FIRST_PAUSE_S, 0
     while True:
@@ -45,7 +45,7 @@ def main() -> int:
 
 
 def _page(command: list[str]) -> int | None:
-    """Run the page once: its exit status, or None when it was ended because standard input has."""
+    """Run the page once; return its exit status, or None if standard input ended."""
     page = subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,
@@ -77,7 +77,7 @@ def _end(page: subprocess.Popen[bytes]) -> None:
 
 
 def _input_ends(within_s: float | None) -> bool:
-    """Wait for the end of standard input, with a bound or for ever; whether it came."""
+    """Wait for the end of standard input, at most `within_s` or for ever; return whether it ended."""
     deadline_s = None if within_s is None else time.monotonic() + within_s
     with selectors.DefaultSelector() as selector:
         selector.register(0, selectors.EVENT_READ)
@@ -90,12 +90,12 @@ def _input_ends(within_s: float | None) -> bool:
 
 
 def ends_with_its_parent() -> Callable[[], object]:
-    """Return what a child calls before it begins, so that it ends when its parent is killed."""
+    """Return a function that a child calls first, so that it ends when its parent is killed."""
     return partial(ctypes.CDLL(None).prctl, PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 if __name__ == "__main__":
     for number in (signal.SIGINT, signal.SIGTERM):
-        # Ctrl-C is for the controller, which closes our input in the end; the page would inherit SIG_IGN
+        # Ctrl-C is for the controller, which closes our input; SIG_IGN would be passed on to the page
         signal.signal(number, lambda *_: None)
     sys.exit(main())

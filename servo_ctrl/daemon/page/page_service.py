@@ -1,4 +1,4 @@
-"""The operator's page beside a run: the local socket, the messages on it, and the process behind it."""
+"""Serves the operator's page beside a run: the local socket, its messages, and the page's process."""
 
 import asyncio
 import contextlib
@@ -40,12 +40,12 @@ from servo_ctrl.telemetry.local_socket.status import StatusEncoder
 from servo_ctrl.units import MM
 
 LINE_NAME = "line.ngc"
-"""How a single line of G-code is called in messages."""
+"""Name of a single line of G-code in messages."""
 _LOG = logging.getLogger(__name__)
 
 
 class PageService:
-    """Made before the bus is opened, `serving` around the run, `attach` once the nodes are booted."""
+    """Made before the bus is opened; `serving` encloses the run, `attach` follows the boot."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class PageService:
 
     @contextlib.asynccontextmanager
     async def serving(self) -> AsyncIterator[None]:
-        """Serve the socket, and run the page's process, while the block runs. Raises ServoCtrlError."""
+        """Serve the socket and run the page's process while the block runs. Raises ServoCtrlError."""
         loop = asyncio.get_running_loop()
         self._log = await asyncio.to_thread(self._open_log, loop)
         try:
@@ -113,12 +113,12 @@ class PageService:
                 _LOG.warning("%s", problem)
 
     def attach(self, port: CanPort, network: Network) -> None:
-        """Watch the bus and reach the nodes, which are booted."""
+        """Monitor the bus and access the nodes, which have booted."""
         self._watch.listen(port)
         self._objects.attach(network)
 
     def _on_reversal(self, axis: str, report: ReversalReport, trace_m: Array) -> None:
-        """Publish a reversal, behind the tick that evaluated it."""
+        """Publish a reversal after the tick that evaluated it."""
         error_m = trace_m.copy()
 
         def message() -> bytes:
@@ -144,7 +144,7 @@ class PageService:
             self._log.add(entry)
 
     def _status(self) -> Generator[None, None, bytes]:
-        """Encode the status in pieces, none longer than what a tick leaves of its period."""
+        """Encode the status in pieces, each shorter than the idle time of a period."""
         status = self._commands.status()
         yield
         figures = self._watch.figures()
@@ -159,7 +159,7 @@ class PageService:
         return program
 
     def _read_program(self, name: str, text: str, reading: ReadingOptions) -> ProgramConfig:
-        """Read a program that the page sent. Raises ConfigError, in which the program goes by its name."""
+        """Read a program that the page sent. Raises ConfigError, which names the program, not its path."""
         step_back()
         if self._programs is None or name in {".", ".."}:
             raise ConfigError(name, "", "is no name of a file")

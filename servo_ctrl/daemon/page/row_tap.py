@@ -1,4 +1,4 @@
-"""Rows for the page and the histogram of cycle times: all that a tick does for the page."""
+"""Collects rows and cycle times for the page; a tick does no other work for the page."""
 
 import time
 from bisect import bisect_right
@@ -10,19 +10,19 @@ CYCLE_EDGES = (
     *(0.25, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 1.0),
     *(1.01, 1.02, 1.05, 1.1, 1.2, 1.3, 1.5, 1.75, 2.0, 3.0, 5.0, 10.0, 20.0),
 )
-"""Of the histogram of cycle times, in periods."""
+"""Bin edges of the histogram of cycle times, in periods."""
 
 
 class RowTap:
-    """Takes the rows for the page and the time from one to the next.
+    """Passes rows to the page's buffer and counts the times between them.
 
-    `on_due` is called in a tick every `due_s`, and in the next one after `again`.
+    A tick calls `on_due` every `due_s`, and the tick after `again`.
     """
 
     def __init__(self, buffer: RowBuffer, period_s: float, due_s: float) -> None:
         self.edges_us = tuple(share * period_s * 1e6 for share in CYCLE_EDGES)
         self.counts = [0] * (len(self.edges_us) + 1)
-        """Cycles by the time since the one before; see `commands.bus_status.CycleHistogram`."""
+        """Cycles by the time since the previous one; see `commands.bus_status.CycleHistogram`."""
         self.on_due: Callable[[], object] = lambda: None
         self.period_s = period_s
         self._buffer = buffer
@@ -46,14 +46,14 @@ class RowTap:
             self.on_due()
 
     def again(self) -> None:
-        """Call `on_due` in the next tick, for something is left to be done behind it."""
+        """Call `on_due` in the next tick, because work remains."""
         self._again = True
 
     @property
     def end(self) -> int:
-        """Rows so far."""
+        """Number of rows so far."""
         return self._buffer.end
 
     def clear(self) -> None:
-        """Count anew."""
+        """Reset the counts."""
         self.counts = [0] * len(self.counts)

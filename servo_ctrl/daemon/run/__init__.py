@@ -1,1 +1,1 @@
-"""The life of a run: check, boot, cycle, record, report. It assembles what the other rooms hold."""
+"""The phases of a run: check, boot, cycle, record, report. It assembles the parts of the other rooms."""

@@ -1,4 +1,4 @@
-"""From a machine file to the objects that run it: axes, machine, cycle, and who gets which frame."""
+"""Makes the objects of a run from a machine file: axes, machine, cycle, and the handler of every frame."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -26,7 +26,7 @@ from servo_ctrl.units import MM
 
 
 def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPlace]:
-    """Make the axes of a machine, their kernels compiled; the inputs are numbered as the plans are."""
+    """Make the axes of a machine and compile their kernels; inputs are numbered like the plans."""
     index = {plan.key: place for place, plan in enumerate(plans)}
     further = {key: place for place, (key, _) in enumerate(further_inputs(plans), start=len(plans))}
     parts, rpdos, nodes = [], [], []
@@ -52,19 +52,19 @@ def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPla
 
 
 def further_inputs(plans: Sequence[NodePlan]) -> list[tuple[str, PdoPlan]]:
-    """TPDOs besides the first of each node that come with every SYNC: inputs behind those of the nodes."""
+    """Return the cyclic TPDOs besides the first of each node; their inputs follow those of the nodes."""
     return [(f"{plan.name}, {pdo.name}", pdo) for plan in plans for pdo in plan.further_tpdos if pdo.cyclic]
 
 
 def input_names(plans: Sequence[NodePlan]) -> list[str]:
-    """How messages name the inputs of a cycle: nodes, and behind them their further TPDOs."""
+    """Return the names of a cycle's inputs for messages: the nodes, then their further TPDOs."""
     return [plan.name for plan in plans] + [name for name, _ in further_inputs(plans)]
 
 
 def build_machine(
     config: MachineConfig, plans: Sequence[NodePlan], places: list[AxisPlace], *, lockstep: bool
 ) -> MachineController:
-    """Make the machine of these axes. Lockstep waits for each input, and tolerates none that is missing."""
+    """Make the machine of these axes. Lockstep waits for each input and tolerates no missing one."""
     gap_cycles = 0 if lockstep else round(GAP_TOLERATED_S / config.period_s)
     tolerance = Tolerance(gap_cycles, config.bus.missed_per_1000)
     return MachineController(places, input_names(plans), config.period_s, tolerance)
@@ -81,7 +81,7 @@ def connect(
     lockstep: bool,
     on_end: Callable[[], None],
 ) -> Cycle:
-    """Connect the machine to the bus: a cycle for it, and events of what nodes and bus report."""
+    """Connect the machine to the bus: make its cycle, and turn reports of nodes and bus into events."""
     heartbeat_cycles = round(config.controller.heartbeat_ms * 1e-3 / config.period_s)
     if config.controller.heartbeat_ms:
         heartbeat_cycles = max(heartbeat_cycles, 1)
@@ -134,7 +134,7 @@ def _take_frames(
     timers: list[EventTimer],
     period_s: float,
 ) -> None:
-    """Give every frame of the nodes its handler."""
+    """Register a handler for every frame of the nodes."""
     servo_of = {place.drive: place.servo for place in places}
     inputs_of = [
         (axis.drive, *axis.further) if axis.scale is None else (axis.drive, *axis.further, axis.scale)
@@ -157,7 +157,7 @@ def _take_frames(
 
 
 def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle) -> None:
-    """Turn what the bus itself reports into events: it is down, or frames were lost."""
+    """Turn reports of the bus itself, down or frames lost, into events."""
 
     def on_down(error: BusError) -> None:
         machine.event(Event.BUS_DOWN, str(error))
@@ -179,7 +179,7 @@ def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle) -> None:
 def _event_handler(
     machine: MachineController, place: int, servo: AxisServo, pdo: PdoPlan, timer: EventTimer
 ) -> Callable[[bytearray, float], None]:
-    """Handle a TPDO of a drive, the node at this place, that comes when it likes: values, limit switches."""
+    """Make the handler of an event-driven TPDO of the drive at `place`: values and limit switches."""
     switches_at = pdo.codec.position(LIMIT_SWITCHES)
 
     def on_event(payload: bytearray, _timestamp_s: float) -> None:

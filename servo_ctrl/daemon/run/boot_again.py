@@ -1,4 +1,4 @@
-"""Boots nodes again beside the cycle, for a machine that stands by: one job at a time, each wait bounded."""
+"""Boots nodes again beside the cycle while the machine stands by: one boot at a time, each wait bounded."""
 
 import asyncio
 from collections.abc import Sequence
@@ -12,14 +12,14 @@ from servo_ctrl.daemon.cycle.realtime import step_back
 from servo_ctrl.io.can_port import BusError
 
 INPUTS_WITHIN_S = 5.0
-"""Nodes that were started send their inputs two SYNCs later; bounds the wait, wall clock; chosen."""
+"""Bounds the wait for the inputs of started nodes, due two SYNCs later; wall clock; chosen."""
 LOOK_S = 0.05
 TRIES = 2
-"""SDO tries before a node counts as absent: it was heard just before; chosen."""
+"""SDO tries before a node counts as absent; few, because the node responded just before; chosen."""
 
 
 class BootAgain:
-    """`begin` is called in the thread of the cycle, and so is what comes of it."""
+    """Boots nodes on request. The thread of the cycle calls `begin` and receives the result."""
 
     def __init__(
         self, network: Network, plans: Sequence[NodePlan], machine: MachineController, timeout_s: float
@@ -28,11 +28,11 @@ class BootAgain:
         self._asked: asyncio.Queue[list[int]] = asyncio.Queue()
 
     def begin(self, nodes: list[int]) -> None:
-        """Boot the nodes at these places; `MachineController.booted` tells what came of it."""
+        """Request a boot of the nodes with these indices; `MachineController.booted` receives the result."""
         self._asked.put_nowait(nodes)
 
     async def run(self) -> None:
-        """Boot what is asked for, until cancelled."""
+        """Boot the requested nodes, until cancelled."""
         while True:
             plans = [self._plans[node] for node in await self._asked.get()]
             self._machine.booted(await self._problem(plans))

@@ -1,6 +1,6 @@
-"""Notes when a file that a run was made from is changed during the run, which goes on with what it has read.
+"""Notes when an input file of a run changes during the run, which continues with the contents it has read.
 
-The disk is asked in a thread of its own, for it may hang.
+A thread of its own reads the disk, because a disk may hang.
 """
 
 import asyncio
@@ -14,14 +14,14 @@ from servo_ctrl.config.model import MachineConfig
 
 LOOK_S = 1.0
 END_S = 0.2
-"""How long the end of a run waits for a disk that hangs; chosen, as the interval above."""
+"""How long the end of a run waits for a hanging disk; chosen, like the interval above."""
 
 
 @contextlib.contextmanager
 def changes_noted(
     config: MachineConfig, plans: Iterable[NodePlan], note: Callable[[str], None]
 ) -> Iterator[None]:
-    """While the block runs, call `note` (in the running loop) once for every file that is changed or gone."""
+    """While the block runs, call `note` in the running loop once for every changed or missing file."""
     loop, over = asyncio.get_running_loop(), threading.Event()
     paths = [config.source, config.controller.eds, *(plan.eds.path for plan in plans)]
     first = {path: _identity(path) for path in dict.fromkeys(paths)}

@@ -1,4 +1,4 @@
-"""Frames that only we may send, sent by others: a duplicate master, and writes to our nodes by SDO."""
+"""Detects frames that only this controller may send: a duplicate master, and SDO writes to its nodes."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -9,7 +9,7 @@ from servo_ctrl.io.can_port import CanPort
 
 SYNC_COB_ID = 0x080
 LISTENING_S = 0.25
-"""Before anything is sent: longer than the longest SYNC period, and than two usual heartbeats."""
+"""Time to listen before sending: longer than the longest SYNC period and two usual heartbeats."""
 FIRST_TPDO = 0x1800
 """Index of the first TPDO's communication parameters; those of RPDOs are below it (CiA 301)."""
 SDO_REQUEST = 0x600
@@ -24,7 +24,7 @@ REFUSED = 0x80
 def report_masters(
     config: MachineConfig, plans: Sequence[NodePlan], port: CanPort, report: Callable[[str], object]
 ) -> None:
-    """From now on call `report` for every frame that only a controller of this machine may send."""
+    """Call `report` from now on for every received frame that only this controller may send."""
     node_id = config.controller.node_id
     ours = {SYNC_COB_ID: "SYNC", 0x700 + node_id: f"heartbeats of node {node_id}, which is ours"}
     for plan in plans:
@@ -41,10 +41,10 @@ def _on_foreign(report: Callable[[str], object], text: str, _payload: bytearray,
 
 
 def report_writes(plans: Sequence[NodePlan], port: CanPort, report: Callable[[int, str], None]) -> None:
-    """Call `report` for every download to a node (its place among the plans) that is not ours.
+    """Call `report` with a node's index for every accepted SDO download to it by another participant.
 
-    What boot has checked and set is uncertain once the node has taken it, and that is when it is reported: a
-    write that the node refuses changes nothing. The port does not receive what we send ourselves.
+    After an accepted download the objects that the boot checked and wrote are uncertain; a refused download
+    changes nothing. The port does not receive our own frames.
     """
     for place, plan in enumerate(plans):
         watch = _WriteWatch(plan, port, partial(report, place))
@@ -53,12 +53,12 @@ def report_writes(plans: Sequence[NodePlan], port: CanPort, report: Callable[[in
 
 
 class _WriteWatch:
-    """Downloads of others to one node: remembered at the request, reported at the answer that accepts it."""
+    """Reports downloads to one node: remembers the request, reports at the response that accepts it."""
 
     def __init__(self, plan: NodePlan, port: CanPort, report: Callable[[str], None]) -> None:
         self._plan, self._port, self._report = plan, port, report
         self._address = b""
-        """Index and subindex of the download that awaits its answer."""
+        """Index and subindex of the download that awaits its response."""
 
     def on_request(self, payload: bytearray, _timestamp_s: float) -> None:
         if len(payload) == SDO_BYTES and payload[0] >> 5 in DOWNLOADS:

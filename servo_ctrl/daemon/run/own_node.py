@@ -1,4 +1,4 @@
-"""Our own node in a run: heartbeats while there is no SYNC to count, EMCY for faults, status at a change."""
+"""The controller's own node: heartbeats before the first SYNC, EMCY for faults, status TPDO at a change."""
 
 import asyncio
 import contextlib
@@ -15,7 +15,7 @@ from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.io.can_port import BusError
 
 LOOK_AGAIN_S = 0.05
-"""How often 1017h is read while it says that there is no heartbeat; chosen."""
+"""How often 1017h (producer heartbeat time) is read while it is 0; chosen."""
 
 EMCY_OF_EVENT = {
     Event.LOST_HEARTBEAT: own.EMCY_HEARTBEAT,
@@ -31,7 +31,7 @@ EMCY_OF_EVENT = {
     Event.WRONG_PDO: 0x8210,  # PDO not processed for its length
     Event.OBJECT_CHANGED: 0x6320,  # parameters
 }
-"""Error codes of CiA 301 and CiA 402; what is not here is a generic error."""
+"""Error codes of CiA 301 and CiA 402; any other event is a generic error."""
 
 
 def fault_reporter(node: ControllerNode) -> Callable[[Event, str], None]:
@@ -45,10 +45,10 @@ def fault_reporter(node: ControllerNode) -> Callable[[Event, str], None]:
 
 
 def subscribe(node: ControllerNode, publisher: StatusPublisher) -> None:
-    """Let the node send its status TPDO at a change, and clear its error when a fault is over."""
+    """Make the node send its status TPDO at a change and clear its error when a fault is over."""
 
     def changed() -> None:
-        with contextlib.suppress(BusError):  # a bus that fails is an event of its own
+        with contextlib.suppress(BusError):  # the port reports a failing bus by itself
             node.announce()
 
     def recovered() -> None:
@@ -77,12 +77,12 @@ async def _beat(node: ControllerNode) -> None:
 
 
 def leave_nodes(network: Network, plans: Sequence[NodePlan], node: ControllerNode, stage: Stage) -> None:
-    """After the last cycle set the nodes pre-operational, or stop them where their drives are led still.
+    """Set the nodes pre-operational after the last cycle, or stopped while drives still follow set points.
 
-    These, of a run that was cancelled or has a bug, take no controlword without SYNC, but brake (6007h).
+    After a cancelled or crashed run such drives receive no controlword, but brake when stopped (6007h).
     """
     led = stage not in {Stage.BOOTING, Stage.OFF, Stage.STANDBY}
-    with contextlib.suppress(BusError):  # the drives stop by themselves then: they miss our heartbeat
+    with contextlib.suppress(BusError):  # then the drives stop by themselves: our heartbeat is missing
         command_nodes(network, plans, NmtCommand.STOP if led else NmtCommand.ENTER_PRE_OPERATIONAL)
         node.operational(running=False)
         node.send_heartbeat()

@@ -1,4 +1,4 @@
-"""What a run reports: progress while it goes on, its end, and the header of its recording."""
+"""The reports of a run: its progress, its end, and the header of its recording."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -18,11 +18,11 @@ from servo_ctrl.recording.channels import Channel
 
 Pacing = Literal["realtime", "lockstep"]
 FORMAT = 1
-"""Of recording.json; raised when its keys change their meaning."""
+"""Format version of recording.json; raised when keys change their meaning."""
 
 
 class Progress(NamedTuple):
-    """Where a run is. `done` is the share of the program that was run, or of the strokes made, 0..1."""
+    """The progress of a run. `done` is the completed share of the program or of the strokes, 0..1."""
 
     stage: Stage
     cycle: int
@@ -34,41 +34,41 @@ class Progress(NamedTuple):
     done: float
     learning: LearningStatus
     events: tuple[str, ...]
-    """What has happened so far: the first and the newest."""
+    """The first and the newest events so far."""
     events_count: int
-    """How much has happened, with what is not kept."""
+    """Number of all events, including those no longer kept."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunReport:
-    """How a run ended. It was good when `failed` is False."""
+    """How a run ended; `failed` says whether it was good."""
 
     machine: str
     completed: bool
-    """The program was run to its end, the last time; all that was to be learned was learned."""
+    """Whether the last program ran to its end, or all requested learning was done."""
     failed: bool
     signal: str
-    """The signal that stopped it, "" without one."""
+    """The signal that stopped the run, "" without one."""
     reason: str
-    """Why it stopped before the end, "" when it did not."""
+    """Why the run stopped before its end, "" when it did not."""
     events: tuple[str, ...]
     cycles: int
     missed_ticks: int
     missing_inputs: int
     wall_s: float
-    """From the first SYNC to the last, wall clock."""
+    """Wall-clock time from the first SYNC to the last."""
     spans: tuple[StepSpan, ...]
-    """The steps that were run and their cycles."""
+    """The executed steps and their cycles."""
     lateness: Lateness | None
-    """Of the ticks, in real time."""
+    """Lateness of the ticks; None in lockstep."""
     recording: Path | None
     learning: LearningStatus
-    """Of the last learning run."""
+    """Status of the last learning run."""
     outcomes: tuple[LearningOutcome, ...]
-    """What it learned."""
+    """Results of the last learning run."""
 
     def as_header(self) -> dict[str, Any]:
-        """Make the keys of recording.json about the end of the run."""
+        """Return the keys of recording.json about the end of the run."""
         return {
             "finished": True,
             "completed": self.completed,
@@ -79,7 +79,7 @@ class RunReport:
         }
 
     def unless(self, problem: str) -> "RunReport":
-        """Return the same run, failed if `problem` says what could not be recorded of it."""
+        """Return this report, marked as failed if `problem` names a failure of its recording."""
         if not problem:
             return self
         return replace(self, failed=True, reason="; ".join(text for text in (self.reason, problem) if text))
@@ -94,7 +94,7 @@ def recording_header(
     pacing: Pacing,
     started: datetime,
 ) -> dict[str, Any]:
-    """Make recording.json before the first SYNC; see docs/recordings.md."""
+    """Return the contents of recording.json before the first SYNC; see docs/recordings.md."""
     return {
         "format": FORMAT,
         "software": f"servo_ctrl {version('servo-ctrl')}",
@@ -111,10 +111,10 @@ def recording_header(
 
 
 def with_spans(header: dict[str, Any], spans: Iterable[StepSpan]) -> dict[str, Any]:
-    """Add the cycles of the steps that were run so far to the header."""
+    """Return the header with the cycles of the steps executed so far."""
     segments = [dict(segment) for segment in header["segments"]]
     for span in spans:
-        if span.step >= len(segments):  # a stroke of learning, or the program once more
+        if span.step >= len(segments):  # a learning stroke, or a repeated program
             segments += [{"label": "not run"} for _ in range(span.step + 1 - len(segments))]
         segments[span.step] = span._asdict()
     return {**header, "segments": segments}

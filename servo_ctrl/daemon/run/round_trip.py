@@ -1,7 +1,7 @@
-"""The round trip of the bus, measured in the first two seconds of cycles: no drive gets power before.
+"""Measures the round trip on the bus during the first two seconds of cycles, before any drive gets power.
 
-The ticks alone were judged by `self_test`; here nodes, bus and the way through this computer take part:
-from the SYNC to the last input, as the cycle takes it.
+`self_test` judges the ticks alone. The round trip, from the SYNC until the cycle has the last input, also
+contains nodes, bus and the computer's network stack.
 """
 
 import time
@@ -13,7 +13,7 @@ from servo_ctrl.io.clock import Lateness
 
 
 class RoundTrip:
-    """Measures cycles of this period until two seconds of them are over, then says what is not held."""
+    """Measures two seconds of cycles, then reports whether computer and bus hold the period."""
 
     def __init__(
         self,
@@ -32,11 +32,11 @@ class RoundTrip:
         self._sent_ns = 0
 
     def begun(self) -> None:
-        """A SYNC went out."""
+        """Note the time of a SYNC."""
         self._sent_ns = self._now_ns()
 
     def answered(self, inputs: Inputs) -> bool:
-        """The inputs of this SYNC are there, or did not come in time; False once all is measured."""
+        """Measure the round trip of a cycle with these inputs; return False after the last cycle."""
         if None in inputs:
             self._late += 1
         else:
@@ -51,7 +51,7 @@ class RoundTrip:
 
 
 def verdict(period_ms: float, times: Lateness, late: int) -> str:
-    """Judge the round trips that were over in time, and how many were not; "" where all is well."""
+    """Judge the round trips completed in time and the number of late ones; return "" if all is well."""
     cycles = times.count + late
     if late <= LATE_SHARE * cycles:
         return ""

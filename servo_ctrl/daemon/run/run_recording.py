@@ -1,4 +1,4 @@
-"""The recording of a run: its header while it goes on and when it is over; or no recording at all."""
+"""The recording of a run, if there is one, with its header during and after the run."""
 
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
@@ -15,11 +15,11 @@ from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.recorder import Recorder, RecordingError
 
 LOCKSTEP_WAIT_S = 10.0
-"""How long lockstep may stand still for a slow disk (chosen); real time never waits."""
+"""How long lockstep may wait for a slow disk (chosen); real time never waits."""
 
 
 class RunRecording:
-    """Made before the first SYNC, closed after the last. Raises RecordingError when it cannot be begun."""
+    """Opened before the first SYNC, closed after the last. Raises RecordingError if it cannot be opened."""
 
     def __init__(
         self,
@@ -44,12 +44,12 @@ class RunRecording:
 
     @property
     def record(self) -> Callable[[list[float]], None] | None:
-        """Takes a row a cycle; None without a recording."""
+        """The function that records the row of each cycle; None without a recording."""
         return self._recorder.record if self._recorder is not None else None
 
     @property
     def trouble(self) -> str:
-        """What cannot be written, "" while all can; the run goes on without, and has failed in the end."""
+        """What cannot be written, else ""; the run continues unrecorded and counts as failed."""
         recorder = self._recorder
         if recorder is None:
             return ""
@@ -58,16 +58,16 @@ class RunRecording:
         return f"{recorder.directory}: the disk is too slow, rows are lost" if recorder.rows_lost else ""
 
     def publish(self, spans: Sequence[StepSpan]) -> None:
-        """Write the steps begun so far into recording.json, so that they are there after a kill too."""
+        """Write the steps begun so far into recording.json, so that they survive a kill."""
         if self._recorder is not None:
             self._recorder.update_header(self._now(spans))
 
     def ended(self, report: RunReport) -> dict[str, Any]:
-        """Make the last header: how the run has ended, and what is in use at this instant."""
+        """Return the last header: how the run ended, and which compensations act at this instant."""
         return self._now(report.spans) | report.as_header()
 
     def close(self, header: dict[str, Any]) -> str:
-        """Write the rest and the last header; return what could not be written, else "". Blocking."""
+        """Write the remaining rows and the last header. Blocking. Return what could not be written."""
         if self._recorder is not None:
             try:
                 self._recorder.close(header)
@@ -76,5 +76,5 @@ class RunRecording:
         return ""
 
     def _now(self, spans: Sequence[StepSpan]) -> dict[str, Any]:
-        """Make the present header; compensation and J_required may have been changed during the run."""
+        """Return the present header; compensation and J_required may change during the run."""
         return with_spans(self._header, spans) | in_use_header(self._machine, self._handler.status())

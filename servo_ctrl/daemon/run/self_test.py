@@ -1,4 +1,4 @@
-"""What this computer holds: two seconds of ticks before the bus is touched, judged and put into words."""
+"""Tests whether this computer holds the period: two seconds of ticks before the bus is opened."""
 
 import asyncio
 
@@ -7,14 +7,14 @@ from servo_ctrl.io.clock import Lateness, TimerfdClock
 
 TEST_S = 2.0
 LATE_SHARE = 1e-3
-"""Of the ticks may be late by a period; chosen."""
+"""Share of the ticks that may be late by a period; chosen."""
 MULTIPLES = (1, 2, 5, 10, 20)
-"""Of the period, which are looked at for one that is held; chosen."""
+"""Multiples of the period, of which the message names the shortest that is held; chosen."""
 ADVICE = "give it less to do, use --fifo, or set a longer bus.sync_period_us"
 
 
 async def objection(period_ns: int) -> str:
-    """Tick for two seconds as the cycle will; return what this computer does not hold, "" where it holds."""
+    """Tick for two seconds like the cycle; return why the computer does not hold the period, else ""."""
     clock = TimerfdClock(period_ns, _nothing)
     clock.start(asyncio.get_running_loop())
     try:
@@ -25,7 +25,7 @@ async def objection(period_ns: int) -> str:
 
 
 def verdict(period_ms: float, lateness: Lateness, missed: int) -> str:
-    """Judge the lateness of the ticks that were served, and how many were not; "" where all is well."""
+    """Judge the lateness of the served ticks and the number of missed ones; return "" if all is well."""
     latest_ms, usual_ms = lateness.percentile_us(1.0) * 1e-3, lateness.percentile_us(1.0 - LATE_SHARE) * 1e-3
     gap_ms = GAP_TOLERATED_S * 1e3
     ticks = lateness.count + missed
@@ -40,4 +40,4 @@ def verdict(period_ms: float, lateness: Lateness, missed: int) -> str:
 
 
 def _nothing(_elapsed: int) -> None:
-    """A tick that computes nothing."""
+    """Do nothing at a tick."""

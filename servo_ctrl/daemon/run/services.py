@@ -1,6 +1,6 @@
-"""What a machine has beside its cycle: compensation, monitoring, learning, and the handler of commands.
+"""Makes and connects the services beside the cycle: compensation, monitoring, learning, command handler.
 
-One object that knows them all, so that each of them need not know the others.
+One object knows all services, so that they need not know each other.
 """
 
 import asyncio
@@ -37,31 +37,31 @@ from servo_ctrl.telemetry.mqtt.service import MqttLink
 from servo_ctrl.telemetry.mqtt.stream import RowStream
 
 FINISH_LIMIT_S = 30.0
-"""Bounds the wait at the end of a run for files that are still to be written; chosen."""
+"""Bounds the wait at the end of a run for files still being written; chosen."""
 
 
 class LearningRequest(NamedTuple):
-    """A run that learns and ends; no axes = all that can, no learner = the machine file's."""
+    """A run that learns and ends; no axes = all that can learn, no learner = the machine file's."""
 
     axes: tuple[str, ...] = ()
     learner: str | None = None
     fresh: bool = False
-    """Forget what an earlier run had begun."""
+    """Discard the strokes of an interrupted earlier run."""
 
 
 class RunOptions(NamedTuple):
-    """How a run is made; see `supervisor.run_machine`."""
+    """Options of a run; see `supervisor.run_machine`."""
 
     serve: bool
     learned_dir: Path | None
     compensation: Compensation
     learn: LearningRequest | None
     stand_by: bool = False
-    """A stop ends in standby, not in the end of the run."""
+    """Whether a stop ends in standby instead of ending the run."""
 
 
 class Services:
-    """Made before the bus is opened; `begin` once the nodes are booted. Raises ServoCtrlError."""
+    """Made before the bus is opened; `begin` is called after the boot. Raises ServoCtrlError."""
 
     def __init__(
         self,
@@ -75,10 +75,10 @@ class Services:
     ) -> None:
         self.machine, self._motion, self._learn = machine, motion, options.learn
         self._begun = motion.empty and options.learn is None
-        """The purpose of the run has been begun, or there is none."""
+        """Whether the run's program or learning was started, or there is none."""
         self._in_standby = options.stand_by and self._begun
         self._over = False
-        """What was to be learned has been, or cannot be."""
+        """Whether the requested learning has ended, with or without success."""
         directory = options.learned_dir or default_directory(config)
         store, screw_store = LearnedStore(directory, config), ScrewStore(directory, config)
         axes = load_compensation(config, servos, store, options.compensation)
@@ -91,7 +91,7 @@ class Services:
         self.adaptation = Adaptation(config, by_name, store, self.worker, machine.note)
         self.production = Production(config, self.publisher, note=machine.note, adapt=self.adaptation.take)
         self.rows = RowRouter(self.production.monitor.observe)
-        # Without a program the axes are kept under control, and may be asked to do something.
+        # Without a program the axes stay under control, ready for commands.
         machine.served = options.serve or options.stand_by or motion.empty
         machine.stand_by = options.stand_by
         machine.record = self.rows.take
@@ -157,24 +157,24 @@ class Services:
 
     @property
     def completed(self) -> bool:
-        """The purpose of the run has been fulfilled: learning, or else the program."""
+        """Whether the requested learning, or else the program, was completed."""
         return self._motion.completed if self._learn is None else self.job.state is LearningState.DONE
 
     @property
     def problem(self) -> str:
-        """Why what was to be learned was not, although nothing stopped the machine; else ""."""
+        """Why the requested learning failed although nothing stopped the machine; else ""."""
         if self._learn is None or self.completed or self.machine.reason:
             return ""
         return self.job.status().reason
 
     def begin(self) -> None:
-        """Begin the run, as the nodes are booted."""
+        """Begin the run after the nodes have booted."""
         self.machine.begin(in_standby=self._in_standby)
         for problem in self._problems:
             self.machine.note(problem)
 
     def on_ready(self) -> None:
-        """Do what the run is for, as the axes are led."""
+        """Start the run's learning or program once the axes follow set points."""
         begun, self._begun = self._begun, True
         if not begun and self._learn is not None:
             verdict = self.handler.learn(self._learn.axes, self._learn.learner, fresh=self._learn.fresh)
@@ -185,29 +185,29 @@ class Services:
         self.publisher.changed()
 
     def on_enable(self, ends_a_fault: bool) -> None:
-        """Tell that the drives are switched on from standby."""
+        """Publish that the drives are switched on from standby."""
         if ends_a_fault:
             self.publisher.recovered()
         self.publisher.changed()
 
     def on_rest(self) -> None:
-        """Go on: a program or a stroke is over and the axes stand, or the machine is in standby."""
+        """Continue learning or end the run, after a motion has ended or the machine entered standby."""
         self.job.on_rest()
         self._finish()
         self.publisher.changed()
 
     def on_stop(self, reason: str) -> None:
-        """End learning, as the machine stops."""
+        """End learning because the machine stops."""
         self._begun = True
         self.job.on_stop(reason)
         self.publisher.changed()
 
     def tasks(self) -> list[Coroutine[None, None, None]]:
-        """Make what runs beside the cycle until it is cancelled."""
+        """Return the coroutines that run beside the cycle until cancelled."""
         return [self.worker.run(), *([self._link.run()] if self._link is not None else [])]
 
     async def finish(self) -> None:
-        """Store what was learned in production, and let the worker do what it still has."""
+        """Store the adapted functions and let the worker finish its queue."""
         self.adaptation.store()
         try:
             async with asyncio.timeout(FINISH_LIMIT_S):

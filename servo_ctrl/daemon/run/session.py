@@ -1,4 +1,4 @@
-"""From the first SYNC to the last: pacing, watching inputs and progress, what runs beside the cycle."""
+"""Runs the cycle from the first SYNC to the last, with progress reports and the tasks beside it."""
 
 import asyncio
 import time
@@ -33,7 +33,7 @@ class Session:
     ) -> None:
         self.lateness: Lateness | None = None
         self.beside: list[Callable[[], Coroutine[None, None, None]]] = []
-        """What else runs beside the cycle, each until it is cancelled."""
+        """Further coroutine functions to run beside the cycle until cancelled."""
         self.wall_s = 0.0
         self.ended = asyncio.Event()
         """Set when the cycle has stopped."""
@@ -42,7 +42,7 @@ class Session:
         self._crash: BaseException | None = None
 
     async def run(self, cycle: Cycle, recording: RunRecording, port: CanPort) -> None:
-        """Cycle until the machine is off. An exception in a callback stops the cycle and comes out here."""
+        """Cycle until the machine is off. An exception in a callback stops the cycle and is raised here."""
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(partial(self._on_exception, cycle))
         clock = None if self._lockstep else TimerfdClock(self._config.bus.sync_period_us * 1000, cycle.begin)
@@ -64,7 +64,7 @@ class Session:
                         clock.start(loop)
                     await self.ended.wait()
                 finally:
-                    cycle.stop()  # also of a run that is cancelled, whatever those beside wait for
+                    cycle.stop()  # also when the run is cancelled, before waiting for the tasks beside it
                 self.wall_s = time.monotonic() - start_s
                 if self._crash is None:
                     await self._services.finish()
@@ -79,14 +79,14 @@ class Session:
             raise self._crash
 
     async def _guarded(self, cycle: Cycle, beside: Coroutine[None, None, None]) -> None:
-        """Run what goes on beside the cycle; where it fails, the cycle stops in order."""
+        """Run a coroutine beside the cycle; if it fails, stop the cycle in order."""
         try:
             await beside
         except Exception as error:  # noqa: BLE001  # raised again once the cycle has stopped
             self._crashed(cycle, error)
 
     def _on_exception(self, cycle: Cycle, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """Stop in order where a callback failed: a bug of ours is no reason to leave the drives alone."""
+        """Stop the cycle in order after a callback failed: even then the drives need a controlled stop."""
         if (exception := context.get("exception")) is None:
             loop.default_exception_handler(context)
         else:
@@ -105,7 +105,7 @@ class Session:
                 cycle.complete_without()
 
     async def _watch_progress(self, cycle: Cycle, recording: RunRecording) -> None:
-        """Publish progress, the recording whenever a step begins, and what is not recorded as an event."""
+        """Report progress; publish the recording's header at each step, and recording faults as events."""
         published, noted = -1, ""
         while True:
             await asyncio.sleep(PROGRESS_S)

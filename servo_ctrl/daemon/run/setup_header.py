@@ -1,6 +1,6 @@
-"""What a recording holds about its machine: nodes, limits, and what compensation was in use.
+"""Describes the machine in a recording: nodes, limits, and the compensations in use.
 
-A report is made from the recording alone, perhaps years later: the machine file may be another one then.
+A report is made from the recording alone, perhaps years later, when the machine file has changed.
 """
 
 from typing import Any
@@ -14,7 +14,7 @@ from servo_ctrl.units import MM
 
 
 def setup_header(machine: MachineConfig) -> dict[str, Any]:
-    """Make the keys `nodes` and `limits` of recording.json."""
+    """Return the keys `nodes` and `limits` of recording.json."""
     nodes = [_node("controller", machine.controller.node_id, machine.controller.eds.name)]
     for name, axis in machine.axes.items():
         nodes.append(_node(f"axis.{name}.drive", axis.drive.node_id, axis.drive.eds.name))
@@ -24,7 +24,7 @@ def setup_header(machine: MachineConfig) -> dict[str, Any]:
 
 
 def in_use_header(machine: MachineConfig, status: MachineStatus) -> dict[str, Any]:
-    """Make the keys `monitoring` and `compensation`, as they are at this moment."""
+    """Return the present keys `monitoring` and `compensation` of recording.json."""
     return {
         "monitoring": {
             "required_m": status.settings.required_m,

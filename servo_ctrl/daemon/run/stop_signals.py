@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM, which ask for a controlled stop."""
+"""SIGINT and SIGTERM, which request a controlled stop."""
 
 import asyncio
 import contextlib
@@ -12,7 +12,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class StoppedError(ServoCtrlError):
-    """A signal came before anything moved; the command ends as after any signal."""
+    """A signal arrived before anything moved; the command ends as after any signal."""
 
     def __init__(self, name: str) -> None:
         super().__init__(f"stopped by {name} before anything moved")
@@ -20,13 +20,13 @@ class StoppedError(ServoCtrlError):
 
 
 def exit_status_after(name: str) -> int:
-    """Exit status of a command that this signal ended: 128 + its number, as a shell has it."""
+    """Return the exit status of a command that this signal ended: 128 + its number, as in a shell."""
     return 128 + signal.Signals[name].value
 
 
 @contextlib.contextmanager
 def stop_signals(on_signal: Callable[[str], None]) -> Iterator[None]:
-    """Call `on_signal` with their names while the block runs; outside the main thread do nothing."""
+    """Call `on_signal` with the signal's name while the block runs; do nothing outside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""The life of a run: check, open the bus, boot, cycle, NMT stop, close the recording, report."""
+"""The phases of a run: check, open the bus, boot, cycle, NMT stop, close the recording, report."""
 
 import asyncio
 from collections.abc import Callable
@@ -60,14 +60,13 @@ async def run_machine(
 ) -> RunReport:
     """Boot the machine on a bus ("INTERFACE:CHANNEL"), run the program or learn, stop, and report.
 
-    Without a program, or with `serve`, the axes are held until SIGINT or SIGTERM. With `stand_by` a stop or
-    a fault ends in standby, from which the operator enables the drives again; without a program and nothing
-    to learn the run begins there, and no drive is switched on unasked. The learned functions are those in
-    `learned_dir`, "learned" beside the machine file by default. `on_progress` is called ten times a second.
-    `page` gives the run a local socket (docs/local_socket.md), and the operator's page on it. `self_test`
-    takes four seconds of a run in real time before any drive gets power, two of ticks and two of cycles, and
-    notes what this computer does not hold. What goes
-    wrong before the first SYNC raises a ServoCtrlError; afterwards it is in the report.
+    Without a program, or with `serve`, the axes hold until SIGINT or SIGTERM. With `stand_by` a stop or a
+    fault ends in standby, from which the operator enables the drives again; without program and learning the
+    run also begins there, so that no drive gets power unrequested. `learned_dir` holds the learned functions,
+    by default "learned" beside the machine file. `on_progress` is called ten times a second. `page` adds a
+    local socket (docs/local_socket.md) with the operator's page on it. With `self_test` a run in real time
+    first tests for four seconds, two of ticks and two of cycles, whether the computer holds the period; only
+    then do drives get power. Errors before the first SYNC raise a ServoCtrlError, the report has later ones.
     """
     options = RunOptions(serve, learned_dir, compensation, learn, stand_by)
     supervisor = _Supervisor(machine, program, pacing, record_dir, on_progress, options, fifo=fifo)
@@ -88,7 +87,7 @@ class _Bus(NamedTuple):
 
 
 class _Supervisor:
-    """One run. Making it is the offline part: files, limits, EDS, kernels."""
+    """One run. The constructor is the offline part: files, limits, EDS, kernels."""
 
     def __init__(
         self,
@@ -120,7 +119,7 @@ class _Supervisor:
         self._tested = False
 
     def with_page(self, page: PageOptions) -> PageService:
-        """Make the operator's page, to be served around `run`."""
+        """Make the operator's page, which the caller serves around `run`."""
         self._page = PageService(
             page,
             self._config,
@@ -135,7 +134,7 @@ class _Supervisor:
         return self._page
 
     async def test_computer(self) -> None:
-        """Tick for a while before anything is touched; what is not held is an event of the run."""
+        """Test the ticks before the bus is opened; log an event if the computer does not hold the period."""
         self._tested = True
         with uninterrupted(fifo=self._fifo):
             if problem := await objection(self._config.bus.sync_period_us * 1000):
@@ -145,7 +144,7 @@ class _Supervisor:
         """Run the online part, from opening the bus to closing it."""
         if self._fifo:
             with uninterrupted(fifo=True):
-                pass  # refused now, before anything was touched, rather than after boot
+                pass  # a refusal of --fifo shows now, before the bus is opened, rather than after the boot
         port = open_port(bus_spec)
         if problem := await asyncio.to_thread(rate_problem, bus_spec, self._config.bus.bit_rate_kbit_s):
             self._machine.note(problem)
@@ -162,7 +161,7 @@ class _Supervisor:
             port.close()
 
     def _own_node(self, network: Network) -> ControllerNode:
-        """Make our node with the settings that were stored; what is stored is written beside the cycle."""
+        """Make our node with its stored settings; the worker writes them when they change."""
         file = (self._learned_dir or default_directory(self._config)) / FILE
         worker, note = self._services.worker, self._machine.note
 
@@ -172,7 +171,7 @@ class _Supervisor:
         return ControllerNode(network, self._config, self._services.handler, load_settings(file), store)
 
     async def _boot_nodes(self, bus: _Bus) -> None:
-        """Boot all nodes, with our heartbeat by the wall clock; a signal ends it at once."""
+        """Boot all nodes while our heartbeat follows the wall clock; a signal ends the boot at once."""
         others: set[str] = set()
         report_masters(self._config, self._plans, bus.port, others.add)
         self._boot = asyncio.create_task(asyncio.sleep(LISTENING_S))
@@ -194,7 +193,7 @@ class _Supervisor:
             raise BusError(min(others))
 
     async def _recorded(self, bus: _Bus) -> RunReport:
-        """Run from before the first SYNC until the recording is closed."""
+        """Run the cycle with its recording, from before the first SYNC until the recording is closed."""
         services = self._services
         cycle = connect(
             self._config,
@@ -230,13 +229,13 @@ class _Supervisor:
             await self._cycle(bus, cycle, recording)
             bus.port.finish()
         finally:
-            # one instant for report and header: an event that comes while they are written is in neither
+            # made at one instant, so that a later event is in neither report nor header
             report = self._report(cycle)
             problem = await asyncio.to_thread(self._close, recording, recording.ended(report))
         return report.unless(problem)
 
     def _try_round_trip(self, cycle: Cycle) -> None:
-        """Let the first cycles show what the bus takes, while no drive gets power."""
+        """Measure the round trip in the first cycles, and allow power only afterwards."""
 
         def allow_power(*, allowed: bool) -> None:
             for place in self._places:
@@ -247,7 +246,7 @@ class _Supervisor:
         cycle.trial = RoundTrip(self._config.period_s, self._machine.note, on_over)
 
     async def _cycle(self, bus: _Bus, cycle: Cycle, recording: RunRecording) -> None:
-        """Start the nodes and cycle."""
+        """Start the nodes and run the cycle."""
         try:
             with uninterrupted(fifo=self._fifo):
                 command_nodes(bus.network, self._plans, NmtCommand.START)
@@ -258,7 +257,7 @@ class _Supervisor:
             cycle.stop()
 
     def _on_end(self, bus: _Bus) -> None:
-        """Leave the nodes, as the cycle has stopped."""
+        """Set the nodes to their final NMT state once the cycle has stopped."""
         try:
             leave_nodes(bus.network, self._plans, bus.node, self._machine.stage)
         finally:
@@ -285,7 +284,7 @@ class _Supervisor:
         )
 
     def _close(self, recording: RunRecording, header: dict[str, Any]) -> str:
-        """Write what is left of the recording and the reversals; return what could not be written."""
+        """Write the rest of recording and reversal log; return what could not be written, else ""."""
         problem = recording.close(header)
         try:
             self._services.production.close()

@@ -1,1 +1,1 @@
-"""Where the axes are led, cycle by cycle: programs, feed hold, jogging and the ramp of a controlled stop."""
+"""The set points of each cycle: programs, feed hold, jogging and the ramp of a controlled stop."""

@@ -1,10 +1,10 @@
-"""Feed hold and overrides: a program slowed down on its path, to rest too. It changes the time law alone.
+"""Feed hold and overrides: slow a program down on its path, even to rest, by changing its time law alone.
 
-Path time s runs at the rate r <= 1 of machine time. With x(s) the programmed motion, the axes follow x(s), so
-by the chain rule their velocity is x' r and their acceleration x'' r^2 + x' dr/dt. The rate changes as fast
-as the acceleration limits allow; where the program itself needs all of them it waits until there is room.
-A force offset belongs to the place on the path and stays as it is there. An override is the rate that is
-wanted instead of 1, never above it: the program was planned to the limits. A stop behind a step is a hold.
+Path time s advances at the rate r <= 1 of machine time. The axes follow the programmed motion x(s), so by
+the chain rule their velocity is x' r and their acceleration x'' r^2 + x' dr/dt. The rate changes as fast as
+the acceleration limits allow; while the program itself uses them fully, the rate stays. A force offset
+belongs to its position on the path and is not scaled. An override sets the wanted rate, at most 1, because
+the program was planned to the limits. A stop after a step is a hold.
 """
 
 import numpy as np
@@ -18,19 +18,19 @@ from servo_ctrl.motion.profile import Profile, ProgramBlock
 from servo_ctrl.motion.program import KIND_OF_STEP, Segment, sample_count
 
 SHARE = 0.9
-"""Of the acceleration limits; the remainder is for what changes within a period. Chosen."""
+"""Used share of the acceleration limits; the remainder allows for changes within a period. Chosen."""
 TRIALS = (1.0, 0.5, 0.25, 0.0)
-"""Parts of the rate's steepest slope that are tried in a cycle (chosen); zero is always possible."""
+"""Fractions of the steepest rate slope tried in a cycle (chosen); zero is always possible."""
 DWELL = KIND_OF_STEP[Dwell]
 ROUNDING = 1e-9
-"""Relative, and of a rate of 1: what is closer is equal; chosen."""
+"""Relative tolerance of limits and rates; chosen."""
 
 
 class FeedHold:
-    """A `reference.Reference`. `acceleration_m_s2`: limits of the axes. `stops`: see `Stops`.
+    """Implements `reference.Reference`. `acceleration_m_s2`: limits of the axes.
 
-    Without a hold the rows of the program are passed on as they are. After a hold they lie between its
-    samples until the step ends; steps end at rest, and there the samples are met again.
+    Without a hold the rows are the program's samples. After a hold the rows lie between the samples until the
+    step ends: a step ends at rest, where rows and samples coincide again.
     """
 
     def __init__(
@@ -43,54 +43,54 @@ class FeedHold:
     ) -> None:
         self.program = program
         self.holding = False
-        """Set: come to rest on the path; cleared: go on along it."""
+        """True: come to rest on the path; False: continue along it."""
         self.held_by = ""
-        """Why it holds, where nobody asked for it then."""
+        """Why the program holds without a command, else ""."""
         self._stops, self._pace = stops or Stops(), pace or Pace()
         self._stopped_behind = -1
-        """The last step behind which it was held by itself."""
+        """The last step after which the program held without a command."""
         self._limit_m_s2 = [limit * (1.0 + ROUNDING) for limit in acceleration_m_s2.tolist()]
         self._period_s = period_s
         self._rate = 1.0
         self._beyond = 0.0
-        """Periods of path time since the last row that the program gave out, 0 <= beyond < 1."""
+        """Path time since the last row of the program, in periods, 0 <= beyond < 1."""
         self._row: Row | None = None
         self._here: Row | None = None
-        """The programmed motion there, where the rate is below 1."""
+        """The programmed motion at the present path time, kept while the rate is below 1."""
         self._shifted: tuple[Segment, list[Row]] | None = None
-        """Rows of a segment for the present `_beyond`."""
+        """A segment and its rows, shifted by the present `_beyond`."""
 
     @property
     def ended(self) -> bool:
-        """The last row was given out."""
+        """Whether the last row was returned."""
         return self.program.ended
 
     @property
     def samples(self) -> int:
-        """Rows of the program that were run."""
+        """Number of rows of the program returned so far."""
         return self.program.samples
 
     @property
     def spans(self) -> list[StepSpan]:
-        """The steps that were begun."""
+        """The steps begun so far."""
         return self.program.spans
 
     @property
     def step(self) -> int:
-        """Number of the step that the last row belongs to, -1 where it is not run as it was programmed.
+        """Number of the step of the last row, -1 while the rate differs from 1.
 
-        What is measured there tells nothing about the machine in production.
+        Measurements at another rate do not represent production.
         """
         return self.program.step if self._rate == 1.0 else -1
 
     @property
     def at_rest(self) -> bool:
-        """The hold has come to its end."""
+        """Whether the program has come to rest on its path."""
         return self._rate == 0.0
 
     @property
     def block(self) -> ProgramBlock | None:
-        """The block under way; None where the step is none of a part program."""
+        """The present block of a part program; None in other steps."""
         segment = self.program.segment
         if segment is None or segment.profile is None or segment.profile.block_at is None:
             return None
@@ -98,7 +98,7 @@ class FeedHold:
         return segment.profile.block_at(min(time_s, segment.profile.duration_s))
 
     def hold(self, *, hold: bool) -> None:
-        """Come to rest on the path, or go on along it."""
+        """Come to rest on the path, or continue along it."""
         self.holding, self.held_by = hold, ""
 
     def advance(self, cycle: int) -> Row | None:
@@ -124,7 +124,7 @@ class FeedHold:
         return row
 
     def _wanted_rate(self, segment: Segment | None) -> float:
-        """Look up the override that holds here; a dwell takes its time."""
+        """Return the override that applies here; a dwell keeps its duration."""
         pace = self._pace
         if pace.feed == pace.rapid == 1.0 or segment is None or segment.kind == DWELL:
             return 1.0
@@ -132,11 +132,11 @@ class FeedHold:
         return pace.rapid if block is not None and block.rapid else pace.feed
 
     def _is_over(self, profile: Profile) -> bool:
-        """Whether all samples of the present step were given out."""
+        """Whether all samples of the present step were returned."""
         return not self._beyond and self.program.samples_into_step >= self._count(profile)
 
     def _stop_behind(self, step: int, profile: Profile) -> None:
-        """Hold at the end of a step where that is wanted."""
+        """Hold at the end of a step if `Stops` requires it."""
         if step == self._stopped_behind or self.holding or not self._is_over(profile):
             return
         if reason := self._stops.behind(step):
@@ -144,7 +144,7 @@ class FeedHold:
             self.holding, self.held_by = True, reason
 
     def _change_rate(self, profile: Profile, row: Row, cycle: int, wanted: float) -> Row:
-        """Compute the next row, with the rate as near to the wanted one as the limits allow."""
+        """Return the next row, with the rate as near to `wanted` as the limits allow."""
         period_s, rate = self._period_s, self._rate
         into_step = self.program.samples_into_step
         here = self._here or self._programmed(profile, into_step + self._beyond)
@@ -170,7 +170,7 @@ class FeedHold:
         return slowed if following else _resting(slowed)
 
     def _steepest(self, here: Row, rate: float, wanted: float) -> float:
-        """Return dr/dt towards the wanted rate, |x'' r^2 + x' dr/dt| within the limits for every axis."""
+        """Return the steepest dr/dt towards `wanted` that keeps |x'' r^2 + x' dr/dt| within every limit."""
         towards = 1.0 if wanted > rate else -1.0
         steepest = abs(wanted - rate) / self._period_s
         axes = zip(here[1::REFERENCE_FIELDS], here[2::REFERENCE_FIELDS], self._limit_m_s2, strict=True)
@@ -184,7 +184,7 @@ class FeedHold:
         return towards * steepest
 
     def _within_limits(self, following: Row, row: Row) -> bool:
-        """Compare with the limits the acceleration of the row, and the change of velocity."""
+        """Whether the acceleration of the row `following`, and its velocity change, respect the limits."""
         for axis, limit_m_s2 in enumerate(self._limit_m_s2):
             place = REFERENCE_FIELDS * axis
             change_m_s2 = (following[place + 1] - row[place + 1]) / self._period_s
@@ -193,7 +193,7 @@ class FeedHold:
         return True
 
     def _between_samples(self, profile: Profile, cycle: int) -> Row | None:
-        """Compute the row at rate 1, shifted from the samples by the part of a period left by the hold."""
+        """Return the row at rate 1, shifted from the samples by `_beyond`, which a hold left."""
         segment = self.program.segment
         if segment is None:
             return None
@@ -203,7 +203,7 @@ class FeedHold:
             self._shifted = segment, self._motion(profile, times)
         place = self.program.samples_into_step - segment.first_sample
         if place == len(self._shifted[1]):
-            self.program.look_ahead(cycle)  # the step goes on: its last row ends on a sample
+            self.program.look_ahead(cycle)  # the step continues: its last row falls on a sample
             return self._between_samples(profile, cycle)
         row = self._shifted[1][place]
         self.program.advance(cycle)
@@ -212,7 +212,7 @@ class FeedHold:
         return row
 
     def _end_step(self, profile: Profile, row: Row, cycle: int) -> Row:
-        """Return the last row of the step, where the axes rest; `row` where it was given out already."""
+        """Return the last row of the step, at rest; `row` if the program has returned it already."""
         while self.program.samples_into_step < self._count(profile):
             row = self.program.advance(cycle) or row
         self._beyond, self._rate = 0.0, 0.0 if self.holding else 1.0
@@ -223,7 +223,7 @@ class FeedHold:
         return sample_count(profile.duration_s, self._period_s)
 
     def _programmed(self, profile: Profile, periods: float) -> Row:
-        """Evaluate the programmed motion so many periods into the step, at rate 1."""
+        """Evaluate the programmed motion at `periods` into the step, at rate 1."""
         return self._motion(profile, np.array([periods]))[0]
 
     def _motion(self, profile: Profile, periods: Array) -> list[Row]:
@@ -231,7 +231,7 @@ class FeedHold:
 
 
 def _slowed(here: Row, rate: float, slope_1_s: float) -> Row:
-    """Change the rate of the programmed motion to one that changes by `slope_1_s`."""
+    """Scale the programmed motion to a rate that changes by `slope_1_s` per second."""
     row: Row = []
     for place in range(0, len(here), REFERENCE_FIELDS):
         position_m, velocity_m_s, acceleration_m_s2, force_n = here[place : place + REFERENCE_FIELDS]
@@ -245,7 +245,7 @@ def _slowed(here: Row, rate: float, slope_1_s: float) -> Row:
 
 
 def _resting(row: Row) -> Row:
-    """Copy a row without velocity and acceleration."""
+    """Copy a row with zero velocity and acceleration."""
     rest = row.copy()
     rest[1::REFERENCE_FIELDS] = rest[2::REFERENCE_FIELDS] = [0.0] * (len(row) // REFERENCE_FIELDS)
     return rest

@@ -1,7 +1,7 @@
-"""Jogging: axes led by hand, each at a velocity that has to be renewed, within its limits.
+"""Jogging: the operator moves axes at velocities that must be renewed, within the limits of each axis.
 
-From cycle to cycle an axis has a constant acceleration. Beside the velocity that is asked for there is one
-that it must not exceed: the one from which it can still stop in front of its software limit.
+Within a cycle the acceleration of an axis is constant. The wanted velocity is bounded by the largest
+velocity from which the axis can still stop before its software limit.
 """
 
 import math
@@ -11,15 +11,15 @@ from typing import NamedTuple
 from servo_ctrl.daemon.set_points.reference import Row, StepSpan
 
 ROUNDING = 1e-9
-"""Of the largest change of velocity in a cycle: a smaller difference is none; chosen."""
+"""Tolerance of velocities, relative to the largest change in a cycle; chosen."""
 
 
 STEP_CYCLES = 1 << 31
-"""A step ends at its place, not by time."""
+"""Renewal time of a step, in cycles: never over, because a step ends by its position."""
 
 
 class JogLimits(NamedTuple):
-    """Of one axis."""
+    """Limits of one axis."""
 
     lowest_m: float
     highest_m: float
@@ -28,7 +28,7 @@ class JogLimits(NamedTuple):
 
 
 class Jog:
-    """A `reference.Reference` from rest at `start_m`, until all axes rest again and none is asked to move."""
+    """A `reference.Reference` from rest at `start_m` until all axes rest again and no motion is wanted."""
 
     def __init__(
         self, start_m: Sequence[float], limits: Sequence[JogLimits], period_s: float, renewal_cycles: int
@@ -39,31 +39,31 @@ class Jog:
         self._velocity_m_s = [0.0] * len(start_m)
         self._wanted_m_s = [0.0] * len(start_m)
         self._bounds = list(self._limits)
-        """Limits of the present motion of an axis: a step has the place where it ends."""
+        """Limits of the present motion by axis; a step is bounded by its end position."""
         self._left = [0] * len(start_m)
-        """Cycles until the wanted velocity of an axis is forgotten."""
+        """By axis: cycles until the wanted velocity becomes 0 unless it is renewed."""
 
     @property
     def spans(self) -> list[StepSpan]:
-        """There are no steps."""
+        """Empty: jogging has no steps."""
         return []
 
     @property
     def step(self) -> int:
-        """There are no steps."""
+        """-1: jogging has no steps."""
         return -1
 
     def ask(self, axis: int, velocity_m_s: float) -> None:
-        """Move an axis at this velocity for the renewal time; within its velocity limit."""
+        """Move an axis at this velocity, within its limit, for the renewal time."""
         highest = self._limits[axis].velocity_m_s
         self._wanted_m_s[axis] = max(-highest, min(velocity_m_s, highest))
         self._left[axis] = self._renewal
         self._bounds[axis] = self._limits[axis]
 
     def ask_step(self, axis: int, way_m: float, velocity_m_s: float) -> str:
-        """Move an axis by a way, to rest there; say why it does not, else "".
+        """Move an axis by a distance, to rest; return why that is refused, else "".
 
-        The way bounds the motion, so it is not renewed; a jog of the same axis takes its place.
+        The distance bounds the motion, so it needs no renewal; a jog of the same axis replaces it.
         """
         if self._wanted_m_s[axis] or self._velocity_m_s[axis]:
             return "the axis is on its way; wait for its end"

@@ -1,7 +1,7 @@
-"""The motions of a run: its program, as often as asked for, and the strokes of learning.
+"""Plans the motions of a run: its program, each time it is started, and the strokes of learning.
 
-The program is checked offline from home, and each time again from where the axes really are. Steps are
-numbered through, so that a recording tells them apart.
+The program is checked offline from home, and again at each start from the present positions. Step numbers
+continue over all motions, so that a recording distinguishes them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -28,11 +28,11 @@ from servo_ctrl.motion.profile import Profile
 from servo_ctrl.motion.program import Step, segments
 
 SPANS_KEPT = 5000
-"""Bounds memory, as a served machine may run its program for weeks; chosen."""
+"""Bounds memory, because a served machine may run its program for weeks; chosen."""
 
 
 class CheckedProgram(NamedTuple):
-    """A program that stays within the limits."""
+    """A program that respects the limits, its steps and its duration in cycles."""
 
     program: ProgramConfig
     steps: Sequence[Step]
@@ -40,82 +40,82 @@ class CheckedProgram(NamedTuple):
 
 
 class MotionPlan:
-    """A program on a machine; without a program the axes are held. Raises ConfigError (limits, files)."""
+    """A program on a machine; without one the axes hold. Raises ConfigError (limits, files)."""
 
     def __init__(self, machine: MachineConfig, program: ProgramConfig | None) -> None:
         self._machine = machine
         self._program = program
         self.steps: Sequence[Step] = check_program(program, machine) if program is not None else ()
         self.cycles = 0
-        """How long the program takes, known once it is prepared."""
+        """Duration of the program, known once it is prepared."""
         self.current: FeedHold | None = None
-        """The program as it was prepared last."""
+        """The program that was prepared last."""
         self.stale = ""
-        """Why the program has to be loaded again before it runs; "" where it has not."""
+        """Why the program must be loaded again before it runs, else ""."""
         self.run_apart = False
-        """That was no program of the run, but a line of its own."""
+        """Whether `current` is a single line of G-code instead of the program of the run."""
         self.first_step = 0
-        """The number of its first step."""
+        """Number of the first step of `current`."""
         self._made: tuple[list[StepSpan], ProgramReference | None] = [], None
-        """What was run before, and the newest motion; one value, as it is replaced beside the cycle."""
+        """Spans of earlier motions, and the newest motion; one tuple, because the worker replaces it."""
         self._next_step = 0
         self.pace = Pace()
-        """Overrides of every program, the present one too."""
+        """Overrides of every program, including the present one."""
         self.single_block = self.optional_stop = False
-        """Of the programs that are prepared from now on."""
+        """Stops of the programs prepared from now on."""
         self._stops = Stops()
-        """Of the present program."""
+        """Stops of the present program."""
 
     @property
     def empty(self) -> bool:
-        """There is no program."""
+        """Whether there is no program."""
         return self._program is None
 
     @property
     def name(self) -> str:
-        """The program's file, "" without one."""
+        """File name of the program, "" without one."""
         return self._program.source.name if self._program is not None else ""
 
     @property
     def entry(self) -> str:
-        """The modal words that hold where the program is entered behind its first line."""
+        """The modal words in effect at the line where the program is entered; "" at its first line."""
         entry = self._program.entry if isinstance(self._program, PartProgram) else None
         return f"line {entry.line}: {entry.words}" if entry is not None else ""
 
     @property
     def progress(self) -> float:
-        """Share of the program that was run, the last time, 0 to 1."""
+        """Completed share of the last program run, 0 to 1."""
         return min(self.current.samples / max(self.cycles, 1), 1.0) if self.current is not None else 0.0
 
     @property
     def completed(self) -> bool:
-        """The program was run to its end, the last time."""
+        """Whether the last program run reached its end."""
         return self.current is not None and self.current.ended
 
     @property
     def spans(self) -> list[StepSpan]:
-        """The steps that were run, those of strokes too, and their cycles; the newest `SPANS_KEPT` or so."""
+        """The executed steps, including strokes, and their cycles; about the newest `SPANS_KEPT`."""
         before, newest = self._made
         return before + newest.spans if newest is not None else before
 
     def check(self, program: ProgramConfig, start_m: Sequence[float] | None) -> CheckedProgram:
-        """Run through another program from `start_m` or else from home; raises ConfigError."""
+        """Check another program from `start_m`, or from home if None. Raises ConfigError."""
         steps = check_program(program, self._machine, start_m)
         cycles, _paths = check_steps(steps, program.source, self._machine, start_m)
         return CheckedProgram(program, steps, cycles)
 
     def replace(self, checked: CheckedProgram) -> None:
-        """Put another program in the place of the present one, which must not be running."""
+        """Replace the program, which must not be running."""
         self._program, self.steps, self.cycles = checked
         self.current, self.stale = None, ""
 
     def offsets_changed(self) -> None:
-        """A part program was read with other work offsets than those that hold now."""
+        """Mark a part program as stale, because it was read with other work offsets."""
         if isinstance(self._program, PartProgram):
             self.stale = "the work offsets have changed since it was read; load it again"
 
     def prepare(self, start_m: Sequence[float]) -> FeedHold:
-        """Plan the program from `start_m`, metres per axis. Raises ConfigError beyond the limits."""
+        """Plan the program from `start_m`, metres by axis. Raises ConfigError beyond the limits."""
         if self._program is None:
             return self._held([], start_m, {}, Stops())
         steps, stops = self._broken_up(self._program, self.steps)
@@ -125,7 +125,7 @@ class MotionPlan:
         return self._held(steps, start_m, paths, stops)
 
     def prepare_apart(self, program: ProgramConfig, start_m: Sequence[float]) -> FeedHold:
-        """Plan a program that does not take the place of the run's; raises ConfigError beyond the limits."""
+        """Plan another program; that of the run stays loaded. Raises ConfigError beyond the limits."""
         steps = program_steps(program, self._machine)
         self.cycles, paths = check_steps(steps, program.source, self._machine, start_m)
         self.first_step = self._next_step
@@ -133,11 +133,11 @@ class MotionPlan:
         return self._held(steps, start_m, paths, Stops())
 
     def stop_behind_steps(self, *, single_block: bool) -> None:
-        """Hold every program behind each of its steps, or no more; the present one too."""
+        """Switch single block on or off for every program, including the present one."""
         self.single_block = self._stops.single_block = single_block
 
     def stop_at_m1(self, *, on: bool) -> None:
-        """Hold programs that are started from now on at M1, or not."""
+        """Switch the optional stop at M1 on or off for programs started from now on."""
         self.optional_stop = on
 
     def _broken_up(self, program: ProgramConfig, steps: Sequence[Step]) -> tuple[Sequence[Step], Stops]:
@@ -155,20 +155,20 @@ class MotionPlan:
         return self.current
 
     def prepare_stroke(self, axis: str, stroke: Stroke, start_m: Sequence[float]) -> ProgramReference:
-        """Plan a stroke of learning; `strokes_beyond_limits` has checked it but for the move to its start."""
+        """Plan a learning stroke, which `strokes_beyond_limits` has checked except the move to its start."""
         steps = stroke_steps(self._machine, axis, stroke, start_m)
         if len(steps) > 1:
             check_steps(steps, self._machine.source, self._machine, start_m)
         return self._reference(steps, start_m)
 
     def prepare_travel(self, axis: str, start_m: Sequence[float]) -> ProgramReference:
-        """Plan a travel of learning the screw; raises ConfigError when it leaves the limits."""
+        """Plan a travel that learns the screw. Raises ConfigError when it leaves the limits."""
         steps = screw_steps(self._machine, axis, start_m)
         check_steps(steps, self._machine.source, self._machine, start_m)
         return self._reference(steps, start_m)
 
     def strokes_beyond_limits(self) -> dict[str, str]:
-        """Find the axes with a pulse to be learned whose strokes would leave the limits, and why."""
+        """Return the axes whose pulse-learning strokes would leave the limits, and why."""
         found = {}
         for name, axis in self._machine.axes.items():
             if axis.section(FrictionCompensationSettings) is None:
@@ -182,7 +182,7 @@ class MotionPlan:
         return found
 
     def travels_beyond_limits(self) -> dict[str, str]:
-        """Find the axes with a screw to be learned whose travels are not possible, and why."""
+        """Return the axes whose screw-learning travels are impossible, and why."""
         found = {}
         for name, axis in self._machine.axes.items():
             if axis.section(ScrewCompensationSettings) is None:
@@ -193,7 +193,7 @@ class MotionPlan:
         return found
 
     def _objection(self, steps_from: Callable[[Sequence[float]], Sequence[Step]]) -> str:
-        """Say why the steps from the middle of all axes leave the limits, "" when they do not."""
+        """Return why the steps from mid-travel of all axes leave the limits, else ""."""
         middle_m = [sum(axis.limits.position_mm) * 0.5e-3 for axis in self._machine.axes.values()]
         try:
             check_steps(steps_from(middle_m), self._machine.source, self._machine, middle_m)
@@ -209,5 +209,5 @@ class MotionPlan:
         self._next_step += len(steps)
         motion = segments(steps, start, limits, self._machine.period_s, CHUNK_SAMPLES, paths or {})
         reference = ProgramReference(motion, first_step=first)
-        self._made = self.spans[-SPANS_KEPT:], reference  # one motion at a time: the one before is over
+        self._made = self.spans[-SPANS_KEPT:], reference  # one motion at a time: the previous one is over
         return reference

@@ -1,4 +1,4 @@
-"""How a program is run beside what it says: overrides of its speed, and where it is held by itself."""
+"""Settings of how a program runs: overrides of its speed, and stops after steps."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -10,38 +10,38 @@ from servo_ctrl.motion.program import Step
 
 @dataclass
 class Pace:
-    """Overrides, 0 < rate <= 1; they may change while a program runs."""
+    """Overrides, each 0 < rate <= 1; they may change while a program runs."""
 
     feed: float = 1.0
     rapid: float = 1.0
 
     def take_feed(self, percent: float) -> None:
-        """Override the feed from now on."""
+        """Set the feed override."""
         self.feed = 0.01 * percent
 
     def take_rapid(self, percent: float) -> None:
-        """Override rapid moves from now on."""
+        """Set the override of rapid moves."""
         self.rapid = 0.01 * percent
 
 
 @dataclass
 class Stops:
-    """Where a program is held by itself."""
+    """Where a program holds without a command."""
 
     last_step: int = -1
-    """Behind it the program ends anyway."""
+    """Number of the last step, after which the program ends anyway."""
     single_block: bool = False
-    """Behind every step; may change while the program runs."""
+    """Whether to hold after every step; may change while the program runs."""
     optional: Mapping[int, str] = field(default_factory=dict)
-    """Steps behind which M1 stands, and its line in words."""
+    """The steps followed by M1, and a text that names its line."""
 
     @property
     def any(self) -> bool:
-        """There is one."""
+        """Whether the program may hold anywhere."""
         return self.single_block or bool(self.optional)
 
     def behind(self, step: int) -> str:
-        """Why the program is held behind this step; "" where it is not."""
+        """Return why the program holds after this step, else ""."""
         if step >= self.last_step:
             return ""
         return self.optional.get(step, "") or ("single block" if self.single_block else "")
@@ -50,9 +50,9 @@ class Stops:
 def broken_up(
     steps: Sequence[Step], optional_stops: Collection[int], *, single_block: bool
 ) -> tuple[list[Step], dict[int, str]]:
-    """Break paths where the axes are to come to rest: behind every block, or at the lines with M1.
+    """Split paths where the axes must come to rest: after every block, or at the lines with M1.
 
-    Also returns the steps behind which M1 stands, and its line in words.
+    Also return the steps followed by M1, and a text that names its line.
     """
     found: list[Step] = []
     stops: dict[int, str] = {}

@@ -1,6 +1,6 @@
-"""Where the set points of a cycle come from: a program, or the ramp of a controlled stop.
+"""Generates the set points of each cycle: from a program, or for the ramp of a controlled stop.
 
-A row is one flat list, `REFERENCE_FIELDS` values an axis, so that the cycle does no array work.
+A row is a flat list of `REFERENCE_FIELDS` values for each axis, so that the cycle handles no arrays.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -14,11 +14,11 @@ from servo_ctrl.motion.program import Segment
 
 Row = list[float]
 CHUNK_SAMPLES = 256
-"""Samples that a program computes at a time: about 0.1 ms of work every 256 cycles, and little memory."""
+"""Samples that a program computes at once: about 0.1 ms of work every 256 cycles, and little memory."""
 
 
 class StepSpan(NamedTuple):
-    """A step as it was run: cycles [first, last], and those at constant speed, [0, -1] without any.
+    """An executed step: its cycles [first, last], and those at constant speed, [0, -1] without any.
 
     Its fields are the entry in recording.json.
     """
@@ -33,28 +33,28 @@ class StepSpan(NamedTuple):
 
 
 class Reference(Protocol):
-    """What a running machine takes its set points from."""
+    """Supplies the set points of a running machine."""
 
     @property
     def ended(self) -> bool:
-        """The last row was given out."""
+        """Whether the last row was returned."""
 
     @property
     def spans(self) -> list[StepSpan]:
-        """The steps that were begun."""
+        """The steps begun so far."""
 
     @property
     def step(self) -> int:
-        """Number of the step that the last row belongs to, -1 where it is none of production."""
+        """Number of the step of the last row, -1 if the row does not represent production."""
 
     def advance(self, cycle: int) -> Row | None:
         """Return the row of this cycle, None after the last one."""
 
 
 class ProgramReference:
-    """The rows of a program, one `advance` a cycle, and the spans of the steps that were run.
+    """Returns the rows of a program, one `advance` a cycle, and keeps the spans of its steps.
 
-    Its steps are numbered from `first_step` on, for a recording may hold several programs.
+    Step numbers begin at `first_step`, because a recording may hold several programs.
     """
 
     def __init__(self, program: Iterable[Segment], first_step: int = 0) -> None:
@@ -62,15 +62,15 @@ class ProgramReference:
         self._first_step = first_step
         self._rows: list[Row] = []
         self._given = 0
-        """Rows of the present segment."""
+        """Rows of the present segment returned so far."""
         self.segment: Segment | None = None
         self.spans: list[StepSpan] = []
         self.ended = False
         self.samples = 0
-        """Rows given out."""
+        """Rows returned so far."""
         self.step = -1
         self._delayed = False
-        """A feed hold has delayed the present step: it has no constant speed."""
+        """Whether a feed hold has delayed the present step, which then has no constant speed."""
 
     def advance(self, cycle: int) -> Row | None:
         """Return the row of this cycle, None after the last one."""
@@ -83,7 +83,7 @@ class ProgramReference:
         return row
 
     def look_ahead(self, cycle: int) -> bool:
-        """Open the segment of the next row, if need be; False where there is none."""
+        """Open the segment of the next row if needed; return False after the last segment."""
         if self._given < len(self._rows):
             return True
         segment = next(self._segments, None)
@@ -94,11 +94,11 @@ class ProgramReference:
 
     @property
     def samples_into_step(self) -> int:
-        """Rows of the present step that were given out."""
+        """Rows of the present step returned so far."""
         return self._given + (self.segment.first_sample if self.segment is not None else 0)
 
     def delay(self, cycle: int) -> None:
-        """Move the end of the step, as seen from `cycle`: its rows come later than planned."""
+        """Postpone the end of the step as of `cycle`, because its rows are returned later than planned."""
         self._delayed = True
         last = cycle + len(self._rows) - self._given
         self.spans[-1] = self.spans[-1]._replace(last_cycle=last, steady_first_cycle=0, steady_last_cycle=-1)
@@ -126,17 +126,17 @@ class ProgramReference:
 
 
 def interleave(motion: Segment | Motion) -> list[Row]:
-    """Turn arrays (n, axes) into rows, axis by axis."""
+    """Interleave arrays (n, axes) into n rows, axis by axis."""
     fields = (motion.position_m, motion.velocity_m_s, motion.acceleration_m_s2, motion.force_offset_n)
     rows = np.stack(fields, axis=2).reshape(len(motion.position_m), -1)
     return rows.tolist()
 
 
 def stop_ramp(last: Row, acceleration_m_s2: Sequence[float], period_s: float) -> Iterator[Row]:
-    """Yield rows that bring all axes from `last` to rest, at constant deceleration, in the same time.
+    """Yield rows that bring all axes from `last` to rest at constant deceleration in the same time.
 
-    That time is the one the slowest axis needs with its limit (per axis, m/s^2); a force offset ends
-    at once. Never empty: the last row is at rest.
+    The axis that needs longest at its limit `acceleration_m_s2` sets that time; a force offset ends at once.
+    There is always a last row, at rest.
     """
     axes = range(len(acceleration_m_s2))
     start_m = [last[REFERENCE_FIELDS * axis] for axis in axes]
