@@ -28,6 +28,7 @@ def page_at(
     certificate: Path | None = None,
     key: Path | None = None,
     recordings: Path | None = None,
+    language: str | None = None,
 ) -> PageOptions:
     """The process that serves the page at `listen`. Raises ServoCtrlError where it cannot or must not."""
     host, port = address_of(listen, OPTION)
@@ -41,6 +42,8 @@ def page_at(
     for option, path in files.items():
         if path is not None:
             arguments += [option, str(path.resolve())]
+    if language is not None:
+        arguments += ["--language", language]
     return PageOptions(tuple(arguments))
 
 

@@ -1,7 +1,7 @@
 """`servo-ctrl run`: boot a machine on a bus, run a program, stop in order."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -54,6 +54,10 @@ def run(
     hmi_access: Annotated[
         Path | None,
         typer.Option(help="File of tokens; for any address that others reach, as the next two."),
+    ] = None,
+    hmi_language: Annotated[
+        Literal["en", "de"] | None,
+        typer.Option(help="Language of the page until a visitor picks another; without it the browser's."),
     ] = None,
     hmi_certificate: Annotated[Path | None, typer.Option(help="TLS certificate of the page (PEM).")] = None,
     hmi_key: Annotated[Path | None, typer.Option(help="Key of that certificate (PEM).")] = None,
@@ -111,7 +115,7 @@ def run(
     motion = read_program(program, config, inputs, g54, block_delete=block_delete)
     page = PageOptions(None, socket=hmi_socket) if hmi_socket is not None else None
     if hmi is not None:
-        page = page_at(hmi, hmi_access, hmi_certificate, hmi_key)
+        page = page_at(hmi, hmi_access, hmi_certificate, hmi_key, language=hmi_language)
         typer.echo(f"operator's bench: {url_of(hmi, tls=hmi_certificate is not None)}")
     with progress_bar() as show:
         report = asyncio.run(

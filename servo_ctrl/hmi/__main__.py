@@ -30,6 +30,10 @@ def serve(
     programs: Annotated[
         Path | None, typer.Option(help="Motion programs; without it, programs beside the machine file.")
     ] = None,
+    language: Annotated[
+        Literal["en", "de"] | None,
+        typer.Option(help="Language of the pages until a visitor picks another; without it the browser's."),
+    ] = None,
 ) -> None:
     """Serve the operator's bench; `servo-ctrl run --hmi` starts this by itself."""
     # NiceGUI takes a second to import, for which making a token need not wait
@@ -43,7 +47,7 @@ def serve(
     host, port = address_of(listen)
     visitors = load_access(host, access, certificate, key)
     link, control = MachineLink(socket), ControlRight()
-    services = PageServices(link, visitors, control, recordings.resolve(), programs)
+    services = PageServices(link, visitors, control, recordings.resolve(), programs, language)
     app.serve(services, host, port, certificate, key)
 
 

@@ -1,11 +1,13 @@
 """The page's process: adds the routes and starts NiceGUI, which serves them."""
 
 import time
+from copy import copy
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Literal
+from weakref import WeakKeyDictionary
 
-from nicegui import app, background_tasks, ui
+from nicegui import Client, app, background_tasks, ui
 from starlette.requests import Request  # FastAPI reads the annotation
 from starlette.responses import JSONResponse
 
@@ -17,6 +19,7 @@ from servo_ctrl.hmi.contour import page as contour
 from servo_ctrl.hmi.diagnosis import page as diagnosis
 from servo_ctrl.hmi.drive import page as drive
 from servo_ctrl.hmi.friction import page as friction
+from servo_ctrl.hmi.languages.texts import ENGLISH, LANGUAGE_COOKIE, CurrentLanguage, chosen_language, tr
 from servo_ctrl.hmi.motion import page as motion
 from servo_ctrl.hmi.scope import page as scope
 from servo_ctrl.hmi.shell.frame import DARK_COOKIE, UNITS_COOKIE, build_page
@@ -37,6 +40,10 @@ PAGES: dict[str, ModuleType] = {
 """By address, in the order of their links: modules with `TITLE` and `build(page)`."""
 STATIC = Path(__file__).parent / "static"
 STATIC_ADDRESS = "/bench"
+QUASAR_LANGUAGES: dict[str, Literal["en-GB", "de-DE"]] = {"en": "en-GB", "de": "de-DE"}
+"""Of the library's own words, and of the attribute `lang`, by ours."""
+_LANGUAGES: WeakKeyDictionary[Client, str] = WeakKeyDictionary()
+"""Of the open pages."""
 RECONNECT_S = 15.0
 """Time that a browser may be disconnected before its page is built anew."""
 
@@ -46,9 +53,10 @@ def serve(
 ) -> None:
     """Serve the pages until the process is told to end; with a certificate and its key, by TLS."""
     configure_elements()
+    CurrentLanguage.find = staticmethod(_language_of_client)
     add_pages(services)
     add_stop(services)
-    add_login(app, services.access, services.sessions)
+    add_login(app, services.access, services.sessions, services.language)
     app.add_middleware(Guard, access=services.access, sessions=services.sessions)
     app.add_static_files(STATIC_ADDRESS, STATIC)
     app.colors(primary=BLUE, positive=GREEN, negative=VERMILION)
@@ -59,7 +67,6 @@ def serve(
     ui.run(
         host=host,
         port=port,
-        title="Operator's bench",
         language="en-GB",
         reload=False,
         show=False,
@@ -89,9 +96,13 @@ def add_pages(services: PageServices) -> None:
 def _add_page(services: PageServices, path: str, module: ModuleType, titles: dict[str, str]) -> None:
     control = services.control
 
-    @ui.page(path, title=f"{module.TITLE} \N{EM DASH} operator's bench")
+    @ui.page(path)
     def show(request: Request) -> None:
         page, client = open_page(services, request), ui.context.client
+        _LANGUAGES[client] = page.language
+        ui.page_title(tr("{page} \N{EM DASH} operator's bench", page=tr(module.TITLE)))
+        client.page = copy(client.page)  # it is one for all visitors, and each has a language
+        client.page.language = QUASAR_LANGUAGES[page.language]
 
         def closed() -> None:
             control.page_closed(page.browser, client.id, time.monotonic())
@@ -102,6 +113,14 @@ def _add_page(services: PageServices, path: str, module: ModuleType, titles: dic
         client.on_disconnect(closed)
         client.on_delete(closed)
         build_page(page, path, titles, module.build)
+
+
+def _language_of_client() -> str:
+    """The language of the page in whose context code runs; English outside of any."""
+    try:
+        return _LANGUAGES.get(ui.context.client, ENGLISH)
+    except RuntimeError:
+        return ENGLISH
 
 
 def open_page(services: PageServices, request: Request) -> OpenPage:
@@ -116,6 +135,11 @@ def open_page(services: PageServices, request: Request) -> OpenPage:
         session=request.cookies.get(SESSION_COOKIE, ""),
         units=unit_system(request.cookies.get(UNITS_COOKIE)),
         dark=request.cookies.get(DARK_COOKIE) == "1",
+        language=chosen_language(
+            request.cookies.get(LANGUAGE_COOKIE),
+            request.headers.get("accept-language", ""),
+            services.language,
+        ),
     )
 
 

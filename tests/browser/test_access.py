@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 import pytest
+from choices import choose
 from playwright.sync_api import expect
 
 from servo_ctrl.hmi.access.users import Role, add_token, remove_token
@@ -95,6 +96,19 @@ def answer(server: Server, method: str, path: str, headers: dict[str, str]) -> i
     status = connection.getresponse().status
     connection.close()
     return status
+
+
+def test_the_language_is_that_of_the_browser_until_another_is_picked(
+    visiting: Callable[..., BrowserContext], stub: Stub, stub_server: Server
+) -> None:
+    page = visiting(stub_server.url, locale="de-DE").new_page()
+    page.goto(stub_server.url)
+    expect(page.get_by_test_id("stage")).to_contain_text("Bereit")
+    expect(page.locator("html")).to_have_attribute("lang", "de-DE")
+    choose(page.get_by_test_id("language"), "EN")
+    expect(page.get_by_test_id("stage")).to_contain_text("Ready")
+    page.reload()
+    expect(page.get_by_test_id("stage")).to_contain_text("Ready")
 
 
 AS_CONNECTED = """

@@ -10,6 +10,7 @@ from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.bus.object_tree import ObjectEntry, load_entries, tree_nodes
 from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, choice, confirmed, div, faint, note
 
@@ -33,13 +34,13 @@ class ObjectBrowser:
         self._opened: set[str] = set()
         """Branches of the tree that were opened by clicking their names."""
         ui.add_css(TREE_CSS)
-        with card("Objects", "objects"):
+        with card(tr("Objects"), "objects"):
             with div("bench-row"):
                 names = {node.node_id: f"{node.name} ({node.node_id})" for node in hello.nodes}
                 first = next(iter(names), None)
-                self._node = choice(names, "node", "object-node", "min-width: 190px", value=first)
+                self._node = choice(names, tr("node"), "object-node", "min-width: 190px", value=first)
                 self._node.on_value_change(self._load)
-                self._filter = ui.input("filter: name or index").mark("object-filter")
+                self._filter = ui.input(tr("filter: name or index")).mark("object-filter")
                 self._filter.props("clearable").style("flex: 1 1 180px")
             with div("bench-wide"):
                 self._place = div("bench-scroll").style("max-height: 420px; overflow: auto")
@@ -52,12 +53,12 @@ class ObjectBrowser:
         self._title.style("font-size: 16px; font-weight: 600; overflow-wrap: anywhere")
         self._facts = faint().mark("object-facts").style("white-space: pre-line")
         with div("bench-row") as self._reading:
-            button("Read", self._read, "object-read", icon="download")
+            button(tr("Read value"), self._read, "object-read", icon="download")
             self._value = ui.label().classes("num").mark("object-value").style("overflow-wrap: anywhere")
         with div("bench-row") as self._writing:
-            self._text = ui.input("new value").mark("object-input").style("flex: 1 1 140px")
+            self._text = ui.input(tr("new value")).mark("object-input").style("flex: 1 1 140px")
             self._text.on("keydown.enter", self._write)
-            button("Write", self._write, "object-write", icon="upload")
+            button(tr("Write"), self._write, "object-write", icon="upload")
         self._problem = note("object-problem").props("role=alert")
         self._show(None)
 
@@ -69,7 +70,7 @@ class ObjectBrowser:
         self._entries = {}
         self._place.clear()
         with self._place:
-            faint(f"Reading {Path(node.eds).name} {ELLIPSIS}")
+            faint(tr("Reading {name} …", name=Path(node.eds).name))
         try:
             entries = await run.io_bound(load_entries, Path(node.eds), node.node_id) or []
         except ServoCtrlError as error:
@@ -106,14 +107,14 @@ class ObjectBrowser:
         may_write = self._page.role >= Role.CONFIGURE
         self._writing.set_visibility(entry is not None and entry.writable and may_write)
         if entry is None:
-            self._title.set_text("Pick an object.")
+            self._title.set_text(tr("Pick an object."))
             return
         self._title.set_text(f"{entry.address} {entry.name}")
         facts = (
             f"{entry.type_name}, {entry.access}",
             f"{entry.limits[0]} {ELLIPSIS} {entry.limits[1]}" if entry.limits is not None else "",
-            f"as delivered {entry.default}" if entry.default else "",
-            "" if may_write or not entry.writable else "Writing needs the role configure.",
+            tr("as delivered {default}", default=entry.default) if entry.default else "",
+            "" if may_write or not entry.writable else tr("Writing needs the role configure."),
         )
         self._facts.set_text("\n".join(filter(None, facts)))
 
@@ -126,7 +127,7 @@ class ObjectBrowser:
         if entry is self._entry:
             read = answer is not None and answer.accepted
             self._value.set_text(value_text(entry, answer.value) if answer is not None and read else "")
-            self._problem.set_text(_problem("Not read", answer))
+            self._problem.set_text(_problem(tr("Not read"), answer))
 
     async def _write(self) -> None:
         entry = self._entry
@@ -135,20 +136,24 @@ class ObjectBrowser:
         try:
             value = parse_value(entry, str(self._text.value or ""))
         except ValueError as error:
-            self._problem.set_text(f"Not sent: {error}.")
+            self._problem.set_text(tr("Not sent: {error}.", error=error))
             return
         self._problem.set_text("")
         node = self._nodes[self._node.value]
-        details = (
-            f"{entry.address} {entry.name} of {node.name} becomes {value_text(entry, value)}.\n"
-            "The drive acts on it at once, and nobody has checked what follows from it."
+        details = tr(
+            "{address} {name} of {node} becomes {value}.\nThe drive acts on it at once, and nobody "
+            "has checked what follows from it.",
+            address=entry.address,
+            name=entry.name,
+            node=node.name,
+            value=value_text(entry, value),
         )
-        if not await confirmed("Write this object?", details, "Write"):
+        if not await confirmed(tr("Write this object?"), details, tr("Write")):
             return
         answer = await self._page.ask(
             "write_object", value=request_value(entry, value), **self._address(entry)
         )
-        self._problem.set_text(_problem("Not written", answer))
+        self._problem.set_text(_problem(tr("Not written"), answer))
         if answer is not None and answer.accepted and entry.readable:
             await self._read()
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from servo_ctrl.canopen.errors import EdsError
+from servo_ctrl.hmi.languages.texts import tr, word
 
 
 class IntegerType(NamedTuple):
@@ -37,14 +38,14 @@ MAX_EDS_BYTES = 4_000_000
 FIRST_OBJECT = 0x1000
 """Below are data types, which no node answers for."""
 RANGES = (
-    (0x11FF, "Communication"),
-    (0x13FF, "SDO parameters"),
-    (0x17FF, "Receive PDOs"),
-    (0x1BFF, "Transmit PDOs"),
-    (0x1FFF, "Communication, further"),
-    (0x5FFF, "Manufacturer"),
-    (0x9FFF, "Device profile"),
-    (0xFFFF, "Interfaces and reserved"),
+    (0x11FF, word("Communication")),
+    (0x13FF, word("SDO parameters")),
+    (0x17FF, word("Receive PDOs")),
+    (0x1BFF, word("Transmit PDOs")),
+    (0x1FFF, word("Communication, further")),
+    (0x5FFF, word("Manufacturer")),
+    (0x9FFF, word("Device profile")),
+    (0xFFFF, word("Interfaces and reserved")),
 )
 """The last index of each range of CiA 301."""
 
@@ -117,7 +118,7 @@ def tree_nodes(entries: Iterable[ObjectEntry]) -> list[dict[str, Any]]:
     nodes = []
     for name, inside in groupby(entries, lambda entry: next(r for last, r in RANGES if entry.index <= last)):
         objects = [_object_node(list(found)) for _, found in groupby(inside, lambda entry: entry.index)]
-        nodes.append({"id": name, "label": name, "children": objects})
+        nodes.append({"id": name, "label": tr(name), "children": objects})
     return nodes
 
 

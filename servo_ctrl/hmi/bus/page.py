@@ -11,35 +11,38 @@ from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry,
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.bus.object_browser import ObjectBrowser
+from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import Plot, TextTable, when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import CHECK, WARNING, Pill, button, card, div, faint
 from servo_ctrl.hmi.shell.plots import Theme, figure, plot_layout
 from servo_ctrl.hmi.shell.units import grouped
 
-TITLE = "Bus"
+TITLE = word("Bus")
 LATE_HEARTBEAT_S = 2.0
 """Age of a heartbeat that is marked; the controller's own bound, which stops the machine, is shorter."""
 HIGH_LOAD = 0.8
 """Load that is marked: the rest is hardly enough for SDO transfers and disturbances."""
 NMT_STATES = {
-    "operational": "operational",
-    "pre_operational": "pre-operational",
-    "stopped": "stopped",
-    "booting": "booting",
-    "unknown": "not heard yet",
+    "operational": word("operational"),
+    "pre_operational": word("pre-operational"),
+    "stopped": word("stopped"),
+    "booting": word("booting"),
+    "unknown": word("not heard yet"),
 }
 ERROR_REGISTER = (
-    "generic",
-    "current",
-    "voltage",
-    "temperature",
-    "communication",
-    "device profile",
-    "reserved",
-    "manufacturer",
+    word("generic"),
+    word("current"),
+    word("voltage"),
+    word("temperature"),
+    word("communication"),
+    word("device profile"),
+    word("reserved"),
+    word("manufacturer"),
 )
 """Bits of object 1001h (CiA 301), from the lowest."""
+EMCY_HEAD = (word("time"), word("node"), word("code"), word("error register"), word("meaning"))
+NODE_HEAD = (word("node"), word("number"), word("state"), word("heartbeat"))
 
 
 def build(page: OpenPage) -> None:
@@ -48,11 +51,11 @@ def build(page: OpenPage) -> None:
     def make(hello: Hello) -> Sequence[Callable[[MachineStatus], None]]:
         traffic = TrafficCards(page, hello)
         with div("bench-wide"):
-            with card("Emergency messages", "emcy"):
-                emcy = TextTable("emcy-table", ("time", "node", "code", "error register", "meaning"))
-                no_emcy = faint("None since the start.").mark("emcy-none")
-            with card("Nodes", "nodes"):
-                nodes = TextTable("node-table", ("node", "id", "state", "heartbeat"))
+            with card(tr("Emergency messages"), "emcy"):
+                emcy = TextTable("emcy-table", translated(EMCY_HEAD))
+                no_emcy = faint(tr("None since the start.")).mark("emcy-none")
+            with card(tr("Nodes"), "nodes"):
+                nodes = TextTable("node-table", translated(NODE_HEAD))
         ObjectBrowser(page, hello)
 
         def refresh(status: MachineStatus) -> None:
@@ -65,7 +68,9 @@ def build(page: OpenPage) -> None:
     when_connected(page, make)
 
 
-LOCKSTEP = "In lockstep a cycle takes as long as the computers need; the period counts in real time only."
+LOCKSTEP = word(
+    "In lockstep a cycle takes as long as the computers need; the period counts in real time only."
+)
 
 
 class TrafficCards:
@@ -75,13 +80,13 @@ class TrafficCards:
         self._page, self._hello = page, hello
         self._pills: dict[str, Pill] = {}
         with div("bench-wide"):
-            with card("Cycle time", "cycle"):
-                self._plot = Plot("cycle-plot", "Histogram of the cycle time", 260)
+            with card(tr("Cycle time"), "cycle"):
+                self._plot = Plot("cycle-plot", tr("Histogram of the cycle time"), 260)
                 self._summary = ui.label().classes("num").mark("cycle-summary")
-                faint(LOCKSTEP)
-            with card("Traffic", "traffic"):
+                faint(tr(LOCKSTEP))
+            with card(tr("Traffic"), "traffic"):
                 self._place = div("bench-column")
-                button("Clear counters", lambda: page.ask("clear_counters"), "clear-counters")
+                button(tr("Clear counters"), lambda: page.ask("clear_counters"), "clear-counters")
 
     def refresh(self, status: MachineStatus) -> None:
         """Show the figures of the bus."""
@@ -113,13 +118,19 @@ class TrafficFigure(NamedTuple):
 
 def traffic_figures(bus: BusStatus) -> list[TrafficFigure]:
     """Load, frames, missed ticks and missing inputs."""
-    name = f"load of {bus.bit_rate / 1e6:g} Mbit/s, fine up to {100.0 * HIGH_LOAD:.0f} %"
+    name = tr(
+        "load of {rate:g} Mbit/s, fine up to {most:.0f} %",
+        rate=bus.bit_rate / 1e6,
+        most=100.0 * HIGH_LOAD,
+    )
     load = name, f"{100.0 * bus.load:.1f} %"
     return [
         TrafficFigure("load", *load, bus.load > HIGH_LOAD),
-        TrafficFigure("frames", "frames a second", grouped(bus.frames_per_s)),
-        TrafficFigure("missed-ticks", "missed ticks", str(bus.missed_ticks), bus.missed_ticks > 0),
-        TrafficFigure("missing-inputs", "missing inputs", str(bus.missing_inputs), bus.missing_inputs > 0),
+        TrafficFigure("frames", tr("frames a second"), grouped(bus.frames_per_s)),
+        TrafficFigure("missed-ticks", tr("missed ticks"), str(bus.missed_ticks), bus.missed_ticks > 0),
+        TrafficFigure(
+            "missing-inputs", tr("missing inputs"), str(bus.missing_inputs), bus.missing_inputs > 0
+        ),
     ]
 
 
@@ -133,7 +144,9 @@ def cycle_figure(histogram: CycleHistogram, period_s: float, theme: Theme) -> di
         "marker": {"color": theme.curve(0)},
         "hovertemplate": "%{x} µs: %{y}<extra></extra>",
     }
-    layout = plot_layout(f"cycle time (µs), nominal {period_s * 1e6:g}", "cycles", theme)
+    layout = plot_layout(
+        tr("cycle time (µs), nominal {nominal:g}", nominal=period_s * 1e6), tr("cycles"), theme
+    )
     layout |= {"showlegend": False, "bargap": 0.05}
     # from below 1, so that a single late cycle has a bar
     layout["yaxis"] |= {"type": "log", "dtick": 1, "range": [-0.3, math.log10(max(*counts, 10)) + 0.1]}
@@ -144,7 +157,7 @@ def cycle_figure(histogram: CycleHistogram, period_s: float, theme: Theme) -> di
 def bin_names(edges_us: Sequence[float]) -> list[str]:
     """The names of the bins: below the first edge, between two edges, from the last edge on."""
     if not edges_us:
-        return ["all"]
+        return [tr("all")]
     between = [f"{low:g}\N{EN DASH}{high:g}" for low, high in pairwise(edges_us)]
     return [f"< {edges_us[0]:g}", *between, f"≥ {edges_us[-1]:g}"]
 
@@ -153,14 +166,18 @@ def cycle_summary(histogram: CycleHistogram) -> str:
     """The number of cycles, the most frequent bin and the slowest one, in a sentence."""
     total = sum(histogram.counts)
     if not total:
-        return "No cycle was timed yet."
+        return tr("No cycle was timed yet.")
     names = bin_names(histogram.edges_us)
     most = max(range(len(names)), key=lambda place: histogram.counts[place])
     slowest = max(place for place, count in enumerate(histogram.counts) if count)
     percent = 100.0 * histogram.counts[most] / total
-    return (
-        f"{total} cycles; {percent:.3g} % took {names[most]} µs; the slowest {histogram.counts[slowest]} "
-        f"took {names[slowest]} µs."
+    return tr(
+        "{total} cycles; {percent:.3g} % took {most} µs; the slowest {count} took {slowest} µs.",
+        total=total,
+        percent=percent,
+        most=names[most],
+        count=histogram.counts[slowest],
+        slowest=names[slowest],
     )
 
 
@@ -169,9 +186,9 @@ def node_rows(nodes: Sequence[NodeStatus]) -> list[tuple[str, str, str, str]]:
     rows = []
     for node in nodes:
         age_s = node.heartbeat_age_s
-        heartbeat = "none heard" if math.isnan(age_s) else f"{age_s:.2f} s ago"
+        heartbeat = tr("none heard") if math.isnan(age_s) else tr("{age_s:.2f} s ago", age_s=age_s)
         notable = node.nmt_state != "operational" or age_s > LATE_HEARTBEAT_S
-        state = NMT_STATES.get(node.nmt_state, node.nmt_state)
+        state = tr(NMT_STATES.get(node.nmt_state, node.nmt_state))
         rows.append((node.name, str(node.node_id), f"{WARNING if notable else CHECK} {state}", heartbeat))
     return rows
 
@@ -192,4 +209,6 @@ def emcy_rows(entries: Sequence[EmcyEntry]) -> list[tuple[str, str, str, str, st
 
 def register_text(register: int) -> str:
     """The set bits of the error register in words."""
-    return ", ".join(word for bit, word in enumerate(ERROR_REGISTER) if register >> bit & 1) or "no error"
+    return ", ".join(tr(bit) for place, bit in enumerate(ERROR_REGISTER) if register >> place & 1) or tr(
+        "no error"
+    )

@@ -43,7 +43,8 @@ class LiveChart(EChart, component="live_chart.js"):
         self._sent_s = 0.0
         self._points = 0
         self._mounted = False
-        self.mark(mark).props(f'role=img aria-label="{label}"')
+        self.mark(mark).props("role=img")
+        self.props["aria-label"] = label
         self.on("lost", self._lose)
         self.on("size", self._on_size)
 

@@ -20,6 +20,7 @@ from servo_ctrl.hmi.contour.turns import (
     MeasuredTurn,
     since_reversal,
 )
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.plots import Look, Theme
 from servo_ctrl.plots.contour_traces import ContourTrace, round_division
 from servo_ctrl.recording.min_max import thinned
@@ -124,7 +125,7 @@ def quadrant_options(
     for k, name in enumerate(QUADRANTS):
         left, top = ("9%", "57%")[k % 2], ("9%", "56%")[k // 2]
         options["grid"].append({"left": left, "top": top, "width": "40%", "height": "36%"})
-        below = value_axis(theme, f"\N{DEGREE SIGN} behind {name}", 22, gridIndex=k)
+        below = value_axis(theme, tr("° behind {place}", place=name), 22, gridIndex=k)
         beside = value_axis(theme, units.error.unit if k % 2 == 0 else "", 38, gridIndex=k)
         begin, end = -math.degrees(BEFORE_RAD), math.degrees(AFTER_RAD)
         options["xAxis"].append(below | {"min": begin, "max": end})
@@ -146,7 +147,7 @@ def path_options(
         limits = {"min": (middle_m - reach_m) * factor, "max": (middle_m + reach_m) * factor}
         shown.append(value_axis(theme, f"{axis} ({units.length.unit})", gap, **limits))
         shown[-1]["axisLabel"] |= {"showMinLabel": False, "showMaxLabel": False}
-    curves = {"command": (theme.ink, 1.0), "table": (theme.curve(0), 1.6)}
+    curves = {tr("command"): (theme.ink, 1.0), tr("table"): (theme.curve(0), 1.6)}
     options = chart_options(theme, list(curves), itemWidth=LEGEND_LINE_PX)
     options |= {
         "grid": {"left": 64, "right": 20, "top": 34, "bottom": 50},
@@ -159,7 +160,7 @@ def path_options(
 
 
 def _turn_options(theme: Theme, kinds: Sequence[Compensation]) -> Options:
-    return chart_options(theme, [LABELS[kind] for kind in kinds], itemWidth=LEGEND_LINE_PX)
+    return chart_options(theme, [tr(LABELS[kind]) for kind in kinds], itemWidth=LEGEND_LINE_PX)
 
 
 def _turn_series(
@@ -169,7 +170,7 @@ def _turn_series(
     series, traces = [], []
     for k, kind in enumerate(kinds):
         name, colour, place = f"{kind} {pane}", theme.curve(CURVE_OF[kind]), 2 * (pane * len(kinds) + k)
-        series.append(line_series(name, LABELS[kind], colour, 1.6, pane=(pane, pane), dash=DASH_OF[kind]))
+        series.append(line_series(name, tr(LABELS[kind]), colour, 1.6, pane=(pane, pane), dash=DASH_OF[kind]))
         traces.append(trace(name, place, place + 1, (1.0, error_factor)))
     return series, traces
 

@@ -14,13 +14,14 @@ from servo_ctrl.hmi.charts.live_chart import LiveChart, refresh_paced
 from servo_ctrl.hmi.contour.options import path_options
 from servo_ctrl.hmi.contour.turn_charts import TurnDisplay, circle_text, turn_charts
 from servo_ctrl.hmi.contour.turn_store import turn_store_of
+from servo_ctrl.hmi.languages.texts import CurrentLanguage, tr, translated, word
 from servo_ctrl.hmi.link.row_ring import RowRing
 from servo_ctrl.hmi.shell.live_content import Refresh, TextTable, connected_content
 from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
 from servo_ctrl.hmi.shell.parts import button, choice, div, faint, panel
 from servo_ctrl.recording.min_max import bucket_rows, min_max
 
-TITLE = "Contour"
+TITLE = word("Contour")
 PATH_POINTS = 1000
 """Points of the path: some two for each pixel of its length."""
 REFRAME_S = 0.5
@@ -30,11 +31,14 @@ MARGIN, MIN_REACH_M = 1.25, 1e-4
 NEWEST = "newest"
 SPANS_S = {2.0: "2 s", 5.0: "5 s", 10.0: "10 s", 20.0: "20 s", 60.0: "60 s"}
 FACTORS = {
-    0.0: "by the error",
+    0.0: word("by the error"),
     **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 200, 500, 1000, 2000, 5000, 10000)},
 }
-PATH_FACTORS = {1.0: "true", **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 500, 1000, 2000)}}
-REFERENCES = {"program": "programmed", "fitted": "fitted to the table"}
+PATH_FACTORS = {
+    1.0: word("true"),
+    **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 500, 1000, 2000)},
+}
+REFERENCES = {"program": word("programmed"), "fitted": word("fitted to the table")}
 
 
 def prepare(services: PageServices) -> None:
@@ -48,7 +52,7 @@ def build(page: OpenPage) -> None:
 
     def make(hello: Hello) -> Refresh:
         if len(hello.axes) < 2:
-            faint("A contour needs two axes; this machine has one.")
+            faint(tr("A contour needs two axes; this machine has one."))
             return lambda _status: None
         return ContourCharts(page, hello).refresh
 
@@ -70,30 +74,44 @@ class ContourCharts:
         self._path_drawn: tuple[object, ...] = ()
         self._turns_drawn: tuple[object, ...] = ()
         self._shown: tuple[object, ...] = ()
-        self._circles: dict[Any, str] = {NEWEST: "the newest"}
-        with panel("Settings of the contour"):
+        self._circles: dict[Any, str] = {NEWEST: tr("the newest")}
+        with panel(tr("Settings of the contour")):
             with div("bench-row"):
-                self._circle = choice(self._circles, "Circle", "contour-circle", "width: 270px", value=NEWEST)
-                self._factor = choice(FACTORS, "Error magnified", "contour-factor", "width: 160px", value=0.0)
+                self._circle = choice(
+                    self._circles, tr("Circle"), "contour-circle", "width: 270px", value=NEWEST
+                )
+                self._factor = choice(
+                    translated(FACTORS), tr("Error magnified"), "contour-factor", "width: 160px", value=0.0
+                )
                 self._reference = choice(
-                    REFERENCES, "About the circle", "contour-reference", "width: 180px", value="program"
+                    translated(REFERENCES),
+                    tr("About the circle"),
+                    "contour-reference",
+                    "width: 180px",
+                    value="program",
                 )
-                self._span = choice(SPANS_S, "Path of the last", "contour-span", "width: 140px", value=5.0)
+                self._span = choice(
+                    SPANS_S, tr("Path of the last"), "contour-span", "width: 140px", value=5.0
+                )
                 self._path_factor = choice(
-                    PATH_FACTORS, "Its error", "contour-path-factor", "width: 110px", value=1.0
+                    translated(PATH_FACTORS),
+                    tr("Its error"),
+                    "contour-path-factor",
+                    "width: 110px",
+                    value=1.0,
                 )
-                button("Forget turns", self._store.clear, "contour-forget")
+                button(tr("Forget turns"), self._store.clear, "contour-forget")
             self._description = ui.label().classes("num").mark("contour-about")
         with div("bench-grid"):
-            self._path = _chart("contour-path", "Path of the table", self._resend_path, "1 / 1")
+            self._path = _chart("contour-path", tr("Path of the table"), self._resend_path, "1 / 1")
             self._polar = _chart(
-                "contour-polar", "Contour error about the circle", self._resend_turns, "1 / 1"
+                "contour-polar", tr("Contour error about the circle"), self._resend_turns, "1 / 1"
             )
         self._quadrants = _chart(
-            "contour-quadrants", "Error behind each reversal", self._resend_turns, "2 / 1", "440px"
+            "contour-quadrants", tr("Error behind each reversal"), self._resend_turns, "2 / 1", "440px"
         )
-        with panel("Quadrant glitches"):
-            ui.label("Quadrant glitches").classes("bench-h")
+        with panel(tr("Quadrant glitches")):
+            ui.label(tr("Quadrant glitches")).classes("bench-h")
             self._table = TextTable("contour-table", figures=True)
 
     async def refresh(self, _status: MachineStatus) -> None:
@@ -162,13 +180,14 @@ class ContourCharts:
             fitted=self._reference.value == "fitted",
             axes=self._plane,
             look=page.look,
+            language=CurrentLanguage.find(),
         )
         wanted = self._store.version, display
         ready = self._polar.ready, self._quadrants.ready  # ask both: asking detects a silent browser
         if wanted == self._turns_drawn or not all(ready):
             return
         self._turns_drawn = wanted
-        offered = {NEWEST: "the newest"} | {key: circle_text(key, page.units) for key in circles}
+        offered = {NEWEST: tr("the newest")} | {key: circle_text(key, page.units) for key in circles}
         if offered != self._circles:  # setting the options of a list is not cheap
             self._circles = offered
             value = self._circle.value if self._circle.value in offered else NEWEST
@@ -176,7 +195,7 @@ class ContourCharts:
         charts = display and turn_charts(self._store, self._store.version, display)
         if charts is None:
             self._table.clear()
-            self._description.set_text("No whole turn of a circle at constant speed yet.")
+            self._description.set_text(tr("No whole turn of a circle at constant speed yet."))
             for chart in (self._polar, self._quadrants):
                 chart.show({"series": []}, [])
             self._shown = ()

@@ -21,6 +21,7 @@ from servo_ctrl.hmi.contour.options import (
 )
 from servo_ctrl.hmi.contour.turn_store import TurnStore
 from servo_ctrl.hmi.contour.turns import LABELS, QUADRANTS, CircleKey, MeasuredTurn, glitches_m
+from servo_ctrl.hmi.languages.texts import ENGLISH, tr
 from servo_ctrl.hmi.shell.plots import Look
 from servo_ctrl.hmi.shell.units import UnitSystem, grouped
 from servo_ctrl.plots.contour_traces import round_division
@@ -39,6 +40,8 @@ class TurnDisplay(NamedTuple):
     """Error against the circle that is fitted to the actual positions."""
     axes: tuple[str, ...]
     look: Look
+    language: str = ENGLISH
+    """Of the texts: the charts are kept for all pages that display the same."""
 
 
 class TurnChart(NamedTuple):
@@ -75,7 +78,10 @@ def turn_charts(store: TurnStore, _version: int, display: TurnDisplay) -> TurnCh
     quadrants = [quadrant_points(trace, number) for number in range(4) for trace in traces]
     error_range = common_range(quadrants, units.error.factor)
     return TurnCharts(
-        head=["Compensation", *(f"{name} ({units.error.unit})" for name in (*QUADRANTS, "roundness"))],
+        head=[
+            tr("Compensation"),
+            *(f"{name} ({units.error.unit})" for name in (*QUADRANTS, tr("roundness"))),
+        ],
         rows=glitch_rows(turns, units),
         description=describe_turn(turns[-1], display.axes, shown, units),
         drawn_for=(tuple(kinds), radius_m, shown, error_range, look),
@@ -113,15 +119,23 @@ def describe_turn(turn: MeasuredTurn, axes: tuple[str, ...], shown: Magnificatio
     x_m, y_m = (
         actual - commanded for actual, commanded in zip(fitted.centre_m, circle.centre_m, strict=True)
     )
-    return (
-        f"Circle about {axes[0]} {length.text(circle.centre_m[0])}, "
-        f"{axes[1]} {length.with_unit(circle.centre_m[1])}; "
-        f"R {length.with_unit(circle.radius_m)}, {units.feed.with_unit(turn.feed_m_s)}, "
-        f"{'counterclockwise' if turn.direction > 0 else 'clockwise'}. "
-        f"The table's own circle ({LABELS[turn.compensation]}): centre off by {error.text(x_m, sign=True)}, "
-        f"{error.with_unit(y_m, sign=True)}, "
-        f"radius by {error.with_unit(fitted.radius_m - circle.radius_m, sign=True)}. "
-        f"Error drawn {grouped(shown.factor)} times; one division is {error.with_unit(shown.division_m)}."
+    return tr(
+        "Circle about {first} {first_at}, {second} {second_at}; R {radius}, {feed}, {direction}. "
+        "The table's own circle ({compensation}): centre off by {first_off}, {second_off}, radius by "
+        "{radius_off}. Error drawn {factor} times; one division is {division}.",
+        first=axes[0],
+        first_at=length.text(circle.centre_m[0]),
+        second=axes[1],
+        second_at=length.with_unit(circle.centre_m[1]),
+        radius=length.with_unit(circle.radius_m),
+        feed=units.feed.with_unit(turn.feed_m_s),
+        direction=tr("counterclockwise") if turn.direction > 0 else tr("clockwise"),
+        compensation=tr(LABELS[turn.compensation]),
+        first_off=error.text(x_m, sign=True),
+        second_off=error.with_unit(y_m, sign=True),
+        radius_off=error.with_unit(fitted.radius_m - circle.radius_m, sign=True),
+        factor=grouped(shown.factor),
+        division=error.with_unit(shown.division_m),
     )
 
 
@@ -132,5 +146,5 @@ def glitch_rows(turns: Sequence[MeasuredTurn], units: UnitSystem) -> list[list[s
     for turn in turns:
         heights = (error.text(height, sign=True) for height in glitches_m(turn.trace))
         roundness_m = float(np.ptp(turn.fitted_trace.radial_error_m))
-        rows.append([LABELS[turn.compensation], *heights, error.text(roundness_m)])
+        rows.append([tr(LABELS[turn.compensation]), *heights, error.text(roundness_m)])
     return rows

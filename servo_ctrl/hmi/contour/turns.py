@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from kernels.arrays import Array
+from servo_ctrl.hmi.languages.texts import word
 from servo_ctrl.learning.performance import FittedCircle, circle_deviation, commanded_circle
 from servo_ctrl.metrology.circles import SPEED_TOLERANCE, last_turn
 from servo_ctrl.plots.contour_traces import ContourTrace
@@ -13,10 +14,10 @@ from servo_ctrl.plots.contour_traces import ContourTrace
 Compensation = Literal["without", "pulse", "observer", "both"]
 """What acted on the axes during a turn."""
 LABELS: dict[Compensation, str] = {
-    "without": "without compensation (WTFC)",
-    "pulse": "learned pulse (WFC)",
-    "observer": "disturbance observer (WDOB)",
-    "both": "pulse and observer together",
+    "without": word("without compensation (WTFC)"),
+    "pulse": word("learned pulse (WFC)"),
+    "observer": word("disturbance observer (WDOB)"),
+    "both": word("pulse and observer together"),
 }
 """In the order in which they are listed; the letters are those of Feng et al. 2015, where F is the function
 learned and T its absence."""

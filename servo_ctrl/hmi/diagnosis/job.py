@@ -22,6 +22,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hil_rig.simulated_machine import ends_with_its_parent
 from servo_ctrl.hmi.diagnosis.job_files import read_model
+from servo_ctrl.hmi.languages.texts import word
 
 PROGRAM, ARGUMENTS = "reconcile", ("diagnose", "--progress", "json")
 ONE_CORE = dict.fromkeys(
@@ -85,7 +86,7 @@ class Job:
     """Why it failed or was cancelled."""
     lines: list[str] = field(default_factory=list)
     """The last lines that it printed."""
-    step: str = "starting"
+    step: str = word("starting")
     progress: float = 0.0
     """Share of completed steps, 0 to 1."""
 
@@ -200,7 +201,7 @@ async def _follow(job: Job, process: asyncio.subprocess.Process) -> None:
     if code == 0:
         job.state, job.progress = JobState.DONE, 1.0
     elif code is not None and (job.state is JobState.CANCELLING or code == EXIT_INTERRUPTED):
-        job.state, job.reason = JobState.CANCELLED, "cancelled; nothing is half written"
+        job.state, job.reason = JobState.CANCELLED, word("cancelled; nothing is half written")
     else:
         job.state, job.reason = JobState.FAILED, job.reason or _failure(job.lines, code)
 

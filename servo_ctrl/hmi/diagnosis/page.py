@@ -13,13 +13,11 @@ from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses, diagnoses_of
 from servo_ctrl.hmi.diagnosis.job import ENDED, Job, JobState
 from servo_ctrl.hmi.diagnosis.job_files import FoundRecording, models_in, recordings_below
 from servo_ctrl.hmi.diagnosis.result import DiagnosisResult
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.live_content import Rebuilt, when_connected
 from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import (
-    CHECK,
-    ELLIPSIS,
-    WARNING,
     Pill,
     button,
     card,
@@ -27,18 +25,19 @@ from servo_ctrl.hmi.shell.parts import (
     div,
     errors_notified,
     faint,
+    named,
     note,
     progress_bar,
 )
 from servo_ctrl.hmi.shell.units import duration_text
 
-TITLE = "Reconcile"
+TITLE = word("Reconcile")
 STATES: dict[JobState, tuple[str, Tone]] = {
-    JobState.RUNNING: ("\N{BLACK RIGHT-POINTING TRIANGLE} running", "good"),
-    JobState.CANCELLING: (f"{ELLIPSIS} being cancelled", "warn"),
-    JobState.DONE: (f"{CHECK} done", "good"),
-    JobState.CANCELLED: ("\N{BLACK SQUARE} cancelled", "calm"),
-    JobState.FAILED: (f"{WARNING} failed", "bad"),
+    JobState.RUNNING: (word("\N{BLACK RIGHT-POINTING TRIANGLE} running"), "good"),
+    JobState.CANCELLING: (word("… being cancelled"), "warn"),
+    JobState.DONE: (word("✓ done"), "good"),
+    JobState.CANCELLED: (word("\N{BLACK SQUARE} cancelled"), "calm"),
+    JobState.FAILED: (word("⚠ failed"), "bad"),
 }
 SHOWN_LINES = 8
 """The last lines of a diagnosis that is running or has failed."""
@@ -62,7 +61,7 @@ class DiagnosisCards:
         with div("bench-wide"):
             with div("bench-column"):
                 FilePicker(page, hello, self._start)
-            with card("Diagnosis", "diagnosis"):
+            with card(tr("Diagnosis"), "diagnosis"):
                 self._build_job()
         self._result = DiagnosisResult(page, hello, diagnoses)
 
@@ -70,13 +69,13 @@ class DiagnosisCards:
         with div("bench-row apart"):
             self._state = Pill("job-state")
             self._time = faint().classes("num").mark("job-time")
-        self._bar = progress_bar("Progress of the diagnosis", "job-progress")
+        self._bar = progress_bar(tr("Progress of the diagnosis"), "job-progress")
         self._step = ui.label().mark("job-step").style("overflow-wrap: anywhere")
         self._reason = note("job-reason").props("role=alert")
         self._lines = faint().mark("job-lines")
         self._lines.style("white-space: pre-wrap; overflow-wrap: anywhere; font-size: 12px")
         with div("bench-row"):
-            self._cancel_button = button("Cancel", self._cancel, "job-cancel", icon="stop")
+            self._cancel_button = button(tr("Cancel"), self._cancel, "job-cancel", icon="stop")
         self._others = Rebuilt(div("bench-column").mark("jobs"), self._show_others)
 
     def refresh(self, _status: MachineStatus | None = None) -> None:
@@ -88,13 +87,16 @@ class DiagnosisCards:
         self._cancel_button.set_visibility(self._diagnoses.jobs.running is not None)
         self._bar.set_visibility(job is not None)
         if job is None:
-            self._state.show("none yet", "calm")
+            self._state.show(tr("none yet"), "calm")
             return
-        self._state.show(*STATES[job.state])
-        self._time.set_text(f"{duration_text(job.elapsed_s)}, started by {job.who}")
+        shown, tone = STATES[job.state]
+        self._state.show(tr(shown), tone)
+        self._time.set_text(
+            tr("{elapsed}, started by {who}", elapsed=duration_text(job.elapsed_s), who=job.who)
+        )
         self._bar.set_value(round(job.progress, 3))
-        self._step.set_text("" if job.state in ENDED else job.step)
-        self._reason.set_text(job.reason)
+        self._step.set_text("" if job.state in ENDED else tr(job.step))
+        self._reason.set_text(tr(job.reason))
         self._lines.set_text("" if job.state is JobState.DONE else "\n".join(job.lines[-SHOWN_LINES:]))
         if (job.key, job.state) != self._shown_result:
             self._shown_result = (job.key, job.state)
@@ -103,7 +105,9 @@ class DiagnosisCards:
 
     def _show_others(self, jobs: Sequence[tuple[Job, JobState]]) -> None:
         for job, state in jobs:
-            text = f"{job.started:%Y-%m-%d %H:%M} {state}, {recordings_text(len(job.recordings))}"
+            text = (
+                f"{job.started:%Y-%m-%d %H:%M} {tr(STATES[state][0])}, {recordings_text(len(job.recordings))}"
+            )
             ui.button(text, on_click=partial(self._open, job)).props("flat align=left dense")
 
     def _open(self, job: Job) -> None:
@@ -133,20 +137,23 @@ class FilePicker:
         if hello.record_dir is not None:
             self._directories.append(Path(hello.record_dir).parent)
         self._boxes: dict[Path, ui.checkbox] = {}
-        with card("Recordings and model", "pick"):
+        with card(tr("Recordings and model"), "pick"):
             self._list = div().style("max-height: 260px; overflow: auto").mark("recordings")
-            self._list.props('role=group aria-label="Recordings"')
+            self._list.props("role=group")
+            named(self._list, tr("Recordings"))
             with div("bench-row"):
-                self._path = ui.input("or a path on the controller").mark("recording-path")
+                self._path = ui.input(tr("or a path on the controller")).mark("recording-path")
                 self._path.style("flex: 1 1 150px").on("keydown.enter", self._add)
-                button("Add", self._add, "add-recording")
+                button(tr("Add"), self._add, "add-recording")
                 refresh = ui.button(icon="refresh", on_click=self._search)
-                refresh.props('flat aria-label="Look for recordings again"')
-            self._model = choice([], "nominal model", "model", with_input=True, new_value_mode="add-unique")
-            self._model.props('hint="or type a path and press Enter"')
+                named(refresh.props("flat"), tr("Look for recordings again"))
+            self._model = choice(
+                [], tr("nominal model"), "model", with_input=True, new_value_mode="add-unique"
+            )
+            self._model.props["hint"] = tr("or type a path and press Enter")
             with div("bench-row"):
                 self._run = button(
-                    "Run diagnosis", self._begin, "run-diagnosis", icon="play_arrow", look="unelevated"
+                    tr("Run diagnosis"), self._begin, "run-diagnosis", icon="play_arrow", look="unelevated"
                 )
                 self._count = faint().mark("picked")
         ui.timer(0.0, self._search, once=True)
@@ -162,7 +169,7 @@ class FilePicker:
         self._boxes = {}
         with self._list:
             if not found:
-                faint("No recordings here yet: run with --record, or name a path below.")
+                faint(tr("No recordings here yet: run with --record, or name a path below."))
             for path, recording in found.items():
                 moment = recording.started.replace("T", " ")[:16]
                 texts = (recording.name, moment, Path(recording.program).name)
@@ -196,7 +203,7 @@ class FilePicker:
 
     def _show_count(self) -> None:
         number = len(self._chosen())
-        self._count.set_text(f"{recordings_text(number)} picked")
+        self._count.set_text(tr("{recordings} picked", recordings=recordings_text(number)))
         self._run.set_enabled(number > 0)
 
     async def _begin(self) -> None:
@@ -205,4 +212,4 @@ class FilePicker:
 
 def recordings_text(number: int) -> str:
     """`1 recording`, `2 recordings`."""
-    return f"{number} recording{'' if number == 1 else 's'}"
+    return tr("1 recording") if number == 1 else tr("{number} recordings", number=number)

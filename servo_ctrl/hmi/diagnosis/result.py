@@ -27,12 +27,13 @@ from servo_ctrl.hmi.diagnosis.verdict import (
     percent,
     read_verdict,
 )
+from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, errors_notified, faint, note
 from servo_ctrl.hmi.shell.plots import Theme, figure, plot_layout
 
-MODELS = ("nominal", "refitted", "with the effects")
+MODELS = (word("nominal"), word("refitted"), word("with the effects"))
 """The models whose residuals are compared, in the order of `Improvement.levels`."""
 PATTERNS = ("", "/", ".")
 """Hatching of their bars, to tell them apart without colour too."""
@@ -84,36 +85,38 @@ class DiagnosisResult:
 
     def _build_verdict(self, verdict: DiagnosisVerdict, job: Job) -> None:
         sentence, advice = SENTENCES[verdict.verdict]
-        with card("Verdict", "verdict"):
-            ui.label(sentence).mark("verdict-sentence").style("font-size: 18px; font-weight: 600")
-            ui.label(f"{advice} ({verdict.verdict})").mark("verdict-word")
+        with card(tr("Verdict"), "verdict"):
+            ui.label(tr(sentence)).mark("verdict-sentence").style("font-size: 18px; font-weight: 600")
+            ui.label(f"{tr(advice)} ({verdict.verdict})").mark("verdict-word")
             for finding in verdict.findings:
                 _show_finding(finding)
             rows = list(improvements(verdict))
             if rows:
-                faint("RMS of what the model misses, on stretches that it was not fitted to")
-                TextTable("fit", ("axis", "in", "unit", *MODELS)).show(
+                faint(tr("RMS of what the model misses, on stretches that it was not fitted to"))
+                TextTable("fit", (tr("axis"), tr("in"), tr("unit"), *translated(MODELS))).show(
                     [(*row[:3], *(f"{level:.3g}" for level in row.levels)) for row in rows]
                 )
                 plot = ui.plotly(fit_figure(rows, self._page.look.theme)).mark("fit-plot")
                 plot.style("width: 100%; height: 280px")
             for text in verdict.notes:
                 faint(text).style("overflow-wrap: anywhere; font-size: 12px")
-            faint(f"Files: {job.directory}").style("overflow-wrap: anywhere")
+            faint(tr("Files: {place}", place=job.directory)).style("overflow-wrap: anywhere")
 
     def _build_acceptance(self, job: Job) -> None:
         may_accept = self._page.role >= Role.CONFIGURE
-        with card("Use the repaired model", "accept"):
-            ui.label("It is copied to this place on the controller; a file that is there is kept beside it.")
+        with card(tr("Use the repaired model"), "accept"):
+            ui.label(
+                tr("It is copied to this place on the controller; a file that is there is kept beside it.")
+            )
             with div("bench-row"):
-                self._target = ui.input("file", value=str(self._proposed)).mark("accept-target")
+                self._target = ui.input(tr("file"), value=str(self._proposed)).mark("accept-target")
                 self._target.style("flex: 1 1 260px")
                 accept = partial(self._accept, job)
-                use = button("Accept model", accept, "accept-model", icon="task_alt", look="unelevated")
+                use = button(tr("Accept model"), accept, "accept-model", icon="task_alt", look="unelevated")
                 use.set_enabled(may_accept)
             self._accepted = note("accepted", "").props("role=status")
             if not may_accept:
-                faint("This needs the role configure.")
+                faint(tr("This needs the role configure."))
 
     async def _accept(self, job: Job) -> None:
         target = Path(str(self._target.value or "").strip())
@@ -121,20 +124,21 @@ class DiagnosisResult:
             return
         target = self._proposed.parent.resolve() / target
         exists = await run.io_bound(target.exists)
-        kept_text = "There is a file. It is kept under another name beside it."
-        details = f"{target}\n{kept_text if exists else 'There is no file yet.'}"
-        if not await confirmed("Use the repaired model?", details, "Accept"):
+        kept_text = tr("There is a file. It is kept under another name beside it.")
+        details = f"{target}\n{kept_text if exists else tr('There is no file yet.')}"
+        if not await confirmed(tr("Use the repaired model?"), details, tr("Accept")):
             return
         with errors_notified():
             kept = await self._diagnoses.accept(job, target, self._page.who)
-            old = f" The old one is {kept.name}." if kept is not None else ""
-            self._accepted.set_text(f"{target} is the repaired model now.{old}")
+            old = tr(" The old one is {name}.", name=kept.name) if kept is not None else ""
+            self._accepted.set_text(tr("{target} is the repaired model now.{old}", target=target, old=old))
 
     def _build_report(self, job: Job) -> None:
-        with card("Report", "report"):
+        with card(tr("Report"), "report"):
             frame = ui.element("iframe").mark("report-frame")
             # without allow-same-origin the scripts of the report cannot use the rights of this page
-            frame.props('sandbox="allow-scripts" title="Report of the diagnosis"')
+            frame.props('sandbox="allow-scripts"')
+            frame.props["title"] = tr("Report of the diagnosis")
             frame.style(f"width: 100%; height: {REPORT_HEIGHT_PX}px; border: 0; background: white")
             address = json.dumps(self._diagnoses.address(job, REPORT))
             ui.run_javascript(LOAD_REPORT % {"frame": frame.id, "address": address})
@@ -149,14 +153,14 @@ def fit_figure(rows: Sequence[Improvement], theme: Theme) -> dict[str, Any]:
     data = [
         {
             "type": "bar",
-            "name": model,
+            "name": tr(model),
             "x": [f"{row.axis}: {row.channel}" for row in rows],
             "y": [_percent_of(row.levels[number], row.levels[0]) for row in rows],
             "marker": {"color": theme.curve(number), "pattern": {"shape": PATTERNS[number]}},
         }
         for number, model in enumerate(MODELS)
     ]
-    layout = plot_layout("", "% of the nominal model", theme) | {"barmode": "group"}
+    layout = plot_layout("", tr("% of the nominal model"), theme) | {"barmode": "group"}
     return figure(data, layout, revision="fit")
 
 
@@ -166,11 +170,22 @@ def _percent_of(value: float, whole: float) -> float | None:
 
 
 def _show_finding(finding: Finding) -> None:
-    alike = f" (or {', '.join(map(effect_name, finding.equivalent))})" if finding.equivalent else ""
+    alike = (
+        tr(" (or {effects})", effects=", ".join(map(effect_name, finding.equivalent)))
+        if finding.equivalent
+        else ""
+    )
     with div("bench-note").mark("finding"):
         with ui.element("b"):
-            ui.label(f"Axis {finding.axis}: {effect_name(finding.effect)}{alike}")
-        ui.label(f"confidence {percent(finding.confidence)}").classes("num")
+            ui.label(
+                tr(
+                    "Axis {axis}: {effect}{alike}",
+                    axis=finding.axis,
+                    effect=effect_name(finding.effect),
+                    alike=alike,
+                )
+            )
+        ui.label(tr("confidence {percent}", percent=percent(finding.confidence))).classes("num")
         ui.label(finding.explanation)
         if finding.parameters:
             shown = (
@@ -178,4 +193,4 @@ def _show_finding(finding: Finding) -> None:
             )
             faint("; ".join(shown)).classes("num").style("overflow-wrap: anywhere")
         for rival in finding.runners_up[:RIVALS_SHOWN]:
-            faint(f"not {effect_name(rival.effect)}: {rival.why_not}")
+            faint(tr("not {effect}: {why}", effect=effect_name(rival.effect), why=rival.why_not))

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints, Validation
 
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.languages.texts import tr, word
 
 MAX_CHARACTERS = 10_000_000
 """A verdict of three axes has some ten thousand characters."""
@@ -21,18 +22,21 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 SENTENCES = {
     "effects": (
-        "The model leaves out physics of the catalogue.",
-        "Read the findings, then accept the model.",
+        word("The model leaves out physics of the catalogue."),
+        word("Read the findings, then accept the model."),
     ),
-    "parameters": ("The model's physics is right, its values are not.", "Accept the model."),
-    "consistent": ("Model and recordings agree: what is left is noise.", "Nothing is to be done."),
+    "parameters": (word("The model's physics is right, its values are not."), word("Accept the model.")),
+    "consistent": (
+        word("Model and recordings agree: what is left is noise."),
+        word("Nothing is to be done."),
+    ),
     "unknown": (
-        "There is something real that nothing in the catalogue explains.",
-        "Look in the report where it lives.",
+        word("There is something real that nothing in the catalogue explains."),
+        word("Look in the report where it lives."),
     ),
 }
 """By verdict: what it means, and what to do."""
-CHANNEL_NAMES = {"force": "motor force", "deviation": "scale less motor"}
+CHANNEL_NAMES = {"force": word("motor force"), "deviation": word("scale less motor")}
 UNIT_ENDINGS = ("_n_s2_m2", "_n_s_m", "_m_s", "_n_m", "_m_n", "_rad", "_hz", "_n", "_m", "_s")
 PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
@@ -145,7 +149,7 @@ def improvements(verdict: DiagnosisVerdict) -> Iterator[Improvement]:
             rms = (channel.before.heldout, channel.refitted.heldout, channel.after.heldout)
             before, refitted, after = (math.nan if level is None else level for level in rms)
             factor, unit = _readable_unit(before, channel.unit)
-            yield Improvement(axis, name, unit, (before / factor, refitted / factor, after / factor))
+            yield Improvement(axis, tr(name), unit, (before / factor, refitted / factor, after / factor))
 
 
 def parameter_text(parameter: ParameterValue) -> str:

@@ -10,22 +10,24 @@ from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.drive.step_jog import StepButtons, StepChoice
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, captioned, div, notify, panel
+from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, captioned, div, named, notify, panel
 from servo_ctrl.hmi.shell.units import MINUS
 
 SPEEDS_M_S = (1e-4, 1e-3, 1e-2, 5e-2)
 """Choices of the jog speed; an axis goes no faster than its own limit."""
 KEYS = (("ArrowLeft", "ArrowRight"), ("ArrowDown", "ArrowUp"), ("PageDown", "PageUp"))
 """Keys towards minus and plus, of the first three axes."""
+VALUES = (word("error"), word("velocity"), word("command"))
 KEY_NAMES = {
     "ArrowLeft": "\N{LEFTWARDS ARROW}",
     "ArrowRight": "\N{RIGHTWARDS ARROW}",
     "ArrowDown": "\N{DOWNWARDS ARROW}",
     "ArrowUp": "\N{UPWARDS ARROW}",
-    "PageDown": "Page \N{DOWNWARDS ARROW}",
-    "PageUp": "Page \N{UPWARDS ARROW}",
+    "PageDown": word("Page ↓"),
+    "PageUp": word("Page ↑"),
 }
 
 
@@ -37,7 +39,7 @@ class AxisMotionCard:
     ) -> None:
         self._page, self._axis = page, axis
         keys = KEYS[number] if number < len(KEYS) else ("", "")
-        with panel(f"Axis {axis.name}").mark(f"axis-{axis.name}"):
+        with panel(tr("Axis {axis}", axis=axis.name)).mark(f"axis-{axis.name}"):
             with div("bench-row apart"):
                 with div("bench-row"):
                     ui.label(axis.name).classes("bench-axis-name")
@@ -52,7 +54,7 @@ class AxisMotionCard:
                 self._lowest, self._homed, self._highest = ui.label(), ui.label(), ui.label()
             with div("bench-axis-values num"):
                 self._error, self._velocity, self._command = (
-                    captioned(name).mark(f"{name}-{axis.name}") for name in ("error", "velocity", "command")
+                    captioned(tr(name)).mark(f"{name}-{axis.name}") for name in VALUES
                 )
             self._jog = JogButtons(page, axis, keys, speed_m_s)
             self._steps = StepButtons(page, axis, keys, step)
@@ -96,16 +98,16 @@ def position_unknown(drive: DriveStatus | None) -> bool:
 def homed_text(drive: DriveStatus | None) -> str:
     """Whether the axis knows its home; a lost drive may have moved or forgotten it."""
     if drive is None or drive.phase == "lost":
-        return "position unknown"
-    return "homed" if drive.homed else "not homed"
+        return tr("position unknown")
+    return tr("homed") if drive.homed else tr("not homed")
 
 
 def shown_drive(drive: DriveStatus | None) -> tuple[str, Tone]:
     """The state of the drive in words with a sign, and its tone."""
     if drive is None:
-        return f"{ELLIPSIS} not heard", "calm"
+        return tr("… not heard"), "calm"
     if drive.phase == "lost":
-        return f"{CROSS} lost", "bad"
+        return tr("✖ lost"), "bad"
     if drive.state.startswith("fault"):
         return f"{CROSS} {drive.state}", "bad"
     if drive.phase == "servo" and drive.ready:
@@ -136,13 +138,14 @@ class JogButtons:
     def _button(self, direction: int, key: str) -> ui.element:
         name, sign = self._axis.name, MINUS if direction < 0 else "+"
         towards = "minus" if direction < 0 else "plus"
+        label = tr("Jog axis {axis} towards {sign}, hold", axis=name, sign=tr(towards))
         with ui.element("button").classes("bench-jog").mark(f"jog-{name}-{towards}") as button:
-            button.props(f'type=button data-jog aria-label="Jog axis {name} towards {towards}, hold"')
+            named(button.props("type=button data-jog"), label)
             ui.label(f"{name.upper()}{sign}")
             if key:
                 button.props(f'data-jog-key="{key}" aria-keyshortcuts="{key}"')
                 with ui.element("small"):
-                    ui.label(f"hold, or key {KEY_NAMES[key]}")
+                    ui.label(tr("hold, or key {key}", key=tr(KEY_NAMES[key])))
         button.on("jog-renew", lambda: self._renew(direction), args=[])
         button.on("jog-drop", self._stop, args=[])
         return button

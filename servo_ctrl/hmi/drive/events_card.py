@@ -8,6 +8,7 @@ from nicegui import ui
 
 from servo_ctrl.commands.bus_status import EventEntry
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.event_texts import ShownEvent, coalesced, when
 from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -25,13 +26,13 @@ class EventsCard:
         self._page = page
         self._read_up_to = -1
         """Cycle of the newest event that was read."""
-        with card("Events", "events"):
+        with card(tr("Events"), "events"):
             with div("bench-row"):
-                self._filter = ui.input("only with these words").mark("events-filter")
+                self._filter = ui.input(tr("only with these words")).mark("events-filter")
                 self._filter.props("clearable").style("flex: 1 1 160px")
-                self._all = ui.switch("read ones too").mark("events-read")
-                button("Read", self._read, "events-acknowledge", icon="done_all", look="flat")
-                button("Download", self._download, "events-export", icon="download", look="flat")
+                self._all = ui.switch(tr("read ones too")).mark("events-read")
+                button(tr("Read"), self._read, "events-acknowledge", icon="done_all", look="flat")
+                button(tr("Download"), self._download, "events-export", icon="download", look="flat")
             self._list = Rebuilt(div("bench-list num").props("tabindex=0 role=log"), _show)
 
     def refresh(self, status: MachineStatus) -> None:
@@ -77,5 +78,5 @@ def _show(events: Sequence[EventEntry]) -> None:
 def _row(shown: ShownEvent) -> None:
     with div():
         faint(when(shown.event))
-        times = f" ({shown.times} times)" if shown.times > 1 else ""
+        times = tr(" ({times} times)", times=shown.times) if shown.times > 1 else ""
         ui.label(f"{shown.event.text}{times}").style("overflow-wrap: anywhere")

@@ -3,10 +3,12 @@
 import re
 import tomllib
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.machine_stage import is_fault
 from servo_ctrl.hmi.shell.overload import REMEDY, TOO_MANY, missed_share
 
@@ -37,9 +39,13 @@ CODES, REASONS, _UNKNOWN = (
     for section in ("code", "reason", "unknown")
 )
 UNKNOWN_CODE, UNKNOWN_REASON = _UNKNOWN["code"], _UNKNOWN["reason"]
-NODE_SILENT = Advice("A node is not in operation", "Has it power? Check its bus cable; see page Bus.")
+ADVICE_TEXTS = frozenset(chain.from_iterable(chain(CODES.values(), REASONS.values(), _UNKNOWN.values())))
+"""The texts of advice.toml: whoever shows an advice translates it."""
+NODE_SILENT = Advice(
+    word("A node is not in operation"), word("Has it power? Check its bus cable; see page Bus.")
+)
 
-BUSY = Advice("It was too busy to lead the axes", f"{REMEDY} Then Enable.")
+BUSY = Advice(word("It was too busy to lead the axes"), REMEDY)
 
 
 def advice_for_code(code: int) -> Advice:
@@ -57,18 +63,26 @@ def faults_in(status: MachineStatus) -> Iterator[Fault]:
     """The faults of machine, drives and nodes; the likeliest cause first, then the reason of the stop."""
     stopped_by_itself = status.stage.stopped and is_fault(status.reason)
     if stopped_by_itself and missed_share(status) >= TOO_MANY:
-        missed = f"{status.missed_ticks} of {status.cycles} ticks were missed"
-        yield Fault("Computer", BUSY, f"{missed}; likely the cause of what stands below")
+        missed = tr(
+            "{missed} of {cycles} ticks were missed; likely the cause of what stands below",
+            missed=status.missed_ticks,
+            cycles=status.cycles,
+        )
+        yield Fault(tr("Computer"), BUSY, missed)
     if stopped_by_itself:
         code = _EMCY.search(status.reason)
         advice = advice_for_code(int(code[1], 16)) if code else advice_for_reason(status.reason)
-        yield Fault("Machine", advice, status.reason)
+        yield Fault(tr("Machine"), advice, status.reason)
     for drive in status.drives:
-        axis = f"Axis {drive.axis.upper()}"
+        axis = tr("Axis {axis}", axis=drive.axis.upper())
         if drive.error_code is not None:
-            yield Fault(axis, advice_for_code(drive.error_code), f"error code {drive.error_code:04X}h")
+            yield Fault(
+                axis,
+                advice_for_code(drive.error_code),
+                tr("error code {code:04X}h", code=drive.error_code),
+            )
         elif drive.state in {"fault", "fault reaction active"}:
-            yield Fault(axis, advice_for_code(_GENERIC_ERROR), f"drive state: {drive.state}")
+            yield Fault(axis, advice_for_code(_GENERIC_ERROR), tr("drive state: {state}", state=drive.state))
     for node in status.nodes:
         if status.stage.under_way and node.nmt_state != "operational":
             detail = f"node {node.node_id}: {node.nmt_state.replace('_', ' ')}"

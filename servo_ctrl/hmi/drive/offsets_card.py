@@ -10,6 +10,7 @@ from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, choice, confirmed, div, faint, notify
 from servo_ctrl.motion.gcode.words import WORK_OFFSETS
@@ -21,24 +22,26 @@ class OffsetsCard:
     def __init__(self, page: OpenPage, axes: Sequence[AxisInfo]) -> None:
         self._page, self._axes = page, [axis.name for axis in axes]
         self._shown = ""
-        with card("Work offset", "offsets"):
+        with card(tr("Work offset"), "offsets"):
             with div("bench-row apart"):
                 self._choice = choice(
-                    list(WORK_OFFSETS), "work offset", "work-offset", on_change=self._choose
+                    list(WORK_OFFSETS), tr("work offset"), "work-offset", on_change=self._choose
                 ).style("min-width: 130px")
-                self._value = ui.input("this place is", value="0").mark("touch-off-value")
+                self._value = ui.input(tr("this place is"), value="0").mark("touch-off-value")
                 self._value.props("inputmode=decimal").style("flex: 1 1 90px")
-                self._clear = button("Clear", self._ask_clear, "clear-offset", look="flat")
+                self._clear = button(tr("Clear"), self._ask_clear, "clear-offset", look="flat")
             self._places: dict[str, ui.label] = {}
             self._buttons = []
             for axis in self._axes:
                 with div("bench-row apart"):
                     self._places[axis] = ui.label().classes("num").mark(f"offset-position-{axis}")
                     touch = button(
-                        f"Touch off {axis.upper()}", partial(self._touch_off, axis), f"touch-off-{axis}"
+                        tr("Touch off {axis}", axis=axis.upper()),
+                        partial(self._touch_off, axis),
+                        f"touch-off-{axis}",
                     )
                     self._buttons.append(touch)
-            faint("Zeros are kept until they are set anew; they move with the home of their axis.")
+            faint(tr("Zeros are kept until they are set anew; they move with the home of their axis."))
 
     def refresh(self, status: MachineStatus) -> None:
         """Show where the axes are in the chosen offset."""
@@ -51,7 +54,15 @@ class OffsetsCard:
             at_m = self._page.link.rows.newest(f"{axis}.position_command_m")
             known = math.isfinite(at_m)
             place = length.with_unit(at_m - zero_m if known else math.nan)
-            self._places[axis].set_text(f"{axis.upper()} {place} in {chosen}, zero at {length.text(zero_m)}")
+            self._places[axis].set_text(
+                tr(
+                    "{axis} {place} in {offset}, zero at {zero}",
+                    axis=axis.upper(),
+                    place=place,
+                    offset=chosen,
+                    zero=length.text(zero_m),
+                )
+            )
         ready = self._page.link.connected and status.stage is Stage.READY
         for element in self._buttons:
             element.set_enabled(ready)
@@ -68,11 +79,13 @@ class OffsetsCard:
         try:
             value_m = float(written) / self._page.units.length.factor
         except ValueError:
-            notify(f'"{written}" is not a number.')
+            notify(tr('"{written}" is not a number.', written=written))
             return
         await self._page.ask("touch_off", axis=axis, value=value_m)
 
     async def _ask_clear(self) -> None:
-        question = f"Clear {self._shown}?"
-        if await confirmed(question, "Its zero is then where the axes were homed to, for all axes.", "Clear"):
+        question = tr("Clear {offset}?", offset=self._shown)
+        if await confirmed(
+            question, tr("Its zero is then where the axes were homed to, for all axes."), tr("Clear")
+        ):
             await self._page.command(Command.CLEAR_OFFSET)

@@ -13,19 +13,20 @@ from servo_ctrl.hmi.drive.events_card import EventsCard
 from servo_ctrl.hmi.drive.faults import Fault, faults_in
 from servo_ctrl.hmi.drive.offsets_card import OffsetsCard
 from servo_ctrl.hmi.drive.step_jog import StepChoice
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.event_texts import reason_text
 from servo_ctrl.hmi.shell.live_content import Rebuilt, TextTable, command_buttons, when_connected
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.overload import RecentShare, overload_text
-from servo_ctrl.hmi.shell.parts import CROSS, card, div, faint
+from servo_ctrl.hmi.shell.parts import CROSS, card, div, faint, named
 from servo_ctrl.hmi.shell.units import UnitSystem
 
-TITLE = "Drive"
+TITLE = word("Drive")
 BUTTONS = {
-    Command.ENABLE: ("Enable", "power_settings_new"),
-    Command.DISABLE: ("Disable", "power_off"),
-    Command.HOME: ("Home", "home"),
+    Command.ENABLE: (word("Enable"), "power_settings_new"),
+    Command.DISABLE: (word("Disable"), "power_off"),
+    Command.HOME: (word("Home"), "home"),
 }
 ENABLED_IN = {
     Command.ENABLE: {Stage.STANDBY},
@@ -33,6 +34,14 @@ ENABLED_IN = {
     Command.HOME: {Stage.READY},
 }
 """The stages in which a button is enabled; the controller decides in the end."""
+NODE_STATES = {
+    "operational": word("in operation (operational)"),
+    "pre_operational": word("waits (pre-operational)"),
+    "stopped": word("stopped"),
+    "booting": word("starts"),
+    "unknown": word("not heard yet"),
+}
+"""By the NMT state of CiA 301."""
 
 
 def build(page: OpenPage) -> None:
@@ -53,8 +62,8 @@ def build(page: OpenPage) -> None:
                 ]
             with div("bench-column"):
                 events = EventsCard(page)
-                with card("Nodes", "nodes"):
-                    nodes = TextTable("node-table", ("Node", "No.", "State"))
+                with card(tr("Nodes"), "nodes"):
+                    nodes = TextTable("node-table", (tr("Node"), tr("No."), tr("State")))
 
         def refresh(status: MachineStatus) -> None:
             found = list(faults_in(status))
@@ -73,7 +82,7 @@ class PowerCard:
 
     def __init__(self, page: OpenPage) -> None:
         self._ticks, self._overload = RecentShare(), ""
-        with card("Power", "power"):
+        with card(tr("Power"), "power"):
             with div("bench-row"):
                 self._buttons = command_buttons(page, BUTTONS, "flex: 1 1 0", doubt=self._doubt)
             self._reason = faint().mark("stage-reason")
@@ -84,8 +93,8 @@ class PowerCard:
         for command, element in self._buttons.items():
             offered = command is Command.DISABLE if status.setting_up else status.stage in ENABLED_IN[command]
             element.set_enabled(offered)
-        word, reason = shown_stage(status).word, reason_text(status)
-        self._reason.set_text(f"{word}: {reason}" if reason else word)
+        stage, reason = tr(shown_stage(status).word), reason_text(status)
+        self._reason.set_text(f"{stage}: {reason}" if reason else stage)
 
     def _doubt(self, command: Command) -> str:
         """What speaks against a command: drives are not to be led by a computer that is late."""
@@ -98,13 +107,15 @@ class JogSpeedCard:
     def __init__(self, page: OpenPage) -> None:
         self._page, self.speed_m_s = page, SPEEDS_M_S[1]
         self._units: UnitSystem | None = None
-        with card("Jog", "jog-settings"):
+        with card(tr("Jog"), "jog-settings"):
             self._unit = faint()
             self._choice = ui.toggle({}, on_change=self._choose).mark("jog-speed")
-            self._choice.props('no-caps unelevated spread aria-label="Jog speed"').classes("num")
+            named(self._choice.props("no-caps unelevated spread"), tr("Jog speed")).classes("num")
             faint(
-                "Hold a button or an arrow key; the axis brakes when it is let go, when the page loses "
-                "the focus or its connection, and before the end of the travel."
+                tr(
+                    "Hold a button or an arrow key; the axis brakes when it is let go, when the page loses "
+                    "the focus or its connection, and before the end of the travel."
+                )
             )
             self.step = StepChoice(page)
 
@@ -115,7 +126,7 @@ class JogSpeedCard:
             self._units = self._page.units
             velocity = self._units.velocity
             options = {speed: f"{speed * velocity.factor:.3g}" for speed in SPEEDS_M_S}
-            self._unit.set_text(f"Speed in {velocity.unit}, at most what the axis allows")
+            self._unit.set_text(tr("Speed in {unit}, at most what the axis allows", unit=velocity.unit))
             self._choice.set_options(options, value=self.speed_m_s)
 
     def _choose(self) -> None:
@@ -128,8 +139,8 @@ def show_faults(faults: Sequence[Fault]) -> None:
     for fault in faults:
         with div("bench-note bad").mark("fault"):
             with ui.element("b"):
-                ui.label(f"{CROSS} {fault.where}: {fault.advice.problem}")
-            ui.label(fault.advice.remedy)
+                ui.label(f"{CROSS} {fault.where}: {tr(fault.advice.problem)}")
+            ui.label(tr(fault.advice.remedy))
             faint(fault.detail).style("overflow-wrap: anywhere")
 
 
@@ -140,7 +151,7 @@ def node_rows(status: MachineStatus) -> list[tuple[str, str, str]]:
         (
             node.name,
             str(node.node_id),
-            f"{signs.get(node.nmt_state, CROSS)} {node.nmt_state.replace('_', ' ')}",
+            f"{signs.get(node.nmt_state, CROSS)} {tr(NODE_STATES.get(node.nmt_state, node.nmt_state))}",
         )
         for node in status.nodes
     ]

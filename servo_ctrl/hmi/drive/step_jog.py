@@ -7,8 +7,9 @@ from nicegui import ui
 from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import div, faint
+from servo_ctrl.hmi.shell.parts import div, faint, named
 from servo_ctrl.hmi.shell.units import MINUS, UnitSystem
 
 STEPS_M = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
@@ -23,7 +24,7 @@ class StepChoice:
         self._units: UnitSystem | None = None
         self._unit = faint()
         self._choice = ui.toggle({}, on_change=self._choose).mark("jog-step")
-        self._choice.props('no-caps unelevated spread aria-label="Step of a jog"').classes("num")
+        named(self._choice.props("no-caps unelevated spread"), tr("Step of a jog")).classes("num")
 
     def refresh(self) -> None:
         """Show the steps in the visitor's units."""
@@ -31,7 +32,7 @@ class StepChoice:
             self._units = self._page.units
             length = self._units.length
             options = {step_m: f"{step_m * length.factor:.3g}" for step_m in STEPS_M}
-            self._unit.set_text(f"Step in {length.unit}: one press, one step; keys with Shift")
+            self._unit.set_text(tr("Step in {unit}: one press, one step; keys with Shift", unit=length.unit))
             self._choice.set_options(options, value=self.step_m)
 
     def _choose(self) -> None:
@@ -50,11 +51,12 @@ class StepButtons:
             ]
 
     def _button(self, direction: int, key: str) -> ui.button:
-        name, towards = self._axis.name, "minus" if direction < 0 else "plus"
+        name, towards = self._axis.name, word("minus") if direction < 0 else word("plus")
         element = ui.button(
-            f"{MINUS if direction < 0 else '+'} step", on_click=partial(self._step, direction)
+            tr("{sign} step", sign=MINUS if direction < 0 else "+"), on_click=partial(self._step, direction)
         )
-        element.props(f'outline aria-label="Step axis {name} towards {towards}"').style("flex: 1 1 0")
+        label = tr("Step axis {axis} towards {sign}", axis=name, sign=tr(towards))
+        named(element.props("outline"), label).style("flex: 1 1 0")
         if key:
             element.props(f'data-step-key="{key}" aria-keyshortcuts="Shift+{key}"')
         return element.mark(f"step-{name}-{towards}")

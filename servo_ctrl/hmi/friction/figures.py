@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from servo_ctrl.commands.local_messages import Reversal
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.plots import Look, curve, figure, horizontal_line, plot_layout
 from servo_ctrl.hmi.shell.units import UnitSystem
 from servo_ctrl.learned.store import VersionEntry
@@ -16,10 +17,10 @@ from servo_ctrl.learning.types import Learned
 MEAN = "error_mean_m"
 """J of Feng et al. 2015, section 5; the one that J_required bounds."""
 INDICATORS = {
-    MEAN: "J (mean error)",
-    "error_rms_m": "error RMS",
-    "error_peak_m": "error peak",
-    "contour_peak_m": "contour peak",
+    MEAN: word("J (mean error)"),
+    "error_rms_m": word("error RMS"),
+    "error_peak_m": word("error peak"),
+    "contour_peak_m": word("contour peak"),
 }
 SYMBOLS = ("circle", "square", "diamond", "triangle-up")
 """By axis, so that axes are told apart without colour too."""
@@ -46,11 +47,13 @@ def indicator_figure(
         values = [_scaled(getattr(reversal.report, indicator), unit.factor) for reversal in found]
         style = {"symbol": SYMBOLS[number % len(SYMBOLS)], "size": 7}
         line = {"color": theme.curve(number), "width": 1}
-        data.append(curve(f"axis {axis}", time_s, values, "lines+markers", line=line, marker=style))
-    layout = plot_layout("time of the run (s)", f"{INDICATORS[indicator]} ({unit.unit})", theme)
+        data.append(
+            curve(tr("axis {axis}", axis=axis), time_s, values, "lines+markers", line=line, marker=style)
+        )
+    layout = plot_layout(tr("time of the run (s)"), f"{tr(INDICATORS[indicator])} ({unit.unit})", theme)
     layout["yaxis"]["rangemode"] = "tozero"
     if indicator == MEAN:
-        layout |= horizontal_line("J required", required_m * unit.factor, theme.grey)
+        layout |= horizontal_line(tr("J required"), required_m * unit.factor, theme.grey)
     return figure(data, layout, revision=indicator + look.units.name)
 
 
@@ -63,8 +66,9 @@ def error_figure(reversals: Sequence[Reversal], look: Look) -> dict[str, Any]:
         time_ms = [sample * reversal.period_s * 1e3 for sample in range(len(reversal.error_m))]
         error = [_scaled(value, units.error.factor) for value in reversal.error_m]
         line = {"color": theme.curve(number), "dash": "solid" if direction > 0 else "dash"}
-        data.append(curve(f"axis {reversal.axis}, {DIRECTIONS[direction > 0]}", time_ms, error, line=line))
-    layout = plot_layout("since the reversal (ms)", f"lag ({units.error.unit})", theme)
+        name = f"{tr('axis {axis}', axis=reversal.axis)}, {DIRECTIONS[direction > 0]}"
+        data.append(curve(name, time_ms, error, line=line))
+    layout = plot_layout(tr("since the reversal (ms)"), tr("lag ({unit})", unit=units.error.unit), theme)
     return figure(data, layout, revision=units.name)
 
 
@@ -87,9 +91,9 @@ def pulse_figure(
     `functions` are those of the versions by name.
     """
     units, theme = look
-    unit, factor, title = units.acceleration, 1e3, "duration T* (ms)"
+    unit, factor, title = units.acceleration, 1e3, tr("duration T* (ms)")
     if part == "amplitudes":
-        factor, title = units.velocity.factor, f"amplitude A* ({units.velocity.unit})"
+        factor, title = units.velocity.factor, tr("amplitude A* ({unit})", unit=units.velocity.unit)
     data: list[dict[str, Any]] = []
     for number, (name, learned) in enumerate(functions.items()):
         colour = theme.curve(number)
@@ -102,7 +106,7 @@ def pulse_figure(
         data.append(curve(name, x, y, legendgroup=name, line=line))
         x, y = points.T.tolist()
         data.append(curve(name, x, y, "markers", legendgroup=name, showlegend=False, marker=marker))
-    layout = plot_layout(f"reverse acceleration a ({unit.unit})", title, theme)
+    layout = plot_layout(tr("reverse acceleration a ({unit})", unit=unit.unit), title, theme)
     layout["xaxis"]["type"] = "log"
     layout["yaxis"]["rangemode"] = "tozero"
     return figure(data, layout, revision=units.name)
@@ -116,11 +120,11 @@ def screw_figure(points: Sequence[tuple[float, float, float]], look: Look) -> di
     position_m, error_m, lost_motion_m = zip(*points, strict=True)
     x = [value * units.length.factor for value in position_m]
     data = []
-    curves = (("scale less encoder", error_m, "solid"), ("lost motion", lost_motion_m, "dash"))
+    curves = ((tr("scale less encoder"), error_m, "solid"), (tr("lost motion"), lost_motion_m, "dash"))
     for number, (name, values_m, dash) in enumerate(curves):
         y = [value * units.error.factor for value in values_m]
         data.append(curve(name, x, y, line={"color": theme.curve(number), "dash": dash}))
-    layout = plot_layout(f"position ({units.length.unit})", units.error.unit, theme)
+    layout = plot_layout(tr("position ({unit})", unit=units.length.unit), units.error.unit, theme)
     return figure(data, layout, revision=units.name)
 
 
@@ -128,7 +132,7 @@ def version_rows(entries: Sequence[VersionEntry], units: UnitSystem) -> list[dic
     """The versions of an axis as rows of a table, the newest first; `gain`: J before and after."""
     rows = []
     for entry in reversed(entries):
-        name = f"{entry.version}{', in use' if entry.in_use else ''}"
+        name = tr("{version}, in use", version=entry.version) if entry.in_use else str(entry.version)
         row: dict[str, Any] = {"version": entry.version, "name": name, "problem": entry.problem}
         if entry.result is not None:
             learned, error = entry.result.learned, units.error

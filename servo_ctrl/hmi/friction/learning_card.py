@@ -13,16 +13,17 @@ from servo_ctrl.commands.learning_status import ACTIVE, LearningState, LearningS
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import Settings
+from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import command_buttons
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Switch, button, card, choice, div, notify, pairs, progress_bar
 from servo_ctrl.hmi.shell.units import UnitSystem, duration_text
 
 BUTTONS = {
-    Command.START_LEARNING: ("Start", "play_arrow"),
-    Command.PAUSE_LEARNING: ("Pause", "pause"),
-    Command.RESUME_LEARNING: ("Resume", "skip_next"),
-    Command.ABORT_LEARNING: ("Abort", "stop"),
+    Command.START_LEARNING: (word("Start"), "play_arrow"),
+    Command.PAUSE_LEARNING: (word("Pause"), "pause"),
+    Command.RESUME_LEARNING: (word("Resume"), "skip_next"),
+    Command.ABORT_LEARNING: (word("Abort"), "stop"),
 }
 ENABLED_IN = {
     Command.START_LEARNING: frozenset(LearningState) - ACTIVE,
@@ -31,25 +32,38 @@ ENABLED_IN = {
     Command.ABORT_LEARNING: ACTIVE,
 }
 """The states in which a button is enabled; the controller decides in the end."""
-LEARNER_NAMES = {"fast": "fast (pulse)", "paper": "as the paper (pulse)", "screw": "screw and take-up"}
+LEARNER_NAMES = {
+    "fast": word("fast (pulse)"),
+    "paper": word("as the paper (pulse)"),
+    "screw": word("screw and take-up"),
+}
 STAGES = {
-    "interval": "finding the range of accelerations",
-    "duration": "duration of the pulse",
-    "coarse": "amplitude, coarse",
-    "fine": "amplitude, fine",
-    "search": "searching the pulse",
-    "trailing": "second trapezoid",
-    "travel": "travelling along the screw",
-    "check": "checking what was learned",
+    "interval": word("finding the range of accelerations"),
+    "duration": word("duration of the pulse"),
+    "coarse": word("amplitude, coarse"),
+    "fine": word("amplitude, fine"),
+    "search": word("searching the pulse"),
+    "trailing": word("second trapezoid"),
+    "travel": word("travelling along the screw"),
+    "check": word("checking what was learned"),
 }
 """What a stroke is for, by the names of `learning.types.Stroke`."""
-WHAT_HELPS = "Learn once more when the axis is warm, look for play and stick-slip, or ask for less."
+LEARNING_STATES = {
+    LearningState.IDLE: word("idle"),
+    LearningState.RUNNING: word("running"),
+    LearningState.PAUSING: word("pausing"),
+    LearningState.PAUSED: word("paused"),
+    LearningState.DONE: word("done"),
+    LearningState.FAILED: word("failed"),
+    LearningState.ABORTED: word("aborted"),
+}
+WHAT_HELPS = word("Learn once more when the axis is warm, look for play and stick-slip, or ask for less.")
 FIGURES = {
-    "stage": "stage",
-    "strokes": "strokes",
-    "remaining": "remaining",
-    "best": "best J",
-    "reason": "reason",
+    "stage": word("stage"),
+    "strokes": word("strokes"),
+    "remaining": word("remaining"),
+    "best": word("best J"),
+    "reason": word("reason"),
 }
 
 
@@ -61,25 +75,29 @@ class LearningCard:
         self._settings: Settings | None = None
         self._shown_required = ""
         names = [axis.name for axis in hello.axes]
-        with card("Learning", "learning"):
+        with card(tr("Learning"), "learning"):
             self._headline = ui.label().mark("learning-state").props("role=status aria-live=polite")
             self._headline.style("font-size: 16px; font-weight: 600")
-            self._bar = progress_bar("Progress of learning", "learning-progress")
+            self._bar = progress_bar(tr("Progress of learning"), "learning-progress")
             with div("bench-pairs"):
-                self._figures = pairs(FIGURES, "learning-{}")
+                self._figures = pairs(translated(FIGURES), "learning-{}")
             with div("bench-row"):
-                self._axis = choice(names, "axis", "learning-axis", "min-width: 92px", value=names[0])
+                self._axis = choice(names, tr("axis"), "learning-axis", "min-width: 92px", value=names[0])
                 self._learner = choice(
-                    LEARNER_NAMES, "learner", "learner", "min-width: 170px; flex: 1", value=LEARNERS[0]
+                    translated(LEARNER_NAMES),
+                    tr("learner"),
+                    "learner",
+                    "min-width: 170px; flex: 1",
+                    value=LEARNERS[0],
                 ).on_value_change(self._set_learner)
             with div("bench-row"):
                 self._buttons = command_buttons(page, BUTTONS, "flex: 1 1 40%", axis=self._axis_of)
             with div("bench-row"):
-                self._required = ui.input("J required").mark("required").style("width: 150px")
+                self._required = ui.input(tr("J required")).mark("required").style("width: 150px")
                 self._required.props("inputmode=decimal").on("keydown.enter", self._set_required)
-                button("Set", self._set_required, "set-required")
+                button(tr("Set"), self._set_required, "set-required")
                 set_adaptation = partial(page.ask, "setting", setting="adaptation")
-                self._adaptation = Switch("Adaptation", "adaptation", lambda on: set_adaptation(value=on))
+                self._adaptation = Switch(tr("Adaptation"), "adaptation", lambda on: set_adaptation(value=on))
 
     def refresh(self, status: MachineStatus) -> None:
         """Show the state of learning and its settings."""
@@ -111,7 +129,7 @@ class LearningCard:
         try:
             shown = float(str(self._required.value).replace(",", "."))
         except ValueError:
-            notify(f'"{self._required.value}" is no number.')
+            notify(tr('"{value}" is no number.', value=self._required.value))
             return
         required_m = shown / self._page.units.error.factor
         await self._page.ask("setting", setting="required_m", value=required_m)
@@ -120,12 +138,18 @@ class LearningCard:
 def headline(learning: LearningStatus, required_m: float, units: UnitSystem) -> str:
     """State of the run in words; a run that is done says when J stays above `required_m`, and what helps."""
     if not learning.axis:
-        return "No learning run yet."
-    state = f"Axis {learning.axis}: {learning.state.name.lower()}"
+        return tr("No learning run yet.")
+    state = tr("Axis {axis}: {state}", axis=learning.axis, state=tr(LEARNING_STATES[learning.state]))
     if learning.state is not LearningState.DONE or not learning.best_m > required_m:
         return state
     best, required = units.error.with_unit(learning.best_m), units.error.with_unit(required_m)
-    return f"{state}, requirement not reached: J {best}, required {required}. {WHAT_HELPS}"
+    return tr(
+        "{state}, requirement not reached: J {best}, required {required}. {help}",
+        state=state,
+        best=best,
+        required=required,
+        help=tr(WHAT_HELPS),
+    )
 
 
 def learning_figures(learning: LearningStatus, units: UnitSystem) -> dict[str, str]:
@@ -134,10 +158,12 @@ def learning_figures(learning: LearningStatus, units: UnitSystem) -> dict[str, s
     if math.isfinite(learning.best_m):
         best = units.error.with_unit(learning.best_m)
         if math.isfinite(learning.acceleration_m_s2):
-            best += f" at {units.acceleration.with_unit(learning.acceleration_m_s2)}"
+            acceleration = units.acceleration.with_unit(learning.acceleration_m_s2)
+            best = tr("{best} at {acceleration}", best=best, acceleration=acceleration)
+    strokes = tr("{done} of {total}", done=learning.strokes_done, total=learning.strokes_total)
     return {
-        "stage": STAGES.get(learning.stage, learning.stage),
-        "strokes": f"{learning.strokes_done} of {learning.strokes_total}" if learning.strokes_total else "",
+        "stage": tr(STAGES.get(learning.stage, learning.stage)),
+        "strokes": strokes if learning.strokes_total else "",
         "remaining": duration_text(learning.remaining_s) if learning.state in ACTIVE else "",
         "best": best,
         "reason": learning.reason,

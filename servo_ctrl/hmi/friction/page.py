@@ -19,19 +19,24 @@ from servo_ctrl.hmi.friction.figures import (
 )
 from servo_ctrl.hmi.friction.learning_card import LearningCard
 from servo_ctrl.hmi.friction.versions import VersionsCard
+from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import Plot, when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import CHECK, WARNING, Pill, Switch, card, div, faint, pairs, toggle
+from servo_ctrl.hmi.shell.parts import Pill, Switch, card, div, faint, pairs, toggle
 from servo_ctrl.hmi.shell.units import DisplayUnit
 
-TITLE = "Friction"
+TITLE = word("Friction")
 LATELY, FEWEST, ODD = 8, 3, 2.0
 """Reversals in the median; how many it needs; the factor above it that makes one odd. Chosen."""
-SWITCHES = {"compensation": "Compensation", "observer": "Disturbance observer", "screw": "Screw and take-up"}
+SWITCHES = {
+    "compensation": word("Compensation"),
+    "observer": word("Disturbance observer"),
+    "screw": word("Screw and take-up"),
+}
 """By the ending of their commands, ENABLE_ and DISABLE_."""
 PAIRS = {key: name for key, name in INDICATORS.items() if key != MEAN} | {
-    "reversals": "reversals",
-    "version": "learned",
+    "reversals": word("reversals"),
+    "version": word("learned"),
 }
 """Names of the values of an axis below J, which stands above them in large figures."""
 
@@ -56,16 +61,16 @@ class AxisFrictionCard:
 
     def __init__(self, page: OpenPage, axis: str) -> None:
         self._page, self._axis = page, axis
-        with card(f"Axis {axis}", f"axis-{axis}"):
+        with card(tr("Axis {axis}", axis=axis), f"axis-{axis}"):
             with div("bench-row apart"):
                 self._mean = ui.label().classes("bench-figure").style("text-align: left").mark(f"j-{axis}")
                 self._due = Pill(f"due-{axis}")
             self._required = faint().mark(f"required-{axis}")
             with div("bench-pairs"):
-                self._values = pairs(PAIRS, f"{{}}-{axis}")
+                self._values = pairs(translated(PAIRS), f"{{}}-{axis}")
             with div("bench-row"):
                 self._switches = {
-                    name: Switch(text, f"{name}-{axis}", partial(self._flip, name))
+                    name: Switch(tr(text), f"{name}-{axis}", partial(self._flip, name))
                     for name, text in SWITCHES.items()
                 }
 
@@ -78,18 +83,24 @@ class AxisFrictionCard:
         moment = axis.learned_at.replace("T", " ")[:16]
         texts = {key: error.with_unit(getattr(axis.last, key, math.nan)) for key in INDICATORS}
         texts["reversals"] = str(axis.reversals)
-        texts["version"] = f"version {axis.version} of {moment}" if axis.version else "nothing in use"
+        texts["version"] = (
+            tr("version {version} of {moment}", version=axis.version, moment=moment)
+            if axis.version
+            else tr("nothing in use")
+        )
         for key, label in self._values.items():
             label.set_text(texts[key])
         self._mean.set_text(texts[MEAN])
-        above = " \N{EM DASH} above it" if axis.error_mean_m > required_m else ""
+        above = tr(" — above it") if axis.error_mean_m > required_m else ""
         lately_m = [one.report.error_mean_m for one in self._page.link.reversals if one.axis == self._axis]
         lately = median_text(lately_m[-LATELY:], axis.error_mean_m, error)
-        self._required.set_text(f"J; required {error.with_unit(required_m)}{above}{lately}")
+        self._required.set_text(
+            tr("J; required {required}", required=error.with_unit(required_m)) + above + lately
+        )
         if axis.learning_due:
-            self._due.show(f"{WARNING} learning due", "warn")
+            self._due.show(tr("⚠ learning due"), "warn")
         else:
-            self._due.show(f"{CHECK} settled", "calm")
+            self._due.show(tr("✓ settled"), "calm")
         self._switches["compensation"].show(axis.compensation_enabled)
         self._switches["observer"].show(axis.observer_enabled)
         self._switches["screw"].show(axis.screw.enabled)
@@ -103,8 +114,13 @@ def median_text(lately_m: Sequence[float], last_m: float, error: DisplayUnit) ->
     if len(lately_m) < FEWEST:
         return ""
     median_m = statistics.median(lately_m)
-    odd = ", this one is odd" if last_m > ODD * median_m else ""
-    return f"; median of the last {len(lately_m)}: {error.with_unit(median_m)}{odd}"
+    odd = tr(", this one is odd") if last_m > ODD * median_m else ""
+    return tr(
+        "; median of the last {count}: {median}{odd}",
+        count=len(lately_m),
+        median=error.with_unit(median_m),
+        odd=odd,
+    )
 
 
 class ReversalCard:
@@ -112,11 +128,13 @@ class ReversalCard:
 
     def __init__(self, page: OpenPage, hello: Hello) -> None:
         self._page, self._hello = page, hello
-        with card("Reversals", "reversals"):
-            self._choice = toggle(INDICATORS, "indicator", MEAN).style("flex-wrap: wrap")
-            self._over_time = Plot("indicator-plot", "Indicator of each reversal over time")
-            self._none = faint("No reversal was seen yet: run a program.")
-            self._errors = Plot("error-plot", "Error after the last reversal of each axis and direction", 220)
+        with card(tr("Reversals"), "reversals"):
+            self._choice = toggle(translated(INDICATORS), "indicator", MEAN).style("flex-wrap: wrap")
+            self._over_time = Plot("indicator-plot", tr("Indicator of each reversal over time"))
+            self._none = faint(tr("No reversal was seen yet: run a program."))
+            self._errors = Plot(
+                "error-plot", tr("Error after the last reversal of each axis and direction"), 220
+            )
 
     def refresh(self, status: MachineStatus) -> None:
         """Draw the reversals since the page's process has connected."""

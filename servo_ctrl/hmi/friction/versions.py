@@ -16,19 +16,20 @@ from servo_ctrl.hmi.friction.figures import (
     screw_figure,
     version_rows,
 )
+from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import Plot
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, note, toggle
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, VersionEntry
 
-KINDS = {"pulse": "friction pulse", "screw": "screw"}
+KINDS = {"pulse": word("friction pulse"), "screw": word("screw")}
 ROLL_BACK = {"pulse": Command.ROLL_BACK, "screw": Command.ROLL_BACK_SCREW}
 COLUMNS = {
-    "name": ("version", "left"),
-    "gain": ("J before and after", "left"),
-    "learned_at": ("learned at", "left"),
-    "learner": ("learner", "left"),
-    "strokes": ("strokes", "right"),
+    "name": (word("version"), "left"),
+    "gain": (word("J before and after"), "left"),
+    "learned_at": (word("learned at"), "left"),
+    "learner": (word("learner"), "left"),
+    "strokes": (word("strokes"), "right"),
     "problem": ("", "left"),
 }
 """By field: heading and alignment."""
@@ -47,23 +48,25 @@ class VersionsCard:
         """The version that is drawn beside the one in use."""
         ui.add_css(TABLE_CSS)
         names = [axis.name for axis in hello.axes]
-        with card("What was learned", "learned"):
+        with card(tr("What was learned"), "learned"):
             with div("bench-row"):
                 self._axis = toggle(names, "learned-axis", names[0])
-                self._kind = toggle(KINDS, "learned-kind", "pulse")
+                self._kind = toggle(translated(KINDS), "learned-kind", "pulse")
                 ui.space()
-                self._roll_back_button = button("Roll back", self._roll_back, "roll-back", icon="undo")
+                self._roll_back_button = button(tr("Roll back"), self._roll_back, "roll-back", icon="undo")
             self._problem = note("learned-problem")
             columns = [
-                {"name": name, "label": label, "field": name, "align": align}
+                {"name": name, "label": tr(label) if label else "", "field": name, "align": align}
                 for name, (label, align) in COLUMNS.items()
             ]
             self._table = ui.table(rows=[], columns=columns, row_key="version", selection="single")
             self._table.props("flat dense hide-pagination :rows-per-page-options=[0] wrap-cells")
             self._table.classes("bench-versions").mark("versions").on_select(self._choose)
             with div("bench-grid"):
-                self._left = Plot("duration-plot", "Duration of the pulse over the reverse acceleration")
-                self._right = Plot("amplitude-plot", "Amplitude of the pulse over the reverse acceleration")
+                self._left = Plot("duration-plot", tr("Duration of the pulse over the reverse acceleration"))
+                self._right = Plot(
+                    "amplitude-plot", tr("Amplitude of the pulse over the reverse acceleration")
+                )
 
     def refresh(self, status: MachineStatus) -> None:
         """Read the store again where the axis, the kind or the version in use has changed, and draw."""
@@ -74,8 +77,12 @@ class VersionsCard:
         wanted = (axis.name, str(self._kind.value), in_use)
         if wanted != self._loaded:
             self._loaded, self._chosen = wanted, None
-            background_tasks.create(self._load(), name="learned versions")
+            background_tasks.create(self._load_on_page(), name="learned versions")
         self._draw(axis)
+
+    async def _load_on_page(self) -> None:
+        with self._problem:  # a task has no page of its own, whose language it would know
+            await self._load()
 
     async def _load(self) -> None:
         wanted = axis, kind, in_use = self._loaded
@@ -88,8 +95,12 @@ class VersionsCard:
             return  # another axis or kind was chosen meanwhile
         self._entries = entries
         if not entries and not problem:
-            missing = f"Version {in_use} is in use, but there is none in {self._hello.learned_dir}."
-            problem = missing if in_use else "Nothing was learned yet."
+            missing = tr(
+                "Version {version} is in use, but there is none in {place}.",
+                version=in_use,
+                place=self._hello.learned_dir,
+            )
+            problem = missing if in_use else tr("Nothing was learned yet.")
         self._problem.set_text(problem)
         self._table.update_rows(version_rows(entries, self._page.units))
         self._table.set_visibility(bool(entries))
@@ -111,9 +122,9 @@ class VersionsCard:
             return
         functions = {}
         if axis.learned is not None:
-            functions[f"version {axis.version}, in use"] = axis.learned
+            functions[tr("version {version}, in use", version=axis.version)] = axis.learned
         if chosen is not None and self._chosen != axis.version:
-            functions[f"version {self._chosen}"] = chosen
+            functions[tr("version {version}", version=self._chosen)] = chosen
         self._left.show(key, lambda: pulse_figure(functions, "durations", look))
         self._right.show(key, lambda: pulse_figure(functions, "amplitudes", look))
 
@@ -121,9 +132,13 @@ class VersionsCard:
         (axis, kind, _), target = self._loaded, roll_back_target(self._entries)
         if target is None:
             return
-        after = f"version {target}" if target else "none: the axis then runs without"
-        details = f"The {KINDS[kind]} in use becomes {after}. Nothing is deleted; it can be learned again."
-        if await confirmed(f"Roll back axis {axis}?", details, "Roll back"):
+        after = tr("version {version}", version=target) if target else tr("none: the axis then runs without")
+        details = tr(
+            "The {kind} in use becomes {after}. Nothing is deleted; it can be learned again.",
+            kind=tr(KINDS[kind]),
+            after=after,
+        )
+        if await confirmed(tr("Roll back axis {axis}?", axis=axis), details, tr("Roll back")):
             await self._page.command(ROLL_BACK[kind], axis)
 
 

@@ -6,6 +6,7 @@ from nicegui import ui
 
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, div, faint
@@ -20,19 +21,19 @@ class LineCard:
     def __init__(self, page: OpenPage) -> None:
         self._page = page
         self._sent: tuple[str, ...] = ()
-        with card("Line of G-code", "mdi"):
+        with card(tr("Line of G-code"), "mdi"):
             self._modes = faint().classes("num").mark("mdi-modes")
             with div("bench-row"):
-                self._field = ui.input("as G0 X10 Y5, or G91 G1 X0.1 F100").mark("mdi-line")
+                self._field = ui.input(tr("as G0 X10 Y5, or G91 G1 X0.1 F100")).mark("mdi-line")
                 self._field.props("spellcheck=false autocomplete=off").style("flex: 1 1 220px")
                 self._field.on("keydown.enter", self._send)
-                self._run = button("Run line", self._send, "mdi-run", icon="play_arrow")
+                self._run = button(tr("Run line"), self._send, "mdi-run", icon="play_arrow")
             place = div("bench-row").mark("mdi-history")
         self._history = Rebuilt(place, self._show_sent)
 
     def refresh(self, status: MachineStatus) -> None:
         """Show the modal words that hold for the next line."""
-        self._modes.set_text(f"holds: {status.program.modes}")
+        self._modes.set_text(tr("holds: {modes}", modes=status.program.modes))
         self._run.set_enabled(self._page.link.connected and status.stage is Stage.READY)
         self._history.show(self._sent)
 

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 from nicegui import ui
 
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.live_content import Rebuilt
-from servo_ctrl.hmi.shell.parts import div
+from servo_ctrl.hmi.shell.parts import div, named
 
 AROUND = 3
 """Lines before and behind; chosen."""
@@ -15,7 +16,8 @@ class LineView:
     """Hidden while no line is under way."""
 
     def __init__(self) -> None:
-        self._place = div("bench-lines num").mark("line-under-way").props('aria-label="Line under way"')
+        self._place = div("bench-lines num").mark("line-under-way")
+        named(self._place, tr("Line under way"))
         self._view = Rebuilt(self._place, _show)
 
     def show(self, text: str, line: int) -> None:

@@ -5,13 +5,14 @@ from functools import partial
 from nicegui import ui
 
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import Switch, div, faint
+from servo_ctrl.hmi.shell.parts import Switch, div, faint, named
 
-OVERRIDES = {"feed_override_percent": "Feed", "rapid_override_percent": "Rapid"}
+OVERRIDES = {"feed_override_percent": word("Feed"), "rapid_override_percent": word("Rapid")}
 CHOICES = (1, 10, 25, 50, 75, 100)
 """Per cent; what another client has set beside them is shown as it is."""
-SWITCHES = {"single_block": "Single block", "optional_stop": "Optional stop (M1)"}
+SWITCHES = {"single_block": word("Single block"), "optional_stop": word("Optional stop (M1)")}
 
 
 class PaceControls:
@@ -24,14 +25,13 @@ class PaceControls:
         with div("bench-row").mark("pace"):
             for name, title in OVERRIDES.items():
                 with div("bench-row").style("flex-wrap: nowrap"):
-                    faint(f"{title} %")
+                    faint(f"{tr(title)} %")
                     toggle = ui.toggle({}, on_change=partial(self._choose, name)).classes("num")
-                    toggle.props(
-                        f'no-caps unelevated padding="8px 6px" aria-label="{title} override in per cent"'
-                    )
+                    toggle.props('no-caps unelevated padding="8px 6px"')
+                    named(toggle, tr("{pace} override in per cent", pace=tr(title)))
                     self._toggles[name] = toggle.mark(name.removesuffix("_percent").replace("_", "-"))
             self._switches = {
-                name: Switch(text, name.replace("_", "-"), partial(self._flip, name))
+                name: Switch(tr(text), name.replace("_", "-"), partial(self._flip, name))
                 for name, text in SWITCHES.items()
             }
 

@@ -11,6 +11,7 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.config.part_program import ReadingOptions
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.motion.line_card import LineCard
 from servo_ctrl.hmi.motion.path_preview import PathPreview
 from servo_ctrl.hmi.motion.program_run import ProgramRun
@@ -26,9 +27,7 @@ from servo_ctrl.hmi.motion.step_form import StepForm
 from servo_ctrl.hmi.shell.live_content import when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import (
-    CHECK,
     CROSS,
-    ELLIPSIS,
     button,
     card,
     choice,
@@ -36,11 +35,12 @@ from servo_ctrl.hmi.shell.parts import (
     div,
     errors_notified,
     faint,
+    named,
     note,
     notify,
 )
 
-TITLE = "Motion"
+TITLE = word("Motion")
 _ONE_CHECK = asyncio.Semaphore(1)
 """The process checks one program at a time: STOP must not wait behind ten of them."""
 
@@ -71,30 +71,36 @@ class ProgramEditor:
         self._name, self._text = "", ""
         self._checks = 0
         """Number of the newest check; an older one must not show its result."""
-        with card("Program", "editor"):
-            self._choice = choice([], "from the programs directory", "program-choice", on_change=self._open)
+        with card(tr("Program"), "editor"):
+            self._choice = choice(
+                [], tr("from the programs directory"), "program-choice", on_change=self._open
+            )
             self._verdict = note("program-verdict", "").props("role=status aria-live=polite")
             with ui.tabs().props("dense no-caps align=left") as tabs:
-                as_form = ui.tab("Form").mark("tab-form")
-                as_text = ui.tab("Text").mark("tab-text")
+                as_form = ui.tab("form", tr("Form")).mark("tab-form")
+                as_text = ui.tab("text", tr("Text")).mark("tab-text")
             self._tabs, self._as_text = tabs, as_text
             with ui.tab_panels(tabs, value=as_form, animated=False).classes("bench-panels"):
                 with ui.tab_panel(as_form):
                     self._form = StepForm([axis.name for axis in hello.axes], self._form_changed)
-                    self._no_form = faint("This program can be edited as text only.")
+                    self._no_form = faint(tr("This program can be edited as text only."))
                 with ui.tab_panel(as_text):
                     self._area = ui.textarea().mark("program-text").style("width: 100%")
-                    self._area.props('outlined rows=24 spellcheck=false aria-label="Program text"')
+                    named(self._area.props("outlined rows=24 spellcheck=false"), tr("Program text"))
                     self._area.on("change", self._text_changed)
-                    self._entry = ui.number("enter at line", value=1, min=1, precision=0).mark("first-line")
+                    self._entry = ui.number(tr("enter at line"), value=1, min=1, precision=0).mark(
+                        "first-line"
+                    )
                     self._entry.on("change", self._text_changed)
                     self._entry.tooltip(
-                        "Run from there, with what the lines before have set. The axes go first, "
-                        "straight, to where the line before ends."
+                        tr(
+                            "Run from there, with what the lines before have set. The axes go first, "
+                            "straight, to where the line before ends."
+                        )
                     )
             with div("bench-row"):
-                self._save_name = ui.input("save as").mark("save-name").style("flex: 1 1 160px")
-                button("Save", self._save, "save-program", icon="save")
+                self._save_name = ui.input(tr("save as")).mark("save-name").style("flex: 1 1 160px")
+                button(tr("Save"), self._save, "save-program", icon="save")
         self._list_programs(first=True)
 
     def _list_programs(self, *, first: bool = False) -> None:
@@ -137,7 +143,7 @@ class ProgramEditor:
         first_line = int(self._entry.value or 1) if is_part_program_name(name) else 1
         reading = self._reading(first_line)
         self._run.offer(None)
-        self._show_verdict(f"is being checked {ELLIPSIS}")
+        self._show_verdict(tr("is being checked …"))
         async with _ONE_CHECK:
             if number != self._checks:
                 return
@@ -151,7 +157,13 @@ class ProgramEditor:
         if number == self._checks:
             self._preview.show(preview)
             self._run.offer(ProgramText(name=name, text=text, first_line=first_line))
-            self._show_verdict(f"{CHECK} {name}: within the limits, from home{self._entered(preview)}")
+            self._show_verdict(
+                tr(
+                    "✓ {name}: within the limits, from home{entry}",
+                    name=name,
+                    entry=self._entered(preview),
+                )
+            )
 
     def _reading(self, first_line: int) -> ReadingOptions:
         """What the controller will read a part program with, as far as the page knows."""
@@ -167,7 +179,12 @@ class ProgramEditor:
         places = zip(self._axes, preview.entry.position_m, strict=False)
         where = ", ".join(f"{axis} {length.with_unit(at_m)}" for axis, at_m in places)
         entry = preview.entry
-        return f". Enters at line {entry.line} with {entry.words}; goes first, straight, to {where}"
+        return tr(
+            ". Enters at line {line} with {words}; goes first, straight, to {where}",
+            line=entry.line,
+            words=entry.words,
+            where=where,
+        )
 
     def _show_verdict(self, verdict: str, tone: str = "") -> None:
         self._verdict.set_text(verdict)
@@ -178,11 +195,13 @@ class ProgramEditor:
         if not self._page.permits(Role.OPERATE):
             return
         exists = name in programs_in(self._directory)
-        if exists and not await confirmed(f"Replace {name}?", "The file of that name is lost.", "Replace"):
+        if exists and not await confirmed(
+            tr("Replace {name}?", name=name), tr("The file of that name is lost."), tr("Replace")
+        ):
             return
         with errors_notified():
             await asyncio.to_thread(save_program, self._directory, name, self._text)
             self._name = name
             self._list_programs()
-            notify(f"{name} is saved.", "positive")
+            notify(tr("{name} is saved.", name=name), "positive")
             await self._check(self._text)

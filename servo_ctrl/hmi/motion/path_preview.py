@@ -4,11 +4,12 @@ import numpy as np
 from nicegui import ui
 
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.motion.path_picture import PathPicture, path_picture
 from servo_ctrl.hmi.motion.programs import Preview
 from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import ELLIPSIS, captioned, card, div
+from servo_ctrl.hmi.shell.parts import ELLIPSIS, captioned, card, div, named
 
 MAX_HEIGHT_PX = 460
 """Height of the picture on a wide screen; the form beside it is as high."""
@@ -24,8 +25,9 @@ class PathPreview:
         self._ring: ui.element | None = None
         self._plane = (0, 0)
         self._number = 0
-        with card("Path from home", "preview"):
-            place = div().mark("path").props('role=img aria-label="Path, coloured by speed"')
+        with card(tr("Path from home"), "preview"):
+            place = div().mark("path").props("role=img")
+            named(place, tr("Path, coloured by speed"))
             figures = div("bench-figures num").mark("preview-figures")
         self._parts = Rebuilt(place, self._draw), Rebuilt(figures, self._show_figures)
 
@@ -61,7 +63,14 @@ class PathPreview:
                 self._ring = ui.element("i").classes("bench-here").style("display: none")
             with div("bench-row apart bench-faint").style("font-size: 12px"):
                 names = [preview.axes[axis] for axis in self._plane]
-                ui.label(f"{names[0]} to the right, {names[1]} upwards, {units.length.unit}")
+                ui.label(
+                    tr(
+                        "{first} to the right, {second} upwards, {unit}",
+                        first=names[0],
+                        second=names[1],
+                        unit=units.length.unit,
+                    )
+                )
                 with div("bench-row num"):
                     ui.label("0")
                     gradient = f"linear-gradient(90deg, {', '.join(theme.speeds)})"
@@ -77,10 +86,10 @@ class PathPreview:
             f"{axis} {length.text(lowest_m)} {ELLIPSIS} {length.with_unit(highest_m)}"
             for axis, lowest_m, highest_m in zip(preview.axes, run.lowest_m, run.highest_m, strict=True)
         ]
-        captioned("time", f"{run.duration_s:.1f} s")
-        captioned("steps", str(preview.steps))
-        captioned("path length", length.with_unit(run.length_m))
-        captioned("extents", "; ".join(extents))
+        captioned(tr("time"), f"{run.duration_s:.1f} s")
+        captioned(tr("steps"), str(preview.steps))
+        captioned(tr("path length"), length.with_unit(run.length_m))
+        captioned(tr("extents"), "; ".join(extents))
 
     def _move_ring(self) -> None:
         preview, picture, rows = self._preview, self._picture, self._page.link.rows

@@ -9,11 +9,11 @@ from servo_ctrl.commands.learning_status import ACTIVE
 from servo_ctrl.commands.local_messages import ProgramText
 from servo_ctrl.commands.machine_status import MachineStatus, ProgramStatus
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.motion.line_view import LineView
 from servo_ctrl.hmi.motion.pace_controls import PaceControls
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import (
-    ELLIPSIS,
     button,
     card,
     confirmed,
@@ -23,7 +23,7 @@ from servo_ctrl.hmi.shell.parts import (
     progress_bar,
 )
 
-LEARNS = "the machine is learning: pause or abort that on page Friction"
+LEARNS = word("the machine is learning: pause or abort that on page Friction")
 
 
 class ProgramRun:
@@ -36,22 +36,24 @@ class ProgramRun:
         hold, resume, abort = (
             partial(page.command, Command[f"{verb}_PROGRAM"]) for verb in ("HOLD", "RESUME", "ABORT")
         )
-        with card("Program in the machine", "program-run"):
+        with card(tr("Program in the machine"), "program-run"):
             with div("bench-row apart"):
                 with div().style("min-width: 0; flex: 1 1 260px"):
                     self._name = ui.label().mark("program-name")
                     self._name.style("font-size: 22px; font-weight: 600; overflow-wrap: anywhere")
                     self._step = faint().mark("program-step")
                 with div("bench-row bench-actions"):
-                    self._load = button("Load", self._load_draft, "load-program", icon="upload")
+                    self._load = button(tr("Load"), self._load_draft, "load-program", icon="upload")
                     self._start = button(
-                        "Start", self._ask_start, "start", icon="play_arrow", look="unelevated"
+                        tr("Start"), self._ask_start, "start", icon="play_arrow", look="unelevated"
                     )
-                    self._hold = button("Hold", hold, "hold", icon="pause")
-                    self._resume = button("Resume", resume, "resume", icon="play_arrow", look="unelevated")
-                    self._abort = button("Abort", abort, "abort", icon="stop")
+                    self._hold = button(tr("Hold"), hold, "hold", icon="pause")
+                    self._resume = button(
+                        tr("Resume"), resume, "resume", icon="play_arrow", look="unelevated"
+                    )
+                    self._abort = button(tr("Abort"), abort, "abort", icon="stop")
             with div("bench-row").style("flex-wrap: nowrap"):
-                self._bar = progress_bar("Progress of the program", "progress")
+                self._bar = progress_bar(tr("Progress of the program"), "progress")
                 self._bar.props("rounded").style("flex: 1 1 auto")
                 self._percent = ui.label().classes("num").mark("progress-share")
                 self._percent.style("min-width: 5ch; text-align: right")
@@ -68,8 +70,8 @@ class ProgramRun:
         program, stage = status.program, status.stage
         learning = status.learning.state in ACTIVE
         running = stage is Stage.RUNNING and not learning
-        self._name.set_text(program.name or "no program")
-        self._step.set_text(LEARNS if learning else step_text(program, stage))
+        self._name.set_text(program.name or tr("no program"))
+        self._step.set_text(tr(LEARNS) if learning else step_text(program, stage))
         self._bar.set_value(program.progress)
         self._percent.set_text(f"{100.0 * program.progress:.0f} %")
         self._problem.set_text(program.problem)
@@ -91,8 +93,11 @@ class ProgramRun:
         """Start; where the program is entered behind its first line, show what holds there first."""
         status = self._page.link.status
         entry = status.program.entry if status is not None else ""
-        details = f"{entry}\nThe axes go first, straight and as a rapid move, to where the line before ends."
-        if not entry or await confirmed("Start behind the first line?", details, "Start"):
+        details = tr(
+            "{entry}\nThe axes go first, straight and as a rapid move, to where the line before ends.",
+            entry=entry,
+        )
+        if not entry or await confirmed(tr("Start behind the first line?"), details, tr("Start")):
             await self._page.command(Command.START_PROGRAM)
 
     async def _load_draft(self) -> None:
@@ -106,16 +111,22 @@ class ProgramRun:
 def step_text(program: ProgramStatus, stage: Stage) -> str:
     """How far the program is, or what is missing before it can be started."""
     if program.preparing:
-        return f"is being checked {ELLIPSIS}"
-    line = f", line {program.line}" if program.line else ""
+        return tr("is being checked …")
+    line = tr(", line {line}", line=program.line) if program.line else ""
     if program.held:
         why = f" ({program.held_by})" if program.held_by else ""
-        return f'held in step {program.step + 1} "{program.label}"{line}{why}'
+        return tr(
+            'held in step {step} "{label}"{line}{why}',
+            step=program.step + 1,
+            label=program.label,
+            line=line,
+            why=why,
+        )
     if stage is Stage.RUNNING and program.step >= 0:
-        what = "a line of its own" if program.apart else f"step {program.step + 1}"
+        what = tr("a line of its own") if program.apart else tr("step {step}", step=program.step + 1)
         return f'{what} "{program.label}"{line}'
     if not program.loaded:
-        return "pick one below and load it"
+        return tr("pick one below and load it")
     if stage is Stage.READY:
-        return "can be started"
-    return "is loaded; it can be started once the drives are on: Enable on page Drive"
+        return tr("can be started")
+    return tr("is loaded; it can be started once the drives are on: Enable on page Drive")

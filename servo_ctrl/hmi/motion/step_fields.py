@@ -49,6 +49,11 @@ class StepField(NamedTuple):
     required: bool = False
     default: str = ""
 
+    @property
+    def name(self) -> str:
+        """The label without the axis; whoever shows it translates it."""
+        return self.label.removesuffix(f" {self.axis}") if self.axis else self.label
+
 
 def fields_of(kind: str, axes: Sequence[str]) -> list[StepField]:
     """The fields of a kind of step, in the order of its type."""

@@ -6,6 +6,7 @@ from typing import Any
 
 from nicegui import ui
 
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.motion.step_fields import (
     MODELS,
     WITHOUT_FORM,
@@ -45,19 +46,20 @@ class StepForm:
         with ui.expansion(f"{number}  {label}", caption=caption_of(step)).classes("bench-step") as card:
             card.mark(f"step-{number}").props("dense-toggle")
             if kind in WITHOUT_FORM:
-                faint("Columns of a file: edit this step as text.")
+                faint(tr("Columns of a file: edit this step as text."))
             else:
                 with div("bench-fields"):
                     for field in fields_of(kind, self._axes):
                         self._field(f"step-{number}-{field.key}", step, field)
             with div("bench-row"):
                 duplicate = partial(self._insert, number, dict(step))
-                button("Duplicate", duplicate, f"duplicate-{number}", look="flat")
-                button("Delete", partial(self._delete, index), f"delete-{number}", look="flat")
+                button(tr("Duplicate"), duplicate, f"duplicate-{number}", look="flat")
+                button(tr("Delete"), partial(self._delete, index), f"delete-{number}", look="flat")
 
     def _field(self, mark: str, step: dict[str, Any], field: StepField) -> None:
         value = shown_value(step, field)
-        label = field.label + (f" ({field.unit})" if field.unit else "")
+        label = tr(field.name) + (f" {field.axis}" if field.axis else "")
+        label += f" ({field.unit})" if field.unit else ""
 
         async def put(written: str | None) -> None:
             put_value(step, field, written or "")
@@ -73,14 +75,14 @@ class StepForm:
             typed.on("change", lambda: put(typed.value))
             shown = typed.props("inputmode=decimal" if field.kind in {"number", "integer"} else "")
         mark += f"-{field.axis}" if field.axis else ""
-        shown.props("stack-label").mark(mark).tooltip(field.meaning)
+        shown.props("stack-label").mark(mark).tooltip(tr(field.meaning))
 
     def _adder(self) -> None:
         with div("bench-row"):
             kinds = [kind for kind in MODELS if kind not in WITHOUT_FORM]
-            kind = ui.select(kinds, value="move", label="another step")
+            kind = ui.select(kinds, value="move", label=tr("another step"))
             kind.style("flex: 1 1 120px").mark("new-kind")
-            button("Add", lambda: self._insert(len(self._steps), {"kind": kind.value}), "add-step")
+            button(tr("Add"), lambda: self._insert(len(self._steps), {"kind": kind.value}), "add-step")
 
     async def _insert(self, index: int, step: dict[str, Any]) -> None:
         self._steps.insert(index, step)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from servo_ctrl.hmi.charts.echarts import Options, Trace, chart_options, line_series, trace, value_axis
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.plots import ORANGE, PURPLE, Theme
 from servo_ctrl.hmi.shell.units import DisplayUnit, UnitSystem
 
@@ -75,7 +76,9 @@ def scope_options(
         top = {"top": f"{LEGEND_PERCENT + height * k}%", "height": f"{height - GAP_PERCENT}%"}
         options["grid"].append({"left": 64, "right": 16 + 60 * len(fixed), **top})
         lowest = k == len(panes) - 1
-        time_axis = value_axis(theme, f"time ({time.unit})" if lowest else "", 24, gridIndex=k, **line)
+        time_axis = value_axis(
+            theme, tr("time ({unit})", unit=time.unit) if lowest else "", 24, gridIndex=k, **line
+        )
         time_axis |= {"min": begin, "max": begin + layout.span_s * time.factor}
         # labels of the ends would be cut, or make the lowest pane narrower than the others
         time_axis["axisLabel"] |= {"show": lowest, "showMinLabel": False, "showMaxLabel": False}
@@ -121,7 +124,7 @@ def _level_line(level: float) -> dict[str, Any]:
     return {
         "silent": True,
         "symbol": "none",
-        "label": {"formatter": "level", "position": "insideEndTop"},
+        "label": {"formatter": tr("level"), "position": "insideEndTop"},
         "lineStyle": {"type": "dashed", "width": 1},
         "data": [{"yAxis": level}],
     }

@@ -7,6 +7,7 @@ from typing import Any
 from nicegui import ui
 
 from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.scope.appearance import MAX_CHANNELS, ShownChannel, channel_unit, time_unit
 from servo_ctrl.hmi.scope.capture import CaptureSettings, TriggerMode
 from servo_ctrl.hmi.scope.trigger import Trigger, TriggerKind
@@ -16,13 +17,13 @@ from servo_ctrl.hmi.shell.units import UnitSystem
 
 SPANS_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)
 KINDS: dict[TriggerKind, str] = {
-    "free": "free running",
-    "reversal": "reversal of an axis",
-    "rising": "level, rising",
-    "falling": "level, falling",
-    "fault": "fault or stop",
+    "free": word("free running"),
+    "reversal": word("reversal of an axis"),
+    "rising": word("level, rising"),
+    "falling": word("level, falling"),
+    "fault": word("fault or stop"),
 }
-MODES: dict[TriggerMode, str] = {"auto": "Auto", "normal": "Normal", "single": "Single"}
+MODES: dict[TriggerMode, str] = {"auto": word("Auto"), "normal": word("Normal"), "single": word("Single")}
 BEFORE_PERCENT = (0, 10, 25, 50, 75, 90)
 AUTO_WAIT_S = 0.5
 """Mode auto: time without a trigger after which the scope runs free."""
@@ -105,22 +106,22 @@ class ScopeFields:
         self._names = [channel.name for channel in hello.channels]
         with div("bench-row"):
             channels = ui.select(
-                self._names, value=choices.channels, multiple=True, label="Channels (8 at most)"
+                self._names, value=choices.channels, multiple=True, label=tr("Channels (8 at most)")
             )
             channels.props(f"use-chips max-values={MAX_CHANNELS}").mark("scope-channels")
             channels.style("flex: 1 1 320px; min-width: 0").on_value_change(self._setter("channels", "look"))
             spans = {span: f"{span * time_unit(span).factor:g} {time_unit(span).unit}" for span in SPANS_S}
-            self._select(spans, "span_s", "Time base", "110px")
-            self._select(dict(KINDS), "kind", "Trigger", "190px")
+            self._select(spans, "span_s", tr("Time base"), "110px")
+            self._select(translated(KINDS), "kind", tr("Trigger"), "190px")
         with div("bench-row") as self._details:
-            self._source = self._select({}, "source", "Of", "220px")
+            self._source = self._select({}, "source", tr("Of"), "220px")
             self._levels = [
-                self._number("Level", "level", choices.level),
-                self._number("Hysteresis", "hysteresis", choices.hysteresis).props("min=0"),
+                self._number(tr("Level"), "level", choices.level),
+                self._number(tr("Hysteresis"), "hysteresis", choices.hysteresis).props("min=0"),
             ]
             before = {percent: f"{percent} %" for percent in BEFORE_PERCENT}
-            self._select(before, "before_percent", "Before it", "110px")
-            mode = ui.toggle(dict(MODES), value=choices.mode).props("unelevated").mark("scope-mode")
+            self._select(before, "before_percent", tr("Before it"), "110px")
+            mode = ui.toggle(translated(MODES), value=choices.mode).props("unelevated").mark("scope-mode")
             mode.on_value_change(self._setter("mode", "capture"))
         self.refresh()
 
@@ -172,7 +173,7 @@ class FixedScales:
     def __init__(self, choices: ScopeChoices, on_change: Callable[[], None]) -> None:
         self._choices, self._on_change = choices, on_change
         self._channels: Sequence[ShownChannel] = ()
-        with ui.expansion("Scales of the channels").props("dense").mark("scope-scales"):
+        with ui.expansion(tr("Scales of the channels")).props("dense").mark("scope-scales"):
             self._lines = Rebuilt(div("bench-column"), self._build)
 
     def show(self, channels: Sequence[ShownChannel]) -> None:
@@ -188,7 +189,7 @@ class FixedScales:
     def _line(self, channel: ShownChannel) -> None:
         ui.label(channel.name).style("min-width: 190px")
         ends: list[ui.number] = []
-        fixed = ui.checkbox("fixed", value=channel.limits is not None).mark(f"scope-fixed-{channel.name}")
+        fixed = ui.checkbox(tr("fixed"), value=channel.limits is not None).mark(f"scope-fixed-{channel.name}")
 
         def change() -> None:
             low, high = (end.value for end in ends)

@@ -5,11 +5,12 @@ from collections.abc import Callable, Sequence
 
 from nicegui import ui
 
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.scope.appearance import CURSOR_COLOURS, ShownChannel, time_unit
 from servo_ctrl.hmi.scope.controls import ScopeChoices
 from servo_ctrl.hmi.scope.stream import CapturedRows, row_at
 from servo_ctrl.hmi.shell.live_content import TextTable
-from servo_ctrl.hmi.shell.parts import button, div, faint
+from servo_ctrl.hmi.shell.parts import button, div, faint, named
 from servo_ctrl.hmi.shell.units import MINUS, NO_VALUE, DisplayUnit
 
 CURSORS = tuple(CURSOR_COLOURS)
@@ -22,15 +23,15 @@ class CursorReadings:
         self._choices, self._period_s, self._on_move = choices, period_s, on_move
         self._fields: dict[str, ui.number] = {}
         with div("bench-row"):
-            faint("Pointing at the chart sets")
-            self._chosen = ui.toggle({name: f"cursor {name}" for name in CURSORS}, value="A")
+            faint(tr("Pointing at the chart sets"))
+            self._chosen = ui.toggle({name: tr("cursor {name}", name=name) for name in CURSORS}, value="A")
             self._chosen.props("unelevated").mark("scope-cursor")
             for name in CURSORS:
                 number = ui.number(name, format="%.4f", step=period_s).mark(f"scope-cursor-{name.lower()}")
-                number.props(f'aria-label="Cursor {name}"').style("width: 140px")
+                named(number, tr("Cursor {name}", name=name)).style("width: 140px")
                 number.on_value_change(lambda event, name=name: self._typed(name, event.value))
                 self._fields[name] = number
-            button("Remove", self._remove, "scope-cursors-remove", look="flat")
+            button(tr("Remove"), self._remove, "scope-cursors-remove", look="flat")
         self._table = TextTable("scope-readings", ("", "A", "B", f"B {MINUS} A", ""), figures=True)
 
     def pick(self, x: float, other: bool) -> None:
@@ -61,7 +62,7 @@ class CursorReadings:
         rate_hz = 1.0 / abs(difference_s) if difference_s else math.nan
         rate = f"{rate_hz:.4g}" if math.isfinite(rate_hz) else NO_VALUE
         lines = [
-            ["time", *(time.text(value) for value in (a_s, b_s, difference_s)), time.unit],
+            [tr("time"), *(time.text(value) for value in (a_s, b_s, difference_s)), time.unit],
             [f"1 / (B {MINUS} A)", "", "", rate, "Hz"],
         ]
         for channel in channels:

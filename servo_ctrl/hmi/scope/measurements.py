@@ -5,12 +5,20 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from kernels.arrays import Array
+from servo_ctrl.hmi.languages.texts import translated, word
 from servo_ctrl.hmi.scope.appearance import ShownChannel
 from servo_ctrl.hmi.scope.stream import CapturedRows
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.units import NO_VALUE
 
-HEAD = ("", "least", "greatest", "peak to peak", "mean", "RMS", "frequency", "")
+HEAD = (
+    word("least"),
+    word("greatest"),
+    word("peak to peak"),
+    word("mean"),
+    word("RMS"),
+    word("frequency"),
+)
 FEWEST_CROSSINGS = 3
 """Rising crossings of the mean that a frequency needs; chosen."""
 
@@ -19,7 +27,7 @@ class MeasurementTable:
     """A line for each channel."""
 
     def __init__(self) -> None:
-        self._table = TextTable("scope-measured", HEAD, figures=True)
+        self._table = TextTable("scope-measured", ("", *translated(HEAD), ""), figures=True)
 
     def refresh(
         self,

@@ -12,6 +12,7 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.charts.frames import payloads_of
 from servo_ctrl.hmi.charts.live_chart import LiveChart, refresh_paced
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.scope.appearance import ScopeLayout, scope_options
 from servo_ctrl.hmi.scope.capture_files import save_capture
 from servo_ctrl.hmi.scope.controls import FixedScales, ScopeFields, first_choices
@@ -23,7 +24,7 @@ from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Pill, button, card, div, errors_notified, faint, note, panel
 from servo_ctrl.hmi.shell.plots import Look
 
-TITLE = "Scope"
+TITLE = word("Scope")
 
 
 def build(page: OpenPage) -> None:
@@ -44,25 +45,27 @@ class Scope:
         self._drawn_for: Look | None = None
         """None: the chart has to be drawn anew."""
         self._decelerating = self._saving = False
-        with panel("Settings of the scope"):
+        with panel(tr("Settings of the scope")):
             self._fields = ScopeFields(hello, self._choices, self._on_change)
             with div("bench-row"):
-                self._hold = button("Hold", self._toggle_hold, "scope-hold", icon="pause", look="unelevated")
-                self._arm = button("Arm", self._rearm, "scope-arm", icon="adjust")
-                button("Save what is seen", self._save, "scope-save", icon="save")
+                self._hold = button(
+                    tr("Hold"), self._toggle_hold, "scope-hold", icon="pause", look="unelevated"
+                )
+                self._arm = button(tr("Arm"), self._rearm, "scope-arm", icon="adjust")
+                button(tr("Save what is seen"), self._save, "scope-save", icon="save")
                 self._state = Pill("scope-state")
                 self._rate = faint().classes("num").mark("scope-rate")
                 self._clock = faint().classes("num").mark("scope-clock")
-                button("Whole picture", self._end_zoom, "scope-whole", look="flat")
-        with panel("Scope"):
-            self._chart = LiveChart("scope-chart", "Channels over time", self._stream.resend)
+                button(tr("Whole picture"), self._end_zoom, "scope-whole", look="flat")
+        with panel(tr("Scope")):
+            self._chart = LiveChart("scope-chart", tr("Channels over time"), self._stream.resend)
             self._chart.style("width: 100%; height: max(360px, 58vh); touch-action: pan-y")
             self._gap = note("scope-gap")
             self._saved = div("bench-row")
-        with panel("Cursors and scales"):
+        with panel(tr("Cursors and scales")):
             self._cursors = CursorReadings(self._choices, hello.period_s, lambda: self._on_change("look"))
             self._scales = FixedScales(self._choices, lambda: self._on_change("look"))
-        with card("Measured over the picture, or between the cursors", "scope-measurements"):
+        with card(tr("Measured over the picture, or between the cursors"), "scope-measurements"):
             self._measured = MeasurementTable()
         self._chart.on_size(self._stream.set_width)
         self._chart.on_pick(self._cursors.pick)
@@ -81,7 +84,7 @@ class Scope:
                 await self._chart.send(frame, 1 + len(self._stream.columns), self._stream.origin)
         elapsed_s = time.monotonic() - self._readings_s
         if elapsed_s >= REFRESH_S:
-            self._rate.set_text(f"{self._chart.frame_rate(elapsed_s):.0f} pictures/s")
+            self._rate.set_text(tr("{rate:.0f} pictures/s", rate=self._chart.frame_rate(elapsed_s)))
             self._readings_s += elapsed_s
             self._show_readings()
 
@@ -120,10 +123,10 @@ class Scope:
         self._measured.refresh(rows, stream.origin, channels, self._choices.cursors, period_s)
         self._clock.set_text(clock_text(self._page.link.status, ring, stream.origin, period_s))
         missing = missing_cycles(rows, ring.place("cycle"))
-        gap = f"{missing} cycles of this picture have no row: time is too short by them."
+        gap = tr("{missing} cycles of this picture have no row: time is too short by them.", missing=missing)
         self._gap.set_text(gap if missing > 0 else "")
         self._state.show(*stream.state())
-        self._hold.set_text("Go on" if stream.hold else "Hold")
+        self._hold.set_text(tr("Go on") if stream.hold else tr("Hold"))
         self._hold.props(f"icon={'play_arrow' if stream.hold else 'pause'}")
         self._arm.set_visibility(not stream.settings.free)
 
@@ -153,7 +156,7 @@ class Scope:
                 )
                 self._saved.clear()
                 with self._saved:
-                    ui.label(f"Saved in {directory}").mark("scope-saved")
+                    ui.label(tr("Saved in {place}", place=directory)).mark("scope-saved")
                     for file in sorted(directory.iterdir()):
                         mark = f"scope-download-{file.suffix[1:]}"
                         button(file.name, partial(ui.download.file, file), mark, icon="download", look="flat")

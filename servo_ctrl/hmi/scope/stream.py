@@ -8,6 +8,7 @@ import numpy as np
 from kernels.arrays import Array
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.charts.frames import ChartContents, ChartFrame, ChartView, PayloadCache, next_frame
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.link.row_ring import RowRing
 from servo_ctrl.hmi.scope.capture import CaptureSettings, CaptureState, CaptureWindow, advance
 from servo_ctrl.hmi.scope.trigger import Trigger, TriggerState, find_triggers
@@ -73,16 +74,16 @@ class ScopeStream:
         """The state of the capture in words, and its tone."""
         capture = self.capture
         if self.hold:
-            return "held", "warn"
+            return tr("held"), "warn"
         if self.settings.free:
-            return "free running", "calm"
+            return tr("free running"), "calm"
         if capture.done or capture.filling:
-            return "taken" if capture.done else "triggered", "good"
+            return tr("taken") if capture.done else tr("triggered"), "good"
         if capture.window is None:
-            return "waiting for the trigger", "calm"
+            return tr("waiting for the trigger"), "calm"
         if capture.window.triggered:
-            return "triggered, waiting for the next", "good"
-        return "no trigger: free running", "calm"
+            return tr("triggered, waiting for the next"), "good"
+        return tr("no trigger: free running"), "calm"
 
     def toggle_hold(self, ring: RowRing) -> None:
         """Keep the window as it is, or go on."""
@@ -175,7 +176,7 @@ def clock_text(status: MachineStatus | None, ring: RowRing, origin: int, period_
     _, rows = ring.since(at)
     since_s = (status.cycles - float(rows[0, ring.place("cycle")]) - (origin - at)) * period_s
     zero = (status_time - timedelta(seconds=since_s)).astimezone()
-    return f"time 0 is {zero:%H:%M:%S}.{zero.microsecond // 1000:03d}"
+    return tr("time 0 is {clock}", clock=f"{zero:%H:%M:%S}.{zero.microsecond // 1000:03d}")
 
 
 def missing_cycles(rows: CapturedRows, cycle: int) -> int:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from servo_ctrl.commands.bus_status import EventEntry
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.units import grouped
 
 SAME_CYCLES = 100
@@ -25,7 +26,7 @@ class ShownEvent(NamedTuple):
 
 def when(event: EventEntry) -> str:
     """Clock time of an event here; its cycle where the status has no time."""
-    return _clock(event.time) or f"cycle {grouped(event.cycle)}"
+    return _clock(event.time) or tr("cycle {number}", number=grouped(event.cycle))
 
 
 def coalesced(events: Sequence[EventEntry]) -> list[ShownEvent]:
@@ -52,7 +53,7 @@ def reason_text(status: MachineStatus) -> str:
             who = event.text.removesuffix(f": {command}")
             reason = reason.replace("the operator", who, 1)
             break
-    return f"{reason}, at {_clock(stop.time)}" if _clock(stop.time) else reason
+    return tr("{reason}, at {clock}", reason=reason, clock=_clock(stop.time)) if _clock(stop.time) else reason
 
 
 def _clock(time: str) -> str:

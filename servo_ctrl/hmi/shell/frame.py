@@ -3,34 +3,29 @@
 import itertools
 import time
 from collections.abc import Callable, Mapping
+from html import escape
 
 from nicegui import ui
 
 from servo_ctrl.hmi.access.guard import LOGIN
 from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.languages.texts import LANGUAGE_COOKIE, LANGUAGES, tr, word
 from servo_ctrl.hmi.shell.event_texts import when
 from servo_ctrl.hmi.shell.live_content import REFRESH_S
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.overload import RecentShare, overload_text
-from servo_ctrl.hmi.shell.parts import Pill, button, confirmed, div, faint, notify
+from servo_ctrl.hmi.shell.parts import Pill, button, confirmed, div, faint, named, notify
 from servo_ctrl.hmi.shell.units import UNIT_SYSTEMS, grouped
 
 UNITS_COOKIE, DARK_COOKIE = "bench_units", "bench_dark"
 """Preferences of a browser: unit system, dark or light. None of them is secret."""
+LANGUAGE_WORDS = ", ".join(LANGUAGES.values())
+"""Name of the choice of the language: in all of them, for somebody who reads one."""
 LEAVE_TIME_S = 1.0
 """Time for the browser to load the login page before the page is deleted on the server."""
 _LOG_OUT = "() => fetch('/logout', {method: 'POST'}).then(() => location.assign('/login'))"
-_STOP = (
-    '<button type="button" id="bench-stop" data-testid="stop" aria-label="Stop the machine; key Escape">'
-    "STOP<small>or key Esc</small></button>"
-)
-_STOP_FAILED = '<div id="bench-stop-failed" role="alert" hidden></div>'
-_STALE = (
-    '<div class="bench-banner" id="bench-stale-banner" role="alert">The page is not connected. '
-    "What it shows is old. Use the emergency stop if you have to.</div>"
-)
-_TAKE_OVER_DETAILS = "What the machine is doing goes on. They are told."
+_TAKE_OVER_DETAILS = word("What the machine is doing goes on. They are told.")
 
 
 def build_page(
@@ -64,29 +59,40 @@ class PageFrame:
         with div("bench-row bench-who").style("flex-wrap: nowrap; min-width: 0"):
             self._machine = ui.label().classes("bench-machine").mark("machine")
             self._stage = Pill("stage")
-        with ui.element("nav").classes("bench-nav").props('aria-label="Pages"'):
+        with ui.element("nav").classes("bench-nav") as pages:
+            named(pages, tr("Pages"))
             for address, title in titles.items():
-                link = ui.link(title, address).mark(f"link-{title.lower()}")
+                link = ui.link(tr(title), address).mark(f"link-{title.lower()}")
                 if address == path:
                     link.props("aria-current=page")
         with div("bench-tools bench-control"):
             self._holder = faint().mark("control-holder")
-            self._take = button("Take control", self._take_or_release, "take-control", look="unelevated")
+            self._take = button(tr("Take control"), self._take_or_release, "take-control", look="unelevated")
         with div("bench-tools bench-looks"):
             units = ui.select(
                 {name: system.label for name, system in UNIT_SYSTEMS.items()},
                 value=self._page.units.name,
                 on_change=lambda event: self._change_units(event.value),
             )
-            units.props('options-dense aria-label="Units"').mark("units")
+            named(units.props("options-dense"), tr("Units")).mark("units")
+            languages = ui.select(
+                {code: code.upper() for code in LANGUAGES},
+                value=self._page.language,
+                on_change=lambda event: _change_language(event.value),
+            )
+            named(languages.props("borderless options-dense hide-dropdown-icon"), LANGUAGE_WORDS).mark(
+                "language"
+            )
             theme = ui.button(icon="contrast", on_click=self._change_theme).mark("shade")
-            theme.props('flat aria-label="Dark or light"')
+            named(theme.props("flat"), tr("Dark or light"))
             if self._page.services.access.login_needed:
                 leave = ui.button(icon="logout").mark("logout")
-                leave.props(f'flat aria-label="Log out {self._page.user}"').on("click", js_handler=_LOG_OUT)
-        for part in (_STOP, _STOP_FAILED, _STALE):
+                named(leave.props("flat"), tr("Log out {user}", user=self._page.user)).on(
+                    "click", js_handler=_LOG_OUT
+                )
+        for part in _safety_parts():
             ui.html(part, sanitize=False).style("display: contents")
-        self._unlinked = ui.label("The controller does not answer. What the page shows is old.")
+        self._unlinked = ui.label(tr("The controller does not answer. What the page shows is old."))
         self._unlinked.classes("bench-banner").props("role=alert").mark("unlinked")
         self._overload = ui.label().classes("bench-banner").props("role=alert").mark("overload")
 
@@ -111,12 +117,12 @@ class PageFrame:
         overload = overload_text(self._ticks.take(status)) if status is not None else ""
         self._overload.set_text(overload)
         self._overload.set_visibility(bool(overload))
-        self._stage.show(f"{stage.sign} {stage.word}", stage.tone)
+        self._stage.show(f"{stage.sign} {tr(stage.word)}", stage.tone)
         if status is not None:
             newest = status.events[-1] if status.events else None
-            self._event.set_text(f"{when(newest)}: {newest.text}" if newest else "no events yet")
-            missed = f", {status.missed_ticks} ticks missed" if status.missed_ticks else ""
-            self._cycles.set_text(f"cycle {grouped(status.cycles)}{missed}")
+            self._event.set_text(f"{when(newest)}: {newest.text}" if newest else tr("no events yet"))
+            missed = tr(", {missed} ticks missed", missed=status.missed_ticks) if status.missed_ticks else ""
+            self._cycles.set_text(tr("cycle {number}", number=grouped(status.cycles)) + missed)
         self._show_control()
 
     def _jogged(self) -> bool:
@@ -130,11 +136,14 @@ class PageFrame:
     def _show_control(self) -> None:
         holder, browser = self._control.holder(time.monotonic()), self._page.browser
         if holder is None:
-            shown, offered = "Nobody has control", "Take control"
+            shown, offered = tr("Nobody has control"), tr("Take control")
         elif holder.browser == browser:
-            shown, offered = "You have control", "Release"
+            shown, offered = tr("You have control"), tr("Release")
         else:
-            shown, offered = f"{holder.user} ({holder.address}) has control", "Take over"
+            shown, offered = (
+                tr("{user} ({address}) has control", user=holder.user, address=holder.address),
+                tr("Take over"),
+            )
         self._holder.set_text(shown)
         self._take.set_text(offered)
         self._take.set_visibility(self._page.role >= Role.OPERATE)
@@ -143,7 +152,10 @@ class PageFrame:
             self._shown_handover = handover
             before, after = handover
             if before is not None and before.browser == browser and after is not None:
-                notify(f"{after.user} ({after.address}) has taken over control.", "negative")
+                notify(
+                    tr("{user} ({address}) has taken over control.", user=after.user, address=after.address),
+                    "negative",
+                )
 
     async def _take_or_release(self) -> None:
         page, now_s = self._page, time.monotonic()
@@ -152,7 +164,7 @@ class PageFrame:
             self._control.release(page.browser, now_s)
             await page.ask("release_control", quiet=True)
         elif holder is None or await confirmed(
-            f"{holder.user} has control. Take it over?", _TAKE_OVER_DETAILS, "Take over"
+            tr("{user} has control. Take it over?", user=holder.user), tr(_TAKE_OVER_DETAILS), tr("Take over")
         ):
             self._control.take(page.browser, page.user, page.address, time.monotonic())
             await page.ask("take_control", quiet=True)
@@ -166,6 +178,28 @@ class PageFrame:
         self._page.dark = not self._page.dark
         self._dark.value = self._page.dark
         _store_preference(DARK_COOKIE, "1" if self._page.dark else "0")
+
+
+def _change_language(language: str) -> None:
+    """Keep the language in the browser, and build the page anew in it."""
+    _store_preference(LANGUAGE_COOKIE, language)
+    ui.run_javascript("location.reload()")
+
+
+def _safety_parts() -> tuple[str, str, str]:
+    """STOP, what is said when it did not arrive, and the banner of a page that is not connected, as HTML."""
+    stop = (
+        f'<button type="button" id="bench-stop" data-testid="stop" '
+        f'aria-label="{escape(tr("Stop the machine; key Escape"))}">'
+        f"STOP<small>{escape(tr('or key Esc'))}</small></button>"
+    )
+    failed = tr("STOP did not reach the machine. Use the emergency stop.")
+    stale = tr("The page is not connected. What it shows is old. Use the emergency stop if you have to.")
+    return (
+        stop,
+        f'<div id="bench-stop-failed" role="alert" data-text="{escape(failed)}" hidden></div>',
+        f'<div class="bench-banner" id="bench-stale-banner" role="alert">{escape(stale)}</div>',
+    )
 
 
 def _store_preference(name: str, value: str) -> None:

@@ -11,8 +11,9 @@ from nicegui import ui
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, confirmed, div
+from servo_ctrl.hmi.shell.parts import button, confirmed, div, named
 
 Refresh = Callable[[MachineStatus], Awaitable[None] | None]
 
@@ -31,7 +32,7 @@ def connected_content(
     """
     place = div("bench-column")
     with place:
-        ui.label(f"Waiting for the controller {ELLIPSIS}").mark("waiting")
+        ui.label(tr("Waiting for the controller …")).mark("waiting")
     built_for: object = None
     refresh: Refresh = lambda _status: None  # noqa: E731  # until there is content
 
@@ -83,13 +84,13 @@ def command_buttons(
     """
 
     async def send(command: Command) -> None:
-        against = doubt(command)
-        if not against or await confirmed(f"{looks[command][0]} nevertheless?", against, looks[command][0]):
+        against, text = doubt(command), tr(looks[command][0])
+        if not against or await confirmed(tr("{command} nevertheless?", command=text), against, text):
             await page.command(command, axis(command))
 
     return {
         command: button(
-            text,
+            tr(text),
             partial(send, command),
             command.name.lower().replace("_", "-"),
             icon=icon,
@@ -123,7 +124,8 @@ class Plot:
         self._shown: Hashable = None
         self._next_s = 0.0
         self.element = ui.plotly({"data": [], "layout": {}}).mark(mark)
-        self.element.style(f"width: 100%; height: {height_px}px").props(f'role=img aria-label="{label}"')
+        self.element.style(f"width: 100%; height: {height_px}px").props("role=img")
+        named(self.element, label)
 
     def show(
         self, key: Hashable, make: Callable[[], dict[str, Any]], *, at_most_every_s: float = 0.0

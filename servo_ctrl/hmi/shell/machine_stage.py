@@ -5,6 +5,7 @@ from typing import Literal, NamedTuple
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.languages.texts import word
 
 Tone = Literal["calm", "good", "warn", "bad"]
 """How much attention a state needs; a CSS class of a pill."""
@@ -19,25 +20,25 @@ class ShownStage(NamedTuple):
 
 
 _SHOWN: dict[Stage, ShownStage] = {
-    Stage.BOOTING: ShownStage("\u2026", "Booting", "calm"),
-    Stage.STARTING: ShownStage("\u2026", "Switching on", "warn"),
-    Stage.READY: ShownStage("\u25cf", "Ready", "good"),
-    Stage.RUNNING: ShownStage("\u25b6", "Running", "good"),
-    Stage.STOPPING: ShownStage("\u25bc", "Stopping", "warn"),
-    Stage.QUICK_STOPPING: ShownStage("\u25bc", "Quick stop", "bad"),
-    Stage.DISABLING: ShownStage("\u25bc", "Switching off", "warn"),
-    Stage.OFF: ShownStage("\u25cb", "Ended", "calm"),
-    Stage.STANDBY: ShownStage("\u25cb", "Standby", "calm"),
+    Stage.BOOTING: ShownStage("\u2026", word("Booting"), "calm"),
+    Stage.STARTING: ShownStage("\u2026", word("Switching on"), "warn"),
+    Stage.READY: ShownStage("\u25cf", word("Ready"), "good"),
+    Stage.RUNNING: ShownStage("\u25b6", word("Running"), "good"),
+    Stage.STOPPING: ShownStage("\u25bc", word("Stopping"), "warn"),
+    Stage.QUICK_STOPPING: ShownStage("\u25bc", word("Quick stop"), "bad"),
+    Stage.DISABLING: ShownStage("\u25bc", word("Switching off"), "warn"),
+    Stage.OFF: ShownStage("\u25cb", word("Ended"), "calm"),
+    Stage.STANDBY: ShownStage("\u25cb", word("Standby"), "calm"),
 }
-_FAULTED = ShownStage("\u2716", "Fault", "bad")
-_SETTING_UP = ShownStage("\u2026", "Setting up nodes", "warn")
-_HELD = ShownStage("\u275a\u275a", "Held", "warn")
-_JOGGING = ShownStage("\u2194", "Jogging", "good")
-_HOMING = ShownStage("\u2302", "Homing", "warn")
+_FAULTED = ShownStage("\u2716", word("Fault"), "bad")
+_SETTING_UP = ShownStage("\u2026", word("Setting up nodes"), "warn")
+_HELD = ShownStage("\u275a\u275a", word("Held"), "warn")
+_JOGGING = ShownStage("\u2194", word("Jogging"), "good")
+_HOMING = ShownStage("\u2302", word("Homing"), "warn")
 _LEARNING: dict[LearningState, ShownStage] = {
-    LearningState.RUNNING: ShownStage("\u21bb", "Learning", "good"),
-    LearningState.PAUSING: ShownStage("\u275a\u275a", "Learning pauses", "warn"),
-    LearningState.PAUSED: ShownStage("\u275a\u275a", "Learning paused", "warn"),
+    LearningState.RUNNING: ShownStage("\u21bb", word("Learning"), "good"),
+    LearningState.PAUSING: ShownStage("\u275a\u275a", word("Learning pauses"), "warn"),
+    LearningState.PAUSED: ShownStage("\u275a\u275a", word("Learning paused"), "warn"),
 }
 _REQUESTED = ("switched off by ", "quick stop by ", "stopped by ")
 """How the reason of a stop begins that somebody has asked for."""
@@ -46,7 +47,7 @@ _REQUESTED = ("switched off by ", "quick stop by ", "stopped by ")
 def shown_stage(status: MachineStatus | None, *, jogged: bool = False) -> ShownStage:
     """The stage to show; None: there was no status yet. `jogged`: axes are led, not by a step."""
     if status is None:
-        return ShownStage("\u2026", "No contact", "bad")
+        return ShownStage("\u2026", word("No contact"), "bad")
     if status.setting_up:
         return _SETTING_UP
     if status.stage is Stage.STANDBY and is_fault(status.reason):

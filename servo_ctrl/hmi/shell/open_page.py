@@ -11,6 +11,7 @@ from servo_ctrl.commands.local_messages import Do, LocalAnswer, Who, right_for
 from servo_ctrl.hmi.access.control_right import ControlRight
 from servo_ctrl.hmi.access.sessions import Sessions
 from servo_ctrl.hmi.access.users import Access, Role
+from servo_ctrl.hmi.languages.texts import ENGLISH, tr, word
 from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.shell.parts import notify
 from servo_ctrl.hmi.shell.plots import DARK, LIGHT, Look
@@ -20,7 +21,7 @@ ROLE_OF = dict(zip(Right, Role, strict=True))
 """The role that a right needs: both are declared from the least to the greatest."""
 CONTROL_CHANGES = frozenset({"take_control", "release_control"})
 """Requests about the control right, which nobody needs to have it for."""
-LOGIN_ENDED = "Your login has ended. Log in again."
+LOGIN_ENDED = word("Your login has ended. Log in again.")
 
 
 @dataclass
@@ -34,6 +35,9 @@ class PageServices:
     """Directory where captures and diagnoses are written, and recordings are searched."""
     programs: Path | None = None
     """Directory of motion programs; None: `programs` beside the machine file."""
+
+    language: str | None = None
+    """Language of visitors who have chosen none; None: that of their browser."""
 
     @cached_property
     def sessions(self) -> Sessions:
@@ -55,6 +59,7 @@ class OpenPage:
     """Secret of the log-in; "" where none is needed."""
     units: UnitSystem = MM
     dark: bool = False
+    language: str = ENGLISH
 
     @property
     def look(self) -> Look:
@@ -87,8 +92,12 @@ class OpenPage:
         """Why the visitor's role does not allow this; "" when it does."""
         role = self.current_role()
         if role is None:
-            return LOGIN_ENDED
-        return f"This needs the role {needed.label}; yours is {role.label}." if role < needed else ""
+            return tr(LOGIN_ENDED)
+        return (
+            tr("This needs the role {needed}; yours is {role}.", needed=needed.label, role=role.label)
+            if role < needed
+            else ""
+        )
 
     def refusal(self, do: Do, command: str = "", setting: str = "") -> str:
         """Why the visitor may not send this request now; "" when they may."""
@@ -100,7 +109,9 @@ class OpenPage:
         holder = self.services.control.holder(time.monotonic())
         if holder is not None and holder.browser == self.browser:
             return ""
-        return f"{holder.user if holder else 'Nobody'} has control. Take it first, in the head of the page."
+        if holder is None:
+            return tr("Nobody has control. Take it first, in the head of the page.")
+        return tr("{user} has control. Take it first, in the head of the page.", user=holder.user)
 
     def permits(self, needed: Role) -> bool:
         """Whether the visitor has this role, for what does not go to the machine; notifies them if not."""
@@ -118,7 +129,9 @@ class OpenPage:
         reason = self.refusal(do, *(str(fields.get(key) or "") for key in ("command", "setting")))
         if not reason:
             answer = await self.link.request(self.who, do, **fields)
-            reason = "" if answer.accepted else answer.reason or f"Refused: {answer.refusal}."
+            reason = (
+                "" if answer.accepted else answer.reason or tr("Refused: {refusal}.", refusal=answer.refusal)
+            )
         if reason and not quiet:
             notify(reason)
         return answer

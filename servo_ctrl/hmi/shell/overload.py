@@ -3,6 +3,7 @@
 from collections import deque
 
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.languages.texts import tr, word
 
 WINDOW_CYCLES = 5000
 """Over so many cycles the banner judges, five seconds at 1 kHz: it goes when the trouble has gone. Chosen."""
@@ -10,7 +11,7 @@ TOO_MANY = 0.01
 """Share of missed ticks above which the computer is named: ten times what a quiet one misses. Chosen."""
 FEWEST_CYCLES = 200
 """Fewer cycles say nothing about a share."""
-REMEDY = (
+REMEDY = word(
     "End other programs on this computer; a simulator on it is starved by the same load: "
     "run both with --pacing lockstep."
 )
@@ -44,4 +45,8 @@ def overload_text(share: float) -> str:
     """What a banner says about this share of missed ticks; "" while the computer keeps the cycle."""
     if share < TOO_MANY:
         return ""
-    return f"The computer misses {100.0 * share:.0f} % of the ticks: it is too busy to lead axes. {REMEDY}"
+    return tr(
+        "The computer misses {share:.0f} % of the ticks: it is too busy to lead axes. {remedy}",
+        share=100.0 * share,
+        remedy=tr(REMEDY),
+    )

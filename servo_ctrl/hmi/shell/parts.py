@@ -5,13 +5,14 @@ NiceGUI's Tailwind is off; the layout comes from Quasar and from the `bench-` cl
 
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from nicegui import ui
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.machine_stage import Tone
 
 ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
@@ -20,6 +21,7 @@ CHECK = "\N{CHECK MARK}"
 CROSS = "\N{HEAVY MULTIPLICATION X}"
 Kind = Literal["positive", "negative", "warning", "info", "ongoing"]
 """Of a notice, as NiceGUI has it."""
+E = TypeVar("E", bound=Element)
 _mark_on_server = Element.mark
 
 
@@ -55,6 +57,12 @@ def div(classes: str = "") -> ui.element:
     return ui.element("div").classes(classes)
 
 
+def named(element: E, label: str) -> E:
+    """The element with this name for screen readers; any character may be in it."""
+    element.props["aria-label"] = label
+    return element
+
+
 @contextmanager
 def card(title: str, mark: str) -> Iterator[ui.element]:
     """A card with a heading."""
@@ -66,7 +74,7 @@ def card(title: str, mark: str) -> Iterator[ui.element]:
 
 def panel(label: str) -> ui.element:
     """A card without a visible heading; `label` is for screen readers."""
-    return ui.element("section").classes("bench-card").props(f'aria-label="{label}"')
+    return named(ui.element("section").classes("bench-card"), label)
 
 
 def button(
@@ -121,7 +129,7 @@ def captioned(name: str, text: str = "") -> ui.label:
 def progress_bar(label: str, mark: str) -> ui.linear_progress:
     """A bar for a share from 0 to 1; `label` is for screen readers."""
     bar = ui.linear_progress(0.0, show_value=False, size="14px").mark(mark)
-    return bar.props(f'aria-label="{label}" animation-speed=200')
+    return named(bar.props("animation-speed=200"), label)
 
 
 class Pill:
@@ -169,7 +177,7 @@ async def confirmed(question: str, details: str, action: str) -> bool:
         ui.label(details).style("white-space: pre-line; overflow-wrap: anywhere")
         with div("bench-row"):
             button(action, lambda: dialog.submit(True), "confirm", look="unelevated")
-            button("Leave it", lambda: dialog.submit(False), "leave-it", look="flat")
+            button(tr("Leave it"), lambda: dialog.submit(False), "leave-it", look="flat")
     answer = await dialog
     dialog.delete()
     return bool(answer)

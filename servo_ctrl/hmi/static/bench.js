@@ -30,7 +30,7 @@
     const banner = document.getElementById("bench-stop-failed");
     if (banner) {
       banner.hidden = failed === "";
-      banner.textContent = failed && `STOP did not reach the machine (${failed}). Use the emergency stop.`;
+      banner.textContent = failed && `${banner.dataset.text} (${failed})`;
     }
   }
   document.addEventListener(
