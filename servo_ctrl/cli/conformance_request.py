@@ -26,6 +26,12 @@ async def findings_of(bus: str, node_id: int, eds: Path) -> list[ClauseFinding]:
     return found
 
 
+async def nodes_on(bus: str) -> list[FoundNode]:
+    """The nodes that answer on a bus. Raises BusError."""
+    async with bus_wire(bus) as wire:
+        return await asyncio.to_thread(scan, wire)
+
+
 class BitRateWish(NamedTuple):
     """A bit rate for all nodes of a bus; `activate_ms` None: from their next power-up on."""
 
