@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import pyarrow as pa
@@ -71,6 +71,35 @@ def write_csv(path: Path, columns: AnyColumns) -> None:
     """Write columns with one header line; a missing value (NaN) is written as nan. Raises OSError."""
     table = pa.table(columns)
     write_whole(path, lambda temporary: pa.csv.write_csv(table, temporary))
+
+
+class PartsExtent(NamedTuple):
+    """What the footers of Parquet files tell without their rows being read."""
+
+    rows: int
+    extremes: dict[str, tuple[float, float]]
+    """Least and greatest value by column; a column without any is missing. NaN does not count."""
+
+
+def parts_extent(paths: Sequence[Path], names: Sequence[str]) -> PartsExtent:
+    """The rows of all files and the extremes of these columns. Raises OSError and ValueError."""
+    rows, extremes = 0, dict[str, tuple[float, float]]()
+    try:
+        for path in paths:
+            footer = pq.read_metadata(path)
+            rows += footer.num_rows
+            for group in range(footer.num_row_groups):
+                chunks = (footer.row_group(group).column(place) for place in range(footer.num_columns))
+                for chunk in chunks:
+                    found = chunk.statistics if chunk.path_in_schema in names else None
+                    if found is not None and found.has_min_max:
+                        low, high = extremes.get(chunk.path_in_schema, (found.min, found.max))
+                        extremes[chunk.path_in_schema] = (min(low, found.min), max(high, found.max))
+    except (OSError, ValueError):
+        raise
+    except Exception as error:  # Arrow raises whatever a broken file leads to
+        raise ValueError(str(error) or repr(error)) from error
+    return PartsExtent(rows, extremes)
 
 
 def read_named(paths: Sequence[Path], names: Sequence[str]) -> AnyColumns:

@@ -166,7 +166,8 @@ def test_a_day_of_an_operator(
     expect(page.get_by_test_id("control-holder")).to_have_text("You have control")
     page.get_by_test_id("enable").click()
     expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
-    expect(page.get_by_test_id("drive-state-x")).to_contain_text("operation enabled")
+    expect(page.get_by_test_id("drive-state-x")).to_contain_text("under control")
+    expect(page.get_by_test_id("drive-standard-x")).to_have_text("operation enabled")
     step_and_touch_off(page)
     picture(page, "operator_1_enabled")
 

@@ -58,7 +58,7 @@ def test_a_single_picture_of_a_reversal_is_measured_and_saved(
     page.get_by_label("Cursor A").fill("0")
     page.get_by_label("Cursor B").fill("100")
     readings = page.get_by_test_id("scope-readings")
-    row = readings.get_by_role("row", name="x.velocity_command_m_s")
+    row = readings.get_by_role("row", name="X commanded velocity")
     # half a turn of the stub's circle is 2 s: R w sin(w 0.1 s) with R = 25 mm
     expect(row.get_by_role("cell").nth(2)).to_have_text(re.compile("^[+\N{MINUS SIGN}]6[.]1[0-9]$"))
     expect(readings.get_by_role("row", name="1 /")).to_contain_text("10")

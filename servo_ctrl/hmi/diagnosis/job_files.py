@@ -24,12 +24,24 @@ MAX_MODEL_BYTES = 1_000_000
 """A model of three axes has some 5000 bytes."""
 MAX_RECORDINGS = 200
 """Bounds the search and the list that a browser gets."""
+POSITION, VELOCITY = "motor_position_m", "velocity_command_m_s"
+"""Channels that tell how far an axis moves, and whether both ways."""
+MAX_PARTS = 1000
+"""Bounds the footers that are read for one recording: a part has some seconds of rows."""
 SEARCH_DEPTH = 2
 """Levels of directories that are searched for recordings."""
 
 
 class FilesError(ServoCtrlError):
     """A file cannot be used for its purpose."""
+
+
+class AxisMotion(NamedTuple):
+    """How far an axis moves in a recording."""
+
+    name: str
+    travel_m: float
+    both_ways: bool
 
 
 class FoundRecording(NamedTuple):
@@ -39,6 +51,9 @@ class FoundRecording(NamedTuple):
     name: str
     started: str
     program: str
+    length_s: float = 0.0
+    """0: it has no rows, or they cannot be read."""
+    axes: tuple[AxisMotion, ...] = ()
 
 
 def recordings_below(directory: Path) -> list[FoundRecording]:
@@ -51,10 +66,29 @@ def recordings_below(directory: Path) -> list[FoundRecording]:
         except (OSError, ValueError, AttributeError, RecursionError):
             continue  # damaged, or being written: it is not offered
         name = str(path.relative_to(directory)) if path != directory else path.name
-        found.append(FoundRecording(path, name, started, program))
+        found.append(FoundRecording(path, name, started, program, *_extent(path, header)))
         if len(found) == MAX_RECORDINGS:
             break
     return sorted(found, key=lambda recording: recording.started, reverse=True)
+
+
+def _extent(path: Path, header: dict[str, Any]) -> tuple[float, tuple[AxisMotion, ...]]:
+    """Length and motion by the footers of the parts; nothing where they cannot be read."""
+    from servo_ctrl.files.arrow import parts_extent  # noqa: PLC0415  # 30 MB that only this page needs
+
+    axes = [str(axis) for axis in header.get("axes") or ()]
+    names = [f"{axis}.{channel}" for axis in axes for channel in (POSITION, VELOCITY)]
+    try:
+        rows, extremes = parts_extent(sorted(path.glob("part-*.parquet"))[:MAX_PARTS], names)
+        length_s = rows * float(header.get("period_s", 0.0))
+    except (OSError, ValueError, TypeError):
+        return 0.0, ()
+    motions = []
+    for axis in axes:
+        low_m, high_m = extremes.get(f"{axis}.{POSITION}", (0.0, 0.0))
+        slowest_m_s, fastest_m_s = extremes.get(f"{axis}.{VELOCITY}", (0.0, 0.0))
+        motions.append(AxisMotion(axis, high_m - low_m, slowest_m_s < 0.0 < fastest_m_s))
+    return length_s, tuple(motions)
 
 
 def models_in(directory: Path) -> list[Path]:

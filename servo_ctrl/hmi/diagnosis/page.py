@@ -12,6 +12,7 @@ from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses, diagnoses_of
 from servo_ctrl.hmi.diagnosis.job import ENDED, Job, JobState
 from servo_ctrl.hmi.diagnosis.job_files import FoundRecording, models_in, recordings_below
+from servo_ctrl.hmi.diagnosis.recording_lines import recording_text, telling_text
 from servo_ctrl.hmi.diagnosis.result import DiagnosisResult
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.live_content import Rebuilt, when_connected
@@ -131,7 +132,7 @@ class FilePicker:
     def __init__(
         self, page: OpenPage, hello: Hello, start: Callable[[list[Path], Path], Awaitable[None]]
     ) -> None:
-        self._start = start
+        self._page, self._start = page, start
         self._machine_dir = Path(hello.machine_file).parent
         self._directories = [page.services.recordings]
         if hello.record_dir is not None:
@@ -171,9 +172,8 @@ class FilePicker:
             if not found:
                 faint(tr("No recordings here yet: run with --record, or name a path below."))
             for path, recording in found.items():
-                moment = recording.started.replace("T", " ")[:16]
-                texts = (recording.name, moment, Path(recording.program).name)
-                self._add_box(path, " \N{MIDDLE DOT} ".join(text for text in texts if text))
+                self._add_box(path, recording_text(recording, self._page.units))
+                faint(telling_text(recording)).classes("bench-under-box").mark("recording-tells")
         for path in chosen:
             self._pick(path)
         names = [path.name for path in models]

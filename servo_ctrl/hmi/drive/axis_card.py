@@ -11,9 +11,10 @@ from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.drive.step_jog import StepButtons, StepChoice
 from servo_ctrl.hmi.languages.texts import tr, word
+from servo_ctrl.hmi.shell.channel_names import PHASES, drive_state
 from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, captioned, div, named, notify, panel
+from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, captioned, div, faint, named, notify, panel
 from servo_ctrl.hmi.shell.units import MINUS
 
 SPEEDS_M_S = (1e-4, 1e-3, 1e-2, 5e-2)
@@ -44,6 +45,7 @@ class AxisMotionCard:
                 with div("bench-row"):
                     ui.label(axis.name).classes("bench-axis-name")
                     self._state = Pill(f"drive-state-{axis.name}")
+                    self._standard = faint().style("font-size: 11px").mark(f"drive-standard-{axis.name}")
                 with div("bench-row").style("align-items: baseline; gap: 0; margin-left: auto"):
                     self._position = ui.label().classes("bench-figure").mark(f"position-{axis.name}")
                     self._unit = ui.label().classes("bench-unit")
@@ -82,6 +84,7 @@ class AxisMotionCard:
         self._velocity.set_text(units.velocity.with_unit(self._newest("motor_velocity_m_s")))
         self._command.set_text(units.length.with_unit(self._newest("position_command_m")))
         self._state.show(*shown_drive(drive))
+        self._standard.set_text(drive.state if drive and not position_unknown(drive) else "")
         self._homed.set_text(homed_text(drive))
         self._jog.refresh(status)
         self._steps.refresh(status)
@@ -109,12 +112,12 @@ def shown_drive(drive: DriveStatus | None) -> tuple[str, Tone]:
     if drive.phase == "lost":
         return tr("✖ lost"), "bad"
     if drive.state.startswith("fault"):
-        return f"{CROSS} {drive.state}", "bad"
+        return f"{CROSS} {drive_state(drive.state)}", "bad"
     if drive.phase == "servo" and drive.ready:
-        return f"\N{BLACK CIRCLE} {drive.state}", "good"
+        return f"\N{BLACK CIRCLE} {drive_state(drive.state)}", "good"
     if drive.phase == "off":
-        return f"\N{WHITE CIRCLE} {drive.state}", "calm"
-    return f"{ELLIPSIS} {drive.phase}, {drive.state}", "warn"
+        return f"\N{WHITE CIRCLE} {drive_state(drive.state)}", "calm"
+    return f"{ELLIPSIS} {tr(PHASES.get(drive.phase, drive.phase))}", "warn"
 
 
 class JogButtons:

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from servo_ctrl.hmi.charts.echarts import Options, Trace, chart_options, line_series, trace, value_axis
 from servo_ctrl.hmi.languages.texts import tr
+from servo_ctrl.hmi.shell.channel_names import channel_title
 from servo_ctrl.hmi.shell.plots import ORANGE, PURPLE, Theme
 from servo_ctrl.hmi.shell.units import DisplayUnit, UnitSystem
 
@@ -28,6 +29,11 @@ class ShownChannel(NamedTuple):
     unit: DisplayUnit
     limits: tuple[float, float] | None = None
     """Fixed lower and upper end of its own axis, as shown; None: fitted with the others of its pane."""
+
+    @property
+    def title(self) -> str:
+        """What an operator calls it."""
+        return channel_title(self.name)
 
 
 class ScopeLayout(NamedTuple):
@@ -67,7 +73,7 @@ def scope_options(
     """ECharts options, and the traces of frames with the row numbers and the channels."""
     theme, time, panes = layout.theme, time_unit(layout.span_s), panes_of(channels)
     fixed = [channel for channel in channels if channel.limits is not None]
-    options = chart_options(theme, [channel.name for channel in channels])
+    options = chart_options(theme, [channel.title for channel in channels])
     height = (100.0 - LEGEND_PERCENT - TIME_AXIS_PERCENT + GAP_PERCENT) / max(len(panes), 1)
     begin = -layout.before_s * time.factor
     line = {"axisLine": {"show": True, "lineStyle": {"color": theme.grid}}}
@@ -94,7 +100,7 @@ def scope_options(
             own = {"position": "right", "offset": 60 * fixed.index(channel), "min": low, "max": high}
             own |= {"axisLine": {"show": True, "lineStyle": {"color": colour}}, "splitLine": {"show": False}}
             options["yAxis"].append(value_axis(theme, "", 0, gridIndex=pane) | own)
-        series = line_series(channel.name, channel.name, colour, 1.4, (pane, y_axis))
+        series = line_series(channel.name, channel.title, colour, 1.4, (pane, y_axis))
         if layout.level is not None and layout.level[0] == channel.name:
             series["markLine"] = _level_line(layout.level[1])
         options["series"].append(series)

@@ -101,7 +101,7 @@ def _draw_capture(
             extremes[k].ravel() * channel.unit.factor,
             color=LIGHT.curve(k),
             linewidth=1.0,
-            label=channel.name,
+            label=channel.title,
         )
     for panel, unit in zip(panels, panes, strict=False):
         panel.set_ylabel(unit)

@@ -11,8 +11,9 @@ from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.scope.appearance import MAX_CHANNELS, ShownChannel, channel_unit, time_unit
 from servo_ctrl.hmi.scope.capture import CaptureSettings, TriggerMode
 from servo_ctrl.hmi.scope.trigger import Trigger, TriggerKind
+from servo_ctrl.hmi.shell.channel_names import channel_small_print, channel_title
 from servo_ctrl.hmi.shell.live_content import Rebuilt
-from servo_ctrl.hmi.shell.parts import choice, div
+from servo_ctrl.hmi.shell.parts import choice, div, faint, named, with_small_print
 from servo_ctrl.hmi.shell.units import UnitSystem
 
 SPANS_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)
@@ -24,6 +25,7 @@ KINDS: dict[TriggerKind, str] = {
     "fault": word("fault or stop"),
 }
 MODES: dict[TriggerMode, str] = {"auto": word("Auto"), "normal": word("Normal"), "single": word("Single")}
+ENDS = (word("bottom"), word("top"))
 BEFORE_PERCENT = (0, 10, 25, 50, 75, 90)
 AUTO_WAIT_S = 0.5
 """Mode auto: time without a trigger after which the scope runs free."""
@@ -88,6 +90,11 @@ def axis_of(source: str, hello: Hello) -> str:
     return axis if axis in {entry.name for entry in hello.axes} else hello.axes[0].name
 
 
+def _channel_options(names: Sequence[str]) -> dict[str, str]:
+    """By name: the words for a channel, and in a second line its small print."""
+    return {name: f"{channel_title(name)}\n{channel_small_print(name)}" for name in names}
+
+
 def first_choices(hello: Hello) -> ScopeChoices:
     """The choices of a scope that was just opened."""
     names = [f"{axis.name}.{channel}" for channel in FIRST_CHANNELS for axis in hello.axes]
@@ -106,15 +113,19 @@ class ScopeFields:
         self._names = [channel.name for channel in hello.channels]
         with div("bench-row"):
             channels = ui.select(
-                self._names, value=choices.channels, multiple=True, label=tr("Channels (8 at most)")
+                _channel_options(self._names),
+                value=choices.channels,
+                multiple=True,
+                label=tr("Channels (8 at most)"),
             )
+            with_small_print(channels)
             channels.props(f"use-chips max-values={MAX_CHANNELS}").mark("scope-channels")
             channels.style("flex: 1 1 320px; min-width: 0").on_value_change(self._setter("channels", "look"))
             spans = {span: f"{span * time_unit(span).factor:g} {time_unit(span).unit}" for span in SPANS_S}
             self._select(spans, "span_s", tr("Time base"), "110px")
             self._select(translated(KINDS), "kind", tr("Trigger"), "190px")
         with div("bench-row") as self._details:
-            self._source = self._select({}, "source", tr("Of"), "220px")
+            self._source = with_small_print(self._select({}, "source", tr("Of"), "220px"))
             self._levels = [
                 self._number(tr("Level"), "level", choices.level),
                 self._number(tr("Hysteresis"), "hysteresis", choices.hysteresis).props("min=0"),
@@ -132,7 +143,7 @@ class ScopeFields:
         for level in self._levels:
             level.set_visibility(kind in {"rising", "falling"})
         self._source.set_visibility(kind not in {"free", "fault"})
-        options = {name: name for name in self._names}
+        options = _channel_options(self._names)
         if kind == "reversal":
             options = {f"{axis.name}.": axis.name for axis in self._hello.axes}
         if self._choices.source not in options:
@@ -187,7 +198,9 @@ class FixedScales:
                 self._line(channel)
 
     def _line(self, channel: ShownChannel) -> None:
-        ui.label(channel.name).style("min-width: 190px")
+        with div().style("min-width: 190px"):
+            ui.label(channel.title)
+            faint(channel_small_print(channel.name)).style("font-size: 11px")
         ends: list[ui.number] = []
         fixed = ui.checkbox(tr("fixed"), value=channel.limits is not None).mark(f"scope-fixed-{channel.name}")
 
@@ -199,9 +212,9 @@ class FixedScales:
                 self._choices.limits.pop(channel.name, None)
             self._on_change()
 
-        for name, value in zip(("from", "to"), channel.limits or (-1.0, 1.0), strict=True):
-            number = ui.number(name, value=value, format="%.6g", on_change=change)
-            number.props(f'suffix="{channel.unit.unit}" aria-label="{channel.name} {name}"')
+        for name, value in zip(ENDS, channel.limits or (-1.0, 1.0), strict=True):
+            number = ui.number(tr(name), value=value, format="%.6g", on_change=change)
+            named(number.props(f'suffix="{channel.unit.unit}"'), f"{channel.title} {tr(name)}")
             number.style("width: 140px").bind_enabled_from(fixed, "value")
             ends.append(number.mark(f"scope-{name}-{channel.name}"))
         fixed.on_value_change(change)

@@ -9,6 +9,7 @@ from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.scope.appearance import CURSOR_COLOURS, ShownChannel, time_unit
 from servo_ctrl.hmi.scope.controls import ScopeChoices
 from servo_ctrl.hmi.scope.stream import CapturedRows, row_at
+from servo_ctrl.hmi.shell.channel_names import channel_small_print
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.parts import button, div, faint, named
 from servo_ctrl.hmi.shell.units import MINUS, NO_VALUE, DisplayUnit
@@ -68,7 +69,7 @@ class CursorReadings:
         for channel in channels:
             a, b = (math.nan if row is None else float(row[channel.place]) for row in (row_a, row_b))
             texts = (channel.unit.text(value, sign=True) for value in (a, b, b - a))
-            lines.append([channel.name, *texts, channel.unit.unit])
+            lines.append([f"{channel.title}\n{channel_small_print(channel.name)}", *texts, channel.unit.unit])
         self._table.show(lines)
 
     def _time(self) -> DisplayUnit:

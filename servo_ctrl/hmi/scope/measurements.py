@@ -54,13 +54,13 @@ def line_of(channel: ShownChannel, values: Array, period_s: float) -> list[str]:
     """Name, values in the unit of the channel, frequency and unit; cycles without a value are left out."""
     there = values[np.isfinite(values)]
     if not len(there):
-        return [channel.name, *([NO_VALUE] * 6), channel.unit.unit]
+        return [channel.title, *([NO_VALUE] * 6), channel.unit.unit]
     least, greatest = float(there.min()), float(there.max())
     mean, rms = float(there.mean()), float(np.sqrt(np.mean(there**2)))
     shown = (least, greatest, greatest - least, mean, rms)
     rate_hz = frequency_hz(values, period_s)
     rate = f"{rate_hz:.4g} Hz" if rate_hz > 0.0 else NO_VALUE
-    return [channel.name, *(channel.unit.text(value) for value in shown), rate, channel.unit.unit]
+    return [channel.title, *(channel.unit.text(value) for value in shown), rate, channel.unit.unit]
 
 
 def frequency_hz(values: Array, period_s: float) -> float:

@@ -147,14 +147,17 @@ class TextTable:
         self._html.style("max-height: 360px; overflow: auto")
 
     def show(self, rows: Sequence[Sequence[str]], head: Sequence[str] | None = None) -> None:
-        """Show these rows, and another head where one is given; every text is escaped."""
+        """Show these rows, and another head where one is given; every text is escaped.
+
+        What follows a line break in the first cell of a row is small print.
+        """
         self._head = head or self._head
         name, kind, width = (
             ("th scope=row", " class=num", "max-width: 760px") if self._figures else ("td", "", "")
         )
         top = "".join(f"<th scope=col>{escape(cell)}</th>" for cell in self._head)
         body = "".join(
-            f"<tr><{name}>{escape(row[0])}</{name[:2]}>"
+            f"<tr><{name}>{_with_small_print(row[0])}</{name[:2]}>"
             + "".join(f"<td{kind}>{escape(cell)}</td>" for cell in row[1:])
             + "</tr>"
             for row in rows
@@ -165,3 +168,9 @@ class TextTable:
     def clear(self) -> None:
         """Show no table at all."""
         self._html.set_content("")
+
+
+def _with_small_print(text: str) -> str:
+    """The text as HTML; its second line small."""
+    words, _, small = text.partition("\n")
+    return escape(words) + (f"<br><small>{escape(small)}</small>" if small else "")

@@ -22,6 +22,14 @@ CROSS = "\N{HEAVY MULTIPLICATION X}"
 Kind = Literal["positive", "negative", "warning", "info", "ongoing"]
 """Of a notice, as NiceGUI has it."""
 E = TypeVar("E", bound=Element)
+_OPTION = """
+<q-item v-bind="props.itemProps">
+  <q-item-section>
+    <q-item-label>{{ props.opt.label.split("\\n")[0] }}</q-item-label>
+    <q-item-label caption>{{ props.opt.label.split("\\n")[1] }}</q-item-label>
+  </q-item-section>
+</q-item>
+"""
 _mark_on_server = Element.mark
 
 
@@ -92,6 +100,13 @@ def button(
 def choice(options: Any, label: str, mark: str, style: str = "", **fields: Any) -> ui.select:
     """A list to choose from; `fields` are those of `ui.select`."""
     return ui.select(options, label=label, **fields).props("options-dense").mark(mark).style(style)
+
+
+def with_small_print(select: ui.select) -> ui.select:
+    """The list with the second line of each option's label as small print, in the list alone."""
+    select.props[":option-label"] = "option => String(option?.label ?? '').split('\\n')[0]"
+    select.add_slot("option", _OPTION)
+    return select
 
 
 def toggle(options: Any, mark: str, value: Any) -> ui.toggle:

@@ -1,4 +1,4 @@
-"""A machine of one's own: asked for or given by flags, both files read by their programs, nodes held against EDS."""
+"""A machine of one's own: asked for or given by flags, both files read, nodes held against their EDS."""
 
 from pathlib import Path
 

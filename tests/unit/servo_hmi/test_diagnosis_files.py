@@ -4,9 +4,13 @@ import json
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
+from stub_link import StubLink
 
+from servo_ctrl.files.arrow import write_part
 from servo_ctrl.hmi.diagnosis.job_files import (
+    AxisMotion,
     FilesError,
     accept_model,
     log_action,
@@ -14,6 +18,9 @@ from servo_ctrl.hmi.diagnosis.job_files import (
     read_model,
     recordings_below,
 )
+from servo_ctrl.hmi.diagnosis.recording_lines import recording_text, telling_text
+from servo_ctrl.hmi.shell.units import MM
+from servo_ctrl.recording.channels import channels_of
 
 REPOSITORY = Path(__file__).parents[3]
 MODEL = '[axis.x.drive]\nnode_id = 1\neds = "../eds/drive.eds"\n[axis.x.table]\nmass_kg = 51.0\n'
@@ -116,3 +123,36 @@ def test_the_log_has_a_line_for_each_action(tmp_path: Path) -> None:
     assert (first["who"], first["what"], first["target"]) == ("ada", "accept", str(tmp_path))
     assert second["who"] == "bob"
     assert log.stat().st_mode & 0o077 == 0
+
+
+def test_the_list_says_length_travel_and_whether_a_recording_can_tell_anything(tmp_path: Path) -> None:
+    link = StubLink()
+    link.advance(1000)
+    rows = link.rows.since(0)[1]
+    rows[:, link.rows.place("y.motor_position_m")] = 0.003
+    rows[:, link.rows.place("x.velocity_command_m_s")] = 0.01  # the stub's circle, one way
+    header = {
+        "started": "2026-01-01T10:00:00Z",
+        "program": "a/circles.toml",
+        "period_s": 0.001,
+        "axes": ["x", "y"],
+    }
+    for name, count in (("one", 1000), ("short", 100)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "recording.json").write_text(json.dumps(header))
+        write_part(tmp_path / name / "part-00000.parquet", channels_of(["x", "y"]), rows[:count])
+    recording(tmp_path / "empty", "2025-01-01T00:00:00Z")
+    found = {one.name: one for one in recordings_below(tmp_path)}
+    travel_m = np.ptp(rows[:, link.rows.place("x.motor_position_m")])
+    assert found["one"].axes[0].travel_m == pytest.approx(travel_m)
+    assert recording_text(found["one"], MM) == (
+        f"one \N{MIDDLE DOT} 2026-01-01 10:00 \N{MIDDLE DOT} circles.toml \N{MIDDLE DOT} 1 s \N{MIDDLE DOT} "
+        f"X {MM.length.with_unit(travel_m)}, Y 0.0000 mm"
+    )
+    told = telling_text(found["one"])
+    assert "X goes one way only" in told
+    assert "Y stands still" in told
+    assert "too short" in telling_text(found["short"])
+    assert "no rows" in telling_text(found["empty"])
+    both = found["one"]._replace(axes=(AxisMotion("x", 0.05, both_ways=True),))
+    assert telling_text(both) == "\N{CHECK MARK} every axis moves both ways"

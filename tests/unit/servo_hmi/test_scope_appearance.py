@@ -1,9 +1,19 @@
 """Panes by unit, scales by channel, and a refresh interval that grows with the lag of the loop."""
 
+from servo_ctrl.cyclic.cia402 import DriveState
+from servo_ctrl.cyclic.sequence import PHASE_TEXTS
 from servo_ctrl.hmi.charts.live_chart import LONGEST_S, SHORTEST_S, next_interval
 from servo_ctrl.hmi.scope.appearance import ScopeLayout, ShownChannel, channel_unit, panes_of, scope_options
+from servo_ctrl.hmi.shell.channel_names import (
+    DRIVE_STATES,
+    PHASES,
+    TITLES,
+    channel_small_print,
+    channel_title,
+)
 from servo_ctrl.hmi.shell.plots import LIGHT
 from servo_ctrl.hmi.shell.units import INCH, MM
+from servo_ctrl.recording.channels import AXIS_CHANNELS, MACHINE_CHANNELS
 
 NAMES = (("x.position_command_m", "m"), ("x.position_error_m", "m"), ("x.velocity_command_m_s", "m/s"))
 LAYOUT = ScopeLayout(span_s=1.0, before_s=0.25, cursors={"A": 0.1, "B": 0.2}, theme=LIGHT)
@@ -62,3 +72,13 @@ def test_time_is_zoomed_in_all_panes_together() -> None:
     options, _drawn = scope_options(channels(), LAYOUT, 1e-3)
     assert [zoom["xAxisIndex"] for zoom in options["dataZoom"]] == [[0, 1, 2]] * 2
     assert {zoom["filterMode"] for zoom in options["dataZoom"]} == {"none"}, "no point is dropped"
+
+
+def test_every_channel_and_every_state_of_a_drive_has_an_operators_words() -> None:
+    assert set(TITLES) == {channel.name for channel in (*MACHINE_CHANNELS, *AXIS_CHANNELS)}
+    assert set(DRIVE_STATES) == {state.value for state in DriveState}
+    assert set(PHASES) == set(PHASE_TEXTS.values())
+    assert channel_title("x.position_error_m") == "X following error"
+    small = channel_small_print("x.position_error_m")
+    assert small == "following error actual value, 60F4h; x.position_error_m"
+    assert channel_title("x.of_a_later_version") == "x.of_a_later_version"

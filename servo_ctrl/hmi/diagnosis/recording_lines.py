@@ -1,0 +1,43 @@
+"""What the list of recordings says of each: when, program, length, axes, and whether it can tell anything."""
+
+from pathlib import Path
+
+from servo_ctrl.hmi.diagnosis.job_files import FoundRecording
+from servo_ctrl.hmi.languages.texts import tr
+from servo_ctrl.hmi.shell.units import UnitSystem, duration_text
+
+LEAST_S = 0.5
+"""Shorter recordings are refused by `reconcile diagnose`."""
+RESTS_M = 1e-4
+"""An axis that travels less stands still, as far as friction beyond presliding goes; chosen."""
+
+
+def recording_text(recording: FoundRecording, units: UnitSystem) -> str:
+    """Name, moment, program, length and the travel of each axis, in one line."""
+    travels = (f"{axis.name.upper()} {units.length.with_unit(axis.travel_m)}" for axis in recording.axes)
+    parts = (
+        recording.name,
+        recording.started.replace("T", " ")[:16],
+        Path(recording.program).name,
+        duration_text(recording.length_s) if recording.length_s else "",
+        ", ".join(travels),
+    )
+    return " \N{MIDDLE DOT} ".join(part for part in parts if part)
+
+
+def telling_text(recording: FoundRecording) -> str:
+    """Whether a diagnosis can tell anything from it, and of which axis not, with the reason."""
+    if not recording.length_s:
+        return f"\N{WARNING SIGN} {tr('no rows, or damaged')}"
+    reasons = []
+    if recording.length_s < LEAST_S:
+        reasons.append(tr("too short: nothing can be told from less than {least:g} s", least=LEAST_S))
+    for axis in recording.axes:
+        name = axis.name.upper()
+        if axis.travel_m < RESTS_M:
+            reasons.append(tr("{axis} stands still: nothing can be told of it", axis=name))
+        elif not axis.both_ways:
+            reasons.append(
+                tr("{axis} goes one way only: friction and a constant force look alike", axis=name)
+            )
+    return f"\N{WARNING SIGN} {'; '.join(reasons)}" if reasons else tr("✓ every axis moves both ways")
