@@ -110,7 +110,10 @@ def test_a_program_writes_to_its_volumes_alone_and_is_not_root(name: str) -> Non
     variables = dict(
         word.split("=") for line in re.findall(r"^ENV (.*)$", image, re.MULTILINE) for word in line.split()
     )
-    assert {variables["NUMBA_CACHE_DIR"], variables["XDG_STATE_HOME"]} == set(volumes.values())
+    written = {variables["NUMBA_CACHE_DIR"], variables["XDG_STATE_HOME"], "/run/servo"}
+    assert written == set(volumes.values())
+    (made,) = re.findall(r"install --directory --owner=servo (.*)$", image, re.MULTILINE)
+    assert written == set(made.split())
     assert f"{variables['MPLCONFIGDIR']}" in service["tmpfs"]
 
 

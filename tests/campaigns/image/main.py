@@ -1,81 +1,142 @@
-"""Build the image, and run each service of docker-compose.yml in it with its health check.
+"""Build the image, bring the bench up with podman-compose, use it as an outsider does, and stop it: as root.
 
-No CAN kernel and no OCI runtime are needed: `localcan` on /tmp takes the place of vcan0. As root.
+Needed: podman, an OCI runtime (crun or runc), buildah; without a registry debootstrap too. The bus is
+localcan on a volume, by the variable that docker-compose.yml has for it, so that no CAN kernel is needed.
 """
 
 import argparse
 import json
-import shlex
 import shutil
+import ssl
 import subprocess
 import tempfile
-import time
+import urllib.error
+import urllib.parse
+import urllib.request
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from tests.campaigns.image.building import IMAGE, ROOT, base_image, build, buildah, configuration
-from tests.campaigns.image.running import Container
+from tests.campaigns.image.building import IMAGE, base_image, broker, build, committed, size_of
+from tests.campaigns.image.composing import Bench, bench
 
-BUS = "localcan:/tmp/table.sock"
+BUS = "localcan:/run/servo/table.sock"
+FILES = ("docker-compose.yml", "deploy/compose.page.yml")
 HEALTHY_WITHIN_S = 60.0
 """What the compose file's start period promises."""
-LEARN = f"servo-ctrl learn --machine xy_table --bus {BUS} --pacing lockstep --record /var/lib/servo/learning"
+PAGE = "https://localhost:8443"
+STATE = "/var/lib/servo"
+LEARN_S = 40
+"""Long enough for the first strokes on a busy computer; learning of both axes takes minutes."""
 
 
-def services() -> dict[str, Any]:
-    """Return the services of the compose file."""
-    document = yaml.safe_load((ROOT / "docker-compose.yml").read_text(encoding="utf-8"))
-    return dict(document["services"])
+def expect(what: object, sentence: str) -> None:
+    """Raise SystemExit with the sentence where `what` is false."""
+    if not what:
+        raise SystemExit(sentence)
 
 
-def words_of(text: str | list[str]) -> list[str]:
-    """Return a command on the bus of this trial, without the broker, which is an image of others."""
-    words = shlex.split(text) if isinstance(text, str) else text[1:]
-    words = [word.replace("socketcan:vcan0", BUS) for word in words]
-    if "--mqtt" in words:
-        place = words.index("--mqtt")
-        del words[place : place + 2]
-    return words
+def make_certificate(project: Path) -> None:
+    """Make certificate and key in `secrets/`, for uid 1000 alone."""
+    folder = project / "secrets"
+    folder.mkdir(mode=0o700)
+    key, certificate = folder / "bench.key", folder / "bench.pem"
+    words = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2"]
+    names = ["-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost"]
+    request = ["openssl", "req", "-x509", *words, *names, "-keyout", str(key), "-out", str(certificate)]
+    subprocess.run(request, check=True, capture_output=True)
+    shutil.chown(folder, 1000, 1000)
+    for file in (key, certificate):
+        file.chmod(0o600)
+        shutil.chown(file, 1000, 1000)
 
 
-def wait_healthy(container: Container, name: str) -> float:
-    """Return the seconds until the health check of a service passes. Raises SystemExit."""
-    start_s = time.monotonic()
-    while container.run(words_of(services()[name]["healthcheck"]["test"])).returncode != 0:
-        if time.monotonic() - start_s > 10 * HEALTHY_WITHIN_S:
-            raise SystemExit(f"{name} does not become healthy")
-    return time.monotonic() - start_s
+def new_token(here: Bench) -> str:
+    """Make a token as docs/containers.md says, into `secrets/access.toml`."""
+    where = ["run", "--rm", "--no-deps", "-v", f"{here.project}/secrets:/secrets", "servo-ctrl"]
+    command = [
+        "python",
+        "-m",
+        "servo_ctrl.hmi",
+        "token",
+        "anna",
+        "operate",
+        "--access",
+        "/secrets/access.toml",
+    ]
+    return max(here.compose(*where, *command).split(), key=len)
 
 
-def trial(container: Container) -> dict[str, Any]:
-    """Run both services, stop them, learn for a moment; return what was seen. Raises SystemExit."""
+def asked(path: str, certificate: Path, form: dict[str, str] | None = None) -> tuple[int, str]:
+    """Return status and text of a page; cookies of a log-in are kept while redirects are followed."""
+    context = ssl.create_default_context(cafile=str(certificate))
+    opener = urllib.request.build_opener(
+        urllib.request.HTTPSHandler(context=context), urllib.request.HTTPCookieProcessor()
+    )
+    data = urllib.parse.urlencode(form).encode() if form else None
+    headers = {"Origin": PAGE, "Accept": "text/html"}
+    request = urllib.request.Request(PAGE + path, data, headers)  # noqa: S310  # the address is ours
+    try:
+        with opener.open(request, timeout=60.0) as answer:
+            return answer.status, answer.read().decode()
+    except urllib.error.HTTPError as error:
+        return error.code, error.read().decode()
+
+
+def page_of(here: Bench, token: str) -> dict[str, Any]:
+    """See the page from the host: a stranger gets the log-in, a wrong token nothing, the token the bench."""
+    certificate = here.project / "secrets" / "bench.pem"
+    stranger = asked("/", certificate)
+    wrong = asked("/login", certificate, {"token": "0" * 43})
+    right = asked("/login", certificate, {"token": token})
+    expect("token" in stranger[1].lower() and wrong[0] == 401, f"a stranger gets in: {stranger} {wrong}")
+    expect(right[0] == 200 and "nicegui" in right[1], f"the token is refused: {right}")
+    return {"stranger": stranger[0], "wrong token": wrong[0], "token": right[0]}
+
+
+def confinement(here: Bench, service: str) -> dict[str, Any]:
+    """Return the user and what the root file system says to a write."""
+    refused = here.inside(service, "touch", "/opt/servo/x")
+    expect("Read-only file system" in refused.stderr, f"{service}: {refused.stderr}")
+    user = here.inside(service, "id", "-un").stdout.strip()
+    expect(user == "servo", f"{service} runs as {user}")
+    return {"user": user, "a write to its root": refused.stderr.strip().rpartition(": ")[2]}
+
+
+def messages(here: Bench) -> dict[str, Any]:
+    """Return what the broker has of the controller."""
+    listen = ["mosquitto_sub", "-h", "127.0.0.1", "-W", "30", "-C", "1", "-t"]
+    online = here.inside("mosquitto", *listen, "servo_ctrl/+/online").stdout.strip()
+    state = json.loads(here.inside("mosquitto", *listen, "servo_ctrl/+/state").stdout)
+    expect(online == "online", f"the controller is {online!r} by MQTT")
+    return {"online": online, "stage": state["stage"], "axes": sorted(state["axis"])}
+
+
+def trial(here: Bench) -> dict[str, Any]:
+    """Bring it up, look at it from all sides, stop it in order, learn into the volume. Raises SystemExit."""
     seen: dict[str, Any] = {}
-    refused = container.run(["touch", "/opt/servo/x"])
-    if "Read-only file system" not in refused.stderr:
-        raise SystemExit(f"the root file system is not read-only: {refused.stderr}")
-    seen["user"] = container.run(["id", "-un"]).stdout.strip()
-    with container.running(words_of(services()["hil-sim"]["command"])):
-        seen["hil-sim healthy after s"] = round(wait_healthy(container, "hil-sim"), 1)
-        with container.running(words_of(services()["servo-ctrl"]["command"])) as controller:
-            seen["servo-ctrl healthy after s"] = round(wait_healthy(container, "servo-ctrl"), 1)
-            time.sleep(5.0)
-            if controller.poll() is not None:
-                raise SystemExit("the controller did not go on serving")
-        seen["servo-ctrl exit"] = controller.returncode
-        page = container.run(["python", "-c", "import nicegui; print(nicegui.__version__)"])
-        seen["page"] = page.stdout.strip()
-        learning = ["timeout", "--signal=INT", "40", *shlex.split(LEARN)]
-        done = container.run(learning)
-        if "ermission" in done.stderr + done.stdout or "ead-only" in done.stderr + done.stdout:
-            raise SystemExit(done.stdout + done.stderr)
-    kept = sorted(path for path in (container.volumes / "state").rglob("*") if path.is_file())
-    seen["kept in the volume"] = [str(path.relative_to(container.volumes / "state")) for path in kept]
-    if not [path for path in kept if path.name == "journal.jsonl"]:
-        raise SystemExit(
-            f"learning wrote nothing into the volume: {done.stdout[-2000:]}{done.stderr[-2000:]}"
-        )
+    make_certificate(here.project)
+    here.compose("up", "--detach", "--no-build", "vcan", "mosquitto", "hil-sim")
+    for service in ("mosquitto", "hil-sim"):
+        seen[f"{service} healthy after s"] = here.healthy_after_s(service, HEALTHY_WITHIN_S)
+    seen["hil-sim"] = confinement(here, "hil-sim")
+    token = new_token(here)
+    here.compose("up", "--detach", "--no-build", "servo-ctrl")
+    seen["servo-ctrl healthy after s"] = here.healthy_after_s("servo-ctrl", HEALTHY_WITHIN_S)
+    seen["servo-ctrl"] = confinement(here, "servo-ctrl")
+    seen["MQTT"] = messages(here)
+    seen["page"] = page_of(here, token)
+    here.compose("stop", "--timeout", "30", "servo-ctrl")
+    seen["servo-ctrl exit after stop"] = here.state("servo-ctrl")["State"]["ExitCode"]
+    expect(seen["servo-ctrl exit after stop"] == 143, f"stopped with {seen['servo-ctrl exit after stop']}")
+    learn = ["timeout", "--signal=INT", str(LEARN_S), "servo-ctrl", "learn", "--machine", "xy_table"]
+    where = ["--bus", BUS, "--pacing", "lockstep", "--record", f"{STATE}/learning"]
+    here.compose("run", "--rm", "--no-deps", "servo-ctrl", "sh", "-c", " ".join([*learn, *where, "|| true"]))
+    kept = here.inside("hil-sim", "find", STATE, "-type", "f").stdout.split()
+    seen["kept in the volume"] = sorted(kept)
+    names = {Path(path).name for path in kept}
+    expect({"journal.jsonl", "recording.json"} <= names, f"learning kept only {kept}")
     return seen
 
 
@@ -83,32 +144,32 @@ def main() -> None:
     """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=Path)
-    parser.add_argument("--built", action="store_true", help=f"take {IMAGE} as it is there")
-    asked = parser.parse_args()
-    if shutil.which("buildah") is None:
-        parser.exit(1, "buildah is not installed: apt-get install buildah debootstrap\n")
-    if not asked.built:
-        build(base_image())
-    name = buildah("from", "--pull-never", IMAGE)
-    config = configuration()
-    with tempfile.TemporaryDirectory(prefix="servo-volumes-") as place:
-        root, volumes = Path(buildah("mount", name)), Path(place)
-        volumes.chmod(0o755)
-        for volume, inside in (("state", "var/lib/servo"), ("cache", "var/cache/servo"), ("tmp", "")):
-            target = volumes / volume  # a new volume gets what the image has there
-            if inside:
-                subprocess.run(["cp", "-a", str(root / inside), str(target)], check=True)
-            else:
-                target.mkdir(mode=0o1777)
-                target.chmod(0o1777)
-        try:
-            seen = {"image": config["size"]} | trial(Container(root, volumes, config))
-        finally:
-            buildah("umount", name)
-            buildah("rm", name)
+    parser.add_argument("--out", type=Path, default=Path("out/test-image"))
+    parser.add_argument("--built", action="store_true", help=f"take {IMAGE} and the broker as they are there")
+    wanted = parser.parse_args()
+    for program in ("buildah", "podman"):
+        if shutil.which(program) is None:
+            parser.exit(1, f"{program} is not installed: apt-get install buildah podman runc debootstrap\n")
+    out = wanted.out.resolve()
+    out.mkdir(parents=True, exist_ok=True)
+    seen: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory(prefix="servo-context-") as name:
+        project = Path(name)
+        committed(project)
+        if not wanted.built:
+            base = base_image()
+            build(base, project)
+            services = yaml.safe_load((project / "docker-compose.yml").read_text(encoding="utf-8"))[
+                "services"
+            ]
+            own = broker(services["mosquitto"]["image"], base)
+            seen["broker"] = "its own image" if own else "Debian's mosquitto under its image's name"
+        seen["image"] = size_of(IMAGE)
+        with bench(out, project, FILES, SERVO_BUS=BUS) as here:
+            seen |= trial(here)
     print(json.dumps(seen, indent=1))
-    if asked.json:
-        asked.json.write_text(json.dumps(seen, indent=1) + "\n", encoding="utf-8")
+    if wanted.json:
+        wanted.json.write_text(json.dumps(seen, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
