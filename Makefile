@@ -74,10 +74,10 @@ vcan-fast: setup
 site: setup  ## the documentation as a site, in out/site; warnings are errors
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
-tutorials: setup  ## run all of the tutorials, also what takes minutes
-	@TUTORIALS=all $(PYTEST) tests/docs/test_tutorials.py
+tutorials: setup  ## run all of the tutorials and every command of the pages, also what takes minutes
+	@TUTORIALS=all $(PYTEST) tests/docs/test_tutorials.py tests/docs/test_commands_run.py
 
-test-image: setup  ## build the image with buildah and run its services (as root; 5 minutes); writes image.json
+test-image: setup  ## build the image, bring the bench up with podman-compose (as root; minutes); writes image.json
 	$(BIN)/python -m tests.campaigns.image.main --json image.json
 
 test-fleet: setup  ## reconcile fleet on Dask's scheduler, two workers, one of them killed, and an S3 server

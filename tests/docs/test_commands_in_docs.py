@@ -1,27 +1,23 @@
 """Every command that a page shows is one that its program takes: parsed by the program, without being run.
 
-What runs them is in RUN_BY: a command of which no test runs its kind is refused.
+What runs them as they are shown is in commands_of_pages.toml (test_commands_run.py). RUN_BY has what tests
+each kind of command in full: one of which no test runs its kind is refused.
 """
 
-import re
-import shlex
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 import typer.main
+from page_commands import ROOT, Shown, shown
 
 from hil_sim.cli.main import app as hil_sim
 from reconcile.cli.main import app as reconcile
 from servo_ctrl.cli.main import app as servo_ctrl
 
-ROOT = Path(__file__).parents[2]
 PROGRAMS: dict[str, Any] = {
     name: typer.main.get_command(app)
     for name, app in (("servo-ctrl", servo_ctrl), ("hil-sim", hil_sim), ("reconcile", reconcile))
 }
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-LINE = re.compile(r"^(?: {4})?((?:servo-ctrl|hil-sim|reconcile) .*)$", re.MULTILINE)
 RUN_BY = {
     "servo-ctrl run": "tests/docs/test_readme.py",
     "servo-ctrl learn": "tests/hil/test_learning_lockstep.py",
@@ -52,24 +48,6 @@ RUN_BY = {
 """By the beginning of a command: the test, or the folder of tests, that runs such a one."""
 
 
-class Shown(NamedTuple):
-    """A command on a page."""
-
-    page: str
-    line: str
-    words: list[str]
-
-
-def shown() -> list[Shown]:
-    found = []
-    for page in PAGES:
-        for line in LINE.findall(page.read_text(encoding="utf-8")):
-            words = shlex.split(line, comments=True)
-            if "..." not in words:
-                found.append(Shown(page.name, line, words))
-    return found
-
-
 def parse(words: list[str]) -> None:
     """Raise click's UsageError where a word is not what the program takes."""
     command: Any = PROGRAMS[words[0]]
@@ -90,7 +68,7 @@ def test_the_pages_show_commands_of_all_programs() -> None:
     assert len(COMMANDS) > 50
 
 
-@pytest.mark.parametrize("one", COMMANDS, ids=lambda one: f"{one.page}: {one.line}"[:80])
+@pytest.mark.parametrize("one", COMMANDS, ids=lambda one: f"{one.page.name}: {one.line}"[:80])
 def test_a_command_of_a_page_is_taken(one: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     parse(one.words)
