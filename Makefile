@@ -13,7 +13,7 @@ SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
-.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit site tutorials test-image test-fleet notebooks budget release hashes clean
+.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit site tutorials test-image test-history test-fleet notebooks budget release hashes clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -79,6 +79,9 @@ tutorials: setup  ## run all of the tutorials and every command of the pages, al
 
 test-image: setup  ## build the image, bring the bench up with podman-compose (as root; minutes); writes image.json
 	$(BIN)/python -m tests.campaigns.image.main --json image.json
+
+test-history: setup  ## the record of months: a real InfluxDB (apt-get install influxdb) answers the dashboard's queries
+	$(BIN)/python -m tests.campaigns.history.main
 
 test-fleet: setup  ## reconcile fleet on Dask's scheduler, two workers, one of them killed, and an S3 server
 	$(BIN)/python -m tests.campaigns.fleet.main

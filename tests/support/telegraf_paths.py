@@ -1,7 +1,6 @@
-"""What Telegraf makes of a message by deploy/history/telegraf.conf: the XPath of that file, and no more.
+"""What Telegraf makes of a message by deploy/history/telegraf.conf: its XPath, evaluated by libxml2.
 
-The paths are `/a/b` from the root and `a/b` from the selected node, in `number()`, `string()`, compared with
-a text, or a text alone; `name()` is the key of the selected node. Anything else is refused.
+As in Telegraf a key of the JSON document is an element; `/a` begins at the document, `a` at the node.
 """
 
 import json
@@ -11,12 +10,11 @@ import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from lxml import etree
+
 CONFIGURATION = Path(__file__).parents[2] / "deploy" / "history" / "telegraf.conf"
-_PATH = r"/?[a-z0-9_]+(?:/[a-z0-9_]+)*"
-_FORMS = re.compile(
-    rf"(?P<function>number|string)\((?P<path>{_PATH})\)(?: = '(?P<equals>[a-z]+)')?"
-    rf"|string\('(?P<text>[a-z_]+)'\)|(?P<name>name\(\))|(?P<bare>{_PATH})"
-)
+_ABSOLUTE = re.compile(r"(?<![\w/*.)])/(?=[a-z])")
+"""The slash at which a path from the document begins."""
 
 
 class Point(NamedTuple):
@@ -52,9 +50,12 @@ def points(topic: str, payload: bytes) -> list[Point]:
             found.append(Point(section["name_override"], tags, {"value": payload.decode()}, ""))
             continue
         assert section["data_format"] == "xpath_json"
-        document = json.loads(payload)
+        document = element_of("document", json.loads(payload))
         for query in section["xpath"]:
-            found += [_point(query, document, key, node, tags) for key, node in _selected(query, document)]
+            selected = (
+                nodes(query["metric_selection"], document) if "metric_selection" in query else [document]
+            )
+            found += [_point(query, node, tags) for node in selected]
     return found
 
 
@@ -65,46 +66,38 @@ def _topic_tags(section: dict[str, Any], topic: str) -> dict[str, str]:
     return {name: level for name, level in zip(names, topic.split("/"), strict=True) if name != "_"}
 
 
-def _selected(query: dict[str, Any], document: Any) -> list[tuple[str, Any]]:
-    selection = query.get("metric_selection")
-    if selection is None:
-        return [("", document)]
-    assert selection.endswith("/*"), selection
-    return list(_at(selection.removesuffix("/*"), document, document).items())
-
-
-def _point(query: dict[str, Any], document: Any, key: str, node: Any, tags: dict[str, str]) -> Point:
-    def value(expression: str) -> Any:
-        return evaluated(expression, document, key, node)
-
-    fields = {name: value(expression) for name, expression in query["fields"].items()}
-    fields |= {name: int(value(expression)) for name, expression in query.get("fields_int", {}).items()}
-    own_tags = {name: value(expression) for name, expression in query.get("tags", {}).items()}
+def _point(query: dict[str, Any], node: etree._Element, tags: dict[str, str]) -> Point:
+    fields = {name: evaluated(expression, node) for name, expression in query["fields"].items()}
+    fields |= {name: int(evaluated(text, node)) for name, text in query.get("fields_int", {}).items()}
+    own_tags = {name: evaluated(expression, node) for name, expression in query.get("tags", {}).items()}
     there = {
         name: field for name, field in fields.items() if not isinstance(field, float) or math.isfinite(field)
     }
-    return Point(value(query["metric_name"]), tags | own_tags, there, value(query["timestamp"]))
+    return Point(
+        evaluated(query["metric_name"], node), tags | own_tags, there, evaluated(query["timestamp"], node)
+    )
 
 
-def evaluated(expression: str, document: Any, key: str, node: Any) -> Any:
-    """An expression of the configuration. What is not there is NaN or an empty text, as in XPath."""
-    form = _FORMS.fullmatch(expression)
-    assert form is not None, f"{expression}: no form that is known here"
-    if form["text"]:
-        return form["text"]
-    if form["name"]:
-        return key
-    found = _at(form["path"] or form["bare"], document, node)
-    if form["function"] == "number":
-        return math.nan if found is None else float(found)
-    text = "" if found is None else str(found).lower() if isinstance(found, bool) else str(found)
-    return text == form["equals"] if form["equals"] else text
+def element_of(name: str, value: Any) -> etree._Element:
+    """A JSON value as an element; null is an element without a text."""
+    element = etree.Element(name)
+    if isinstance(value, dict):
+        element.extend(element_of(key, inner) for key, inner in value.items())
+    elif isinstance(value, list):
+        element.extend(element_of("element", inner) for inner in value)
+    elif value is not None:
+        element.text = str(value).lower() if isinstance(value, bool) else str(value)
+    return element
 
 
-def _at(path: str, document: Any, node: Any) -> Any:
-    found = document if path.startswith("/") else node
-    for level in path.strip("/").split("/"):
-        if not isinstance(found, dict):
-            return None
-        found = found.get(level)
+def nodes(expression: str, node: etree._Element) -> list[etree._Element]:
+    """The nodes that an expression selects."""
+    found = node.xpath(_ABSOLUTE.sub("/document/", expression))
+    assert isinstance(found, list)
     return found
+
+
+def evaluated(expression: str, node: etree._Element) -> Any:
+    """A number, a text or a truth; of nodes the text of the first. What is not there is NaN or empty."""
+    found = node.xpath(_ABSOLUTE.sub("/document/", expression))
+    return (found[0].text or "" if found else "") if isinstance(found, list) else found

@@ -1,0 +1,1 @@
+"""The record of months, as far as its programs can be had: `make test-history` (Debian's InfluxDB)."""
