@@ -79,14 +79,18 @@ class Bench(NamedTuple):
         found: dict[str, Any] = json.loads(done.stdout)[0]
         return found
 
+    def log(self, service: str) -> str:
+        """The last lines that a service has printed."""
+        said = podman("logs", "--tail", "40", f"servo_{service}_1", environment=self.environment)
+        return said.stdout + said.stderr
+
     def healthy_after_s(self, service: str, bound_s: float) -> float:
         """Run the health check as podman's timer would, which needs systemd. Raises SystemExit."""
         start_s = time.monotonic()
         name = f"servo_{service}_1"
         while podman("healthcheck", "run", name, environment=self.environment).returncode != 0:
             if time.monotonic() - start_s > bound_s or self.state(service)["State"]["Status"] == "exited":
-                said = podman("logs", "--tail", "40", name, environment=self.environment)
-                raise SystemExit(f"{service} does not become healthy: {said.stdout}{said.stderr}")
+                raise SystemExit(f"{service} does not become healthy: {self.log(service)}")
             time.sleep(0.5)
         return round(time.monotonic() - start_s, 1)
 

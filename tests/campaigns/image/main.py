@@ -10,6 +10,7 @@ import shutil
 import ssl
 import subprocess
 import tempfile
+import time
 import urllib.error
 import urllib.parse
 import urllib.request
@@ -26,6 +27,7 @@ FILES = ("docker-compose.yml", "deploy/compose.page.yml")
 HEALTHY_WITHIN_S = 60.0
 """What the compose file's start period promises."""
 PAGE = "https://localhost:8443"
+CONNECT = "import socket; socket.create_connection(('127.0.0.1', 8443), 2.0)"
 STATE = "/var/lib/servo"
 LEARN_S = 40
 """Long enough for the first strokes on a busy computer; learning of both axes takes minutes."""
@@ -87,6 +89,11 @@ def asked(path: str, certificate: Path, form: dict[str, str] | None = None) -> t
 def page_of(here: Bench, token: str) -> dict[str, Any]:
     """See the page from the host: a stranger gets the log-in, a wrong token nothing, the token the bench."""
     certificate = here.project / "secrets" / "bench.pem"
+    deadline_s = (
+        time.monotonic() + HEALTHY_WITHIN_S
+    )  # the page is a process that starts behind the controller
+    while here.inside("servo-ctrl", "python", "-c", CONNECT).returncode != 0:
+        expect(time.monotonic() < deadline_s, f"no page: {here.log('servo-ctrl')}")
     stranger = asked("/", certificate)
     wrong = asked("/login", certificate, {"token": "0" * 43})
     right = asked("/login", certificate, {"token": token})

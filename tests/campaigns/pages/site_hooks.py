@@ -1,8 +1,9 @@
-"""Pages of the site that no file holds: command lines, Python; decisions and new pages in the navigation.
+"""Pages of the site that no file holds: command lines, Python, notebooks; decisions in the navigation.
 
 MkDocs calls these functions by their names (`hooks` in mkdocs.yml).
 """
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -48,8 +49,11 @@ What is public, from its docstrings; how it is used: [From Python](../python.md)
 
 
 def on_config(config: Any) -> Any:
-    """Put the decisions, and every page that mkdocs.yml does not name, at the end of the explanations."""
+    """Put notebooks behind the tutorials; decisions, and every other page, at the end of the explanations."""
     docs = Path(config["docs_dir"])
+    (tutorials,) = (entry["Tutorials"] for entry in config["nav"] if "Tutorials" in entry)
+    notebooks = sorted(docs.glob("notebooks/*.ipynb"))
+    tutorials.append({"Measured axes": [f"notebooks/{path.stem}.md" for path in notebooks]})
     pages = {path.relative_to(docs).as_posix() for path in docs.rglob("*.md")}
     *_, explanation = config["nav"]
     named = set(_named(config["nav"]))
@@ -60,7 +64,9 @@ def on_config(config: Any) -> Any:
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Add the reference."""
+    """Add the reference and the notebooks."""
+    for path in sorted(Path(config["docs_dir"]).glob("notebooks/*.ipynb")):
+        files.append(File.generated(config, f"notebooks/{path.stem}.md", content=notebook_page(path)))
     text = "# Command lines\n\nWhat `--help` says of each command.\n\n"
     for name, app in PROGRAMS.items():
         command = typer.main.get_command(app)
@@ -69,6 +75,18 @@ def on_files(files: Files, config: Any) -> Files:
     files.append(File.generated(config, "reference/command_lines.md", content=text))
     files.append(File.generated(config, "reference/python.md", content=PYTHON))
     return files
+
+
+def notebook_page(path: Path) -> str:
+    """Return a notebook as a page: its text, its code, and what the code has printed."""
+    parts = []
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        source = "".join(cell["source"])
+        parts.append(source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```")
+        texts = ["".join(output["text"]) for output in cell.get("outputs", [])]
+        parts += [f"```text\n{text.rstrip()}\n```" for text in texts]
+    name = path.name
+    return "\n\n".join([*parts, f"The notebook itself: [{name}]({name}); `make notebooks` executes it.\n"])
 
 
 def _named(nav: Any) -> list[str]:
