@@ -1,8 +1,8 @@
 """Execute the notebooks in Jupyter's own kernel and keep what they print: `make notebooks`.
 
-Each runs in a directory of its own, with the publishers' recordings as `data/`. nbclient and the kernel are
-in an environment beside ours (OUT/environment), which sees our packages. Only texts are kept: files stay small,
-and a diff shows which figure has changed.
+Each runs in a directory of its own, with the publishers' recordings as `data/`. nbclient and the kernel
+are in an environment beside ours (OUT/environment), which sees our packages. Only texts are kept: files
+stay small, and a diff shows which figure has changed.
 """
 
 import argparse
