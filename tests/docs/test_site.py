@@ -44,10 +44,3 @@ def test_words_of_the_pages_are_found_and_nothing_is_loaded_from_elsewhere(site:
     assert {"watch.html", "plant.html"} <= found
     home = (site / "index.html").read_text(encoding="utf-8")
     assert "fonts.googleapis" not in home
-
-
-def test_notebooks_are_pages_with_what_they_printed(site: Path) -> None:
-    for notebook in sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")):
-        page = (site / "notebooks" / f"{notebook.stem}.html").read_text(encoding="utf-8")
-        assert "verdict.json" in page
-        assert page.count("language-text") >= 3, notebook.name
