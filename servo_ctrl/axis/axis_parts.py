@@ -1,4 +1,4 @@
-"""From the machine file and the mapping of its PDOs to what the compiled cycle works on."""
+"""Converts machine file and PDO mappings to the parameter records of the compiled cycle."""
 
 from collections.abc import Mapping, Sequence
 
@@ -21,30 +21,31 @@ STATUSWORD, POSITION_ACTUAL_VALUE, CURRENT_ACTUAL_VALUE = (0x6041, 0), (0x6064, 
 MODE_DISPLAY = (0x6061, 0)
 """Objects of CiA 402."""
 POSITION_VALUE = (0x6004, 0)
-"""Of a scale, CiA 406."""
+"""Object of a scale, CiA 406."""
 TORQUE_OFFSET = 0x60B2
 OUTPUT_OF: dict[int, RpdoValue] = {
     0x6040: RpdoValue.CONTROLWORD,
     0x6060: RpdoValue.MODE,
-    0x60B0: RpdoValue.ZERO,  # position offset: in csp the correction goes with the position
+    0x60B0: RpdoValue.ZERO,  # position offset: in csp the position set point contains the correction
     0x6071: RpdoValue.TORQUE,
     TORQUE_OFFSET: RpdoValue.TORQUE_OFFSET,
     0x60FF: RpdoValue.VELOCITY,
     0x607A: RpdoValue.POSITION,
     0x60B1: RpdoValue.VELOCITY_OFFSET,
 }
-"""What an RPDO may carry of CiA 402, by index."""
+"""The value that the cycle writes to each CiA 402 object which an RPDO may map, by index."""
 LET_BACK = 0.5
-"""Of the following error limit: how far an axis led back from beyond its limits may overshoot; chosen."""
+"""Share of the following error limit that an axis may overshoot when it returns from beyond its position
+limits; chosen."""
 OBJECTS_MOST = 8
-"""Of a PDO: one has a byte at least."""
+"""Bounds the objects of a PDO: 8 bytes, each object at least one."""
 INTEGERS = {"b": True, "h": True, "i": True, "B": False, "H": False, "I": False}
 """Formats of integers of up to 32 bits, and whether they are signed."""
 _NOT_MAPPED = InputPlace(0, 0, 0, signed=False)
 
 
 class PdoTypeError(EdsError):
-    """An object that the cycle needs has a type that is no integer of 8, 16 or 32 bits."""
+    """An object that the cycle needs is no integer of 8, 16 or 32 bits."""
 
 
 def axis_parts(
@@ -54,10 +55,10 @@ def axis_parts(
     tpdos: Mapping[int, PdoCodec],
     scale_tpdo: tuple[int, PdoCodec] | None,
 ) -> AxisParts:
-    """What an axis is made of.
+    """Make the parameter records of an axis.
 
-    `tpdos`: those of the drive that come with every SYNC, by their places among the inputs, the first one
-    first and the further ones side by side; `scale_tpdo`: that of the scale likewise.
+    `tpdos`: the drive's cyclic TPDOs by index among the inputs, the first one first, the further ones at
+    consecutive indices; `scale_tpdo`: index and codec of the scale's TPDO.
 
     Raises:
         PdoTypeError: See there.
@@ -74,7 +75,7 @@ def axis_parts(
             unit.newton_per_permille,
             unit.metre_per_count,
             unit.metre_per_s_per_unit,
-            # without an object of its own it goes with the force, as in the twin
+            # without its own object the offset is part of the force, as in the twin
             offset_apart=any(rpdo.position(TORQUE_OFFSET) is not None for rpdo in rpdos),
             velocity_offset=mode is Mode.CYCLIC_SYNC_POSITION,
         ),
@@ -111,7 +112,7 @@ def axis_parts(
 
 
 def output_places(rpdo: PdoCodec) -> Index:
-    """What the objects of an RPDO carry, (8, 2): `RpdoValue` and bytes; of no bytes behind the last one.
+    """Return `RpdoValue` and size in bytes of each object of an RPDO, (8, 2); size 0 after the last object.
 
     Raises:
         PdoTypeError: See there.
@@ -125,7 +126,7 @@ def output_places(rpdo: PdoCodec) -> Index:
 
 
 def _place(tpdos: Mapping[int, PdoCodec], address: tuple[int, int]) -> InputPlace:
-    """Where an object is; where several TPDOs have it, the last of them."""
+    """Return the place of an object in the TPDOs, in the last one of several that map it."""
     found = _NOT_MAPPED
     for place, tpdo in tpdos.items():
         start = 0

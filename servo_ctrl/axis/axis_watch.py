@@ -1,4 +1,4 @@
-"""Says what the compiled cycle has found about an axis, and watches its limit switches."""
+"""Turns findings of the compiled cycle about an axis into events, and monitors its limit switches."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ Found = tuple[Event, str]
 
 
 class AxisWatch:
-    """Of the axis called `name`."""
+    """Makes the events of the axis `name`."""
 
     def __init__(self, name: str, config: AxisConfig) -> None:
         self._name = name
@@ -30,14 +30,14 @@ class AxisWatch:
 
     @property
     def at_a_switch(self) -> str:
-        """At which limit switch the axis stands, and what to do about it; "" where it stands at none."""
+        """At which limit switch the axis stands, and what to do; "" if at none."""
         if not self._switches:
             return ""
         where = f"axis {self._name} stands at its {_side(self._switches)} limit switch"
         return f"{where}: jog it away, slowly, and find out why home is not where it was"
 
     def findings(self, axis: Any) -> list[Found]:
-        """Say what was found in the last cycle of a `CycleRecord`."""
+        """Return the events that the last cycle found, from the axis's `CycleRecord`."""
         found, law = int(axis["found"]), axis["law"]
         sample, command = law["sample"], law["command"]
         inputs, mode = axis["inputs"], axis["sequence"]["mode"]

@@ -1,4 +1,4 @@
-"""What a cycle of all axes works on, allocated once; `step` is one call of the compiled cycle."""
+"""Memory of the compiled cycle for all axes, allocated once; `step` calls the compiled cycle."""
 
 import math
 import struct
@@ -26,7 +26,7 @@ PDO_BYTES = 8
 
 
 class CycleMemory:
-    """Records of the axes, so many `inputs` of a cycle, and what comes of them; `rpdos`: of each axis.
+    """Holds the axis records, the `inputs` TPDOs of a cycle, and its outputs; `rpdos`: codecs by axis.
 
     Raises:
         PdoTypeError: an object of an RPDO is no integer.
@@ -37,7 +37,7 @@ class CycleMemory:
         count = len(parts)
         self.axes, self._tables, self._kept = cycle_records(parts)
         self.row: Array = np.full(MACHINE_COLUMNS + count * AXIS_COLUMNS, math.nan)
-        """Of the last cycle, as it is recorded."""
+        """The recorded row of the last cycle."""
         self._params = [part.params for part in parts]
         codecs = [(axis, codec) for axis, own in enumerate(rpdos) for codec in own]
         self._axis_of: Index = np.array([axis for axis, _codec in codecs], np.int64)
@@ -57,7 +57,7 @@ class CycleMemory:
         self._payload_bytes = self._payloads.reshape(-1).data
 
     def warm_up(self) -> None:
-        """Compile or load the kernels before the first SYNC: that takes seconds, a cycle a millisecond."""
+        """Compile or load the kernels before the first SYNC, because that takes seconds."""
         axes = self.axes.copy()
         given = self._kept.copy(), self._axis_of, self._outputs, self._inputs, self._came, self._reference
         made = self.row.copy(), self._payloads.copy()
@@ -72,10 +72,10 @@ class CycleMemory:
         cycle: int,
         segment: int,
     ) -> bool:
-        """Advance all axes by one cycle; return whether one has found something. See `axis_step.step_axes`.
+        """Advance all axes by one cycle; return whether any has an event. See `axis_step.step_axes`.
 
-        `inputs`: the data of each TPDO, None = missing; no `reference`: each axis stays where it was
-        taken over.
+        `inputs`: the data of each TPDO, None = missing. `reference`: set points; None = each axis holds the
+        position at which it was taken over.
         """
         memory, came, start = self._input_bytes, self._came_bytes, 0
         for node, data in enumerate(inputs):
@@ -105,19 +105,19 @@ class CycleMemory:
         )
 
     def payloads(self) -> list[bytes]:
-        """The data of the RPDOs, axis by axis."""
+        """Return the data of the RPDOs, axis by axis."""
         memory = self._payload_bytes
         return [bytes(memory[span]) for span in self._spans]
 
     def record(self, axis: int) -> Any:
-        """The record of an axis."""
+        """Return the record of an axis."""
         return self.axes[axis]
 
     def params(self, axis: int) -> AxisParams:
-        """What the law of an axis is made of."""
+        """Return the parameters of an axis's control law."""
         return self._params[axis]
 
     def change_params(self, axis: int, params: AxisParams) -> None:
-        """Let the law of an axis be made of something else from the next cycle on; it goes on where it is."""
+        """Change the control-law parameters of an axis from the next cycle on; its state stays."""
         self._params[axis] = params
         self._tables = store(self.axes["law"]["params"], self._params)

@@ -1,6 +1,6 @@
-"""The reaction of the machine to an event, in every stage: one table, no code.
+"""The reaction of the machine to each event in each stage, as one table.
 
-All axes react together: a machine whose axes stop one by one leaves its contour.
+All axes react together, because a machine whose axes stop one by one leaves its contour.
 """
 
 from enum import Enum, IntEnum
@@ -33,9 +33,9 @@ class Event(Enum):
     STOP_SIGNAL = "stop signal"
     """SIGINT or SIGTERM: the run ends."""
     DISABLE = "switched off"
-    """By the operator."""
+    """Switched off by the operator."""
     QUICK_STOP = "quick stop"
-    """By the operator."""
+    """Quick stop by the operator."""
 
 
 class Reaction(IntEnum):
@@ -46,29 +46,29 @@ class Reaction(IntEnum):
     """Controlled stop, then power off."""
     QUICK_STOP = 2
     CUT_OFF = 3
-    """Power off at once for the axis of the event, the drives of the others brake by themselves."""
+    """Power off at once for the axis of the event; the other drives brake by themselves."""
     DISABLE = 4
     """Power off at once."""
 
 
 _NONE, _HOLD, _QUICK, _CUT, _OFF = Reaction
 _UNDER_CONTROL = {
-    Event.LOST_TPDO: _QUICK,  # without its inputs an axis cannot be led to a stop by us
+    Event.LOST_TPDO: _QUICK,  # without inputs the controller cannot ramp the axis down
     Event.LATE_TICK: _HOLD,
     Event.LOST_HEARTBEAT: _HOLD,
     Event.EMCY: _HOLD,
-    Event.DRIVE_FAULT: _HOLD,  # the faulted drive brakes itself, the others come to rest with it
-    Event.FOLLOWING_ERROR: _QUICK,  # our loop does not lead this axis any more
+    Event.DRIVE_FAULT: _HOLD,  # the faulted drive brakes by itself; the others come to rest with it
+    Event.FOLLOWING_ERROR: _QUICK,  # the axis no longer follows its set points
     Event.LIMIT: _HOLD,
-    Event.LIMIT_SWITCH: _QUICK,  # far beyond the software limit: home is not where the controller assumes it
-    Event.SENSORS_DISAGREE: _QUICK,  # one of the two is wrong; the drive brakes by its own
+    Event.LIMIT_SWITCH: _QUICK,  # a switch lies beyond the software limit, so the home position must be wrong
+    Event.SENSORS_DISAGREE: _QUICK,  # one of the two is wrong; the drive brakes by its own sensor
     Event.RUNAWAY: _CUT,  # any loop closed on this axis drives it further
     Event.SATURATED: _HOLD,
-    Event.BAD_COMMAND: _QUICK,  # a ramp down would start from it
+    Event.BAD_COMMAND: _QUICK,  # a ramp down would start from the bad set point
     Event.BAD_PROGRAM: _HOLD,
-    Event.FOREIGN_MASTER: _QUICK,  # two cycles on one bus: set points and time are not ours alone
-    Event.DUPLICATE_NODE: _QUICK,  # the position that was read may be that of either node
-    Event.WRONG_PDO: _QUICK,  # the same: the mapping is not the configured one
+    Event.FOREIGN_MASTER: _QUICK,  # two masters on one bus: set points and SYNC are not ours alone
+    Event.DUPLICATE_NODE: _QUICK,  # the position read may be that of either node
+    Event.WRONG_PDO: _QUICK,  # likewise unreliable inputs: the mapping is not the configured one
     Event.OBJECT_CHANGED: _HOLD,
     Event.FRAMES_LOST: _HOLD,
     Event.BUS_DOWN: _OFF,
@@ -82,13 +82,13 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
     Stage.BOOTING: {**_ENDING, Event.STOP_SIGNAL: _OFF},
     Stage.STARTING: {
         Event.LOST_TPDO: _QUICK,
-        Event.LATE_TICK: _NONE,  # nothing of ours is moving
+        Event.LATE_TICK: _NONE,  # the controller moves no axis yet
         Event.LOST_HEARTBEAT: _QUICK,
-        Event.EMCY: _NONE,  # an old fault may report itself until it is reset; switching on is bounded anyway
+        Event.EMCY: _NONE,  # an old fault may send EMCY until its reset; switching on is bounded in time
         Event.DRIVE_FAULT: _QUICK,
         Event.FOLLOWING_ERROR: _QUICK,
-        Event.LIMIT: _NONE,  # homing looks for the limits
-        Event.LIMIT_SWITCH: _NONE,  # and for the switches
+        Event.LIMIT: _NONE,  # homing may pass the limits
+        Event.LIMIT_SWITCH: _NONE,  # and searches for the switches
         Event.SENSORS_DISAGREE: _QUICK,
         Event.RUNAWAY: _CUT,
         Event.SATURATED: _QUICK,
@@ -117,7 +117,7 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         Event.FOREIGN_MASTER: _QUICK,
         Event.DUPLICATE_NODE: _QUICK,
         Event.WRONG_PDO: _QUICK,
-        Event.STOP_SIGNAL: _QUICK,  # asked twice: faster
+        Event.STOP_SIGNAL: _QUICK,  # a second signal stops faster
         Event.QUICK_STOP: _QUICK,
     },
     Stage.QUICK_STOPPING: {**_ENDING, Event.RUNAWAY: _CUT, Event.STOP_SIGNAL: _OFF},
@@ -127,11 +127,11 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
 }
 
 REQUESTS = frozenset({Event.STOP_SIGNAL, Event.DISABLE, Event.QUICK_STOP})
-"""Requested: the run has not failed for them."""
+"""Events that do not make the run a failed one."""
 ENDS_THE_RUN = frozenset({Event.STOP_SIGNAL, Event.BUS_DOWN, Event.FOREIGN_MASTER})
-"""The run ends after these; after all others a run that may stand by does so."""
+"""Events that end the run; after any other stop a run that may stand by does so."""
 
 
 def reaction(stage: Stage, event: Event) -> Reaction:
-    """Look up the reaction of the machine to an event."""
+    """Return the reaction of the machine to an event."""
     return REACTIONS[stage][event]

@@ -1,4 +1,4 @@
-"""Limits of supervision, from the machine file; `cyclic.supervision` judges by them, cycle by cycle."""
+"""Derives supervision limits from the machine file; `cyclic.supervision` applies them in each cycle."""
 
 import math
 
@@ -7,27 +7,28 @@ from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.signs import SupervisionLimits
 
 PUSH_SHARE = 0.25
-"""Of the force limit: friction or a process may exceed a smaller push; chosen."""
+"""Share of the force limit that counts as a push; friction or a process may exceed less; chosen."""
 ERROR_SHARE = 0.02
-"""Of the following error limit: a smaller growth of the error may be noise; chosen."""
+"""Share of the following error limit that counts as growth of the error; less may be noise; chosen."""
 LIMIT_SHARE = 0.98
-"""Share of the limit at which a measured current is at it, as it is rounded, and lags; chosen."""
+"""Share of the current limit that counts as saturated, because a measured current is rounded and lags;
+chosen."""
 SPEED_FLOOR_M_S = 2e-3
-"""Least difference of two speeds; two counts a period are added to it. Chosen."""
+"""Least difference between two speeds, to which two counts a period are added. Chosen."""
 
 
 def saturation_cycles(axis: AxisConfig, period_s: float) -> int:
-    """Return how long the current may stay at its limit."""
+    """Return for how many cycles the current may stay at its limit."""
     return max(math.ceil(axis.limits.saturation_ms * 1e-3 / period_s), 1)
 
 
 def runaway_cycles(axis: AxisConfig, period_s: float) -> int:
-    """Return the length of a block of motion; three cycles have two halves and a cycle between them."""
+    """Return the cycles of a block of motion, at least 3: two halves and a cycle between them."""
     return max(math.ceil(axis.limits.runaway_ms * 1e-3 / period_s), 3)
 
 
 def supervision_limits(axis: AxisConfig, unit: DriveScaling, period_s: float) -> SupervisionLimits:
-    """Take the limits of an axis from the machine file."""
+    """Return the supervision limits of an axis."""
     limits = axis.limits
     following_m = limits.following_error_mm * 1e-3
     given_mm = limits.scale_deviation_mm

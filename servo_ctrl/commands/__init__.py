@@ -1,5 +1,5 @@
-"""What can be asked of a running controller and what it tells: one declaration, and its encodings.
+"""Commands to a running controller and its status: one declaration, and its encodings.
 
 May enter: the declarations of commands and status fields, their encodings for SDO, MQTT, local socket and
-command line, and what carries nothing else. The handlers of the commands are in `servo_ctrl.daemon.handlers`.
+command line, and transport of nothing else. `servo_ctrl.daemon.handlers` executes the commands.
 """

@@ -1,7 +1,7 @@
-"""Status of one axis: compensation, monitoring and what was learned, with the declaration of every field.
+"""Status of one axis: compensation, monitoring and learned results, with the declaration of every field.
 
-A new field is a line in its type and one below it, and its value where `daemon.handlers` makes the status.
-The objects are those of axis 1.
+A new field needs a line in its type, a line in `FIELDS_OF` and its value where `daemon.handlers` makes the
+status. The declared objects are those of axis 1.
 """
 
 import math
@@ -12,19 +12,19 @@ from servo_ctrl.commands.field import FIELDS_OF, NM, NM_S, UM, UM_S2, US, DataTy
 from servo_ctrl.learning.types import Learned, ReversalReport
 
 LEARNERS = ("fast", "paper", "screw")
-"""By their number in 2104h:02 and 2131h:03; the first two learn the friction pulse."""
+"""Learners in the order of their numbers in 2104h:02 and 2131h:03; the first two learn the pulse."""
 
 
 class ScrewStatus(NamedTuple):
-    """Screw compensation of one axis, and what was learned of it; see `learning.screw.ScrewLearned`."""
+    """Screw compensation of one axis and its learned result; see `learning.screw.ScrewLearned`."""
 
     enabled: bool = False
     version: int = 0
-    """Of the learned screw in use, 0 = none."""
+    """Version of the learned screw in use, 0 = none."""
     learned_at: str = ""
     """Date of that version, ISO 8601, "" without one."""
     points: tuple[tuple[float, float, float], ...] = ()
-    """Table position, error, lost motion there."""
+    """Rows of table position, and error and lost motion there, metres."""
     lost_motion_m: float = math.nan
     spread_m: float = math.nan
     before_m: float = math.nan
@@ -34,7 +34,7 @@ class ScrewStatus(NamedTuple):
 
     @property
     def learned(self) -> bool:
-        """A version is in use."""
+        """Whether a version is in use."""
         return bool(self.points)
 
 
@@ -46,10 +46,10 @@ class AxisStatus(NamedTuple):
     observer_enabled: bool
     learning_due: bool
     reversals: int
-    """Evaluated since the start."""
+    """Reversals evaluated since the start."""
     last: ReversalReport | None
     version: int
-    """Of the learned functions in use, 0 = none."""
+    """Version of the learned functions in use, 0 = none."""
     learned_at: str
     """Date of that version, ISO 8601, "" without one."""
     learned: Learned | None

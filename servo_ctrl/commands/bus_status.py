@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 
 class CycleHistogram(NamedTuple):
-    """Cycles by the time since the one before, microseconds.
+    """Histogram of the times between cycles, microseconds.
 
-    `counts` has one more than `edges_us`: below the first, between, above the last.
+    `counts` has one bin more than `edges_us`: below the first edge, between edges, above the last.
     """
 
     edges_us: tuple[float, ...] = ()
@@ -18,9 +18,9 @@ class BusStatus(NamedTuple):
     """The bus and the cycle on it."""
 
     load: float = 0.0
-    """Share of `bit_rate`, 0 to 1, over the last second of SYNC time; stuff bits as many as may be."""
+    """Share of `bit_rate`, 0 to 1, over the last second of SYNC time, with the most possible stuff bits."""
     bit_rate: int = 1_000_000
-    """Of the machine file, bit/s."""
+    """Bit rate in the machine file, bit/s."""
     frames_per_s: float = 0.0
     cycle_us: CycleHistogram = CycleHistogram()
     missed_ticks: int = 0
@@ -28,7 +28,7 @@ class BusStatus(NamedTuple):
 
 
 class NodeStatus(NamedTuple):
-    """A node, by its heartbeats."""
+    """State of a node by its heartbeats."""
 
     name: str
     node_id: int
@@ -55,4 +55,4 @@ class EventEntry(NamedTuple):
     cycle: int
     text: str
     time: str = ""
-    """When the controller put it into its status, ISO 8601; "" where it was not told."""
+    """When the controller added it to its status, ISO 8601; "" if unknown."""

@@ -1,7 +1,7 @@
-"""The commands of a running controller, declared once, and the results that a handler gives.
+"""The commands of a running controller, declared once, and the results that a handler returns.
 
 A command has a number (object 2100h), a name (in lower case the `command` of MQTT and local messages), a word
-on the command line, the right that it needs, and words for what it does. A new one is a line here, and its
+on the command line, the right that it needs, and a description. A new command needs a line here and its
 handler in `servo_ctrl.daemon.handlers`.
 """
 
@@ -9,39 +9,39 @@ from enum import IntEnum, StrEnum
 from typing import NamedTuple, Self
 
 JOG_RENEWAL_S = 0.25
-"""A jog that is not renewed for this time ramps to rest: a few messages of the page may be lost, not more."""
+"""A jog that is not renewed for this time ramps to rest; chosen so that a few messages may be lost."""
 
 
 STEP_M_S = 0.01
-"""Speed of a step; chosen."""
+"""Speed of a jog step; chosen."""
 LONGEST_STEP_M = 0.01
-"""Bounds a step of a jog; chosen."""
+"""Bounds the distance of a jog step; chosen."""
 
 
 class Right(StrEnum):
-    """The right that a request needs; also the last level of the MQTT topic for it."""
+    """The right that a request needs; also the last level of its MQTT topic."""
 
     STOP = "stop"
     """Quick stop. Every right contains it."""
     OPERATE = "operate"
     """Switch on, move, learn, run programs, switch compensations."""
     CONFIGURE = "configure"
-    """Change settings, and use another version of what was learned."""
+    """Change settings, and use another version of a learned result."""
 
     def permits(self, needed: "Right") -> bool:
-        """Whether who has this right may do what needs that one; none contains another but the stop."""
+        """Whether this right suffices for a request that needs `needed`; every right includes STOP."""
         return needed in {self, Right.STOP}
 
 
 class Command(IntEnum):
-    """Number of the command, its word on the command line, the right needed, and what it does."""
+    """A command: its number, its word on the command line, the right that it needs, its description."""
 
     word: str
     right: Right
     meaning: str
 
     def __new__(cls, number: int, word: str, right: Right, meaning: str) -> Self:
-        """Keep the declaration beside the number."""
+        """Make a member that holds its declaration besides its number."""
         command = int.__new__(cls, number)
         command._value_ = number
         command.word, command.right, command.meaning = word, right, meaning
@@ -79,10 +79,10 @@ class Command(IntEnum):
 
 
 COMMANDS = {command.name.lower(): command for command in Command}
-"""By their names in MQTT and local messages."""
+"""Commands by their names in MQTT and local messages."""
 COMMAND_OF = {int(command): command for command in Command}
 COMMAND_WORDS = {command.word: command for command in Command}
-"""Of the command line."""
+"""Commands by their words on the command line."""
 
 
 class CommandRequest(NamedTuple):
@@ -93,26 +93,26 @@ class CommandRequest(NamedTuple):
 
 
 class Refusal(IntEnum):
-    """Why a request was not carried out."""
+    """Why a request was refused."""
 
     NONE = 0
     UNKNOWN = 1
     """No such command, axis or setting."""
     OUT_OF_RANGE = 2
     WRONG_STATE = 3
-    """Not now: the machine moves, is in fault, learns already, or has nothing to do it with."""
+    """Impossible now: the machine moves, is in fault, learns already, or lacks what the request needs."""
     STORAGE = 4
     """A learned result cannot be read or written."""
 
 
 class CommandResult(NamedTuple):
-    """The answer to a request, given at once; its consequences show in the status."""
+    """The immediate answer to a request; the status shows its consequences."""
 
     refusal: Refusal = Refusal.NONE
     reason: str = ""
-    """In words; empty when accepted."""
+    """Text for the user; empty when accepted."""
 
     @property
     def accepted(self) -> bool:
-        """The request is being carried out."""
+        """Whether the request was accepted."""
         return self.refusal is Refusal.NONE

@@ -1,4 +1,4 @@
-"""Objects of our own node that are no status field: where commands arrive, and why one was refused."""
+"""Objects of the controller's own node besides status fields: commands, and the reason of a refusal."""
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.field import AXES, DataType, Entry, Field
@@ -12,7 +12,7 @@ SWITCHES = {
     0x2103: (Command.DISABLE_OBSERVER, Command.ENABLE_OBSERVER),
     0x2107: (Command.DISABLE_SCREW, Command.ENABLE_SCREW),
 }
-"""What 0 and 1 command, written to the subindex of an axis."""
+"""The commands that a write of 0 and of 1 to the subindex of an axis gives."""
 RECORDS = {
     0x2102: "Compensation enabled",
     0x2103: "Observer enabled",
@@ -26,7 +26,7 @@ RECORDS = {
     0x2151: "Screw",
     0x2161: "Screw table",
 }
-"""Titles of the objects that have subindices; those of axis 1 stand for those of every axis."""
+"""Titles of the objects that have subindices; those of axis 1 represent those of every axis."""
 
 _WORDS = ", ".join(f"{command.value} {command.word}" for command in Command)
 FIELDS = (

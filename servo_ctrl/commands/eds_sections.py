@@ -1,4 +1,4 @@
-"""Sections of our EDS (CiA 306) that follow from the declarations: status mapping, manufacturer objects."""
+"""Generates the EDS sections (CiA 306) that follow from the declarations: status mapping, own objects."""
 
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
@@ -14,7 +14,7 @@ MAPPING, MAPPING_TITLE = 0x1A00, "TPDO mapping parameter 1"
 
 
 def status_mapping(objects: Objects) -> Iterator[str]:
-    """The lines of 1A00h: the fields that have a place in the status TPDO."""
+    """Yield the lines of 1A00h: the fields mapped into the status TPDO."""
     entries = [field.entry for fields in objects.values() for field in fields.values() if field.entry]
     mapped = sorted((entry for entry in entries if entry.pdo), key=lambda entry: entry.pdo)
     yield from _section(MAPPING, None, MAPPING_TITLE, RECORD, SubNumber=str(len(mapped) + 1))
@@ -25,7 +25,7 @@ def status_mapping(objects: Objects) -> Iterator[str]:
 
 
 def eds_objects(objects: Objects) -> Iterator[str]:
-    """The lines from [ManufacturerObjects] to the end of the file."""
+    """Yield the lines from [ManufacturerObjects] to the end of the file."""
     sections = {
         index + number - 1: list(_object(index, fields, number))
         for index, fields in objects.items()
@@ -40,12 +40,12 @@ def eds_objects(objects: Objects) -> Iterator[str]:
 
 
 def _axis(fields: Mapping[int, Field]) -> PerAxis:
-    """How an object is repeated for each axis; all its entries agree."""
+    """Return how an object repeats for each axis; all its entries agree."""
     return next(field.entry.axis for field in fields.values() if field.entry is not None)
 
 
 def _object(index: int, fields: Mapping[int, Field], number: int) -> Iterator[str]:
-    """An object, of this axis where every axis has one."""
+    """Yield the lines of an object, for axis `number` if it repeats for each axis."""
     axis, place = _axis(fields), index + number - 1
     if axis is PerAxis.SUBINDEX:
         field = fields[0]
@@ -95,7 +95,7 @@ def _value(
 
 
 def _section(index: int, subindex: int | None, title: str, kind: str, **keys: str) -> Iterator[str]:
-    """A section and the empty line before it."""
+    """Yield a section and the empty line before it."""
     name = f"{index:04X}" if subindex is None else f"{index:04X}sub{subindex:X}"
     yield from ("", f"[{name}]", f"ParameterName={title}", f"ObjectType={kind}")
     yield from (f"{key}={value}" for key, value in keys.items())

@@ -1,4 +1,4 @@
-"""What carries out the requests of the CANopen node, the MQTT link and the local socket."""
+"""The interface that executes requests from the CANopen node, the MQTT link and the local socket."""
 
 from typing import Protocol
 
@@ -9,37 +9,37 @@ from servo_ctrl.config.program_model import ProgramConfig
 
 
 class CommandHandler(Protocol):
-    """Carries requests out. All calls are made in the thread of the cycle and return at once."""
+    """Executes requests. The thread of the cycle makes all calls, which return at once."""
 
     def execute(self, request: CommandRequest) -> CommandResult:
-        """Carry out a command, or say why not."""
+        """Execute a command, or refuse it with a reason."""
 
     def change(self, setting: str, value: float | str | bool) -> CommandResult:
-        """Change a field of `machine_status.Settings`, SI; or say why not."""
+        """Change a field of `settings.Settings`, SI units, or refuse with a reason."""
 
     def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
-        """Move an axis at this velocity until `JOG_RENEWAL_S` has gone by without another call; 0 stops it.
+        """Move an axis at this velocity until no call renews it within `JOG_RENEWAL_S`; 0 stops the axis.
 
-        Within the acceleration limit and the travel. Several axes may jog at once.
+        The motion respects acceleration limit and travel. Several axes may jog at once.
         """
 
     def jog_step(self, axis: str, way_m: float) -> CommandResult:
-        """Move an axis by this way, at most `LONGEST_STEP_M`, to rest there."""
+        """Move an axis by this distance, at most `LONGEST_STEP_M`, to rest."""
 
     def touch_off(self, axis: str, value_m: float) -> CommandResult:
-        """Call the place where an axis stands, "" = all, `value_m` in the chosen work offset."""
+        """Shift the chosen work offset so that this axis, "" = all, stands at the coordinate `value_m`."""
 
     def reading(self, first_line: int = 1) -> ReadingOptions:
-        """What a part program is read with now. Raises ConfigError."""
+        """Return the present options for reading a part program. Raises ConfigError."""
 
     def reading_of_line(self) -> ReadingOptions:
-        """What a line of G-code is read with, from where the axes stand. Raises ConfigError."""
+        """Return the options for a line of G-code that starts where the axes stand. Raises ConfigError."""
 
     def run_line(self, program: PartProgram) -> CommandResult:
-        """Run a line of G-code from where the axes stand; what it sets holds for the next one."""
+        """Run a line of G-code from where the axes stand; its modal words hold for the next line."""
 
     def load_program(self, program: ProgramConfig) -> CommandResult:
-        """Check a program and let it replace that of the run; the status shows the outcome."""
+        """Check a program and make it the program of the run; the status shows the outcome."""
 
     def status(self) -> MachineStatus:
-        """The status now."""
+        """Return the present status."""

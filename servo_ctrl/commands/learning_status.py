@@ -18,26 +18,26 @@ class LearningState(IntEnum):
     PAUSING = 2
     PAUSED = 3
     DONE = 4
-    """The last run ended with new functions in use."""
+    """The last run ended with a new result in use."""
     ABORTED = 5
     FAILED = 6
-    """A fault, a limit or the storage ended it; the functions from before are in use."""
+    """A fault, a limit or the storage ended the run; the earlier result stays in use."""
 
 
 ACTIVE = frozenset({LearningState.RUNNING, LearningState.PAUSING, LearningState.PAUSED})
-"""A learning run is going on."""
+"""States in which a learning run exists."""
 
 
 class LearningStatus(NamedTuple):
-    """The learning run that is going on, or the last one; see `learning.types.Outlook`."""
+    """Status of the present learning run, or of the last one; see `learning.types.Outlook`."""
 
     state: LearningState = LearningState.IDLE
     axis: str = ""
-    """The axis that is being learned; "" before the first run."""
+    """The axis being learned, or learned last; "" before the first run."""
     reason: str = ""
-    """Why the last run ended as it did, in words."""
+    """Why the last run ended before its completion, else ""."""
     stage: str = ""
-    """What the stroke is for."""
+    """Purpose of the present stroke."""
     strokes_done: int = 0
     strokes_total: int = 0
     remaining_s: float = math.nan
@@ -46,24 +46,24 @@ class LearningStatus(NamedTuple):
 
     @property
     def planned(self) -> bool:
-        """Its strokes are known."""
+        """Whether the number of strokes is known."""
         return bool(self.stage or self.strokes_total)
 
     @property
     def progress(self) -> float:
-        """Share of the strokes that are done, 0 to 1."""
+        """Completed share of the strokes, 0 to 1."""
         return min(1.0, self.strokes_done / max(self.strokes_total, 1))
 
     @property
     def progress_permille(self) -> int:
-        """The same in per mille, and 1000 at the end, as the number of strokes is an estimate."""
+        """`progress` in per mille; 1000 at the end even if fewer strokes sufficed than estimated."""
         if self.state is LearningState.DONE:
             return 1000
         return min(1000 * self.strokes_done // max(self.strokes_total, 1), 1000)
 
 
 def learning_status(state: LearningState, axis: str, reason: str, outlook: Outlook | None) -> LearningStatus:
-    """The status of a learning run with this outlook, None while its strokes are not known."""
+    """Return the status of a learning run; `outlook` is None while its strokes are unknown."""
     return LearningStatus(state, axis, reason, **({} if outlook is None else outlook._asdict()))
 
 

@@ -1,4 +1,4 @@
-"""Status types as the JSON of the local socket, and back: SI, names of the fields, null for no number."""
+"""Converts status types to JSON of the local socket and back: field names as keys, SI, null for NaN."""
 
 import math
 from enum import Enum
@@ -13,11 +13,11 @@ T = TypeVar("T")
 
 
 class MessageError(ServoCtrlError):
-    """A message is not what its type says."""
+    """A message does not match its type."""
 
 
 def to_plain(value: Any) -> Any:
-    """A value of a status type as what `json` encodes."""
+    """Convert a value of a status type to objects that `json` encodes."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Enum):
@@ -30,14 +30,14 @@ def to_plain(value: Any) -> Any:
 
 
 def from_plain(kind: type[T], value: Any) -> T:
-    """The value of a status type in a message. Raises MessageError naming the place."""
+    """Build a value of a status type from a message. Raises MessageError with the key."""
     built: T = _built(kind, value, "")
     return built
 
 
 @cache
 def published_names(kind: Any) -> tuple[str, ...]:
-    """The fields of a status type on the local socket; derived ones come last."""
+    """Return the fields of a status type on the local socket, derived fields last."""
     fields = FIELDS_OF.get(kind, {})
     stored: tuple[str, ...] = kind._fields
     names = [*stored, *(name for name in fields if name not in stored)]
@@ -46,12 +46,12 @@ def published_names(kind: Any) -> tuple[str, ...]:
 
 @cache
 def type_hints(kind: Any) -> dict[str, Any]:
-    """The types of the stored fields of a status type."""
+    """Return the types of the stored fields of a status type."""
     return get_type_hints(kind)
 
 
 def record_type(hint: Any) -> Any:
-    """The status type in a hint, maybe an optional one; None for what is none."""
+    """Return the status type in a type hint, optional or not; None if the hint is none."""
     if get_origin(hint) is UnionType:
         (hint,) = (argument for argument in get_args(hint) if argument is not NoneType)
     return hint if hasattr(hint, "_fields") else None

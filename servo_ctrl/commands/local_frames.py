@@ -1,6 +1,6 @@
-"""How messages travel on the local socket: one byte kind, uint32 length, payload; docs/local_socket.md.
+"""Frames of the local socket: one byte kind, uint32 length, payload; see docs/local_socket.md.
 
-A JSON message is a frame of kind "J". Rows of the recording are one of kind "R": float64, little-endian.
+A frame of kind "J" holds a JSON message, one of kind "R" recorded rows: float64, little-endian.
 """
 
 import asyncio
@@ -16,22 +16,23 @@ FRAME = struct.Struct("<cI")
 """Kind and length of the payload."""
 JSON, ROWS = b"J", b"R"
 REQUEST_LIMIT = 1 << 18
-"""Bytes of a frame of a client; a part program is the longest. To read so much takes a fifth of a tick."""
+"""Bounds the bytes of a client's frame, of which a part program is the longest; chosen. Reading this much
+takes a fifth of a tick."""
 MESSAGE_LIMIT = 1 << 24
-"""Bytes of a frame of the server; chosen."""
+"""Bounds the bytes of a server's frame; chosen."""
 ROWS_HEAD = struct.Struct("<IQQ")
-"""Rows, number of the first row, rows that this client has missed so far."""
+"""Number of rows, number of the first row, rows that this client has missed so far."""
 
 
 class FrameError(ServoCtrlError):
-    """The bytes are no frame; the beginning of the next one cannot be found."""
+    """The bytes are no frame, so the start of the next frame is unknown."""
 
 
 class RowBlock(NamedTuple):
-    """Rows of the recording, and how many this client has missed."""
+    """Recorded rows, and how many rows this client has missed."""
 
     first: int
-    """Number of the first row; rows are counted from the start of the run."""
+    """Number of the first row, counted from the start of the run."""
     missed: int
     """Rows that this client has missed so far."""
     values: Array
@@ -39,12 +40,12 @@ class RowBlock(NamedTuple):
 
 
 def frame(kind: bytes, payload: bytes) -> bytes:
-    """A frame ready to be sent."""
+    """Return the bytes of a frame."""
     return FRAME.pack(kind, len(payload)) + payload
 
 
 async def read_frame(reader: asyncio.StreamReader, limit: int) -> tuple[bytes, bytes]:
-    """Kind and payload of the next frame. Raises FrameError, and IncompleteReadError at the end."""
+    """Return kind and payload of the next frame. Raises FrameError; IncompleteReadError at the end."""
     kind, length = FRAME.unpack(await reader.readexactly(FRAME.size))
     if kind not in {JSON, ROWS}:
         raise FrameError(f"a frame of kind {kind!r}, neither J nor R")
@@ -54,13 +55,13 @@ async def read_frame(reader: asyncio.StreamReader, limit: int) -> tuple[bytes, b
 
 
 def rows_frame(first: int, missed: int, rows: int, values: bytes | memoryview) -> bytes:
-    """A frame of rows; `values` are their float64, little-endian, row by row."""
+    """Return a frame of rows; `values` are float64, little-endian, row by row."""
     head = FRAME.pack(ROWS, ROWS_HEAD.size + len(values))
     return b"".join((head, ROWS_HEAD.pack(rows, first, missed), values))
 
 
 def row_block(payload: bytes, channels: int) -> RowBlock:
-    """The rows in a payload. Raises FrameError."""
+    """Return the rows in a payload. Raises FrameError."""
     if len(payload) < ROWS_HEAD.size:
         raise FrameError(f"rows in {len(payload)} bytes")
     rows, first, missed = ROWS_HEAD.unpack_from(payload)

@@ -1,8 +1,8 @@
-"""The messages between the control process and its page; docs/local_socket.md is the reference.
+"""The messages between the controller and its page; docs/local_socket.md is the reference.
 
-SI units throughout, names in lower case. `Hello` comes first and once, the status ten times a second and at
-each change, `Reversal` as they are evaluated, `LocalAnswer` to each `LocalRequest`. Requests are not trusted:
-pydantic checks them.
+Units are SI, names lower case. The server sends `Hello` first and once, the status ten times a second and at
+each change, `Reversal` after each evaluation, `LocalAnswer` to each `LocalRequest`. Because requests are not
+trusted, pydantic checks them.
 """
 
 import json
@@ -17,7 +17,7 @@ from servo_ctrl.commands.settings import SETTINGS
 from servo_ctrl.learning.types import ReversalReport  # the codec reads the types
 
 FORMAT = 1
-"""Raised when a message changes its meaning."""
+"""Format version; raised when a message changes its meaning."""
 
 Role = Literal["view", "operate", "configure"]
 Do = Literal[
@@ -46,7 +46,7 @@ RIGHTS: dict[Do, Right] = {
     "take_control": Right.OPERATE,
     "release_control": Right.OPERATE,
 }
-"""The right that a request needs. A command has its own, see `command.Command`, and so has a setting."""
+"""The right that a request needs. Commands and settings declare their own (`Command`, `Setting`)."""
 RequestValue = Annotated[
     Annotated[bool, Strict()]
     | Annotated[int, Strict()]
@@ -58,7 +58,7 @@ Short = Annotated[str, StringConstraints(strict=True, max_length=64)]
 
 
 def right_for(do: Do, command: str = "", setting: str = "") -> Right:
-    """The right that a request needs; an unknown command needs operate, and the controller refuses it."""
+    """Return the right that a request needs; OPERATE for an unknown command, which is refused later."""
     if do == "setting":
         return SETTINGS[setting].right if setting in SETTINGS else Right.CONFIGURE
     if do != "command":
@@ -71,13 +71,13 @@ class AxisInfo(NamedTuple):
 
     name: str
     travel_m: tuple[float, float]
-    """Lowest and highest position command."""
+    """Lowest and highest position set point, metres."""
     velocity_m_s: float
-    """Bound of every motion."""
+    """Velocity limit of every motion."""
 
 
 class ChannelInfo(NamedTuple):
-    """A column of the rows."""
+    """A column of the recorded rows."""
 
     name: str
     unit: str
@@ -88,14 +88,14 @@ class NodeInfo(NamedTuple):
     """A node of the machine."""
 
     name: str
-    """Its section in the machine file, as "axis.x.drive"."""
+    """Its section in the machine file, such as "axis.x.drive"."""
     node_id: int
     eds: str
-    """Its data sheet, a file."""
+    """Path of its EDS."""
 
 
 class Hello(NamedTuple):
-    """Who the server is: what does not change while it runs."""
+    """The constant data of the server."""
 
     machine: str
     period_s: float
@@ -105,51 +105,51 @@ class Hello(NamedTuple):
     machine_file: str
     learned_dir: str
     record_dir: str | None
-    """Where this run is being recorded."""
+    """Directory of the recording of this run, None without one."""
     pid: int
     format: int = FORMAT
 
 
 class Reversal(NamedTuple):
-    """A reversal of production was evaluated."""
+    """An evaluated reversal of production."""
 
     axis: str
     report: ReversalReport
     period_s: float
     error_m: tuple[float, ...]
-    """Over the monitoring time, from the reversal on; positive = lagging."""
+    """Error over the monitoring time, from the reversal on: command - actual, metres."""
 
 
 class LocalAnswer(NamedTuple):
-    """The answer to a request; what follows from it shows in the status."""
+    """The answer to a request; the status shows the consequences."""
 
     id: int
     accepted: bool
     refusal: str = "none"
     """A name of `command.Refusal` in lower case, "malformed", or "unreachable" from the page itself."""
     reason: str = ""
-    """In words; empty when accepted."""
+    """Text for the user; empty when accepted."""
     value: float | str | None = None
-    """Of an object that was read: a number or text where its EDS says so, else its bytes in hexadecimal."""
+    """Value of a read object: a number or text by its type in the EDS, else its bytes in hexadecimal."""
 
 
 ServerMessage = Hello | MachineStatus | Reversal | LocalAnswer
 KINDS: dict[str, Any] = {"hello": Hello, "status": MachineStatus, "reversal": Reversal, "answer": LocalAnswer}
-"""By the key `kind` of the JSON object."""
+"""Message types by the key `kind` of the JSON object."""
 
 
 def message_json(kind: str, message: ServerMessage) -> bytes:
-    """A message of the server as it travels: ASCII, no spaces, no NaN."""
+    """Encode a message of the server in JSON: ASCII, no spaces, no NaN."""
     return plain_json({"kind": kind, **to_plain(message)})
 
 
 def plain_json(content: Any) -> bytes:
-    """JSON as it travels here."""
+    """Encode JSON: ASCII, no spaces, no NaN."""
     return json.dumps(content, allow_nan=False, separators=(",", ":")).encode("ascii")
 
 
 def server_message(payload: bytes) -> ServerMessage:
-    """The message in a frame of the server. Raises MessageError."""
+    """Decode a message in a frame of the server. Raises MessageError."""
     try:
         content = json.loads(payload)
         message: ServerMessage = from_plain(KINDS[content.pop("kind")], content)
@@ -174,25 +174,25 @@ class Who(BaseModel):
     user: Short
     role: Role
     address: Short
-    """Of the browser."""
+    """Address of the browser."""
 
 
 class ProgramText(BaseModel):
-    """A program that is to take the place of the run's."""
+    """A program that shall replace the program of the run."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Annotated[
         str, StringConstraints(strict=True, min_length=1, max_length=128, pattern=r"^[^/\\\x00]+$")
     ]
-    """Of its file: .toml is a program of steps, anything else G-code."""
+    """File name: .toml is a program of steps, anything else G-code."""
     text: Annotated[str, Strict()]
     first_line: Annotated[int, Strict(), Field(ge=1, lt=1 << 31)] = 1
-    """Of G-code: run from there, with what the lines before it have set."""
+    """Line of G-code to start from, with the modal state that the lines before it set."""
 
 
 class LocalRequest(BaseModel):
-    """A request; which fields it has depends on `do`."""
+    """A request; `do` determines its fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -201,13 +201,13 @@ class LocalRequest(BaseModel):
     who: Who
     do: Do
     axis: Short = ""
-    """Of a command, "" = all axes; of a jog."""
+    """Axis of a command, "" = all axes; axis of a jog."""
     command: Short | None = None
     """A name of `command.Command` in lower case."""
     setting: Annotated[Short, AfterValidator(_known_setting)] | None = None
     value: RequestValue | None = None
-    """Of a setting; velocity of a jog, m/s; way of a step, m; what the place of a touch-off is called, m;
-    a line of G-code; of an object to be written, as its EDS has it, bytes in hex."""
+    """Value of a setting; velocity of a jog, m/s; distance of a step, m; coordinate of a touch-off, m; a line
+    of G-code; value of an object by its type in the EDS, bytes in hex."""
     program: ProgramText | None = None
     node: Annotated[int, Strict(), Field(ge=1, le=127)] | None = None
     index: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] | None = None

@@ -1,6 +1,7 @@
 """Status of the controller: machine, drives and program, with the declaration of every field.
 
-A new field is a line in its type and one below it, and its value where `daemon.handlers` makes the status.
+A new field needs a line in its type, a line in `FIELDS_OF` and its value where `daemon.handlers` makes the
+status.
 """
 
 import math
@@ -17,25 +18,25 @@ U8, U16, U32, TEXT = DataType.U8, DataType.U16, DataType.U32, DataType.TEXT
 
 
 class DriveStatus(NamedTuple):
-    """The drive of one axis, by its last inputs."""
+    """Status of the drive of one axis, by its last inputs."""
 
     axis: str
     phase: str
-    """Of its sequence: a value of `axis.drive.Phase`, as "servo", "off" or "lost"."""
+    """Phase of its sequence: a text of `cyclic.sequence.PHASE_TEXTS`, such as "servo", "off" or "lost"."""
     state: str
-    """Of the power stage, CiA 402, as "operation enabled"; a value of `cyclic.cia402.DriveState`, or "not
-    heard" where its inputs do not come any more."""
+    """State of CiA 402 such as "operation enabled", a value of `cyclic.cia402.DriveState`; "not heard" if its
+    inputs no longer arrive."""
     statusword: int
     error_code: int | None
-    """Of its last emergency message that was no reset, since it was enabled; None without one."""
+    """Error code of its last emergency message since it was enabled; None without one or after a reset."""
     homed: bool
-    """Its homing has come to its end in this run; False also where it has no homing method."""
+    """Whether its homing was completed in this run; False also without a homing method."""
     position_m: float
-    """Motor position at the table, relative to home; NaN when it did not come."""
+    """Motor position at the table, relative to home; NaN when missing."""
     ready: bool
-    """Our loop leads the axis."""
+    """Whether the axis follows our set points."""
     limits_m: tuple[float, float]
-    """Of the travel (`limits.position_mm`), lowest and highest."""
+    """Lowest and highest position of the travel (`limits.position_mm`)."""
 
 
 class WorkOffset(NamedTuple):
@@ -43,44 +44,44 @@ class WorkOffset(NamedTuple):
 
     name: str
     zero_m: tuple[float, ...]
-    """Where its zero is, per axis in machine order, relative to home."""
+    """Position of its zero relative to home, by axis in machine order."""
 
 
 class ProgramStatus(NamedTuple):
-    """The program of the run and how far it is."""
+    """The program of the run and its progress."""
 
     name: str = ""
-    """Its file, without the directory."""
+    """File name without the directory."""
     step: int = -1
-    """Of the program, from 0; -1 while it does not run."""
+    """Present step of the program, from 0; -1 while it does not run."""
     label: str = ""
-    """Of that step."""
+    """Label of that step."""
     progress: float = 0.0
-    """Share of its time that was run, the last time, 0 to 1; a hold does not count."""
+    """Completed share of its duration in the last run, 0 to 1; a hold does not count."""
     held: bool = False
-    """A feed hold was asked for: the axes come to rest on the path, or rest there."""
+    """Whether a feed hold brings the axes to rest on the path, or keeps them there."""
     loaded: bool = False
-    """There is a program that can be started."""
+    """Whether there is a program that can be started."""
     preparing: bool = False
-    """One is being checked, or is about to start."""
+    """Whether a program is being checked or planned."""
     problem: str = ""
-    """Why the last one that was to be loaded or started was not; "" when it was."""
+    """Why the last attempt to load or start a program failed, else ""."""
     line: int = 0
-    """Of G-code: the one under way; 0 where there is none."""
+    """Present line of G-code; 0 without one."""
     held_by: str = ""
-    """Why it is held where nobody asked for it then: "single block", or the line of an optional stop."""
+    """Why it holds without a command: "single block", or the line of an optional stop."""
     apart: bool = False
-    """What runs, or ran last, was a single line of G-code, not this program."""
+    """Whether the present or last motion is a single line of G-code instead of this program."""
     entry: str = ""
-    """The modal words that hold where it is entered at a line behind its first; "" at the first."""
+    """The modal words in effect at the line where it is entered; "" at its first line."""
     modes: str = ""
-    """The modal words that hold for the next single line of G-code."""
+    """The modal words in effect for the next single line of G-code."""
     offsets_m: tuple[WorkOffset, ...] = ()
-    """The work offsets that are set."""
+    """The work offsets that were set, and the chosen one."""
 
 
 class MachineStatus(NamedTuple):
-    """Everything readable. What follows `program` is known to the page only."""
+    """The status of the controller. The fields after `program` go to the page only."""
 
     stage: Stage
     cycles: int
@@ -90,25 +91,25 @@ class MachineStatus(NamedTuple):
     axes: tuple[AxisStatus, ...]
     settings: Settings
     reason: str = ""
-    """Why the machine is stopping, in standby or off; "" while nothing stopped it."""
+    """Why the machine is stopping, in standby or off; "" while nothing has stopped it."""
     drives: tuple[DriveStatus, ...] = ()
     program: ProgramStatus = ProgramStatus()
     setting_up: bool = False
-    """Nodes are booted and configured again, for drives that are to be enabled."""
+    """Whether nodes boot again before their drives get power."""
     time: str = ""
-    """When it was sent, ISO 8601."""
+    """When the status was sent, ISO 8601."""
     bus: BusStatus = BusStatus()
     nodes: tuple[NodeStatus, ...] = ()
     emcy: tuple[EmcyEntry, ...] = ()
-    """The newest hundred, the newest last."""
+    """The newest hundred emergency messages, the newest last."""
     events: tuple[EventEntry, ...] = ()
-    """Likewise."""
+    """The newest hundred events, the newest last."""
     rows_missed: int = 0
-    """By this client of the local socket: it reads too slowly."""
+    """Rows that this client of the local socket missed because it reads too slowly."""
 
     @property
     def due_mask(self) -> int:
-        """Bit 0 = learning is due for axis 1."""
+        """Bit mask of the axes for which learning is due; bit 0 = axis 1."""
         return sum(axis.learning_due << number for number, axis in enumerate(self.axes[:AXES]))
 
     @property
@@ -119,7 +120,7 @@ class MachineStatus(NamedTuple):
 
     @property
     def last_error_mean_m(self) -> float:
-        """J of that axis."""
+        """J of the last reversal of `last_axis`; NaN before the first."""
         return next((axis.error_mean_m for axis in self.axes if axis.name == self.last_axis), math.nan)
 
 

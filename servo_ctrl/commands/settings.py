@@ -1,4 +1,4 @@
-"""What can be changed while the controller runs, with the declaration of every setting."""
+"""The settings that can change while the controller runs, with the declaration of every setting."""
 
 import math
 from typing import NamedTuple, get_type_hints
@@ -18,14 +18,14 @@ OPERATORS = frozenset(
         "work_offset",
     }
 )
-"""Settings that need the right to operate; the others need that to configure."""
+"""Settings that need the right to operate; the others need the right to configure."""
 
 
 class Settings(NamedTuple):
-    """Not written back to the machine file. A new one is a line here, one below, and its setter."""
+    """Settings; the machine file keeps its values. A new one needs a line here, one below, and a setter."""
 
     required_m: float
-    """J_required."""
+    """J_required, metres."""
     learner: str
     adaptation: bool
     feed_override_percent: float = 100.0
@@ -86,29 +86,29 @@ FIELDS_OF[Settings] = {
 
 
 class Setting(NamedTuple):
-    """A setting as a client names it."""
+    """A setting with its names and encodings for clients."""
 
     name: str
-    """Field of `Settings`, and its name on the local socket."""
+    """Name of the field in `Settings` and on the local socket."""
     key: str
-    """Its name over MQTT."""
+    """Name over MQTT."""
     factor: float
-    """Value over MQTT and on the command line by the value in SI."""
+    """Value over MQTT and on the command line, divided by the SI value."""
     kind: type
     entry: Entry
 
     @property
     def right(self) -> Right:
-        """The right that a change needs."""
+        """The right needed for a change."""
         return Right.OPERATE if self.name in OPERATORS else Right.CONFIGURE
 
     @property
     def word(self) -> str:
-        """Its name on the command line."""
+        """Name on the command line."""
         return self.key.replace("_", "-")
 
     def objection(self, value: float | str | bool) -> str:
-        """What speaks against a value in SI; "" when it can be set."""
+        """Return why a value in SI units is refused, else ""."""
         if type(value) is not self.kind:
             return f"{value} is no value of {self.name}"
         if self.entry.names and value not in self.entry.names:
@@ -120,7 +120,7 @@ class Setting(NamedTuple):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Of a quantity, SI."""
+        """Lowest and highest value of a quantity, SI."""
         counts_per_unit = round(1.0 / self.entry.unit) if self.entry.unit else 1
         return (self.entry.low or 0) / counts_per_unit, (self.entry.high or 0) / counts_per_unit
 

@@ -1,4 +1,4 @@
-"""Walks a status type and the records in it: every field, with the path that leads to its value."""
+"""Lists every field of a status type and of the records in it, with the path to its value."""
 
 from collections.abc import Iterator, Sequence
 from functools import cache
@@ -10,22 +10,22 @@ from servo_ctrl.commands.local_codec import record_type, type_hints
 
 
 class StatusField(NamedTuple):
-    """A declared field and where it is in the status."""
+    """A declared field and its place in the status."""
 
     path: tuple[str, ...]
     field: Field
     hint: Any
-    """Its type; None for a derived field, a property."""
+    """Type of its value; None for a derived field, a property."""
     rows: bool = False
-    """The field is the number of rows of the table at `path`."""
+    """Whether the field is the number of rows of the table at `path`."""
 
     def of(self, status: Any) -> Any:
-        """Its value; None where a record on its path is not there."""
+        """Return its value; None if a record on its path is missing."""
         value = self._at(status, self.path)
         return len(value or ()) if self.rows else value
 
     def text_of(self, status: Any) -> str:
-        """Its value in words; "" where it, or the part of its record, is not there."""
+        """Return its value as text; "" if the value or its `Field.part` is missing."""
         *place, _ = self.path
         absent = self.field.part and not self._at(status, (*place, self.field.part))
         value = None if absent else self._at(status, self.path)
@@ -40,7 +40,7 @@ class StatusField(NamedTuple):
 
 @cache
 def status_fields(kind: Any) -> tuple[StatusField, ...]:
-    """The fields of a status type and of the records in it, in the order of declaration."""
+    """Return the fields of a status type and of the records in it, in the order of declaration."""
     hints, found = type_hints(kind), []
     for name, field in FIELDS_OF[kind].items():
         record = record_type(hints.get(name))
@@ -54,7 +54,7 @@ def status_fields(kind: Any) -> tuple[StatusField, ...]:
 
 
 def axis_rows(axes: Sequence[AxisStatus]) -> Iterator[tuple[str, list[str]]]:
-    """The labelled fields of an axis in the order of their declaration, each with a cell for every axis."""
+    """Yield the label of each labelled axis field, in declared order, and its text for every axis."""
     for found in status_fields(AxisStatus):
         if found.field.label:
             yield found.field.label, [found.text_of(axis) for axis in axes]

@@ -1,6 +1,6 @@
-"""Writes what follows from the declarations: objects of eds/servo_ctrl.eds, and tables of docs/commands.md.
+"""Generates, from the declarations, the objects of eds/servo_ctrl.eds and the tables of docs/commands.md.
 
-`python -m servo_ctrl.commands.tables [REPOSITORY]` does so; a test holds both files against it.
+Run `python -m servo_ctrl.commands.tables [REPOSITORY]`; a test compares both files with its output.
 """
 
 import re
@@ -18,17 +18,17 @@ from servo_ctrl.commands.status_fields import status_fields
 
 DOCUMENT, EDS = Path("docs/commands.md"), Path("eds/servo_ctrl.eds")
 COMMANDS = range(0x2100, 0x2110)
-"""Indices of the objects by which commands are given; the others are the status."""
+"""Indices of the objects that take commands; the others are the status."""
 
 
 def main() -> None:
-    """Write both files of the repository that is named, or of the present directory."""
+    """Write both files in the repository given as argument, or in the present directory."""
     for path, text in files(Path(*sys.argv[1:2])).items():
         path.write_text(text, encoding="utf-8")
 
 
 def files(repository: Path) -> dict[Path, str]:
-    """The files as they have to be."""
+    """Return the generated contents of both files by path."""
     found = objects()
     given = {index: fields for index, fields in found.items() if index in COMMANDS}
     status = {index: fields for index, fields in found.items() if index not in COMMANDS}
@@ -46,7 +46,7 @@ def files(repository: Path) -> dict[Path, str]:
 
 
 def objects() -> Objects:
-    """Every declared object by index and subindex; of those that every axis has the ones of axis 1."""
+    """Return every declared object by index and subindex; for objects of each axis, those of axis 1."""
     found: Objects = defaultdict(dict)
     declared = [each.field for kind in (MachineStatus, AxisStatus) for each in status_fields(kind)]
     for field in (*o.FIELDS, *declared):
@@ -56,7 +56,7 @@ def objects() -> Objects:
 
 
 def _rows(found: Objects) -> Iterator[tuple[str, ...]]:
-    """Address, name, type, access, range and meaning of each object."""
+    """Yield address, name, type, access, range and meaning of each object."""
     for index, fields in found.items():
         for subindex, field in fields.items():
             entry = field.entry
@@ -77,7 +77,7 @@ def _rows(found: Objects) -> Iterator[tuple[str, ...]]:
 
 
 def _names() -> Iterator[tuple[str, ...]]:
-    """What each status field is called; in brackets where it is not on the local socket."""
+    """Yield the names of each status field; in brackets if it is not on the local socket."""
     for kind, place in ((MachineStatus, ""), (AxisStatus, "axis.NAME.")):
         for path, field, _hint, rows in status_fields(kind):
             if rows or path == ("axes",):

@@ -1,6 +1,6 @@
 """Circle in the plane of two axes: x = R cos(w t), y = R sin(w t) (Feng et al. 2015).
 
-The motion starts where the axes are, which is centre + (R, 0). At the feed F the angular speed is
+The motion starts at the present position, which is centre + (R, 0). At the feed F the angular speed is
 w = F / R and the reverse acceleration of each axis a = w^2 R = F^2 / R.
 """
 
@@ -19,7 +19,7 @@ class Circle(NamedTuple):
 
     label: str
     axes: tuple[int, int]
-    """Indices of the two axes of the plane, first the one that starts at +R."""
+    """Indices of the two axes of the plane; the first one starts at +R."""
     radius_m: float
     feed_m_s: float
     turns: float
@@ -28,12 +28,12 @@ class Circle(NamedTuple):
 
 
 def turning_of(circle: Circle) -> Turning:
-    """The angle that draws the circle."""
+    """Return the angle of the circle over time."""
     return Turning(circle.feed_m_s / circle.radius_m, circle.ramp_s, 2.0 * math.pi * circle.turns)
 
 
 def plan_circle(circle: Circle, start_m: Array) -> Profile:
-    """The circle from `start_m` (axes,)."""
+    """Plan the circle from `start_m` (axes,)."""
     turning = turning_of(circle)
     sense = 1.0 if circle.counterclockwise else -1.0
     first, second = circle.axes

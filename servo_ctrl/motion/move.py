@@ -1,4 +1,4 @@
-"""A straight move from rest to rest, as an S curve or a trapezoid, as fast as every axis allows; a dwell."""
+"""Plans straight moves from rest to rest, S curve or trapezoid, within the limits of every axis; dwells."""
 
 import math
 from typing import NamedTuple
@@ -12,15 +12,15 @@ from servo_ctrl.motion.trapezoidal import Trapezoid, trapezoid
 
 
 class Move(NamedTuple):
-    """A straight move. Axes whose target is NaN stay where they are."""
+    """A straight move. Axes whose target is NaN hold their position."""
 
     label: str
     to_m: tuple[float, ...]
-    """Absolute target of every axis; NaN = leave it."""
+    """Absolute target of every axis; NaN = the axis holds its position."""
     feed_m_s: float
     """Speed along the path."""
     acceleration_m_s2: float
-    """Along the path; infinite = what the axes allow."""
+    """Acceleration along the path; infinite = as high as the axes allow."""
     trapezoidal: bool
 
 
@@ -32,11 +32,11 @@ class Dwell(NamedTuple):
 
 
 def plan_move(move: Move, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:
-    """The move from `start_m` (axes,).
+    """Plan the move from `start_m` (axes,).
 
     Acceleration and jerk follow from the axes' limits and the direction. A trapezoid changes its
     acceleration by up to twice its height within one `period_s`, so the jerk limit bounds it too.
-    The feed is taken as it is: one that no axis may run is found by the check of the program.
+    The feed is not reduced: the check of the program refuses a feed beyond an axis's limit.
     """
     target_m = np.asarray(move.to_m, dtype=np.float64)
     end_m = np.where(np.isnan(target_m), start_m, target_m)
@@ -53,7 +53,7 @@ def plan_move(move: Move, start_m: Array, limits: MotionLimits, period_s: float)
 
 
 def along_line(start_m: Array, end_m: Array, curve: SCurve | Trapezoid) -> Profile:
-    """The straight move; where the path is complete the position is `end_m` to the last bit."""
+    """Return the straight move; at its end the position is exactly `end_m`."""
     direction = (end_m - start_m) / curve.distance_m
 
     def at(time_s: Array) -> Motion:
@@ -67,7 +67,7 @@ def along_line(start_m: Array, end_m: Array, curve: SCurve | Trapezoid) -> Profi
 
 
 def _along(limit: Array, displacement_m: Array) -> float:
-    """Limit along the path that keeps every axis within its own; infinite without displacement."""
-    # never divides by a displacement, which may be denormal
+    """Return the limit along the path that keeps every axis within its own; infinite without displacement."""
+    # no division by a displacement, which may be denormal
     share = float(np.max(np.abs(displacement_m) / limit))
     return math.hypot(*displacement_m) / share if share > 0.0 else math.inf

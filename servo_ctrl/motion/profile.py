@@ -1,4 +1,4 @@
-"""Values of every kind of motion: set points as a function of time, from one position to another."""
+"""Types that all kinds of motion share: set points as functions of time."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -18,29 +18,29 @@ class Motion(NamedTuple):
 
 
 class ProgramBlock(NamedTuple):
-    """A block of a part program, as it is run."""
+    """The present block of a part program."""
 
     line: int
     rapid: bool
-    """As fast as the axes allow (G0)."""
+    """Whether the block moves as fast as the axes allow (G0)."""
 
 
 class Profile(NamedTuple):
-    """One motion, planned."""
+    """One planned motion."""
 
     duration_s: float
     end_m: Array
     """Position of all axes at the end, (axes,)."""
     at: Callable[[Array], Motion]
-    """The analytic set points at instants 0 <= t <= `duration_s`; nothing is stored."""
+    """Computes the set points at instants 0 <= t <= `duration_s` analytically."""
     steady_s: tuple[float, float] = (0.0, 0.0)
-    """Span at constant speed (circle, sine), where indicators mean something; (0, 0) = none."""
+    """Span at constant speed (circle, sine), where indicators are meaningful; (0, 0) = none."""
     block_at: "Callable[[float], ProgramBlock] | None" = None
-    """The block of a part program at an instant; None: the motion is of none."""
+    """Returns the block of a part program at an instant; None for other motions."""
 
 
 class MotionLimits(NamedTuple):
-    """What set points may not exceed; each array is (axes,), SI units."""
+    """Limits of the set points; each array is (axes,), SI units."""
 
     position_min_m: Array
     position_max_m: Array
@@ -51,12 +51,12 @@ class MotionLimits(NamedTuple):
 
 
 def resting(start_m: Array, count: int) -> Motion:
-    """Set points of `count` instants at rest at `start_m` (axes,)."""
+    """Return set points of `count` instants at rest at `start_m` (axes,)."""
     shape = (count, len(start_m))
     position_m = np.broadcast_to(start_m, shape).copy()
     return Motion(position_m, np.zeros(shape), np.zeros(shape), np.zeros(shape))
 
 
 def standstill(position_m: Array, duration_s: float = 0.0) -> Profile:
-    """All axes rest at `position_m` (axes,)."""
+    """Return a profile that keeps all axes at `position_m` (axes,)."""
     return Profile(duration_s, position_m, lambda time_s: resting(position_m, len(time_s)))

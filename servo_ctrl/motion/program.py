@@ -1,7 +1,7 @@
-"""A program: steps, planned one after the other and cut into segments of samples at the SYNC period.
+"""Plans the steps of a program one after the other and samples them, in segments, at the SYNC period.
 
-Sample i of a step (i = 1, 2, ...) is its profile at t = i T; the last one is clamped to the end, so
-that the end position is exact whatever the duration. Each step starts where the one before ended.
+Sample i of a step (i = 1, 2, ...) is its profile at t = i T; the last sample is clamped to the end, so that
+the end position is exact for any duration. Each step starts at the end of the previous one.
 """
 
 import math
@@ -31,19 +31,19 @@ KIND_OF_STEP: dict[type, str] = {
     Samples: "samples",
     PathMove: "path",
 }
-"""What each step is called in a program file."""
+"""The name of each kind of step in a program file."""
 
 SEGMENT_SAMPLES = 65_536
-"""Longer steps come as several segments, so that memory stays bounded however long a program is; chosen."""
+"""Bounds the samples of a segment, and so memory; longer steps have several segments; chosen."""
 
 _GRID_TOLERANCE = 1e-9
-"""Share of a period that is rounding in a number of periods; chosen."""
+"""Rounding error allowed in a number of periods; chosen."""
 
 
 class Segment(NamedTuple):
     """Consecutive samples of one step; arrays are (n, axes), SI units, at the table.
 
-    A step of more than SEGMENT_SAMPLES samples comes as several segments with the same `step`.
+    A step of more than SEGMENT_SAMPLES samples has several segments with the same `step`.
     """
 
     step: int
@@ -55,15 +55,15 @@ class Segment(NamedTuple):
     acceleration_m_s2: Array
     force_offset_n: Array
     first_sample: int
-    """Index of the first of these samples within the step, from 0."""
+    """Index of the first sample of the segment within the step, from 0."""
     steady: tuple[int, int]
-    """Rows [start, stop) in which the motion runs at its constant speed; (0, 0) = none."""
+    """Rows [start, stop) at constant speed; (0, 0) = none."""
     profile: Profile | None = None
-    """Of the step: gives set points between these samples too."""
+    """Profile of the step, for set points between samples."""
 
 
 def plan_step(step: Step, start_m: Array, limits: MotionLimits, period_s: float) -> Profile:
-    """The profile of one step that starts at `start_m` (axes,)."""
+    """Plan one step that starts at `start_m` (axes,)."""
     match step:
         case Move():
             profile = plan_move(step, start_m, limits, period_s)
@@ -90,10 +90,10 @@ def segments(
     segment_samples: int = SEGMENT_SAMPLES,
     planned: Mapping[int, Profile] = MappingProxyType({}),
 ) -> Iterator[Segment]:
-    """The program from `start_m` (axes,), lazily: one segment is in memory at a time.
+    """Yield the segments of the program from `start_m` (axes,); only one is in memory at a time.
 
-    `planned`: profiles from there that exist already, by the index of their step; planning a long path takes
-    longer than a period.
+    `planned`: profiles planned before, by the index of their step, because planning a long path takes longer
+    than a period.
     """
     position_m = np.asarray(start_m, dtype=np.float64)
     for index, step in enumerate(steps):
@@ -120,12 +120,12 @@ def segments(
 
 
 def sample_count(duration_s: float, period_s: float) -> int:
-    """How many periods a motion takes: the last sample is at its end or, by less than one, after it."""
+    """Return the samples of a motion: the last one is at its end or less than a period later."""
     return math.ceil(duration_s / period_s - _GRID_TOLERANCE)
 
 
 def _rows_within(span_s: tuple[float, float], period_s: float) -> tuple[int, int]:
-    """Rows [start, stop) whose instants (row + 1) T lie in the span."""
+    """Return the rows [start, stop) whose instants (row + 1) T lie in the span."""
     if span_s[0] >= span_s[1]:
         return 0, 0
     first = math.ceil(span_s[0] / period_s - _GRID_TOLERANCE)

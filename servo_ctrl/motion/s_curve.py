@@ -1,8 +1,8 @@
-"""Five-phase S curve: jerk up, jerk down, cruise, and mirrored (Wang et al. 2014, equations 2-4, figure 6b).
+"""Five-phase S curve: positive jerk, negative jerk, cruise, mirrored (Wang et al. 2014, eq. 2-4, figure 6b).
 
-There is no phase of constant acceleration; the acceleration is a triangle of height j tj, and one
-ramp of 2 tj reaches v = j tj^2 over the distance v tj. Where the acceleration limit or the distance
-is small, tj follows from them and the jerk is lower than its limit:
+There is no phase of constant acceleration: the acceleration is a triangle of height j tj, and a ramp of
+duration 2 tj reaches v = j tj^2 over the distance v tj. A small acceleration limit or distance determines
+tj, with a jerk below its limit:
 
     no cruise:  tj = max((d / 2j)^(1/3), (d / 2a)^(1/2)),  v = d / (2 tj)
     cruise:     tj = max((v / j)^(1/2), v / a),            t_cruise = d / v - 2 tj
@@ -27,11 +27,11 @@ class SCurve(NamedTuple):
 
     @property
     def duration_s(self) -> float:
-        """The four jerk phases and the cruise."""
+        """Duration of the four jerk phases and the cruise."""
         return 4.0 * self.jerk_s + self.cruise_s
 
     def travelled(self, time_s: Array) -> tuple[Array, Array, Array]:
-        """Length m, speed m/s and acceleration m/s^2 at 0 <= t <= duration, each (n,)."""
+        """Return length m, speed m/s and acceleration m/s^2 at 0 <= t <= duration, each (n,)."""
         remaining_s = self.duration_s - time_s
         falling = remaining_s < time_s
         # the curve is symmetric, so each instant is computed from the nearer end
@@ -40,7 +40,7 @@ class SCurve(NamedTuple):
         return length_m, speed_m_s, np.where(falling, -acceleration_m_s2, acceleration_m_s2)
 
     def _risen(self, time_s: Array) -> tuple[Array, Array, Array]:
-        """The ramp from rest and the cruise after it."""
+        """Evaluate the ramp from rest and the cruise after it."""
         tj, speed = self.jerk_s, self.speed_m_s
         jerk = speed / tj**2
         first = np.clip(time_s, 0.0, tj)
@@ -52,7 +52,7 @@ class SCurve(NamedTuple):
 
 
 def s_curve(distance_m: float, speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float) -> SCurve:
-    """The fastest five-phase curve over `distance_m` (> 0) within the limits (> 0)."""
+    """Return the fastest five-phase curve over `distance_m` (> 0) within the limits (> 0)."""
     jerk_s = max(math.cbrt(distance_m / (2.0 * jerk_m_s3)), math.sqrt(distance_m / (2.0 * acceleration_m_s2)))
     if distance_m / (2.0 * jerk_s) <= speed_m_s:
         return SCurve(distance_m, distance_m / (2.0 * jerk_s), jerk_s, 0.0)

@@ -1,6 +1,6 @@
-"""A recorded reference, sample by sample, with an optional force offset (a disturbance, or a feedforward).
+"""Plays recorded position set points, with an optional force offset (a disturbance or a feedforward).
 
-Velocity and acceleration are not recorded: they are central differences of the positions.
+Velocity and acceleration are central differences of the recorded positions.
 """
 
 from typing import NamedTuple
@@ -11,11 +11,11 @@ from kernels.arrays import Array
 from servo_ctrl.motion.profile import Motion, Profile
 
 _ON_THE_GRID = 1e-6
-"""Share of a period within which an instant is taken for the sample: rounding is less; chosen."""
+"""An instant closer than this share of a period counts as the sample; above rounding errors; chosen."""
 
 
 class Samples(NamedTuple):
-    """n >= 2 samples at the SYNC period; arrays are (n, axes). Axes that are NaN rest where they are."""
+    """n >= 2 samples at the SYNC period; arrays are (n, axes). Axes that are NaN hold their position."""
 
     label: str
     position_m: Array
@@ -23,7 +23,7 @@ class Samples(NamedTuple):
 
 
 def plan_samples(samples: Samples, start_m: Array, period_s: float) -> Profile:
-    """The samples in their order: the first is commanded one period after the motion starts."""
+    """Plan the samples in order; the first is the set point one period after the start."""
     position_m = np.where(np.isnan(samples.position_m), start_m, samples.position_m)
     velocity_m_s = np.gradient(position_m, period_s, axis=0)
     motion = Motion(
@@ -45,13 +45,13 @@ def plan_samples(samples: Samples, start_m: Array, period_s: float) -> Profile:
 
 
 def _rest(start_m: Array) -> Motion:
-    """What the first sample comes after."""
+    """Return the set points at rest before the first sample, (1, axes)."""
     rest = np.zeros((1, len(start_m)))
     return Motion(start_m[np.newaxis], rest, rest, rest)
 
 
 def _between(samples: Motion, row: Array, period_s: float) -> Motion:
-    """Cubics through neighbouring samples with their velocities; a force offset goes in straight lines."""
+    """Interpolate by cubics through samples and their velocities, the force offset linearly."""
     first = np.minimum(row.astype(np.int64), len(samples.position_m) - 2)
     u = (row - first)[:, np.newaxis]
     x0, x1 = samples.position_m[first], samples.position_m[first + 1]

@@ -1,4 +1,4 @@
-"""Sine of one axis about where it stands: x = x0 + A sin(w t) (Feng et al. 2015, section 3).
+"""Sine of one axis about its position at the start: x = x0 + A sin(w t) (Feng et al. 2015, section 3).
 
 Its reverse acceleration is a = A w^2.
 """
@@ -25,17 +25,17 @@ class Sine(NamedTuple):
 
 
 def speed_for_reverse_acceleration(amplitude_m: float, acceleration_m_s2: float) -> float:
-    """The angular speed, rad/s, at which a sine of this amplitude reverses with this acceleration."""
+    """Return the angular speed, rad/s, that gives a sine of this amplitude this reverse acceleration."""
     return math.sqrt(acceleration_m_s2 / amplitude_m)
 
 
 def turning_of(sine: Sine) -> Turning:
-    """The angle under the sine."""
+    """Return the angle of the sine over time."""
     return Turning(sine.speed_rad_s, sine.ramp_s, 2.0 * math.pi * sine.cycles)
 
 
 def plan_sine(sine: Sine, start_m: Array) -> Profile:
-    """The sine about `start_m` (axes,)."""
+    """Plan the sine about `start_m` (axes,)."""
     turning = turning_of(sine)
 
     def at(time_s: Array) -> Motion:

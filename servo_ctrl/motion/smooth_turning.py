@@ -1,7 +1,7 @@
-"""An angle that starts and ends at rest and turns at a constant speed in between.
+"""An angle over time that starts and ends at rest, with constant angular speed in between.
 
-The angular speed rises as w (3 s^2 - 2 s^3), s = t / Tr (chosen), so that angle, speed and
-acceleration are continuous; the ramps cover w Tr / 2 each. Circle and sine are drawn by this angle.
+The angular speed rises as w (3 s^2 - 2 s^3), s = t / Tr (chosen), so that angle, speed and acceleration
+are continuous; each ramp covers w Tr / 2. Circle and sine use this angle.
 """
 
 import math
@@ -13,7 +13,7 @@ from kernels.arrays import Array
 
 
 class Turning(NamedTuple):
-    """From 0 to `total_rad` (> 0) at `speed_rad_s` (> 0), with ramps of `ramp_s` (> 0)."""
+    """A turn from 0 to `total_rad` (> 0) at `speed_rad_s` (> 0), with ramps of `ramp_s` (> 0)."""
 
     speed_rad_s: float
     ramp_s: float
@@ -21,7 +21,7 @@ class Turning(NamedTuple):
 
     @property
     def duration_s(self) -> float:
-        """Time for the whole angle; the two ramps together cost one ramp time."""
+        """Time for the whole angle; the two ramps together add one ramp time."""
         return self.total_rad / self.speed_rad_s + self.ramp_s
 
     @property
@@ -31,17 +31,17 @@ class Turning(NamedTuple):
 
     @property
     def fits(self) -> bool:
-        """Whether the constant speed is reached at all before the end."""
+        """Whether the angle is large enough to reach the constant speed."""
         return self.speed_rad_s * self.ramp_s <= self.total_rad
 
 
 def usual_ramp_s(speed_rad_s: float) -> float:
-    """A ramp over an eighth of a turn: its peak acceleration, 1.5 w / Tr, stays below w^2."""
+    """Return the time of a ramp over an eighth of a turn, whose peak acceleration 1.5 w / Tr is below w^2."""
     return math.pi / (2.0 * speed_rad_s)
 
 
 def turned(turning: Turning, time_s: Array) -> tuple[Array, Array, Array]:
-    """Angle rad, speed rad/s and acceleration rad/s^2 at 0 <= t <= duration, each (n,)."""
+    """Return angle rad, speed rad/s and acceleration rad/s^2 at 0 <= t <= duration, each (n,)."""
     speed, ramp_s = turning.speed_rad_s, turning.ramp_s
     up = np.clip(time_s / ramp_s, 0.0, 1.0)
     down = np.clip((turning.duration_s - time_s) / ramp_s, 0.0, 1.0)
@@ -58,10 +58,10 @@ def _smooth(s: Array) -> Array:
 
 
 def _steep(s: Array) -> Array:
-    """Derivative of `_smooth`."""
+    """Return the derivative of `_smooth`."""
     return 6.0 * s * (1.0 - s)
 
 
 def _area(s: Array) -> Array:
-    """Integral of `_smooth` from 0."""
+    """Return the integral of `_smooth` from 0."""
     return s * s * s * (1.0 - 0.5 * s)

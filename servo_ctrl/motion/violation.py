@@ -1,7 +1,7 @@
-"""Whether a program stays within the limits, judged on the very samples that would be commanded.
+"""Checks a program against the limits, using exactly the samples that would be commanded.
 
-Beside the analytic velocity and acceleration, the change from sample to sample is compared with the same
-limits, across the joints of segments too: a program that is not continuous does not pass.
+The check compares analytic velocity and acceleration and also the differences between samples, across the
+joints of segments too, so that a discontinuous program fails.
 """
 
 from collections.abc import Iterable
@@ -14,11 +14,11 @@ from servo_ctrl.motion.profile import MotionLimits
 from servo_ctrl.motion.program import Segment
 
 ROUNDING = 1e-9
-"""Share of a limit that is rounding, not violation; chosen."""
+"""Share of a limit by which rounding may exceed it; chosen."""
 
 
 class Violation(NamedTuple):
-    """The first sample of a step that is beyond a limit; SI units."""
+    """The first sample of a step beyond a limit; SI units."""
 
     step: int
     label: str
@@ -28,20 +28,20 @@ class Violation(NamedTuple):
     value: float
     limit: float
     time_s: float
-    """Since the start of the step."""
+    """Time since the start of the step."""
 
 
 def first_violation(
     program: Iterable[Segment], start_m: Array, limits: MotionLimits, period_s: float
 ) -> Violation | None:
-    """The first segment's first offence, or None. At `start_m` (axes,) the axes are at rest."""
+    """Return the first violation, or None. The axes start at rest at `start_m` (axes,)."""
     position_m = np.asarray(start_m, dtype=np.float64)[np.newaxis]
     velocity_m_s = acceleration_m_s2 = np.zeros_like(position_m)
     for segment in program:
         x = np.concatenate((position_m, segment.position_m))
         v = np.concatenate((velocity_m_s, segment.velocity_m_s))
         a = np.concatenate((acceleration_m_s2, segment.acceleration_m_s2))
-        # differences of positions lose digits: the rounding of x / T is not a violation
+        # differences of positions lose digits: allow for the rounding of x / T
         lost_m_s = np.finfo(np.float64).eps * np.abs(x).max(initial=0.0) / period_s
         steps_m = np.diff(x, axis=0)
         steps_m_s = np.sign(steps_m) * np.maximum(np.abs(steps_m) / period_s - lost_m_s, 0.0)
@@ -68,7 +68,7 @@ def first_violation(
 
 
 def stop_at_the_end(last: Segment) -> Segment:
-    """One more sample, at rest where `last` ends: a program that is still moving there does not pass."""
+    """Return one more sample, at rest at the end of `last`, so that a program that ends in motion fails."""
     rest = np.zeros_like(last.velocity_m_s[:1])
     return last._replace(
         position_m=last.position_m[-1:],
@@ -81,7 +81,7 @@ def stop_at_the_end(last: Segment) -> Segment:
 
 
 def _worst(values: Array, lowest: Array, highest: Array) -> tuple[int, int, float] | None:
-    """Row, axis and broken limit of the value farthest out; None where all are within."""
+    """Return row, axis and limit of the value farthest beyond; None if all are within."""
     if not len(values):
         return None
     slack = ROUNDING * (highest - lowest)

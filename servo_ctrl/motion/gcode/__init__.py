@@ -1,1 +1,1 @@
-"""The G-code reader: text to blocks, words, arcs and paths. Knows no machine file."""
+"""The G-code reader: text to blocks, words, arcs and paths. It does not depend on the machine file."""

@@ -1,7 +1,8 @@
-"""G2 and G3: where the centre is, from the radius or from the centre as it was written.
+"""Computes the centre of G2 and G3 arcs from R, or from I, J and K.
 
-What a file says of an arc is rounded, so that its start and its end are seldom equally far from the centre.
-That much is taken as it is written (`motion/path/path_move.py` lets the radius drift); more is refused.
+Because the numbers in a file are rounded, start and end of an arc seldom have the same distance to the
+centre. A difference of rounding is accepted (`motion/path/path_move.py` lets the radius drift), a larger one
+is refused.
 """
 
 import math
@@ -10,18 +11,18 @@ from typing import NamedTuple
 Point = tuple[float, float]
 
 ROUNDING_M = 10e-6
-"""By how much the radii at the start and at the end may differ: four decimals of an inch in start, centre
-and end are up to 7 um."""
+"""Bounds the difference of the radii at start and end: four decimals of an inch in start, centre and end
+give up to 7 um."""
 SAME_M = 1e-9
-"""Points within this are one, metres: incremental coordinates leave rounding errors; chosen."""
+"""Points closer than this, metres, coincide: incremental coordinates leave rounding errors; chosen."""
 
 
 class ArcError(ValueError):
-    """An arc that cannot be; the message says why, in millimetres."""
+    """An impossible arc; the message gives the reason, in millimetres."""
 
 
 class Plane(NamedTuple):
-    """The axes of G17, G18 and G19 in the order that makes G3 counterclockwise, and the centre's letters."""
+    """The axes of a plane in the order that makes G3 counterclockwise, and the letters of the centre."""
 
     axes: tuple[str, str]
     centre: tuple[str, str]
@@ -35,7 +36,7 @@ PLANES = {
 
 
 def centre_by_radius(start: Point, end: Point, radius: float, *, counterclockwise: bool) -> Point:
-    """The centre of an arc with R; a negative one takes the long way. Metres. Raises ArcError."""
+    """Return the centre of an arc with R, metres; R < 0 selects the arc over 180 degrees. Raises ArcError."""
     chord = math.dist(start, end)
     if chord < SAME_M:
         raise ArcError("an arc with R must end elsewhere than it starts; write a full circle with its centre")
@@ -45,7 +46,7 @@ def centre_by_radius(start: Point, end: Point, radius: float, *, counterclockwis
             f"R {radius * 1e3:.6g} mm is too small: start and end are {chord * 1e3:.6g} mm apart, "
             f"which takes {half * 1e3:.6g} mm at least"
         )
-    # a short counterclockwise arc has its centre to the left of the way from start to end
+    # a counterclockwise arc below 180 degrees has its centre to the left of the chord from start to end
     height = math.sqrt(max((abs(radius) - half) * (abs(radius) + half), 0.0))
     side = height if counterclockwise == (radius > 0.0) else -height
     across = -(end[1] - start[1]) / chord, (end[0] - start[0]) / chord
@@ -53,7 +54,7 @@ def centre_by_radius(start: Point, end: Point, radius: float, *, counterclockwis
 
 
 def centre_by_offset(start: Point, end: Point, offset: Point) -> Point:
-    """The centre that is `offset` from the start (I and J), if the end is on the circle. Raises ArcError."""
+    """Return the centre at `offset` (I, J) from the start. Raises ArcError if the end is off the circle."""
     centre = start[0] + offset[0], start[1] + offset[1]
     at_start, at_end = math.dist(start, centre), math.dist(end, centre)
     if at_start == 0.0:

@@ -1,4 +1,4 @@
-"""A block of a part program by its words; unknown, refused, repeated and contradictory ones are refused."""
+"""Sorts the words of a block; refuses unknown, unsupported, repeated and contradictory words."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,17 +11,17 @@ from servo_ctrl.motion.gcode.words import G_CODES, LETTERS_WITHOUT_EFFECT, M_COD
 
 @dataclass(slots=True)
 class SortedBlock:
-    """G and M words by their group, the others by their letter."""
+    """A block: G and M words by group, the others by letter."""
 
     line: int
     source: Path
     codes: dict[str, str] = field(default_factory=dict)
     words: dict[str, Word] = field(default_factory=dict)
-    """Those that have not been used yet."""
+    """Words not used yet, by letter."""
     without_effect: list[Word] = field(default_factory=list)
 
     def take(self, letter: str) -> float | None:
-        """The number of a word that is used now; None without it."""
+        """Use a word: remove it and return its number; None without it."""
         word = self.words.pop(letter, None)
         return None if word is None else word.value
 
@@ -31,7 +31,7 @@ class SortedBlock:
 
 
 def sorted_block(block: Block, source: Path, *, first: bool) -> SortedBlock:
-    """The block's words by what they are; `first`: it is the program's first. Raises ConfigError."""
+    """Sort the words of a block; `first`: whether it is the program's first. Raises ConfigError."""
     found = SortedBlock(block.line, source)
     words = block.words[1:] if block.words[0].letter == "N" else block.words
     if first and len(words) == 1 and words[0].letter == "O":

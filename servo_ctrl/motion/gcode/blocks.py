@@ -1,7 +1,7 @@
-"""The text of a part program as blocks of words (ISO 6983, RS-274), and nothing that it does not understand.
+"""Splits the text of a part program into blocks of words (ISO 6983, RS-274); anything else is an error.
 
-A word is a letter and a number. Whatever is neither word, comment, block delete nor % is an error with its
-line: a word that a reader drops is a motion that nobody asked for (docs/decisions/0014-g-code-reader.md).
+A word is a letter and a number. Text that is neither word, comment, block delete nor % is an error with its
+line, because a dropped word may cause a wrong motion (docs/decisions/0014-g-code-reader.md).
 """
 
 import re
@@ -14,7 +14,7 @@ from servo_ctrl.errors import ConfigError
 LARGEST_FILE_BYTES = 50_000_000
 """Bounds a part program, bytes: about a million blocks; chosen."""
 LARGEST_NUMBER = 1e9
-"""Bounds a number in any unit: more than any machine has, far from floating-point overflow; chosen."""
+"""Bounds a number in any unit: beyond any machine, far from floating-point overflow; chosen."""
 
 _ITEM = re.compile(
     r"""[ \t]*(?:
@@ -29,7 +29,7 @@ _TAPE_MARK = re.compile(r"[ \t]*%[ \t]*(?:\([^)]*\)|;.*)?[ \t]*")
 
 
 class Word(NamedTuple):
-    """A letter, upper case, and its number; `text` is the word as it was written, without spaces."""
+    """A letter, upper case, and its number; `text` is the word as written, without spaces."""
 
     letter: str
     value: float
@@ -45,12 +45,12 @@ class Block(NamedTuple):
 
 
 def line_key(line: int) -> str:
-    """How messages name a place in a part program."""
+    """Return the name of a line of a part program in messages."""
     return f"line {line}"
 
 
 def read_text(path: Path) -> str:
-    """The text of a part program. Comments may be in any 8-bit code. Raises ConfigError."""
+    """Read the text of a part program. Comments may be in any 8-bit code. Raises ConfigError."""
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE_BYTES + 1)
@@ -68,7 +68,7 @@ def read_text(path: Path) -> str:
 
 
 def blocks(text: str, source: Path) -> Iterator[Block]:
-    """The blocks that have words, lazily; a % behind them is a last block without any. Raises ConfigError."""
+    """Yield the blocks that have words; a final % is a last block without words. Raises ConfigError."""
     begun = False
     for line, content in enumerate(text.split("\n"), 1):
         if _TAPE_MARK.fullmatch(content):
@@ -104,7 +104,7 @@ def _block(content: str, line: int, source: Path) -> Block:
 
 
 def _complaint(content: str, place: int) -> str:
-    """Why the text from `place` on is no word."""
+    """Return why the text from `place` on is no word."""
     rest = content[place:].lstrip(" \t")
     if any(sign in rest for sign in "#[]=<>"):
         return f"{rest[:30]!r}: variables and expressions are not understood; write the numbers out"

@@ -1,4 +1,4 @@
-"""Where a part program goes, as it is read: targets of the axes, lines, arcs, and paths from rest to rest."""
+"""Builds the motion of a part program block by block: targets, lines, arcs, and paths from rest to rest."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from servo_ctrl.motion.program import Step
 from servo_ctrl.units import MM
 
 USUAL_TOLERANCE_M = 10e-6
-"""Of corners, metres, until a G64 P changes it; chosen."""
+"""Tolerance of corners, metres, until G64 P changes it; chosen."""
 AXIS_LETTERS = frozenset("XYZABCUVW")
 _FIRST_MOTION = (
     "the first motion must be a straight one in absolute coordinates that names every axis of the program, "
@@ -22,7 +22,7 @@ _FIRST_MOTION = (
 
 @dataclass(slots=True)
 class Modes:
-    """What stays from block to block."""
+    """The modal state of a part program."""
 
     motion: str = ""
     plane: str = "G17"
@@ -35,7 +35,7 @@ class Modes:
 
     @property
     def words(self) -> str:
-        """The words that make them, as "G1 G17 G21 G90 G54 G64 P0.01 F600"."""
+        """The words that set this state, such as "G1 G17 G21 G90 G54 G64 P0.01 F600"."""
         return " ".join(
             word
             for word in (
@@ -52,10 +52,10 @@ class Modes:
 
 
 class PathBuilder:
-    """Collects `steps`. `offsets_m`: zeros of the work offsets that are set, per axis in machine order.
+    """Collects `steps`. `offsets_m`: zeros of the work offsets by axis in machine order.
 
-    `start_m`: where all axes stand, for a line that goes on from there; without it the first motion has to
-    name every axis of the program.
+    `start_m`: positions of all axes from which a single line starts; without it the first motion must name
+    every axis of the program.
     """
 
     def __init__(
@@ -68,13 +68,13 @@ class PathBuilder:
         self.steps: list[Step] = []
         self._axes, self._offsets_m, self._modes = list(axes), offsets_m, modes
         self.position_m = [math.nan] * len(self._axes) if start_m is None else list(start_m)
-        """Where the last motion ends; NaN = an axis that the program does not move."""
+        """End of the last motion; NaN = the program does not move the axis."""
         self._first_line = 0 if start_m is None else -1
-        """Of the first motion."""
+        """Line of the first motion; 0 before it, -1 if `start_m` is given."""
         self._elements: list[Element] = []
 
     def move(self, block: SortedBlock) -> None:
-        """The motion of a block, if it has one; what it does not use stays in the block."""
+        """Add the motion of a block, if it has one; unused words stay in the block."""
         modes = self._modes
         named = {letter.lower(): word for letter, word in block.words.items() if letter in AXIS_LETTERS}
         curved = modes.motion in {"G2", "G3"}
@@ -100,14 +100,14 @@ class PathBuilder:
         self.position_m = end_m
 
     def begin_at(self, line: int) -> None:
-        """Forget all motion before this line, but for where it ends: the axes go there first, straight."""
+        """Replace all motion before this line by a straight approach to its end."""
         self.steps, self._elements = [], []
         if self._first_line:
             self._elements = [Element(Line(tuple(self.position_m)), math.inf, line, True)]
             self.rest("approach, ")
 
     def rest(self, what: str = "") -> None:
-        """The axes come to rest where the last motion ends: the path so far is a step."""
+        """Let the axes rest at the end of the last motion, and make the path so far a step."""
         if not self._elements:
             return
         first, last = self._elements[0], self._elements[-1]
@@ -117,7 +117,7 @@ class PathBuilder:
         self._elements = []
 
     def plane_axes(self, block: SortedBlock) -> tuple[int, int]:
-        """Indices of the axes of the plane in force."""
+        """Return the indices of the axes of the active plane."""
         axes = PLANES[self._modes.plane].axes
         for axis in axes:
             if axis not in self._axes:
@@ -127,7 +127,7 @@ class PathBuilder:
         return self._axes.index(axes[0]), self._axes.index(axes[1])
 
     def _target_m(self, block: SortedBlock, named: dict[str, Word]) -> list[float]:
-        """Where the motion ends; takes the axis words."""
+        """Return the end of the motion, and use its axis words."""
         modes = self._modes
         if self._first_line == 0 and not (modes.absolute and modes.motion in {"G0", "G1"}):
             block.fail(_FIRST_MOTION)
@@ -150,7 +150,7 @@ class PathBuilder:
                 block.fail(f"axis {axis} is not named by line {self._first_line}; {_FIRST_MOTION}")
 
     def _curve(self, block: SortedBlock, end_m: list[float], *, exact: bool) -> None:
-        """G2 or G3 to `end_m`; a full circle ends exactly where it begins."""
+        """Add G2 or G3 to `end_m`; a full circle ends exactly at its start."""
         first, second = axes = self.plane_axes(block)
         self._require_known(block, axes)
         start = self.position_m[first], self.position_m[second]
@@ -182,10 +182,10 @@ class PathBuilder:
 
 
 def unknown_axis(axis: str, axes: Sequence[str]) -> str:
-    """The message about an axis that the machine lacks."""
+    """Return the message about an axis that the machine lacks."""
     return f'the machine has no axis "{axis}", only {", ".join(axes)}'
 
 
 def _same(one_m: list[float], other_m: list[float]) -> bool:
-    """Whether two positions are one; an axis that is not moved is NaN in both."""
+    """Whether two positions are equal; an axis that is not moved is NaN in both."""
     return all(a == b or (math.isnan(a) and math.isnan(b)) for a, b in zip(one_m, other_m, strict=True))

@@ -1,4 +1,4 @@
-"""The G and M words of a part program: what each does here, and why some are refused.
+"""The G and M words of a part program: the effect of each word, and why some are refused.
 
 Two words of one group contradict each other in a block. docs/part_programs.md has this table.
 """
@@ -8,17 +8,17 @@ from typing import NamedTuple
 
 
 class Effect(Enum):
-    """What comes of a word."""
+    """The effect of a word."""
 
     ACTS = "acts"
     HOLDS = "holds anyway"
-    """It asks for what is always the case here."""
+    """The word requests a state that always applies."""
     NONE = "has no effect here"
     REFUSED = "refused"
 
 
 class Code(NamedTuple):
-    """One G or M word; `meaning` is the reason where it is refused."""
+    """One G or M word; for a refused word `meaning` is the reason."""
 
     group: str
     effect: Effect
@@ -26,7 +26,7 @@ class Code(NamedTuple):
 
 
 WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59")
-"""By their number in 2104h:09."""
+"""Work offsets in the order of their numbers in 2104h:09."""
 _COMPENSATION = "there is no cutter compensation; let the CAM system write the path of the tool's centre"
 _CYCLE = "there are no canned cycles; write the moves out"
 _LENGTH = "there are no tool lengths here"
@@ -93,5 +93,5 @@ LETTERS_WITHOUT_EFFECT = {"S": "spindle speed", "T": "tool"}
 
 
 def code_name(letter: str, value: float) -> str:
-    """How the tables name a G or M word: G1 for "G01" and "g1.0", G91.1."""
+    """Return the name of a G or M word in the tables: G1 for "G01" and "g1.0", G91.1."""
     return f"{letter}{value:.10g}"

@@ -1,1 +1,1 @@
-"""Paths of lines and arcs with look-ahead: corners smoothed in a tolerance, as fast as the axes allow."""
+"""Paths of lines and arcs with look-ahead: corners rounded within a tolerance, as fast as the axes allow."""

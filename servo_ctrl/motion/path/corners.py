@@ -1,7 +1,7 @@
-"""Smooth corners and jumps of curvature by a blend that is added to the programmed path.
+"""Smooths corners and curvature jumps by a blend added to the programmed path.
 
-The velocity along a path cannot jump, nor can the acceleration. Where the tangent of the programmed path
-P(s) jumps by D at s = s_i, and its curvature by C, the path that is run is
+Neither velocity nor acceleration of an axis may jump. Where the tangent of the programmed path P(s) jumps
+by D at s = s_i, and its curvature by C, the executed path is
 
     p(s) = P(s) + sum over i of D_i g(s - s_i; h_i) + C_i q(s - s_i; b_i)
 
@@ -12,9 +12,9 @@ instead of the time. For 0 < x = |s - s_i| / h
     g = h (1 - x)^3 / 6                      g'' = (1 - x) / h: a triangle, as of an axis at constant jerk
     q'' = -(1/2 - 7/6 x) up to x = 1/2, then (1 - x) / 6: rises beyond the new curvature by 1/12
 
-so that the neighbours stay where they are. Smoothings may overlap: where many short lines draw a curve the
-triangles add up to its curvature. A corner is cut by h |D| / 6 at most, a jump of curvature by
-0.0083 b^2 |C|.
+so that the adjacent elements keep their place. Blends may overlap: where many short lines approximate a
+curve, the triangles add up to its curvature. The blend deviates by at most h |D| / 6 at a corner and by
+0.0083 b^2 |C| at a curvature jump.
 """
 
 from typing import NamedTuple
@@ -30,14 +30,14 @@ from servo_ctrl.motion.profile import MotionLimits
 Flags = NDArray[np.bool_]
 
 STRAIGHT_ON_RAD = 1e-6
-"""Bounds the bend of a joint that is passed without a stop whatever the tolerance; chosen."""
+"""Bounds the angle of a joint that is passed without a stop at any tolerance; chosen."""
 
 LEAST_TOLERANCE_M = 1e-9
-"""Tolerance of those joints where exact stops are programmed, metres; chosen: below any scale."""
+"""Tolerance of such joints under exact stop, metres; chosen below any scale's resolution."""
 
-_CURVATURE_SHARE = 0.1  # chosen: share of the tolerance for jumps of curvature, which need nanometres
+_CURVATURE_SHARE = 0.1  # chosen: share of the tolerance for curvature jumps, which need nanometres
 _Q_PEAK = 0.00832  # largest |q| / b^2, at x = 0.2265
-_LIMIT_SHARE = 0.8  # chosen: share of the limits that a corner at feed uses; with the rest it speeds up
+_LIMIT_SHARE = 0.8  # chosen: share of the limits that a corner at feed uses; the rest permits acceleration
 
 
 class Joints(NamedTuple):
@@ -48,15 +48,15 @@ class Joints(NamedTuple):
     bend: Array
     """Jump of the tangent, D."""
     half_m: Array
-    """Half width h of its smoothing; 0 = there is none."""
+    """Half width h of its blend; 0 = none."""
     jump_1_m: Array
     """Jump of the curvature, C."""
     jump_half_m: Array
-    """Half width b of its smoothing."""
+    """Half width b of its blend."""
 
 
 def bends(outline: Outline) -> tuple[Array, Array]:
-    """Jumps of tangent and curvature (n - 1, axes) from each element to the next."""
+    """Return the jumps of tangent and curvature (n - 1, axes) from each element to the next."""
     before, after = np.arange(len(outline.length_m) - 1), np.arange(1, len(outline.length_m))
     nothing = np.zeros(len(before))
     bend = tangent(outline, after, nothing) - tangent(outline, before, outline.length_m[:-1])
@@ -75,7 +75,7 @@ def joints(
     """Choose the width of each joint without a stop: as wide as the feed needs, within the tolerance.
 
     `feed_m_s` (n,): feed of the elements. `stops` (n,): whether the axes stop after each. `wider` (n - 1,):
-    factor on the width that a corner needs by itself.
+    factor on the width that a single corner needs.
     """
     ends_m = np.cumsum(outline.length_m)
     bend, jump = bends(outline)
@@ -83,7 +83,7 @@ def joints(
     passed = np.flatnonzero(~stops[:-1])
     at_m, bend, jump = ends_m[passed], bend[passed], jump[passed]
     speed = np.minimum(speed[passed], speed[passed + 1])[:, np.newaxis]
-    # up to the next stop, before and behind
+    # distance to the nearer of the stops before and after
     stop_m = np.concatenate(([0.0], ends_m[stops]))
     behind = np.searchsorted(stop_m, at_m)
     room_m = np.minimum(at_m - stop_m[behind - 1], stop_m[behind] - at_m)
@@ -110,7 +110,7 @@ def joints(
 
 
 def passing_speed(joints_: Joints, limits: MotionLimits) -> Array:
-    """Speed at which each joint (m,) could be passed by itself, m/s."""
+    """Return the speed, m/s, at which each joint (m,) alone could be passed."""
     acceleration, jerk = _LIMIT_SHARE * limits.acceleration_m_s2, _LIMIT_SHARE * limits.jerk_m_s3
     bend, jump = np.abs(joints_.bend), np.abs(joints_.jump_1_m)
     h, b = joints_.half_m[:, np.newaxis], joints_.jump_half_m[:, np.newaxis]
@@ -120,7 +120,7 @@ def passing_speed(joints_: Joints, limits: MotionLimits) -> Array:
             np.cbrt(jerk * h**2 / bend),
             np.cbrt(6.0 / 7.0 * jerk * b / jump),
         )
-    # a joint without smoothing bends by rounding errors only
+    # a joint without a blend bends by rounding errors only
     smoothed = (h > 0.0, h > 0.0, b > 0.0)
     return np.asarray(
         np.min([np.where(f, v, np.inf) for f, v in zip(smoothed, speeds, strict=True)], axis=(0, 2))
@@ -128,7 +128,7 @@ def passing_speed(joints_: Joints, limits: MotionLimits) -> Array:
 
 
 def along(outline: Outline, limit: Array) -> Array:
-    """Limit along each element (n,): the first axis to reach its own decides."""
+    """Return the limit along each element (n,), which the first axis at its own limit determines."""
     share = np.abs(outline.direction)
     rows = np.flatnonzero(outline.radius_m)
     for side in (0, 1):
@@ -138,17 +138,17 @@ def along(outline: Outline, limit: Array) -> Array:
 
 
 def breakpoints(joints_: Joints) -> Array:
-    """Path lengths between which the blend is a cubic."""
+    """Return the path lengths between which the blend is a cubic."""
     at, h, b = joints_.at_m, joints_.half_m, joints_.jump_half_m
     return np.concatenate((at, at - h, at + h, at - b, at + b, at - 0.5 * b, at + 0.5 * b))
 
 
 @kernel
 def _fitting(at_m: Array, cut: Array, half_m: Array, allowed_m: float) -> Array:
-    """Factor on each width so that overlapping blends keep the tolerance together.
+    """Return the factor on each width with which overlapping blends together keep the tolerance.
 
-    Between two corners the sum of g |D| is convex, so it is largest at a corner. Narrowing by f lowers a
-    g by at least f everywhere.
+    Between two corners the sum of g |D| is convex, so its maximum is at a corner. A factor f on a width
+    reduces g at least by f everywhere.
     """
     count = len(at_m)
     total = np.zeros(count)
@@ -169,7 +169,7 @@ def _fitting(at_m: Array, cut: Array, half_m: Array, allowed_m: float) -> Array:
 
 @kernel
 def added(joints_: Joints, start_m: Array, middle_m: Array) -> Array:
-    """Blend added to P and its first three derivatives at the start of each zone, (zones, 4, axes)."""
+    """Return the blend and its first three derivatives at the start of each zone, (zones, 4, axes)."""
     at_m, bend, half_m, jump_1_m, jump_half_m = joints_
     zones, axes = len(start_m), bend.shape[1]
     out = np.zeros((zones, 4, axes))
@@ -180,7 +180,7 @@ def added(joints_: Joints, start_m: Array, middle_m: Array) -> Array:
             zone = np.searchsorted(middle_m, at_m[i] - width)
             while zone < zones and middle_m[zone] < at_m[i] + width:
                 side = 1.0 if middle_m[zone] > at_m[i] else -1.0
-                # the middle of the zone selects the cubic, its start the place on it
+                # the middle of the zone selects the cubic, its start the argument
                 middle_x = abs(middle_m[zone] - at_m[i]) / width
                 x = side * (start_m[zone] - at_m[i]) / width
                 if first:

@@ -1,4 +1,4 @@
-"""Exact distance of points to the programmed path, by a tree of bounding boxes.
+"""Computes the exact distance of points to the programmed path with a tree of bounding boxes.
 
 Node k of the tree has the children 2 k + 1 and 2 k + 2; the leaves are the elements, in order. The search
 for a point begins at the element nearest to the previous point, so that most boxes are pruned at once.
@@ -19,11 +19,11 @@ _GRID = 16
 
 
 def boxes(outline: Outline) -> Array:
-    """Bounding box of each node, (nodes, 2, axes): lowest and highest corner."""
+    """Return the bounding box of each node, (nodes, 2, axes): lowest and highest corner."""
     count = len(outline.length_m)
     every = np.arange(count)
     start_m, end_m = position(outline, every, np.zeros(count)), position(outline, every, outline.length_m)
-    # an arc leaves the box of its ends by its sagitta at most, a larger one by the diameter
+    # an arc exceeds the box of its ends by at most its sagitta, beyond a semicircle by the diameter
     angle = np.minimum(np.abs(outline.turn_rad_m) * outline.length_m, math.tau)
     beyond_m = outline.radius_m * np.where(angle < math.pi, 1.0 - np.cos(0.5 * angle), 2.0)
     leaves = 2 ** math.ceil(math.log2(count))
@@ -42,7 +42,7 @@ def boxes(outline: Outline) -> Array:
 
 @kernel
 def _to_box(point: Array, box: Array) -> float:
-    """Squared distance to a box; infinite for an empty one."""
+    """Return the squared distance to a box; infinite for an empty one."""
     total = 0.0
     for axis in range(len(point)):
         total += max(box[0, axis] - point[axis], point[axis] - box[1, axis], 0.0) ** 2
@@ -51,7 +51,7 @@ def _to_box(point: Array, box: Array) -> float:
 
 @kernel
 def _to_line(point: Array, base: Array, direction: Array, length: float) -> float:
-    """Squared distance to a line."""
+    """Return the squared distance to a line."""
     s = 0.0
     for axis in range(len(point)):
         s += (point[axis] - base[axis]) * direction[axis]
@@ -71,7 +71,7 @@ def _to_arc(
     plane: Indices,
     length: float,
 ) -> float:
-    """Squared distance to an arc (radius, phase, turn): in closed form, for a helix by Newton."""
+    """Return the squared distance to an arc (radius, phase, turn): in closed form, for a helix by Newton."""
     _, phase, turn = circle
     best = min(
         _to_place(point, base, direction, circle, plane, 0.0)[0],
@@ -106,7 +106,7 @@ def _to_place(
     plane: Indices,
     s: float,
 ) -> tuple[float, float, float]:
-    """Squared distance to the place s of an arc, and half its derivatives by s."""
+    """Return the squared distance to the point s of an arc, and half its derivatives by s."""
     radius, phase, turn = circle
     x, y = radius * math.cos(phase + turn * s), radius * math.sin(phase + turn * s)
     square = slope = bend = 0.0
@@ -124,7 +124,7 @@ def _to_place(
 
 @kernel
 def nearest(outline: Outline, boxes_m: Array, points_m: Array) -> tuple[Array, Indices]:
-    """Distances m (n,) of the points (n, axes), C-contiguous, to the path, and the nearest elements."""
+    """Return distances m (n,) of the points (n, axes), C-contiguous, to the path, and nearest elements."""
     base_m, direction, radius_m, phase_rad, turn_rad_m, plane, length_m = outline
     leaves = (len(boxes_m) + 1) // 2
     distance_m, element = np.empty(len(points_m)), np.zeros(len(points_m), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Choose the width of the corners, and stop at a corner where that is faster than passing it."""
+"""Chooses the widths of the corners, and stops at a corner where a stop is faster than passing it."""
 
 import numpy as np
 
@@ -10,13 +10,11 @@ from servo_ctrl.motion.path.speed import Knots, knots
 from servo_ctrl.motion.path.zones import Bounds, Zones, bounds_of, shares, zones_of
 from servo_ctrl.motion.profile import MotionLimits
 
-# chosen, these four
+# these four are chosen
 _MAX_WIDENINGS = 5
 _WIDENING_FACTOR = 1.7
-_SLOW_SHARE = (
-    0.9  # chosen, as the two above: share of the feed below which the corners about a zone are widened
-)
-_KEPT_TIME_RATIO = 0.99  # a widening is kept where it takes less than this share of the time before
+_SLOW_SHARE = 0.9  # share of the feed below which the corners around a zone are widened
+_KEPT_TIME_RATIO = 0.99  # a widening is kept if it reduces the time below this share
 
 
 def fastest(
@@ -27,10 +25,10 @@ def fastest(
     limits: MotionLimits,
     period_s: float,
 ) -> tuple[Zones, Knots]:
-    """Find the fastest run of the path.
+    """Find the fastest motion along the path.
 
-    Within a small tolerance a sharp corner is passed so slowly that a stop takes less time. The axes stop
-    there if the whole path becomes faster.
+    With a small tolerance a sharp corner must be passed so slowly that a stop takes less time. The axes stop
+    there if that makes the whole path faster.
     """
     joints_, zones, bounds = _laid(outline, feed_m_s, stops, tolerance_m, limits)
     run = knots(zones, bounds, _stop_m(outline, stops), limits, period_s)
@@ -50,7 +48,7 @@ def _stop_m(outline: Outline, stops: Flags) -> Array:
 def _laid(
     outline: Outline, feed_m_s: Array, stops: Flags, tolerance_m: float, limits: MotionLimits
 ) -> tuple[Joints, Zones, Bounds]:
-    """Widen the corners as the feed needs: more where several overlap than for each by itself."""
+    """Widen the corners as the feed requires: overlapping corners need more width than single ones."""
 
     def laid() -> tuple[Joints, Zones, Bounds]:
         joints_ = joints(outline, feed_m_s, stops, tolerance_m, limits, wider)
@@ -83,11 +81,11 @@ def _laid(
 def _better_stopped_at(
     outline: Outline, feed_m_s: Array, stops: Flags, joints_: Joints, limits: MotionLimits
 ) -> Flags:
-    """Estimate for each joint whether passing it takes more time than a stop.
+    """Estimate for each joint whether a stop takes less time than passing it.
 
     With ramps of a = A and tau = A / J from the speed F to v and back, and x = v / F, a corner of the width
-    2 h costs (1 - x) ((1 - x) F / a + tau + 2 h / v), a stop F / a + tau. F is the speed that the
-    shorter neighbour has room for.
+    2 h costs (1 - x) ((1 - x) F / a + tau + 2 h / v), a stop F / a + tau. F is the speed that the shorter
+    adjacent element permits.
     """
     passed = np.flatnonzero(~stops[:-1])
     acceleration = along(outline, limits.acceleration_m_s2)

@@ -1,7 +1,7 @@
-"""Plan a path of straight lines and arcs, without a stop where none is programmed (part programs).
+"""Plans paths of straight lines and arcs without stops other than the programmed ones (part programs).
 
-Between exact stops the path is smoothed within its tolerance (`corners`) and run as fast as feed and axes
-allow (`speed`).
+Between exact stops the path is smoothed within its tolerance (`corners`), at the highest speed that feed and
+axes allow (`speed`).
 """
 
 import math
@@ -24,11 +24,11 @@ _Row = tuple[list[float], list[float], float, float, float, tuple[int, int], flo
 
 
 SHORTEST_M = 1e-12
-"""Shorter elements, metres, are dropped: the next one starts where the last kept one ends; chosen."""
+"""Shorter elements, metres, are dropped; the next one starts at the end of the last kept one; chosen."""
 
 
 class Line(NamedTuple):
-    """A straight line to `end_m`."""
+    """A straight line."""
 
     end_m: tuple[float, ...]
     """Absolute target of every axis, in machine order; NaN = it stays where it is."""
@@ -43,7 +43,7 @@ class Arc(NamedTuple):
     end_m: tuple[float, ...]
     """Absolute target of every axis, in machine order; NaN = it stays where it is."""
     centre_m: tuple[float, float]
-    """Absolute, in the plane."""
+    """Absolute position in the plane."""
     axes: tuple[int, int]
     """Indices of the axes of the plane; counterclockwise is from the first to the second."""
     counterclockwise: bool
@@ -54,15 +54,15 @@ class Element(NamedTuple):
 
     shape: Line | Arc
     feed_m_s: float
-    """Speed along the path; infinite = what the axes allow (G0)."""
+    """Speed along the path; infinite = as fast as the axes allow (G0)."""
     line: int
     """Line of the part program, for messages."""
     exact_stop: bool
-    """Come to rest at its end."""
+    """Whether the axes come to rest at its end."""
 
 
 class PathMove(NamedTuple):
-    """A path from rest to rest, as programmed."""
+    """A programmed path from rest to rest."""
 
     label: str
     elements: tuple[Element, ...]
@@ -113,9 +113,9 @@ def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: fl
 
 
 def true_geometry(step: PathMove, start_m: Array) -> Callable[[Array], tuple[Array, Indices]]:
-    """Geometry that a contour error is measured against: the path as programmed, without rounding.
+    """Return a function that measures contour errors against the programmed path, without rounding.
 
-    Points (n, axes) in, their distances m (n,) to the path and the indices of the nearest elements out.
+    It takes points (n, axes) and returns their distances (n,), metres, and the indices of nearest elements.
     """
     outline, index, end_m = _outline(step, start_m)
     tree = boxes(outline) if len(index) else None
@@ -130,7 +130,7 @@ def true_geometry(step: PathMove, start_m: Array) -> Callable[[Array], tuple[Arr
 
 
 def _outline(step: PathMove, start_m: Array) -> tuple[Outline, Indices, Array]:
-    """Elements that have a length, their indices, and the end of the path (axes,)."""
+    """Return the elements that have a length, their indices, and the end of the path (axes,)."""
     rows, index = [], []
     at_m = end_m = [float(value) for value in start_m]
     for number, element in enumerate(step.elements):
@@ -153,7 +153,7 @@ def _line(start_m: list[float], end_m: list[float]) -> _Row:
 
 
 def _arc(start_m: list[float], end_m: list[float], arc: Arc) -> _Row:
-    """An arc whose end lies at another radius than its start drifts there in proportion to the angle."""
+    """Make an arc; a radius that differs at its end drifts in proportion to the angle."""
     first, second = arc.axes
     centre = arc.centre_m
     x, y = start_m[first] - centre[0], start_m[second] - centre[1]
@@ -176,7 +176,7 @@ def _arc(start_m: list[float], end_m: list[float], arc: Arc) -> _Row:
 
 
 def _stops(step: PathMove, outline: Outline, index: Indices) -> NDArray[np.bool_]:
-    """Elements of the outline after which the axes stop."""
+    """Return after which elements of the outline the axes stop, (n,)."""
     exact = np.array([element.exact_stop for element in step.elements])
     # a dropped element passes its stop on to the one before it
     after = np.append(index[1:], len(exact)) - 1

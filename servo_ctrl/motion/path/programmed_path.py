@@ -1,4 +1,4 @@
-"""The programmed path over its length: position and derivatives of lines and arcs as arrays.
+"""Evaluates the programmed path over its length: position and derivatives of lines and arcs.
 
 With the length x into an element
 
@@ -32,18 +32,18 @@ class Outline(NamedTuple):
 
 
 def position(outline: Outline, element: Indices, length_m: Array) -> Array:
-    """P, (m, axes), `length_m` (m,) into the elements (m,)."""
+    """Return P, (m, axes), at `length_m` (m,) into the elements (m,)."""
     straight = outline.base_m[element] + outline.direction[element] * length_m[:, np.newaxis]
     return _with_circle(straight, outline, element, length_m, 0)
 
 
 def tangent(outline: Outline, element: Indices, length_m: Array) -> Array:
-    """P', (m, axes); of length 1, but for an arc that drifts to its end."""
+    """Return P', (m, axes); its norm is 1 except on an arc with drift."""
     return _with_circle(outline.direction[element], outline, element, length_m, 1)
 
 
 def curvature(outline: Outline, element: Indices, length_m: Array) -> Array:
-    """P'', 1/m, (m, axes)."""
+    """Return P'', 1/m, (m, axes)."""
     straight = np.zeros((len(element), outline.base_m.shape[1]))
     return _with_circle(straight, outline, element, length_m, 2)
 
@@ -51,7 +51,7 @@ def curvature(outline: Outline, element: Indices, length_m: Array) -> Array:
 def _with_circle(
     straight: Array, outline: Outline, element: Indices, length_m: Array, derivative: int
 ) -> Array:
-    """Add the derivative of that order of the circular part."""
+    """Add the derivative of order `derivative` of the circular part."""
     rows = np.flatnonzero(outline.radius_m[element])
     if len(rows):
         of = element[rows]

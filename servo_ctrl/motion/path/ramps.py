@@ -1,12 +1,12 @@
-"""Look-ahead: the fastest speed over the length that keeps to the bounds of the zones, smoothed in time.
+"""Look-ahead: computes the fastest speed over the length within the bounds of the zones, smoothed in time.
 
-A backward and a forward pass give v1, a speed whose acceleration jumps. Its moving mean over the time tau is
-commanded, so the acceleration changes by at most a / tau. The mean keeps to the bounds of the zones because
+A backward and a forward pass give v1, a speed whose acceleration jumps. The axes follow its moving mean over
+the time tau, so that the jerk is at most a / tau. The mean respects the bounds of the zones because
 
-- each zone is widened by v tau / 2 on both sides, where v is its own speed: passing it takes at least tau,
-  and while the mean is in the zone its whole window lies in the widened one;
-- at each peak v1 is constant for tau (shorter peaks are cut), and in each valley by the widening, so that
-  +a and -a never fall into one window.
+- each zone is widened by v tau / 2 on both sides, where v is its speed: passing it takes at least tau,
+and while the mean is in the zone its whole window lies in the widened zone;
+- v1 is constant for tau at each peak (shorter peaks are cut) and, by the widening, in each valley, so that
+no window contains both +a and -a.
 
 A rise is a seven-phase S curve; with tau = A / J, (V / J)^(1/2) or (L / 2J)^(1/3) a straight
 move from rest to rest is time-optimal.
@@ -22,7 +22,7 @@ from kernels.jit import kernel
 def speed_over_length(
     start_m: Array, end_m: Array, speed_m_s: Array, acceleration_m_s2: Array, tau_s: float
 ) -> tuple[Array, Array]:
-    """Nodes of v1 over the zones (n,), from rest to rest: lengths and speeds (m,).
+    """Return the nodes of v1 over the zones (n,), from rest to rest: lengths and speeds (m,).
 
     The square of the speed is linear between them.
     """
@@ -37,12 +37,12 @@ def speed_over_length(
 
 
 def duration_s(length_m: Array, speed_m_s: Array, tau_s: float) -> float:
-    """Time that the smoothed path takes, seconds."""
+    """Return the duration of the smoothed motion, seconds."""
     return float((2.0 * np.diff(length_m) / (speed_m_s[1:] + speed_m_s[:-1])).sum()) + tau_s
 
 
 def over_time(length_m: Array, speed_m_s: Array, tau_s: float) -> tuple[Array, Array, Array, Array]:
-    """Knots (k,) of the smoothed motion: time, length, speed, acceleration (linear between knots)."""
+    """Return knots (k,) of the smoothed motion: time, length, speed, acceleration (linear between)."""
     steps_s = 2.0 * np.diff(length_m) / (speed_m_s[1:] + speed_m_s[:-1])
     node_s = np.concatenate(([0.0], np.cumsum(steps_s)))
     time_s = np.unique(np.concatenate((node_s, node_s + tau_s)))
@@ -62,7 +62,7 @@ def _summed(steps: Array) -> Array:
 
 @kernel
 def _lowest(first: NDArray[np.int64], last: NDArray[np.int64], value: Array, pieces: int) -> Array:
-    """Lowest value among the zones that cover each piece; zone z covers first[z] to last[z] - 1."""
+    """Return the lowest value of the zones over each piece; zone z covers first[z] to last[z] - 1."""
     low = np.empty(pieces)
     after = np.arange(pieces + 1)  # union-find: the next piece without a value
     for zone in np.argsort(value):
@@ -82,7 +82,7 @@ def _lowest(first: NDArray[np.int64], last: NDArray[np.int64], value: Array, pie
 
 @kernel
 def _look_ahead(edge_m: Array, top: Array, slope: Array) -> tuple[Array, Array]:
-    """Nodes (length, square of the speed): within `top` and `slope` of each piece, from rest to rest."""
+    """Return nodes (length, squared speed) from rest to rest, within `top` and `slope` of each piece."""
     pieces = len(top)
     at_edge = np.zeros(pieces + 1)
     for k in range(1, pieces):
@@ -110,7 +110,7 @@ def _look_ahead(edge_m: Array, top: Array, slope: Array) -> tuple[Array, Array]:
 
 @kernel
 def _cut(length_m: Array, square: Array, tau_s: float) -> tuple[Array, Array]:
-    """Cut every peak that is passed in less than tau down to the level that takes tau."""
+    """Lower every peak shorter than tau to the level that lasts tau."""
     count = len(length_m)
     x, y = np.empty(3 * count), np.empty(3 * count)
     x[0], y[0], top = length_m[0], square[0], 0
@@ -122,7 +122,7 @@ def _cut(length_m: Array, square: Array, tau_s: float) -> tuple[Array, Array]:
             x[top], y[top] = right_m, right
             i += 1
             continue
-        # the speed falls from here: cut the peak behind if it is too short
+        # the speed falls from here: lower the peak before it if that is too short
         left = top
         while left > 0 and y[left - 1] == y[top]:
             left -= 1

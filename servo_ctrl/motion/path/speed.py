@@ -1,4 +1,4 @@
-"""Motion along the path from stop to stop, each span with the smoothing time that makes it fastest."""
+"""Plans the motion between stops of a path, each span with its fastest smoothing time."""
 
 import itertools
 import math
@@ -13,9 +13,9 @@ from servo_ctrl.motion.path.zones import Bounds, Zones, shares
 from servo_ctrl.motion.profile import MotionLimits
 
 _SMOOTHING_TIMES = 8
-"""Number of smoothing times tried where there is no closed form, each 0.7 of the one before; chosen."""
+"""Number of smoothing times tried without a closed form, each 0.7 of the previous one; chosen."""
 _REFINEMENTS = 3
-"""Bounds the rounds in which zones that do not reach their speed get more acceleration; chosen."""
+"""Bounds the iterations that give more acceleration to zones below their speed; chosen."""
 
 
 class Knots(NamedTuple):
@@ -26,7 +26,7 @@ class Knots(NamedTuple):
     speed_m_s: Array
     acceleration_m_s2: Array
     zones: Indices
-    """Zones [first, stop) of the span of each knot, (k, 2)."""
+    """Zones [first, stop) of each knot's span, (k, 2)."""
 
 
 class Place(NamedTuple):
@@ -40,7 +40,7 @@ class Place(NamedTuple):
 
 
 def knots(zones: Zones, bounds: Bounds, stop_m: Array, limits: MotionLimits, period_s: float) -> Knots:
-    """Plan each span from rest to rest between two of the lengths `stop_m`, which are edges of zones."""
+    """Plan each span from rest to rest between the lengths `stop_m`, which are edges of zones."""
     first = np.searchsorted(zones.start_m, stop_m)
     begin_s, parts = 0.0, []
     for low, high in itertools.pairwise(first.tolist()):
@@ -60,7 +60,7 @@ def knots(zones: Zones, bounds: Bounds, stop_m: Array, limits: MotionLimits, per
 
 
 def place_at(run: Knots, zones: Zones, time_s: Array) -> Place:
-    """Place at the instants (n,)."""
+    """Return the place at the instants (n,)."""
     k = np.clip(np.searchsorted(run.time_s, time_s, side="right") - 1, 0, len(run.time_s) - 2)
     dt, step_s = time_s - run.time_s[k], run.time_s[k + 1] - run.time_s[k]
     dt = np.clip(dt, 0.0, step_s)
@@ -90,7 +90,7 @@ def _span(
         tries.append((duration_s(*nodes, tau_s), tau_s, nodes))
     best_s, tau_s, best = min(tries, key=lambda tried: tried[:2])
     for _ in range(_REFINEMENTS if len(start_m) > 1 else 0):
-        # a zone whose speed is not reached may use more acceleration
+        # a zone that does not reach its speed may use more acceleration
         highest = np.minimum(bounds.speed_m_s, 1.1 * _reached(start_m, end_m, *best, tau_s))
         speed, acceleration = shares(bounds, limits, tau_s, highest)
         nodes = speed_over_length(start_m, end_m, speed, acceleration, tau_s)
@@ -102,17 +102,17 @@ def _span(
 
 
 def _reached(start_m: Array, end_m: Array, length_m: Array, speed_m_s: Array, tau_s: float) -> Array:
-    """Highest speed of v1 in each zone and within tau of it."""
+    """Return the highest speed of v1 in each zone and within tau of it."""
     margin_m = tau_s * np.interp(0.5 * (start_m + end_m), length_m, speed_m_s)
     first = np.maximum(np.searchsorted(length_m, start_m - margin_m) - 1, 0)
     last = np.minimum(np.searchsorted(length_m, end_m + margin_m) + 1, len(length_m))
-    # `reduceat` takes the spans between neighbouring indices; every second one is asked for
+    # `reduceat` reduces between all neighbouring indices; only every second result is needed
     padded = np.append(speed_m_s, 0.0)
     return np.maximum.reduceat(padded, np.stack((first, last), axis=1).ravel())[::2]
 
 
 def _smoothing_times(bounds: Bounds, limits: MotionLimits, period_s: float) -> list[float]:
-    """Candidate smoothing times; none shorter than a period, which set points cannot resolve."""
+    """Return candidate smoothing times, at least a period, which is the resolution of set points."""
     share = bounds.derivatives[:, 0]
     with np.errstate(divide="ignore", over="ignore"):
         acceleration = (limits.acceleration_m_s2 / share).min(axis=1)
@@ -125,7 +125,7 @@ def _smoothing_times(bounds: Bounds, limits: MotionLimits, period_s: float) -> l
         math.cbrt(0.5 * length_m / jerk[top]),
     ]
     if len(share) == 1 and not bounds.derivatives[0, 1:].any():
-        # a straight move: the speed that it reaches at full acceleration tells which of them it is
+        # a straight move: the speed reached at full acceleration selects the closed form
         full = acceleration[0] * longest_s
         reached = 0.5 * full * (math.sqrt(1.0 + 4.0 * length_m / (full * longest_s)) - 1.0)
         times_s = times_s[:1] if min(bounds.speed_m_s[0], reached) >= full else [min(times_s[1:])]

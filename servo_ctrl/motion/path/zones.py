@@ -1,10 +1,10 @@
-"""Zones of the path length, with bounds of the derivatives of the position, and the speed that axes allow.
+"""Divides the path into zones, bounds the derivatives of the position in each, and finds the allowed speed.
 
-With the speed v, acceleration a and jerk j of the length s(t) an axis has, at p(s),
+With speed v, acceleration a and jerk j of the length s(t), an axis at p(s) has
 
     velocity p' v,   acceleration p'' v^2 + p' a,   jerk p''' v^3 + 3 p'' v a + p' j
 
-so that in a zone with |p'| <= d1, |p''| <= d2, |p'''| <= d3 its limits hold where
+so that in a zone with |p'| <= d1, |p''| <= d2, |p'''| <= d3 the limits V, A, J of the axis hold if
 
     d1 v <= V,   d2 v^2 + d1 |a| <= A,   d3 v^3 + 3 d2 v |a| + d1 |j| <= J.
 
@@ -46,11 +46,11 @@ class Bounds(NamedTuple):
     speed_m_s: Array
     """Highest speed by feed and velocity limits, (n,)."""
     length_m: Array
-    """Of each zone, (n,)."""
+    """Length of each zone, (n,)."""
 
 
 def zones_of(outline: Outline, joints: Joints) -> Zones:
-    """Cut the path at its elements and at the breakpoints of the blends."""
+    """Divide the path at the ends of its elements and at the breakpoints of the blends."""
     ends_m = np.cumsum(outline.length_m)
     edge_m = np.unique(np.concatenate(([0.0], ends_m, breakpoints(joints))))
     start_m, end_m = edge_m[:-1], edge_m[1:]
@@ -61,7 +61,7 @@ def zones_of(outline: Outline, joints: Joints) -> Zones:
 
 
 def within(outline: Outline, zones: Zones, zone: Indices, x_m: Array) -> tuple[Array, Array, Array]:
-    """Position m, tangent and curvature 1/m, (m, axes), of the smoothed path at `x_m` into the zones."""
+    """Return position m, tangent and curvature 1/m, (m, axes), of the smoothed path `x_m` into the zones."""
     e0, e1, e2, e3 = (zones.added[zone, order] for order in range(4))
     x = x_m[:, np.newaxis]
     of, into_m = zones.element[zone], zones.into_m[zone] + x_m
@@ -73,11 +73,11 @@ def within(outline: Outline, zones: Zones, zone: Indices, x_m: Array) -> tuple[A
 
 
 def bounds_of(outline: Outline, zones: Zones, feed_m_s: Array, limits: MotionLimits) -> Bounds:
-    """Bounds of the derivatives in each zone; `feed_m_s` is of the elements.
+    """Return the bounds in each zone; `feed_m_s` is the feed of the elements.
 
-    The tangent lies within the hull of its values at both ends and of where the line from the first meets
-    the middle (a quadratic as a Bezier curve), the curvature of lines within those at the ends. On an arc
-    they leave that by what the derivatives of the arc allow.
+    On lines the tangent, a quadratic, lies in the hull of its Bezier points: its values at both ends, and its
+    linear extrapolation from the start to the middle. The curvature lies between its values at the ends. On
+    arcs both may exceed these bounds by terms of the arc's higher derivatives.
     """
     count = len(zones.start_m)
     every, length_m = np.arange(count), zones.end_m - zones.start_m
@@ -89,20 +89,20 @@ def bounds_of(outline: Outline, zones: Zones, feed_m_s: Array, limits: MotionLim
     hull = np.stack((t0, t0 + 0.5 * x * k0, t1))
     added_hull = np.stack((e1, e1 + 0.5 * x * e2, e1 + x * (e2 + 0.5 * x * e3)))
     added_2 = np.maximum(np.abs(e2), np.abs(e2 + x * e3))
-    # an arc has R w, R w^2, ... in its plane: nothing of it is larger than that
+    # the derivatives of an arc in its plane are at most R w, R w^2, ...
     in_plane = np.zeros((count, outline.base_m.shape[1]))
     rows = np.flatnonzero(outline.radius_m[of])
     for side in (0, 1):
         in_plane[rows, outline.plane[of[rows], side]] = outline.radius_m[of[rows]]
     arc = [in_plane * np.abs(outline.turn_rad_m[of, np.newaxis]) ** order for order in range(5)]
-    beyond = arc[4] * x**3 / 40.0  # of Hermite's quadratic: 4/27 x^3 / 6
+    beyond = arc[4] * x**3 / 40.0  # error of the Hermite quadratic: 4/27 x^3 / 6
     d1 = np.minimum(
         np.abs(hull).max(axis=0) + beyond,
         np.abs(outline.direction[of]) + arc[1] + np.abs(added_hull).max(axis=0),
     )
     d2 = np.minimum(np.maximum(np.abs(k0), np.abs(k1)) + arc[4] * x**2 / 8.0, arc[2] + added_2)
     d3 = np.abs(e3) + arc[3]
-    # |p'|: smoothings of different widths may stretch it a little
+    # blends of different widths may make |p'| slightly larger than 1
     stretch = np.minimum(
         np.linalg.norm(hull, axis=2).max(axis=0) + np.linalg.norm(beyond, axis=1),
         1.0 + np.linalg.norm(added_hull, axis=2).max(axis=0),
@@ -114,7 +114,7 @@ def bounds_of(outline: Outline, zones: Zones, feed_m_s: Array, limits: MotionLim
 
 @kernel
 def _remaining_acceleration(d: Array, acceleration: Array, jerk: Array, tau_s: float, speed: float) -> float:
-    """Acceleration along the path that remains at a speed in a zone."""
+    """Return the acceleration along the path that remains at a speed in a zone."""
     least = np.inf
     for axis in range(d.shape[1]):
         of_acceleration = (acceleration[axis] - d[1, axis] * speed**2) / d[0, axis]
@@ -125,10 +125,10 @@ def _remaining_acceleration(d: Array, acceleration: Array, jerk: Array, tau_s: f
 
 @kernel
 def shares(bounds: Bounds, limits: MotionLimits, tau_s: float, speed_m_s: Array) -> tuple[Array, Array]:
-    """Highest speed, at most `speed_m_s`, and the acceleration that remains at it; both (n,), positive.
+    """Return the highest speed, at most `speed_m_s`, and its remaining acceleration; both (n,), positive.
 
-    The speed stays below the one at which no acceleration remains: closely in a short zone, which is to be
-    passed fast, with more margin in a long one, where the axes must also speed up.
+    The speed stays below the speed without remaining acceleration: closely in a short zone, which shall be
+    passed fast, with more margin in a long zone, where the axes must also accelerate.
     """
     acceleration = limits.acceleration_m_s2 * (1.0 - _ROUNDING)
     jerk = limits.jerk_m_s3 * (1.0 - _ROUNDING)
