@@ -23,6 +23,7 @@ class LearnerChoice(StrEnum):
     FAST = "fast"
     PAPER = "paper"
     SCREW = "screw"
+    WAVEFORM = "waveform"
 
 
 def learn(
@@ -34,7 +35,8 @@ def learn(
     learner: Annotated[
         LearnerChoice | None,
         typer.Option(
-            help="Friction pulse: fast, or paper (the published sweeps). screw: error table and lost motion.",
+            help="Friction pulse: fast, or paper (the published sweeps). waveform: force around reversals. "
+            "screw: error table and lost motion.",
             show_default=False,
         ),
     ] = None,
@@ -83,5 +85,5 @@ def learn(
                 self_test=True,
             )
         )
-    print_learned(report, resumable=learner is not LearnerChoice.SCREW)
+    print_learned(report, resumable=learner not in {LearnerChoice.SCREW, LearnerChoice.WAVEFORM})
     conclude(config, report)

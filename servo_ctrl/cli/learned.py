@@ -1,4 +1,4 @@
-"""`servo-ctrl learned`: learned pulses and screws on the disk, without a bus."""
+"""`servo-ctrl learned`: learned pulses, waveforms and screws on the disk, without a bus."""
 
 from pathlib import Path
 from typing import Annotated
@@ -18,7 +18,7 @@ AxisOption = Annotated[str, typer.Option("--axis", help="Axis.", show_default=Fa
 
 @app.callback()
 def results() -> None:
-    """See, draw and roll back what a machine has learned, without a bus: friction pulses, and its screws.
+    """See, draw and roll back what a machine has learned, without a bus: friction pulses, waveforms, screws.
 
     A running controller has read it at the start: ask it to roll back instead (docs/learning.md).
     """
@@ -28,7 +28,7 @@ def results() -> None:
 def list_versions(machine: MachineOption, learned: LearnedOption = None, axes: AxesOption = None) -> None:
     """List the versions of each axis: date, learner, strokes, J before and after, which one is in use.
 
-    Pulses and screws (learner "screw") are numbered on their own.
+    Pulses, screws (learner "screw") and waveforms are numbered on their own.
 
     Example:  servo-ctrl learned list --machine machines/xy_table
     """
@@ -65,7 +65,7 @@ def rollback(
     """Take the version before the one in use into use again; nothing is deleted.
 
     The next start of the controller runs with it. Before the first version is none: the axis then runs
-    without a learned pulse, or screw.
+    without a learned pulse, waveform or screw.
 
     Example:  servo-ctrl learned rollback --machine machines/xy_table --axis x
     """
@@ -86,7 +86,7 @@ def plot(
     out: Annotated[Path, typer.Option(help="PNG file to write.")] = Path("out/learned.png"),
     kind: LearnedKindOption = LearnedKind.PULSE,
 ) -> None:
-    """Draw what is in use: the pulse over the reverse acceleration, or the screw over the travel.
+    """Draw what is in use: pulse or waveforms by reverse acceleration, or the screw over the travel.
 
     Example:  servo-ctrl learned plot --machine machines/xy_table --out learned.png
     """

@@ -12,6 +12,7 @@ from rich.table import Column, Table
 from servo_ctrl.cli.options import LearnedKind
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import AxisConfig
+from servo_ctrl.control.compensation.learned_waveform import LearnedWaveformSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.learned.file_model import LearnedFile
@@ -21,16 +22,33 @@ from servo_ctrl.learned.store import (
     StoreError,
     VersionEntry,
     VersionStore,
+    WaveformStore,
     default_directory,
 )
+from servo_ctrl.learning.reversal_waveform import WaveformLearned
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned
 
 STORES: dict[LearnedKind, type[VersionStore[Any]]] = {
     LearnedKind.PULSE: LearnedStore,
     LearnedKind.SCREW: ScrewStore,
+    LearnedKind.WAVEFORM: WaveformStore,
 }
-MISSING = {LearnedKind.PULSE: "a learned pulse", LearnedKind.SCREW: "its learned screw"}
+MISSING = {
+    LearnedKind.PULSE: "a learned pulse",
+    LearnedKind.SCREW: "its learned screw",
+    LearnedKind.WAVEFORM: "its learned waveform",
+}
+OF_KIND = {
+    LearnedKind.PULSE: "",
+    LearnedKind.SCREW: " of the screw",
+    LearnedKind.WAVEFORM: " of the waveform",
+}
+SECTIONS = {
+    LearnedKind.PULSE: FrictionCompensationSettings,
+    LearnedKind.SCREW: ScrewCompensationSettings,
+    LearnedKind.WAVEFORM: LearnedWaveformSettings,
+}
 """The compensation that an axis runs without, when no version can be used."""
 
 
@@ -72,15 +90,13 @@ def print_versions(machine: Path, directory: Path | None, axes: Sequence[str] | 
 
 
 def _is_configured(axis: AxisConfig, kind: LearnedKind) -> bool:
-    settings = FrictionCompensationSettings if kind is LearnedKind.PULSE else ScrewCompensationSettings
-    return axis.section(settings) is not None
+    return axis.section(SECTIONS[kind]) is not None
 
 
 def _why_unused(store: VersionStore[Any], axis: str, kind: LearnedKind) -> list[str]:
     try:
         if store.active(axis) is None:
-            of_screw = " of the screw" if kind is LearnedKind.SCREW else ""
-            return [f"axis {axis}: no version{of_screw} is in use"]
+            return [f"axis {axis}: no version{OF_KIND[kind]} is in use"]
     except StoreError as error:
         return [f"axis {axis} runs without {MISSING[kind]}: {error}"]
     return []
@@ -143,7 +159,14 @@ def description(entry: VersionEntry, result: LearnedFile[Any]) -> list[str]:
     ]
 
 
-def _particulars(learned: Learned | ScrewLearned) -> str:
+def _particulars(learned: Learned | ScrewLearned | WaveformLearned) -> str:
+    if isinstance(learned, WaveformLearned):
+        largest_n = max((abs(force) for wave in learned.waves_n for force in wave), default=0.0)
+        *levels_n, per_speed_n_s_m, per_acceleration_kg = learned.friction
+        return (
+            f"friction {sum(levels_n):.2f} N with memory, {per_speed_n_s_m:.0f} N s/m, "
+            f"{per_acceleration_kg:.2f} kg; waveforms up to {largest_n:.2f} N"
+        )
     if isinstance(learned, ScrewLearned):
         least_m, most_m = min(row[2] for row in learned.points), max(row[2] for row in learned.points)
         over = f"{least_m * 1e6:.2f} to {most_m * 1e6:.2f} um over the travel"
@@ -153,8 +176,14 @@ def _particulars(learned: Learned | ScrewLearned) -> str:
     return f"amplitude between the points: {between}"
 
 
-def tables_of(learned: Learned | ScrewLearned) -> list[Table]:
+def tables_of(learned: Learned | ScrewLearned | WaveformLearned) -> list[Table]:
     """What was learned, point by point."""
+    if isinstance(learned, WaveformLearned):
+        rows = [
+            (f"{a * 1e3:.4g}", f"{min(wave):.3f}", f"{max(wave):.3f}")
+            for a, wave in zip(learned.accelerations_m_s2, learned.waves_n, strict=True)
+        ]
+        return [_points("waveform", ("a mm/s^2", "least N", "largest N"), rows)]
     if isinstance(learned, ScrewLearned):
         rows = [
             (f"{position_m * 1e3:.4f}", f"{error_m * 1e6:.3f}", f"{lost_m * 1e6:.3f}")
@@ -186,7 +215,8 @@ def plot_in_use(
 ) -> None:
     """Draw the versions in use of the axes (None: all axes). Raises StoreError where there are none."""
     from servo_ctrl.config.freeze import axis_params
-    from servo_ctrl.plots.learned import LearnedAxis, plot_learned, plot_screws
+    from servo_ctrl.config.learning import waveform_settings
+    from servo_ctrl.plots.learned import LearnedAxis, plot_learned, plot_screws, plot_waveforms
 
     config = load_machine(machine)
     directory = directory or default_directory(config)
@@ -197,6 +227,11 @@ def plot_in_use(
     if kind is LearnedKind.SCREW:
         screws = {f"{axis}, version {found.version}": found.learned for axis, found in in_use}
         plot_screws(out, screws, f"{config.machine.name}: learned screws")
+        return
+    if kind is LearnedKind.WAVEFORM:
+        waveforms = {f"{axis}, version {found.version}": found.learned for axis, found in in_use}
+        loop = waveform_settings(config, in_use[0][0]).loop
+        plot_waveforms(out, waveforms, loop, f"{config.machine.name}: learned waveforms")
         return
     pulses = [
         LearnedAxis(

@@ -17,10 +17,11 @@ class PacingChoice(StrEnum):
 
 
 class LearnedKind(StrEnum):
-    """What was learned: the friction pulse, or the error table and lost motion of the screw."""
+    """What was learned: friction pulse, error table and lost motion of the screw, or waveform."""
 
     PULSE = "pulse"
     SCREW = "screw"
+    WAVEFORM = "waveform"
 
 
 MachineOption = Annotated[
@@ -72,7 +73,7 @@ LearnedOption = Annotated[
     typer.Option(help='Directory of the learned functions; without it "learned" beside the machine file.'),
 ]
 LearnedKindOption = Annotated[
-    LearnedKind, typer.Option("--kind", help="Friction pulse, or screw error and lost motion.")
+    LearnedKind, typer.Option("--kind", help="Friction pulse, waveform, or screw error and lost motion.")
 ]
 MqttOption = Annotated[
     str | None,

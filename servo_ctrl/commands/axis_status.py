@@ -11,7 +11,7 @@ from servo_ctrl.commands import texts
 from servo_ctrl.commands.field import FIELDS_OF, NM, NM_S, UM, UM_S2, US, DataType, Entry, Field, PerAxis
 from servo_ctrl.learning.types import Learned, ReversalReport
 
-LEARNERS = ("fast", "paper", "screw")
+LEARNERS = ("fast", "paper", "screw", "waveform")
 """Learners in the order of their numbers in 2104h:02 and 2131h:03; the first two learn the pulse."""
 
 
@@ -38,6 +38,24 @@ class ScrewStatus(NamedTuple):
         return bool(self.points)
 
 
+class WaveformStatus(NamedTuple):
+    """Learned waveform of one axis; see `learning.reversal_waveform.WaveformLearned`."""
+
+    enabled: bool = False
+    version: int = 0
+    """Of the waveform in use, 0 = none."""
+    learned_at: str = ""
+    """Date of that version, ISO 8601, "" without one."""
+    before_m: float = math.nan
+    after_m: float = math.nan
+    strokes: int = 0
+
+    @property
+    def learned(self) -> bool:
+        """A version is in use."""
+        return self.version > 0
+
+
 class AxisStatus(NamedTuple):
     """Compensation and monitoring of one axis."""
 
@@ -54,6 +72,7 @@ class AxisStatus(NamedTuple):
     """Date of that version, ISO 8601, "" without one."""
     learned: Learned | None
     screw: ScrewStatus = ScrewStatus()
+    waveform: WaveformStatus = WaveformStatus()
 
     @property
     def error_mean_m(self) -> float:
@@ -118,6 +137,7 @@ FIELDS_OF[AxisStatus] = {
     "learned_at": _date(0x2131)._replace(label="learned at", text=texts.minute),
     "learned": Field(mqtt=None),
     "screw": Field(),
+    "waveform": Field(),
 }
 FIELDS_OF[ReversalReport] = {
     "error_mean_m": _nm("J in nm", 0x2121, 3, "J, um", "Mean error over the monitoring time, last reversal."),
@@ -214,4 +234,16 @@ FIELDS_OF[ScrewStatus] = {
         {"position": UM, "error": NM, "lost_motion": NM},
         _number("Nodes", 0x2151, 9, meaning="Rows of the table below."),
     )._replace(mqtt=None),
+}
+FIELDS_OF[WaveformStatus] = {
+    "enabled": _switch("Waveform enabled", 0x2108, "Learned waveform, as 2102h.", "waveform"),
+    "version": _version(0x2171, "learned waveform", "waveform version"),
+    "learned_at": _date(0x2171),
+    "before_m": _nm("J before in nm", 0x2171, 3, "waveform J before, um", "Without compensation.")._replace(
+        part="learned"
+    ),
+    "after_m": _nm("J after in nm", 0x2171, 4, "waveform J after, um", "With what was learned.")._replace(
+        part="learned"
+    ),
+    "strokes": _number("Strokes", 0x2171, 5)._replace(mqtt=None, local=False, part="learned"),
 }

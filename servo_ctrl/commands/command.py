@@ -76,6 +76,14 @@ class Command(IntEnum):
     STEP_BACKWARD = 22, "step-backward", Right.OPERATE, "The same backward."
     TOUCH_OFF = 23, "touch-off", Right.OPERATE, "Here is 0 in the work offset of 2104h:09, from ready."
     CLEAR_OFFSET = 24, "clear-offset", Right.OPERATE, "Set that work offset to 0, in ready or standby."
+    ENABLE_WAVEFORM = 25, "enable-waveform", Right.OPERATE, "Switch the learned waveform on."
+    DISABLE_WAVEFORM = 26, "disable-waveform", Right.OPERATE, "Switch the learned waveform off."
+    ROLL_BACK_WAVEFORM = (
+        27,
+        "roll-back-waveform",
+        Right.CONFIGURE,
+        "Use the version of the waveform before this one.",
+    )
 
 
 COMMANDS = {command.name.lower(): command for command in Command}

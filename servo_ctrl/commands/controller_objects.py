@@ -11,6 +11,7 @@ SWITCHES = {
     0x2102: (Command.DISABLE_COMPENSATION, Command.ENABLE_COMPENSATION),
     0x2103: (Command.DISABLE_OBSERVER, Command.ENABLE_OBSERVER),
     0x2107: (Command.DISABLE_SCREW, Command.ENABLE_SCREW),
+    0x2108: (Command.DISABLE_WAVEFORM, Command.ENABLE_WAVEFORM),
 }
 """The commands that a write of 0 and of 1 to the subindex of an axis gives."""
 RECORDS = {
@@ -18,6 +19,7 @@ RECORDS = {
     0x2103: "Observer enabled",
     0x2104: "Settings",
     0x2107: "Screw compensation enabled",
+    0x2108: "Waveform enabled",
     0x2110: "Learning",
     0x2113: "Summary of monitoring",
     0x2121: "Monitoring",
@@ -25,6 +27,7 @@ RECORDS = {
     0x2141: "Functions",
     0x2151: "Screw",
     0x2161: "Screw table",
+    0x2171: "Waveform",
 }
 """Titles of the objects that have subindices; those of axis 1 represent those of every axis."""
 

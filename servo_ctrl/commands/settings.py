@@ -44,8 +44,8 @@ FIELDS_OF[Settings] = {
     ),
     "learner": Field(
         "Learner",
-        Entry(0x2104, 2, DataType.U8, names=LEARNERS, writable=True, low=0, high=2, default=0),
-        "0 = fast, 1 = paper, 2 = screw; for the next run.",
+        Entry(0x2104, 2, DataType.U8, names=LEARNERS, writable=True, low=0, high=3, default=0),
+        "0 = fast, 1 = paper, 2 = screw, 3 = waveform; for the next run.",
     ),
     "adaptation": Field(
         "Adaptation",

@@ -1,5 +1,6 @@
 """From the machine file (mm, ms) to the values that the kernels take (SI, plain floats and ints)."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from kernels.arrays import Array
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control import position_loop, velocity_loop
-from servo_ctrl.control.compensation import feedforward, screw_error
+from servo_ctrl.control.compensation import feedforward, learned_waveform, screw_error
 from servo_ctrl.control.compensation.fuzzy_inference import SURFACE_POINTS, surface
 from servo_ctrl.control.limits import AxisLimits
 from servo_ctrl.control.parts import SECTIONS
@@ -76,6 +77,22 @@ def with_pulse(params: AxisParams, learned: Array | None) -> AxisParams:
     """The parameters with other pulse functions, (6, n), see `trapezoidal_pulse`; None = no pulse at all."""
     table = np.zeros((6, 1)) if learned is None else np.ascontiguousarray(learned, dtype=np.float64)
     return params._replace(pulse=params.pulse._replace(enabled=learned is not None, learned=table))
+
+
+def with_waveform(
+    params: AxisParams, friction: Sequence[float] | None, waves: Array | None = None
+) -> AxisParams:
+    """The parameters with another learned force, see `learned_waveform`; None = no force at all."""
+    neutral = learned_waveform.NEUTRAL
+    return params._replace(
+        waveform=params.waveform._replace(
+            enabled=friction is not None,
+            friction=neutral.friction
+            if friction is None
+            else learned_waveform.Friction(*map(float, friction)),
+            waves=neutral.waves if waves is None else np.ascontiguousarray(waves, dtype=np.float64),
+        )
+    )
 
 
 def with_observer(params: AxisParams, enabled: bool) -> AxisParams:

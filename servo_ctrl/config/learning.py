@@ -3,13 +3,17 @@
 import math
 from collections.abc import Sequence
 
-from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.model import AxisConfig, MachineConfig
+from servo_ctrl.control.compensation.learned_waveform import AHEAD_S, SLIP_M, LearnedWaveformSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.errors import ConfigError
+from servo_ctrl.learning.reversal_waveform import SPAN_S, LoopModel
 from servo_ctrl.learning.schedule import RAMP_SHARE
 from servo_ctrl.learning.screw_travel import RAMP_S, ScrewSettings, nodes_m, run_in_nodes
 from servo_ctrl.learning.types import LearningSettings, Stroke
+from servo_ctrl.learning.waveform_run import LEARNER, WaveformSettings
 from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
@@ -23,18 +27,73 @@ NODES_A_TURN = 16
 """Default nodes per turn of the screw: linear interpolation is then off by 2 % of its periodic error."""
 NODES_MAX = 5000
 """Bounds the nodes of a table; chosen."""
+REACH = 0.8
+"""Share of an axis's limits up to which a waveform is learned; chosen."""
 
 
 def learning_settings(machine: MachineConfig, axis: str, learner: str | None = None) -> LearningSettings:
     """Learning settings of an axis; `learner` overrides the file's. Raises ConfigError without a pulse."""
-    config, pulse = machine.learning, machine.axes[axis].section(FrictionCompensationSettings)
+    pulse = machine.axes[axis].section(FrictionCompensationSettings)
     if pulse is None:
         key = f"axis.{axis}.friction_compensation"
         raise ConfigError(machine.source, key, "the section is missing: there is no pulse to be learned")
+    rise_s = pulse.rise_ms * 1e-3
+    amplitude_max_m_s = pulse.acceleration_allowed_mm_s2 * MM * pulse.rise_ms * 1e-3
+    return _sine_settings(machine, learner or machine.learning.learner, rise_s, amplitude_max_m_s)
+
+
+def unlearnable(axis: AxisConfig) -> str:
+    """Why an axis can learn no waveform, below its section; "" where it can."""
+    if axis.section(LearnedWaveformSettings) is None:
+        return "the section is missing: there is no waveform to be learned"
+    if axis.mode != "cst":
+        return "is learned in mode cst only: it needs our own velocity loop"
+    if not axis.control.acceleration_feedforward_kg or not axis.control.kv_n_s_m:
+        return "learning needs control.kv_n_s_m and the moved mass, control.acceleration_feedforward_kg"
+    return ""
+
+
+def waveform_settings(machine: MachineConfig, axis: str) -> WaveformSettings:
+    """Settings to learn the waveform of an axis. Raises ConfigError where it can learn none."""
+    if reason := unlearnable(machine.axes[axis]):
+        raise ConfigError(machine.source, f"axis.{axis}.learned_waveform", reason)
+    params = axis_params(machine, axis)
+    loop = LoopModel(
+        mass_kg=params.feedforward.acceleration_kg,
+        kp_1_s=params.position_loop.kp_1_s,
+        kv_n_s_m=params.velocity_loop.kv_n_s_m,
+        ki_n_m=params.velocity_loop.ki_n_m,
+        period_s=params.period_s,
+        lead_s=params.waveform.lead_s,
+        slip_m=SLIP_M,
+        ahead_s=AHEAD_S,
+    )
+    sines = _sine_settings(machine, LEARNER, 0.0, 0.0)
+    reach_m_s2 = _reach_m_s2(machine, axis, sines, AHEAD_S + SPAN_S)
+    return WaveformSettings(sines, reach_m_s2, machine.axes[axis].limits.acceleration_mm_s2 * MM, loop)
+
+
+def _reach_m_s2(machine: MachineConfig, axis: str, sines: LearningSettings, wave_s: float) -> float:
+    """The largest reverse acceleration of a sine within `REACH` of the limits, a half cycle of `wave_s`."""
+    limits, radius_m = machine.axes[axis].limits, sines.radius_m
+    fastest_m_s, jerk_m_s3 = REACH * limits.velocity_mm_s * MM, REACH * limits.jerk_mm_s3 * MM
+    found_m_s2 = min(
+        fastest_m_s**2 / radius_m,
+        REACH * limits.acceleration_mm_s2 * MM,
+        (jerk_m_s3**2 * radius_m) ** (1.0 / 3.0),
+        radius_m * (math.pi / wave_s) ** 2,
+    )
+    return max(found_m_s2, sines.accelerations_m_s2[-1])
+
+
+def _sine_settings(
+    machine: MachineConfig, learner: str, rise_s: float, amplitude_max_m_s: float
+) -> LearningSettings:
+    config = machine.learning
     a_min, a_1, a_2, a_max = (value * MM for value in config.accelerations_mm_s2)
     n_1, n_2, n_3 = config.steps
     return LearningSettings(
-        learner=learner or config.learner,
+        learner=learner,
         accelerations_m_s2=(a_min, a_1, a_2, a_max),
         steps=(n_1, n_2, n_3),
         coarse_steps=config.coarse_steps,
@@ -45,8 +104,8 @@ def learning_settings(machine: MachineConfig, axis: str, learner: str | None = N
         window_durations=config.window_durations,
         trailing=config.trailing,
         radius_m=config.radius_mm * MM,
-        amplitude_max_m_s=pulse.acceleration_allowed_mm_s2 * MM * pulse.rise_ms * 1e-3,
-        rise_s=pulse.rise_ms * 1e-3,
+        amplitude_max_m_s=amplitude_max_m_s,
+        rise_s=rise_s,
         window_s=machine.monitoring.window_s,
     )
 

@@ -2,7 +2,7 @@
 
     x* = x_command + c                                       screw error, take-up, sampled dual loop
     v* = clamp(kp (x* - x) + kff v*_command + p)             position loop, feedforward, friction pulse
-    u  = clamp(kv (v* - v) + I + M a*_command + d)           velocity loop, feedforward, observer
+    u  = clamp(kv (v* - v) + I + M a*_command + d)           velocity loop, feedforward, observer or waveform
 
 What goes to the amplifier, u or in CSV v*, passes a notch filter. The position loop may be PID or fuzzy-PD.
 c leads the motor: it counts in CSP, and where the position loop is closed on the motor; a loop that is closed
@@ -21,6 +21,7 @@ from servo_ctrl.control.compensation import (
     disturbance_observer,
     feedforward,
     fuzzy_pd,
+    learned_waveform,
     notch,
     sampled_dual_loop,
     screw_error,
@@ -47,6 +48,7 @@ class AxisParams(NamedTuple):
     feedforward: feedforward.Params
     pulse: trapezoidal_pulse.Params
     observer: disturbance_observer.Params
+    waveform: learned_waveform.Params
     screw: screw_error.Params
     take_up: backlash.Params
     sampled: sampled_dual_loop.Params
@@ -65,6 +67,7 @@ class AxisState(NamedTuple):
     notch: notch.State
     pulse: trapezoidal_pulse.State
     observer: disturbance_observer.State
+    waveform: learned_waveform.State
     screw_error_m: float
     """At the last position command, by the table of that tick."""
     take_up: OffsetMotion
@@ -82,9 +85,27 @@ def at_rest(motor_position_m: float) -> AxisState:
         notch=notch.at_rest(),
         pulse=trapezoidal_pulse.at_rest(motor_position_m),
         observer=disturbance_observer.at_rest(),
+        waveform=learned_waveform.at_rest(motor_position_m),
         screw_error_m=0.0,
         take_up=resting(),
         sampled=sampled_dual_loop.at_rest(),
+    )
+
+
+@kernel
+def planned_force(
+    params: AxisParams, state: AxisState, pulse: trapezoidal_pulse.State, sample: AxisSample
+) -> tuple[float, learned_waveform.State]:
+    """The learned force along this command, newtons, and where it is then; `pulse`: of this sample."""
+    return learned_waveform.planned_force(
+        params.waveform,
+        state.waveform,
+        pulse.direction,
+        pulse.age_s,
+        sample.position_command_m,
+        sample.velocity_command_m_s,
+        sample.acceleration_command_m_s2,
+        params.period_s,
     )
 
 
@@ -94,11 +115,11 @@ def after_bad_sample(
 ) -> tuple[AxisState, AxisCommand]:
     """A tick that cannot be computed: set points and integrals stay as they were.
 
-    The pulse goes on with time and command, the screw error with the command; the observer waits for whole
-    samples, and the other corrections stand where they are. Nothing that is not finite is passed on.
+    Pulse and waveform go on with time and command, the screw error with the command; the observer waits for
+    whole samples, and the other corrections stand where they are. Nothing that is not finite is passed on.
     """
     take_up = take_up_by_table(params, state)
-    pulse = trapezoidal_pulse.older_pulse(state.pulse, params.period_s)
+    pulse, waveform = trapezoidal_pulse.older_pulse(state.pulse, params.period_s), state.waveform
     if not status & BAD_COMMAND:
         pulse = trapezoidal_pulse.advance_pulse(
             params.pulse,
@@ -107,6 +128,7 @@ def after_bad_sample(
             sample.acceleration_command_m_s2,
             params.period_s,
         )
+        waveform = planned_force(params, state, pulse, sample)[1]
     screw_m = screw_error.screw_error_m(params.screw, pulse.position_command_m)
     command = AxisCommand(
         position_m=pulse.position_command_m,
@@ -131,6 +153,7 @@ def after_bad_sample(
         notch=state.notch,
         pulse=pulse,
         observer=disturbance_observer.after_bad_sample(state.observer),
+        waveform=waveform,
         screw_error_m=screw_m,
         take_up=take_up,
         sampled=state.sampled,
@@ -177,7 +200,8 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
     if abs(error_m) > params.limits.following_error_m:
         status |= _FOLLOWING_ERROR
 
-    friction_m_s = trapezoidal_pulse.pulse_m_s(params.pulse, pulse)
+    planned_n, waveform = planned_force(params, state, pulse, sample)
+    friction_m_s = 0.0 if params.waveform.enabled else trapezoidal_pulse.pulse_m_s(params.pulse, pulse)
     wanted_m_s, position_state = position_loop.velocity_setpoint(
         params.position_loop,
         params.fuzzy,
@@ -195,6 +219,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         params.observer, state.observer, sample.motor_force_n, velocity_m_s, params.period_s
     )
 
+    disturbance_n = 0.0 if params.waveform.enabled else observer.disturbance_n
     feedforward_n = params.feedforward.acceleration_kg * sample.acceleration_command_m_s2
     offset_n = sample.force_offset_n
     if params.output == _OUTPUT_FORCE:
@@ -202,7 +227,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
             params.velocity_loop,
             state.velocity_loop.integral_n,
             velocity_command_m_s - velocity_m_s,
-            feedforward_n + observer.disturbance_n,
+            feedforward_n + disturbance_n + planned_n,
             params.limits.force_n,
             params.period_s,
         )
@@ -222,7 +247,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         position_error_m=error_m,
         motor_velocity_m_s=velocity_m_s,
         pulse_m_s=friction_m_s,
-        disturbance_n=observer.disturbance_n,
+        disturbance_n=disturbance_n,
         correction_m=correction_m,
         saturated=abs(wanted_m_s) > params.limits.velocity_m_s or abs(force_n) >= params.limits.force_n,
         status=status,
@@ -237,6 +262,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         notch=notch_state,
         pulse=pulse,
         observer=observer,
+        waveform=waveform,
         screw_error_m=screw_m,
         take_up=take_up,
         sampled=sampled,

@@ -3,8 +3,9 @@
     DIR/x/v0001.json, v0002.json, ...   pulse functions, immutable
     DIR/x/active.json                   which of them is in use
     DIR/x/screw/...                     the screw, likewise
+    DIR/x/waveform/...                  the waveform, likewise
 
-Both are written whole, synchronised and renamed: after a crash at any point there are whole files only, and
+All are written whole, synchronised and renamed: after a crash at any point there are whole files only, and
 active.json names the version from before or the new one.
 """
 
@@ -31,11 +32,13 @@ from servo_ctrl.learned.files import (
 )
 from servo_ctrl.learned.pulse_model import LearnedFunctions
 from servo_ctrl.learned.screw_model import ScrewTable
+from servo_ctrl.learned.waveform_model import LearnedWaveform
+from servo_ctrl.learning.reversal_waveform import WaveformLearned
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned
 from shipped_files import is_installed, state_directory
 
-Result = TypeVar("Result", Learned, ScrewLearned)
+Result = TypeVar("Result", Learned, ScrewLearned, WaveformLearned)
 
 
 class StoreError(ServoCtrlError):
@@ -234,6 +237,14 @@ class ScrewStore(VersionStore[ScrewLearned]):
     content = ScrewTable
     below = "screw"
     option = " --kind screw"
+
+
+class WaveformStore(VersionStore[WaveformLearned]):
+    """The force around reversals."""
+
+    content = LearnedWaveform
+    below = "waveform"
+    option = " --kind waveform"
 
 
 def _stored(result: LearnedFile[Any]) -> StoredResult[Any]:

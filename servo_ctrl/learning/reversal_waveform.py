@@ -1,14 +1,6 @@
-"""Learned waveform compensation (LWC): the force that friction needs, known before the reversal comes (ours).
+"""How the waveform compensation (`control.compensation.learned_waveform`) is learned, and how it converges.
 
-    f(t) = clip(F(t + L) + s w(t - t1; a)) + b v* + c a*
-
-t1 is the reversal, s the new direction, a the reverse acceleration. F is a friction with memory on the
-*commanded* motion, a sum of W_i D_i, where each D_i relaxes to the direction of motion over a slip
-distance x_i: dD = (d - D)(1 - exp(-|dx| / x_i)) (Dahl 1968; a bank of them, as the Maxwell slip
-elements of Al-Bender et al. 2005). b v* + c a* is what the feedforward of the loop misses: viscous
-friction, and half a period in the sum of the velocity error (-ki T / 2). w is a free waveform that
-repeated strokes have learned; L leads by the dead time of bus and amplifier. Learning law, between
-strokes j of one reverse acceleration:
+Learning law, between strokes j of one reverse acceleration:
 
     w_j+1 = Q (w_j + g P^-1 e_j),    P^-1 e = M e'' + kv e' + (kv kp + ki) e + ki kp int e
 
@@ -25,12 +17,10 @@ from scipy.ndimage import gaussian_filter1d
 
 from kernels.arrays import Array
 from kernels.jit import kernel
-from servo_ctrl.learning.performance import Indices, reversals
+from servo_ctrl.learning.performance import Indices
 
-SLIP_M = (2e-6, 8e-6, 30e-6, 100e-6)
-"""Slip distances x_i; chosen: presliding of rolling guides and screws spans 1 to 100 um."""
-AHEAD_S = 0.03
-"""Before a reversal, from where the waveform acts; chosen: above ten dead times."""
+SPAN_S = 0.45
+"""Of a waveform behind the reversal; chosen: beyond twice Tm."""
 TAPER = 0.3
 """Share at the end of a waveform in which it goes to zero; chosen."""
 FILTER_HZ = 80.0
@@ -45,32 +35,47 @@ class LoopModel(NamedTuple):
     kv_n_s_m: float
     ki_n_m: float
     period_s: float
-    dead_samples: int
-    """From a force set point to the force, whole periods."""
+    lead_s: float
+    """From a force set point to the force."""
+    slip_m: tuple[float, ...]
+    """Slip distances of the friction with memory, as the law has them."""
+    ahead_s: float
+    """Before a reversal, from where the law's waveform acts."""
+
+    @property
+    def dead_samples(self) -> int:
+        """The lead in whole periods."""
+        return round(self.lead_s / self.period_s)
 
 
-class FrictionMemory(NamedTuple):
-    """Identified friction with memory."""
-
-    level_n: tuple[float, ...]
-    """W_i, one for each of `SLIP_M`."""
-    per_speed_n_s_m: float
-    """b, of either sign."""
-    per_acceleration_kg: float
-    """c, of either sign."""
-
-
-class ReversalWaveforms(NamedTuple):
+class WaveformLearned(NamedTuple):
     """What was learned of one axis."""
 
-    friction: FrictionMemory
+    learner: str
+    friction: tuple[float, ...]
+    """Level of each slip distance, N; force per speed, N s/m; force per acceleration, kg."""
     accelerations_m_s2: tuple[float, ...]
     """Rising; none = friction alone."""
-    waveforms_n: tuple[Array, ...]
-    """(n_i,) from AHEAD_S before a reversal on, at the period, for one into the positive direction."""
-    limit_n: float
-    """F + s w stays within +- this."""
-    dead_samples: int
+    waves_n: tuple[tuple[float, ...], ...]
+    """Each period, from `ahead_s` before a reversal into the positive direction on."""
+    before_m: float = math.nan
+    """J without compensation, mean over the checked accelerations."""
+    after_m: float = math.nan
+    """J with what was learned, likewise."""
+    strokes: int = 0
+    machine_time_s: float = 0.0
+
+
+def wave_table(accelerations_m_s2: tuple[float, ...], waves_n: tuple[tuple[float, ...], ...]) -> Array:
+    """(m, 1 + n): the table of the control law; without a waveform one of zeros."""
+    if not accelerations_m_s2:
+        return np.zeros((1, 2))
+    return np.column_stack([np.array(accelerations_m_s2), np.array(waves_n)])
+
+
+def samples_of(loop: LoopModel) -> int:
+    """Samples of a waveform."""
+    return round((loop.ahead_s + SPAN_S) / loop.period_s)
 
 
 @kernel
@@ -83,9 +88,9 @@ def _relaxed(position_m: Array, slip_m: float) -> Array:
     return memory
 
 
-def memories(position_m: Array) -> Array:
-    """(n, elements): every D_i of a commanded motion."""
-    return np.column_stack([_relaxed(position_m, slip_m) for slip_m in SLIP_M])
+def memories(loop: LoopModel, position_m: Array) -> Array:
+    """(n, elements): every D_i of a commanded motion, at rest before it."""
+    return np.column_stack([_relaxed(position_m, slip_m) for slip_m in loop.slip_m])
 
 
 def missing_force_n(loop: LoopModel, error_m: Array, filter_hz: float = FILTER_HZ) -> Array:
@@ -102,60 +107,26 @@ def missing_force_n(loop: LoopModel, error_m: Array, filter_hz: float = FILTER_H
     )
 
 
-def identified(loop: LoopModel, strokes: list[tuple[Array, Array]]) -> FrictionMemory:
-    """Friction from strokes without compensation: (commands (n, >= 3), error (n,)). No W_i is negative."""
+def identified(loop: LoopModel, strokes: list[tuple[Array, Array]]) -> tuple[float, ...]:
+    """Friction from strokes without compensation: (commands (n, >= 3), error (n,)). No W_i is negative.
+
+    What the integrator holds at the beginning of a stroke is unknown: a constant for each.
+    """
     from scipy.optimize import lsq_linear  # noqa: PLC0415  # not wanted by who only applies waveforms
 
-    rows = [np.column_stack([memories(commands[:, 0]), commands[:, 1:3]]) for commands, _ in strokes]
+    rows = [np.column_stack([memories(loop, commands[:, 0]), commands[:, 1:3]]) for commands, _ in strokes]
     wanted = [missing_force_n(loop, error_m) for _, error_m in strokes]
-    lowest = [0.0] * len(SLIP_M) + [-np.inf] * 2
-    weights = lsq_linear(np.concatenate(rows), np.concatenate(wanted), (lowest, np.inf)).x.tolist()
-    return FrictionMemory(tuple(weights[:-2]), *weights[-2:])
+    held = [
+        np.repeat(np.eye(len(strokes))[[place]], len(entry), axis=0) for place, entry in enumerate(wanted)
+    ]
+    matrix = np.hstack([np.concatenate(rows), np.concatenate(held)])
+    lowest = [0.0] * len(loop.slip_m) + [-np.inf] * (2 + len(strokes))
+    weights = lsq_linear(matrix, np.concatenate(wanted), (lowest, np.inf)).x.tolist()
+    return tuple(weights[: len(loop.slip_m) + 2])
 
 
-def compensation_n(learned: ReversalWaveforms, commands: Array, period_s: float) -> Array:
-    """F (n,) for the commands (n, >= 3) of one axis: position m, velocity m/s, acceleration m/s^2."""
-    position_m, acceleration_m_s2 = commands[:, 0], commands[:, 2]
-    early = np.minimum(np.arange(len(commands)) + learned.dead_samples, len(commands) - 1)
-    force_n = (memories(position_m) @ np.array(learned.friction.level_n))[early]
-    starts = reversals(position_m)
-    ahead = round(AHEAD_S / period_s)
-    for start, following in zip(starts, np.append(starts[1:], len(position_m) + ahead), strict=True):
-        wave_n = waveform_at(learned, abs(float(acceleration_m_s2[start])), period_s)
-        wave_n = wave_n[
-            : max(int(following) - int(start), 0)
-        ]  # the next reversal's begins where this one ends
-        direction = np.sign(position_m[start] - position_m[start - 1])
-        first, last = max(start - ahead, 0), min(start - ahead + len(wave_n), len(position_m))
-        force_n[first:last] += direction * wave_n[first - (start - ahead) : last - (start - ahead)]
-    motion_n = commands[:, 1:3] @ np.array(learned.friction[1:])
-    return np.asarray(np.clip(force_n, -learned.limit_n, learned.limit_n) + motion_n)
-
-
-def waveform_at(learned: ReversalWaveforms, reverse_m_s2: float, period_s: float) -> Array:
-    """The w (n,) of a reverse acceleration: between neighbours at equal distance; held outside of them."""
-    known = np.array(learned.accelerations_m_s2)
-    if not len(known):
-        return np.zeros(0)
-    place = float(np.interp(math.log(max(reverse_m_s2, 1e-9)), np.log(known), np.arange(len(known))))
-    lower, share = int(place), place - int(place)
-    sides = [(lower, 1.0 - share), (min(lower + 1, len(known) - 1), share)]
-    within_m_s2 = float(np.clip(reverse_m_s2, known[0], known[-1]))
-    stretch = {i: math.sqrt(within_m_s2 / known[i]) for i, _ in sides}
-    ahead = round(AHEAD_S / period_s)
-    length = ahead + max(int((len(learned.waveforms_n[i]) - ahead) / stretch[i]) for i, _ in sides)
-    since = np.arange(length) - ahead
-    wave_n = np.zeros(length)
-    for i, weight in sides:
-        own = np.where(since > 0, since * stretch[i], since) + ahead
-        wave = learned.waveforms_n[i]
-        wave_n += weight * np.interp(own, np.arange(len(wave)), wave, right=0.0)
-    return wave_n
-
-
-def cut_out(values: Array, starts: Indices, directions: Array, length: int, period_s: float) -> Array:
+def cut_out(values: Array, starts: Indices, directions: Array, length: int, ahead: int) -> Array:
     """Mean (length,) of what stands around the reversals, each turned into the positive direction."""
-    ahead = round(AHEAD_S / period_s)
     whole = [(s, d) for s, d in zip(starts, directions, strict=True) if s - ahead + length <= len(values)]
     pieces = [direction * values[start - ahead : start - ahead + length] for start, direction in whole]
     return np.asarray(np.mean(pieces, axis=0))
@@ -166,9 +137,13 @@ def corrected(wave_n: Array, missing_n: Array, gain: float, loop: LoopModel) -> 
     early_n = missing_n[np.minimum(np.arange(len(missing_n)) + loop.dead_samples, len(missing_n) - 1)]
     sigma = 1.0 / (2.0 * math.pi * FILTER_HZ * loop.period_s)
     changed = gaussian_filter1d(wave_n + gain * early_n, sigma, mode="nearest")
-    rise = np.clip(np.arange(len(wave_n)) / (0.3 * AHEAD_S / loop.period_s), 0.0, 1.0)
-    fall = np.clip(np.arange(len(wave_n))[::-1] / (TAPER * len(wave_n)), 0.0, 1.0)
-    return np.asarray(changed * np.sin(0.5 * np.pi * rise) ** 2 * np.sin(0.5 * np.pi * fall) ** 2)
+    return np.asarray(changed * _taper(len(wave_n), loop))
+
+
+def _taper(samples: int, loop: LoopModel) -> Array:
+    rise = np.clip(np.arange(samples) / (0.3 * loop.ahead_s / loop.period_s), 0.0, 1.0)
+    fall = np.clip(np.arange(samples)[::-1] / (TAPER * samples), 0.0, 1.0)
+    return np.asarray(np.sin(0.5 * np.pi * rise) ** 2 * np.sin(0.5 * np.pi * fall) ** 2)
 
 
 def contraction(loop: LoopModel, mass_share: float, gain: float, frequency_hz: Array) -> Array:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from servo_ctrl.learning.pulse_functions import table
+from servo_ctrl.learning.reversal_waveform import LoopModel, WaveformLearned
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned
 from servo_ctrl.plots.figures import COLOURS, save
@@ -80,6 +81,28 @@ def plot_screws(path: Path, screws: Mapping[str, ScrewLearned], title: str) -> N
     for panel in (errors, lost):
         panel.grid(alpha=0.3)
         panel.legend(fontsize=9)
+    figure.suptitle(title)
+    save(figure, path, tight=False)
+
+
+def plot_waveforms(path: Path, axes: Mapping[str, WaveformLearned], loop: LoopModel, title: str) -> None:
+    """Draw the waveforms of each axis, one line for each reverse acceleration.
+
+    `axes`: label -> what was learned. Raises OSError.
+    """
+    figure, panels = plt.subplots(
+        len(axes), 1, figsize=(9.6, 3.6 * len(axes)), sharex=True, layout="constrained", squeeze=False
+    )
+    for panel, (label, learned) in zip(panels[:, 0], axes.items(), strict=True):
+        for a_m_s2, wave_n in zip(learned.accelerations_m_s2, learned.waves_n, strict=True):
+            time_ms = 1e3 * (np.arange(len(wave_n)) * loop.period_s - loop.ahead_s)
+            panel.plot(time_ms, wave_n, linewidth=1.0, label=f"{a_m_s2 / MM:.3g} mm/s²")
+        panel.set_title(label, fontsize=10)
+        panel.set_ylabel("force (N)")
+        panel.axvline(0.0, color="0.5", linewidth=0.8)
+        panel.grid(alpha=0.3)
+        panel.legend(fontsize=8, ncols=4)
+    panels[-1, 0].set_xlabel("time after the reversal (ms)")
     figure.suptitle(title)
     save(figure, path, tight=False)
 

@@ -61,6 +61,10 @@ class CompensationInUse(_HeaderPart):
     screw: bool
     screw_version: int
     screw_learned_at: str
+    waveform: bool = False
+    """Recordings of earlier versions do not tell of a waveform."""
+    waveform_version: int = 0
+    waveform_learned_at: str = ""
 
 
 class RecordingHeader(_HeaderPart):

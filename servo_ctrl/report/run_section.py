@@ -119,8 +119,16 @@ def _compensation(header: RecordingHeader) -> ReportTable | None:
     if not header.compensation:
         return None
     rows = tuple((name, *_in_use(used)) for name, used in header.compensation.items())
-    head = ("axis", "position loop", "friction pulse", "observer", "screw and take-up", "sampled dual loop")
-    return ReportTable("Compensation in use, at the end of the run", head, rows, words=6)
+    head = (
+        "axis",
+        "position loop",
+        "friction pulse",
+        "learned waveform",
+        "observer",
+        "screw and take-up",
+        "sampled dual loop",
+    )
+    return ReportTable("Compensation in use, at the end of the run", head, rows, words=7)
 
 
 def _in_use(used: CompensationInUse) -> tuple[str, ...]:
@@ -128,6 +136,7 @@ def _in_use(used: CompensationInUse) -> tuple[str, ...]:
     return (
         f"{law} on the {used.feedback}",
         _learned(used.version, used.learned_at, on=used.pulse),
+        _learned(used.waveform_version, used.waveform_learned_at, on=used.waveform),
         on_off(used.observer),
         _learned(used.screw_version, used.screw_learned_at, on=used.screw),
         on_off(used.sampled_dual_loop),

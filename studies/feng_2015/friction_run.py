@@ -12,10 +12,17 @@ from studies.feng_2015.bus_learning import BusLearning, learn_over_bus
 from studies.feng_2015.pictures import draw_study
 from studies.feng_2015.report import print_study
 from studies.feng_2015.strokes import RepeatedStroke, drawn, repeat_strokes
-from studies.feng_2015.study import FrictionStudy, summary
+from studies.feng_2015.study import FrictionStudy, cells, summary
 from studies.feng_2015.twin_learning import TwinLearning, TwinStroke, learn_in_twin
-from studies.feng_2015.variants import VariantResult, run_variant, variants, without_second_trapezoid
-from studies.feng_2015.waveform_study import study_waveforms
+from studies.feng_2015.variants import (
+    WITHOUT,
+    Variant,
+    VariantResult,
+    run_variant,
+    variants,
+    without_second_trapezoid,
+)
+from studies.feng_2015.waveform_study import WAVEFORM, WaveformStudy, learn_all
 
 
 def friction_study(
@@ -31,8 +38,7 @@ def friction_study(
     judged, single = (paper.store if bus is None else bus.store), out / "learned" / "single"
     without_second_trapezoid(machine, judged, single)
     results = _run_variants(console, machine, out, judged, single)
-    with console.status("learned waveforms and rivals, in the batch twin ..."):
-        waveforms = study_waveforms(machine)
+    waveforms = _waveforms(console, machine, out)
     study = FrictionStudy(
         results=results,
         paper=paper,
@@ -47,6 +53,18 @@ def friction_study(
     for picture in draw_study(machine, study, out):
         console.print(f"picture: {picture}", highlight=False)
     write_figures(json_file, summary(study))
+
+
+def _waveforms(console: Console, machine: Path, out: Path) -> WaveformStudy:
+    """Learn waveforms and tune their rivals in the batch twin; judge the waveforms over the bus."""
+    store = out / "learned" / "waveforms"
+    with console.status("learned waveforms and rivals, in the batch twin ..."):
+        study = learn_all(machine, store)
+    console.print(f"circles and S-shaped motions over the bus: {WAVEFORM} ...")
+    with progress_bar() as show:
+        result = asyncio.run(run_variant(machine, Variant(WAVEFORM, "waveform", store), out, show))
+    found = cells({WITHOUT: result, WAVEFORM: result})
+    return study._replace(figures={(cell.group, cell.label): cell.figures[WAVEFORM] for cell in found})
 
 
 def _learn_in_twin(console: Console, machine: Path, out: Path, learner: str) -> TwinLearning:

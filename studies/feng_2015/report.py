@@ -1,10 +1,13 @@
 """Tables of the friction study: errors beside the published ones, reductions, learning, bars."""
 
+import math
+
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
 from servo_ctrl.cli.circle_report import HEADINGS
+from servo_ctrl.learning.reversal_waveform import WaveformLearned
 from servo_ctrl.learning.types import Learned
 from servo_ctrl.metrology.circles import ReversalFigures
 from studies.feng_2015.published import (
@@ -127,15 +130,18 @@ def _learning(study: FrictionStudy) -> Table:
         wall_s = study.bus.wall_s / max(len(study.bus.axes), 1)
         for axis, learned in study.bus.axes.items():
             table.add_row("fast, bus", axis, *_learned(learned, wall_s, study.bus.times_real_time))
+    if study.waveforms is not None:
+        for axis, found in study.waveforms.axes.items():
+            table.add_row("LWC, twin", axis, *_learned(found.learned, study.waveforms.wall_s, math.nan))
     return table
 
 
-def _learned(learned: Learned, wall_s: float, times_real_time: float) -> list[str]:
+def _learned(learned: Learned | WaveformLearned, wall_s: float, times_real_time: float) -> list[str]:
     return [
         str(learned.strokes),
         f"{learned.machine_time_s / 3600.0:.2f} h",
         f"{wall_s:.0f} s",
-        f"{times_real_time:.0f}",
+        "" if math.isnan(times_real_time) else f"{times_real_time:.0f}",
         f"{learned.before_m * UM:.2f}",
         f"{learned.after_m * UM:.2f}",
     ]

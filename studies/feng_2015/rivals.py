@@ -19,15 +19,16 @@ from scipy.signal import lfilter
 
 from hil_sim.config import PlantConfig
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params, with_pulse
+from servo_ctrl.config.freeze import with_pulse, with_waveform
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.section import filter_blend
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.performance import evaluation_m, reversals, window_samples
-from servo_ctrl.learning.reversal_waveform import ReversalWaveforms, compensation_n
+from servo_ctrl.learning.reversal_waveform import WaveformLearned
 from servo_ctrl.metrology.loop_margins import noise_gain_n_m, sensitivity_peak
+from studies.feng_2015.planned_force import force_along
 from studies.feng_2015.twin_motions import Planned, TwinProgram, twin_figures
-from studies.feng_2015.waveform_learning import DEAD_SAMPLES, ErrorStrokes, friction_alone
+from studies.feng_2015.waveform_learning import ErrorStrokes
 
 SENSITIVITY_LIMIT = 2.0
 """Ms of every rival; the issue's bound."""
@@ -46,7 +47,7 @@ class Setting(NamedTuple):
 
     described: dict[str, Any]
     params: AxisParams
-    waveforms: ReversalWaveforms | None = None
+    friction: tuple[float, ...] | None = None
     observer_blend: float = 0.0
     """Of the observer that knows the planned force; 0 = none is."""
 
@@ -61,12 +62,13 @@ class TunedRival(NamedTuple):
 
 def planned_n(setting: Setting, commands: Array) -> Array:
     """The force offset (n,) of a setting along the commands of an axis."""
-    if setting.waveforms is None:
+    if setting.friction is None:
         return np.zeros(len(commands))
-    force_n = compensation_n(setting.waveforms, commands, setting.params.period_s)
+    params = with_waveform(setting.params, setting.friction)
+    force_n = force_along(params, commands)
     if setting.observer_blend > 0.0:
-        blend = setting.observer_blend
-        late_n = np.concatenate([np.zeros(DEAD_SAMPLES), force_n[:-DEAD_SAMPLES]])
+        blend, dead = setting.observer_blend, round(params.waveform.lead_s / params.period_s)
+        late_n = np.concatenate([np.zeros(dead), force_n[:-dead]])
         force_n -= lfilter([blend], [1.0, blend - 1.0], late_n)  # what the observer will have of it
     return force_n
 
@@ -84,16 +86,15 @@ class Tuner:
     def __init__(self, machine: MachineConfig, plant: PlantConfig, axis: str) -> None:
         self._strokes = ErrorStrokes(machine, plant, axis)
         self.params = self._strokes.params
-        limits = self._strokes.settings.accelerations_m_s2
+        limits = self._strokes.settings.sines.accelerations_m_s2
         self.accelerations_m_s2: list[float] = np.geomspace(limits[0], limits[-1], TUNING_STROKES).tolist()
-        self._window = window_samples(self._strokes.settings.window_s, self.params.period_s)
+        self._window = window_samples(self._strokes.settings.sines.window_s, self.params.period_s)
 
     def evaluation_um(self, setting: Setting, a_m_s2: float) -> float:
         """J at one acceleration."""
         reference = self._strokes.reference(a_m_s2)
         reference[:, 3] = planned_n(setting, reference)
-        self._strokes.params = setting.params
-        error_m = self._strokes.error_m(reference)
+        error_m = self._strokes.error_m(reference, setting.params)
         parts = [error_m[start : start + self._window] for start in reversals(reference[:, 0])]
         return 1e6 * float(np.mean([evaluation_m(part) for part in parts]))
 
@@ -144,7 +145,7 @@ def _pulse(
 
 
 def tuned_rivals(
-    machine: MachineConfig, plant: PlantConfig, axis: str, friction: ReversalWaveforms
+    machine: MachineConfig, plant: PlantConfig, axis: str, friction: tuple[float, ...]
 ) -> list[TunedRival]:
     """Every rival on one axis; `friction`: as the learner has identified it."""
     tuner = Tuner(machine, plant, axis)
@@ -155,9 +156,7 @@ def tuned_rivals(
     ]
     return [
         tuner.best("observer", [Setting({"bandwidth_hz": hz}, params) for hz, params in fast]),
-        tuner.best(
-            "friction feedforward", [Setting({"level_n": friction.friction.level_n}, plain, friction)]
-        ),
+        tuner.best("friction feedforward", [Setting({"level_n": friction[:-2]}, plain, friction)]),
         tuner.best("observer and friction feedforward", both),
         tuner.best("quadrant error compensation", quadrant_error_compensation(tuner)),
     ]
@@ -167,13 +166,10 @@ def rival_figures(
     machine: MachineConfig,
     plant: PlantConfig,
     program: TwinProgram,
-    learned: dict[str, ReversalWaveforms],
+    learned: dict[str, WaveformLearned],
 ) -> list[dict[str, Any]]:
     """Name, setting, robustness, curve and the four indicators (um) on every motion, of every rival."""
-    tuned = {
-        axis: tuned_rivals(machine, plant, axis, friction_alone(entry.friction, axis_params(machine, axis)))
-        for axis, entry in learned.items()
-    }
+    tuned = {axis: tuned_rivals(machine, plant, axis, entry.friction) for axis, entry in learned.items()}
     rivals = []
     for place, first in enumerate(next(iter(tuned.values()))):
         settings = {axis: entries[place].setting for axis, entries in tuned.items()}

@@ -52,7 +52,7 @@ class FrictionStudy(NamedTuple):
     bus: BusLearning | None
     wall_s: float
     waveforms: WaveformStudy | None = None
-    """Learned waveforms and rivals, in the batch twin."""
+    """Learned waveforms, and rivals in the batch twin."""
 
 
 def cells(results: dict[str, VariantResult]) -> list[Cell]:
@@ -98,7 +98,7 @@ def missed(found: list[Cell]) -> list[ReductionBar]:
 
 
 def all_cells(study: FrictionStudy) -> list[Cell]:
-    """The cells of the bus, with the learned waveforms' figures beside them where they were studied."""
+    """The cells of all variants, with the learned waveforms' beside them where they were studied."""
     found = cells(study.results)
     if study.waveforms is None:
         return found

@@ -1,4 +1,7 @@
-"""Learn the waveform compensation (LWC) of one axis in the batch twin, with sines of the learning radius."""
+"""Learn the waveform compensation (LWC) of one axis in the batch twin, with sines of the learning radius.
+
+The run is the daemon's (`servo_ctrl.learning.waveform_run`), and the force comes from the tick.
+"""
 
 from typing import NamedTuple
 
@@ -6,126 +9,88 @@ import numpy as np
 
 from hil_sim.config import PlantConfig
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params
-from servo_ctrl.config.learning import learning_settings, stroke_steps
+from servo_ctrl.config.freeze import axis_params, with_waveform
+from servo_ctrl.config.learning import stroke_steps, waveform_settings
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.learning.performance import evaluation_m, reversals, window_samples
-from servo_ctrl.learning.reversal_waveform import (
-    AHEAD_S,
-    FrictionMemory,
-    LoopModel,
-    ReversalWaveforms,
-    compensation_n,
-    corrected,
-    cut_out,
-    identified,
-    missing_force_n,
-)
+from servo_ctrl.learning.performance import reversals
+from servo_ctrl.learning.reversal_waveform import WaveformLearned, identified, wave_table
 from servo_ctrl.learning.types import NO_PULSE, Stroke
+from servo_ctrl.learning.waveform_run import (
+    BEHIND_S,
+    LEARNER,
+    WaveformResult,
+    WaveformRun,
+    WaveformStroke,
+    waveform_result,
+)
 from studies.twin_axis import motion, twin_axis
-
-ACCELERATIONS, ITERATIONS, GAIN = 7, 7, 0.7
-"""Reverse accelerations, strokes at each, and learning gain; chosen: 49 strokes and two to identify."""
-SPAN_S = 0.45
-"""Of a waveform behind the reversal; chosen: beyond twice Tm."""
-DEAD_SAMPLES = 3
-"""One period until a set point acts, half of holding, half of differencing, rounded up for the current loop;
-of 2 and 3 the one with the least J over the learning strokes."""
 
 
 class LearnedWaveforms(NamedTuple):
-    """What one axis learned, in how many strokes, and J (m) at each acceleration from stroke to stroke."""
+    """What one axis learned, and stage, acceleration (m/s^2) and J (m) of every stroke."""
 
-    learned: ReversalWaveforms
-    strokes: int
-    course_m: dict[float, list[float]]
+    learned: WaveformLearned
+    course: list[tuple[str, float, float]]
 
 
 class ErrorStrokes:
-    """Strokes of one axis with a force offset, each from rest at power-up."""
+    """Strokes of one axis, each from rest at power-up; `params`: with what acts beside the waveform."""
 
     def __init__(
         self, machine: MachineConfig, plant: PlantConfig, axis: str, params: AxisParams | None = None
     ) -> None:
         self.machine, self.plant, self.axis = machine, plant, axis
         self.params = axis_params(machine, axis) if params is None else params
-        self.settings = learning_settings(machine, axis, "fast")
-        self.made = 0
+        self.settings = waveform_settings(machine, axis)
         self._motions: dict[float, Array] = {}
 
     def reference(self, a_m_s2: float) -> Array:
-        """Set points (n, 4) of a stroke, to one span behind its last reversal."""
+        """Set points (n, 4) of a stroke, as far as it is looked at."""
         if a_m_s2 not in self._motions:
-            steps = stroke_steps(self.machine, self.axis, Stroke("waveform", a_m_s2, NO_PULSE), [0.0] * 9)
-            whole = motion(self.machine, self.axis, steps)
-            end = reversals(whole[:, 0])[-1] + round(1.2 * SPAN_S / self.machine.period_s)
+            stroke = Stroke(LEARNER, a_m_s2, NO_PULSE)
+            start_m = [0.0] * len(self.machine.axes)
+            whole = motion(self.machine, self.axis, stroke_steps(self.machine, self.axis, stroke, start_m))
+            end = reversals(whole[:, 0])[-1] + round(BEHIND_S / self.machine.period_s)
             self._motions[a_m_s2] = whole[:end]
         return self._motions[a_m_s2].copy()
 
-    def error_m(self, reference: Array) -> Array:
-        """Make a stroke: error (n,) against the feedback of the position loop."""
-        self.made += 1
-        rows = twin_axis(self.machine, self.plant, self.axis, self.params).rollout.rows(reference)
-        return np.asarray(rows["position_error_m"], dtype=np.float64)
+    def error_m(self, reference: Array, params: AxisParams | None = None) -> Array:
+        """Make a motion: error (n,) against the feedback of the position loop."""
+        axis = twin_axis(self.machine, self.plant, self.axis, self.params if params is None else params)
+        return np.asarray(axis.rollout.rows(reference)["position_error_m"], dtype=np.float64)
+
+    def stroke(self, stroke: WaveformStroke) -> WaveformResult:
+        """Make a stroke of a learning run."""
+        reference = self.reference(stroke.sine.acceleration_m_s2)
+        error_m = self.error_m(reference, with_waveform(self.params, stroke.friction, stroke.waves))
+        return waveform_result(reference[:, 0], reference[:, 1], error_m, stroke.sine, self.settings)
 
 
-def loop_model(params: AxisParams) -> LoopModel:
-    """The controller's own loop, by its gains and the mass of its feedforward."""
-    return LoopModel(
-        params.feedforward.acceleration_kg,
-        params.position_loop.kp_1_s,
-        params.velocity_loop.kv_n_s_m,
-        params.velocity_loop.ki_n_m,
-        params.period_s,
-        DEAD_SAMPLES,
-    )
+def with_learned(params: AxisParams, learned: WaveformLearned) -> AxisParams:
+    """The parameters with what was learned."""
+    table = wave_table(learned.accelerations_m_s2, learned.waves_n)
+    return with_waveform(params, learned.friction, table)
 
 
-def identify(strokes: ErrorStrokes) -> FrictionMemory:
-    """Friction with memory from two strokes without compensation."""
-    a = strokes.settings.accelerations_m_s2
-    seen = []
-    for a_m_s2 in (float(np.sqrt(a[0] * a[-1])), a[-1]):
-        reference = strokes.reference(a_m_s2)
-        seen.append((reference, strokes.error_m(reference)))
-    return identified(loop_model(strokes.params), seen)
-
-
-def friction_alone(friction: FrictionMemory, params: AxisParams) -> ReversalWaveforms:
-    """Feedforward of the identified friction, without a waveform; bounded as the largest pulse pushes."""
-    limit_n = params.velocity_loop.kv_n_s_m * params.pulse.amplitude_max_m_s
-    return ReversalWaveforms(friction, (), (), limit_n, DEAD_SAMPLES)
+def identify(strokes: ErrorStrokes) -> tuple[float, ...]:
+    """Friction with memory, from the first strokes of a learning run."""
+    run, seen = WaveformRun(strokes.settings), []
+    while run.stroke is not None and run.stroke.friction is None:
+        result = strokes.stroke(run.stroke)
+        seen.append((result.commands, result.error_m))
+        run.take(result)
+    return identified(strokes.settings.loop, seen)
 
 
 def learn_waveforms(
     machine: MachineConfig, plant: PlantConfig, axis: str, params: AxisParams | None = None
 ) -> LearnedWaveforms:
-    """Identify friction, then learn a waveform at each acceleration; each begins with its neighbour's."""
+    """All strokes of one axis."""
     strokes = ErrorStrokes(machine, plant, axis, params)
-    loop, settings = loop_model(strokes.params), strokes.settings
-    base = friction_alone(identify(strokes), strokes.params)
-    length = round((AHEAD_S + SPAN_S) / loop.period_s)
-    window = window_samples(settings.window_s, loop.period_s)
-    found: dict[float, Array] = {}
-    course: dict[float, list[float]] = {}
-    wave = np.zeros(length)
-    limits = settings.accelerations_m_s2
-    for a_m_s2 in np.geomspace(limits[-1], limits[0], ACCELERATIONS).tolist():
-        tried: list[tuple[float, Array]] = []
-        for _ in range(ITERATIONS):
-            learned = base._replace(accelerations_m_s2=(a_m_s2,), waveforms_n=(wave,))
-            reference = strokes.reference(a_m_s2)
-            reference[:, 3] = compensation_n(learned, reference, loop.period_s)
-            error_m = strokes.error_m(reference)
-            starts = reversals(reference[:, 0])
-            direction = np.sign(reference[starts, 0] - reference[starts - 1, 0])
-            tried.append((float(np.mean([evaluation_m(error_m[s : s + window]) for s in starts])), wave))
-            missing_n = cut_out(missing_force_n(loop, error_m), starts, direction, length, loop.period_s)
-            wave = corrected(wave, missing_n - missing_n[0], GAIN, loop)
-        course[a_m_s2] = [j for j, _ in tried]
-        wave = min(tried, key=lambda entry: entry[0])[1]  # never worse than before
-        found[a_m_s2] = wave
-    order = sorted(found)
-    learned = base._replace(accelerations_m_s2=tuple(order), waveforms_n=tuple(found[a] for a in order))
-    return LearnedWaveforms(learned, strokes.made, course)
+    run = WaveformRun(strokes.settings)
+    while run.stroke is not None:
+        run.take(strokes.stroke(run.stroke))
+    if run.learned is None:
+        raise RuntimeError("the run has ended without a result")
+    return LearnedWaveforms(run.learned, run.course)

@@ -19,11 +19,10 @@ from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
-from servo_ctrl.learning.reversal_waveform import compensation_n
 from servo_ctrl.metrology.circles import ReversalFigures
 from studies.feng_2015.twin_motions import TwinProgram, twin_figures, twin_program
 from studies.feng_2015.variants import study_program
-from studies.feng_2015.waveform_learning import learn_waveforms
+from studies.feng_2015.waveform_learning import learn_waveforms, with_learned
 from twin.plant_file import load_plant
 
 MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
@@ -66,15 +65,10 @@ def judged(machine: MachineConfig, plant: PlantConfig, program: TwinProgram) -> 
     """Learn on sines, and judge."""
     found = {axis: learn_waveforms(machine, plant, axis) for axis in machine.axes}
     params = {axis: axis_params(machine, axis) for axis in machine.axes}
-    learned = twin_figures(
-        machine,
-        plant,
-        program,
-        params,
-        lambda axis, commands: compensation_n(found[axis].learned, commands, machine.period_s),
-    )
+    ours = {axis: with_learned(params[axis], entry.learned) for axis, entry in found.items()}
+    learned = twin_figures(machine, plant, program, ours)
     without = twin_figures(machine, plant, program, params)
-    return Judged(without, learned, {axis: entry.strokes for axis, entry in found.items()})
+    return Judged(without, learned, {axis: entry.learned.strokes for axis, entry in found.items()})
 
 
 def drawn(plant: PlantConfig, rng: np.random.Generator) -> PlantConfig:

@@ -58,7 +58,7 @@ def wanted() -> dict[tuple[int, int], EdsVariable]:
         (index, sub): variable
         for (index, sub), variable in variables.items()
         if (index == 0x1800 or index >= 0x2000)
-        and (sub or index in {0x2102, 0x2103, 0x2107} or (index, 1) not in variables)
+        and (sub or index in {0x2102, 0x2103, 0x2107, 0x2108} or (index, 1) not in variables)
     }
 
 

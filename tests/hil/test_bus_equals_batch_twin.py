@@ -6,12 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from machine_files import XY_TABLE, text_of, without_sections
+from waveform_examples import example_waveform
 
 from hil_sim.config import load_plant
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.hil_rig.simulated_run import SimulatedRun, simulated_run
+from servo_ctrl.learned.store import WaveformStore
+from servo_ctrl.learning.reversal_waveform import WaveformLearned
+from studies.feng_2015.waveform_learning import with_learned
 from twin.axis_rollout import COLUMNS
 from twin.rollout import rollout
 
@@ -131,17 +135,30 @@ def test_bus_and_batch_twin_give_the_same_bits_with_effects_that_the_table_lacks
     directory = machine_in_mode("cst", tmp_path / "machine")
     with (directory / "plant.toml").open("a") as plant:
         plant.write(EFFECTS_IT_LACKS)
-    assert_the_same_bits(directory, tmp_path)
+    assert_the_same_bits(directory, tmp_path, example_waveform())
 
 
-def assert_the_same_bits(directory: Path, folder: Path) -> None:
-    """Run `PROGRAM` over the bus and in the twin."""
+def assert_the_same_bits(directory: Path, folder: Path, learned: WaveformLearned | None = None) -> None:
+    """Run `PROGRAM` over the bus and in the twin, with a learned waveform of both axes if there is one."""
     program = folder / "program.toml"
     program.write_text(PROGRAM)
-    run = asyncio.run(simulated_run(directory, program, folder, lambda _progress: None))
-    engaged, reference = reference_of(run, program)
     machine = load_machine(directory)
     params = {axis: axis_params(machine, axis) for axis in machine.axes}
+    if learned is not None:
+        for axis in machine.axes:
+            WaveformStore(folder / "learned", machine).add(axis, learned, {})
+        params = {axis: with_learned(own, learned) for axis, own in params.items()}
+    run = asyncio.run(
+        simulated_run(
+            directory,
+            program,
+            folder,
+            lambda _progress: None,
+            compensation="off" if learned is None else "waveform",
+            learned=folder / "learned",
+        )
+    )
+    engaged, reference = reference_of(run, program)
     twin = rollout(machine, load_plant(directory), params, reference, off_cycles=engaged)
     count = len(twin["time_s"])
     assert count > 1000

@@ -5,6 +5,7 @@ from servo_ctrl.control.compensation import (
     backlash,
     disturbance_observer,
     fuzzy_pd,
+    learned_waveform,
     notch,
     sampled_dual_loop,
     screw_error,
@@ -14,6 +15,7 @@ from servo_ctrl.control.compensation import (
 NO_NOTCH = notch.NEUTRAL
 NO_PULSE = trapezoidal_pulse.NEUTRAL
 NO_OBSERVER = disturbance_observer.NEUTRAL
+NO_WAVEFORM = learned_waveform.NEUTRAL
 NO_FUZZY = fuzzy_pd.NEUTRAL
 NO_LEADING = (screw_error.NEUTRAL, backlash.NEUTRAL, sampled_dual_loop.NEUTRAL)
 

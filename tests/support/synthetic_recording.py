@@ -24,6 +24,9 @@ COMPENSATION = {
     "screw": False,
     "screw_version": 0,
     "screw_learned_at": "",
+    "waveform": True,
+    "waveform_version": 2,
+    "waveform_learned_at": "2026-11-20T10:00:00+00:00",
 }
 LIMITS = {"velocity_m_s": 0.2, "force_n": 100.0, "following_error_m": 1e-3}
 HEADER: dict[str, Any] = {

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from servo_ctrl.commands.axis_status import AxisStatus, ScrewStatus
+from servo_ctrl.commands.axis_status import AxisStatus, ScrewStatus, WaveformStatus
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS, Settings
@@ -13,9 +13,11 @@ from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program import PartProgram, ReadingOptions
 from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.control.compensation.learned_waveform import LearnedWaveformSettings
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.handlers.compensation_commands import PULSE, CompensationCommands
 from servo_ctrl.daemon.handlers.compensation_commands import SCREW as SCREW_SECTION
+from servo_ctrl.daemon.handlers.compensation_commands import WAVEFORM as WAVEFORM_SECTION
 from servo_ctrl.daemon.handlers.operating_commands import OperatingCommands
 from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
@@ -24,8 +26,10 @@ from servo_ctrl.daemon.learning.learning_job import LearningJob
 from servo_ctrl.daemon.learning.monitoring import ReversalMonitor
 from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation
 from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
+from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensation
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learning.screw import LEARNER as SCREW
+from servo_ctrl.learning.waveform_run import LEARNER as WAVEFORM
 
 _ACCEPTED = CommandResult()
 
@@ -56,6 +60,7 @@ class ControllerCommandHandler:
         self._beyond_limits = {
             PULSE: motion.strokes_beyond_limits(),
             SCREW_SECTION: motion.travels_beyond_limits(),
+            WAVEFORM_SECTION: motion.strokes_beyond_limits(LearnedWaveformSettings),
         }
         """By section: the axes whose learning motions would leave the limits, and why."""
         self._setters: dict[str, Callable[[Any], None]] = {
@@ -198,6 +203,7 @@ class ControllerCommandHandler:
             learned_at=stored.learned_at if stored is not None else "",
             learned=axis.learned,
             screw=_screw_status(self._compensation.screws[axis.name]),
+            waveform=_waveform_status(self._compensation.waveforms[axis.name]),
         )
 
     def _start_learning(self, axis: str) -> CommandResult:
@@ -217,7 +223,7 @@ class ControllerCommandHandler:
 
     def _section(self, learner: str | None) -> str:
         """Return the section of the machine file that the learner needs."""
-        return SCREW_SECTION if self._chosen(learner) == SCREW else PULSE
+        return {SCREW: SCREW_SECTION, WAVEFORM: WAVEFORM_SECTION}.get(self._chosen(learner), PULSE)
 
     def _learnable(self, axes: Sequence[str], learner: str | None) -> list[str]:
         return list(dict.fromkeys(axes)) or self._compensation.fitted[self._section(learner)]
@@ -225,6 +231,21 @@ class ControllerCommandHandler:
     def _unknown(self, name: str) -> CommandResult:
         known = ", ".join(self._compensation.pulses)
         return CommandResult(Refusal.UNKNOWN, f'there is no axis "{name}", only {known}')
+
+
+def _waveform_status(waveform: WaveformCompensation) -> WaveformStatus:
+    stored = waveform.stored
+    if stored is None:
+        return WaveformStatus(enabled=waveform.enabled)
+    learned = stored.learned
+    return WaveformStatus(
+        enabled=waveform.enabled,
+        version=stored.version,
+        learned_at=stored.learned_at,
+        before_m=learned.before_m,
+        after_m=learned.after_m,
+        strokes=learned.strokes,
+    )
 
 
 def _screw_status(screw: ScrewCompensation) -> ScrewStatus:

@@ -10,11 +10,13 @@ from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation, tabulated
 from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
-from servo_ctrl.learned.store import LearnedStore, ScrewStore
+from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensation
+from servo_ctrl.learned.store import LearnedStore, ScrewStore, WaveformStore
 
-CompensatedAxis = AxisCompensation | ScrewCompensation
+CompensatedAxis = AxisCompensation | ScrewCompensation | WaveformCompensation
 
 PULSE, OBSERVER, SCREW = "friction_compensation", "disturbance_observer", "screw_compensation"
+WAVEFORM = "learned_waveform"
 """Sections of the machine file."""
 SWITCHES = {
     Command.ENABLE_COMPENSATION: (PULSE, True),
@@ -23,6 +25,8 @@ SWITCHES = {
     Command.DISABLE_OBSERVER: (OBSERVER, False),
     Command.ENABLE_SCREW: (SCREW, True),
     Command.DISABLE_SCREW: (SCREW, False),
+    Command.ENABLE_WAVEFORM: (WAVEFORM, True),
+    Command.DISABLE_WAVEFORM: (WAVEFORM, False),
 }
 
 
@@ -33,20 +37,23 @@ class CompensationCommands:
         self,
         pulses: Mapping[str, AxisCompensation],
         screws: Mapping[str, ScrewCompensation],
+        waveforms: Mapping[str, WaveformCompensation],
         *,
         store: LearnedStore,
         screw_store: ScrewStore,
+        waveform_store: WaveformStore,
         worker: BackgroundWorker,
         publisher: StatusPublisher,
         note: Callable[[str], None],
     ) -> None:
-        self.pulses, self.screws = pulses, screws
-        self._store, self._screw_store = store, screw_store
+        self.pulses, self.screws, self.waveforms = pulses, screws, waveforms
+        self._store, self._screw_store, self._waveform_store = store, screw_store, waveform_store
         self._worker, self._publisher, self._note = worker, publisher, note
         self.fitted = {
             PULSE: [name for name, axis in pulses.items() if axis.has_pulse],
             OBSERVER: [name for name, axis in pulses.items() if axis.has_observer],
             SCREW: [name for name in pulses if screws[name].fitted],
+            WAVEFORM: [name for name in pulses if waveforms[name].fitted],
         }
         """By section: the axes that have it."""
         self.commands: dict[Command, Callable[[str], CommandResult]] = {
@@ -55,6 +62,7 @@ class CompensationCommands:
         self.roll_backs: dict[Command, Callable[[str], CommandResult]] = {
             Command.ROLL_BACK: self._roll_back_pulse,
             Command.ROLL_BACK_SCREW: self._roll_back_screw,
+            Command.ROLL_BACK_WAVEFORM: self._roll_back_waveform,
         }
         """Commands that must not run while an axis is learning."""
 
@@ -73,6 +81,8 @@ class CompensationCommands:
         for axis in [name] if name else self.fitted[section]:
             if section == SCREW:
                 self.screws[axis].switch(on=on)
+            elif section == WAVEFORM:
+                self.waveforms[axis].switch(on=on)
             elif section == PULSE:
                 self.pulses[axis].switch(pulse=on)
             else:
@@ -88,6 +98,10 @@ class CompensationCommands:
     def _roll_back_screw(self, name: str) -> CommandResult:
         chosen = [self.screws[name]] if name else list(self.screws.values())
         return self._roll_back(chosen, self._screw_store.roll_back, "no learned screw is in use")
+
+    def _roll_back_waveform(self, name: str) -> CommandResult:
+        chosen = [self.waveforms[name]] if name else list(self.waveforms.values())
+        return self._roll_back(chosen, self._waveform_store.roll_back, "no learned waveform is in use")
 
     def _roll_back(
         self, chosen: Sequence[CompensatedAxis], earlier: Callable[[str], Any], none: str

@@ -7,9 +7,11 @@ from typing import Any, NamedTuple
 from servo_ctrl.daemon.learning.collectors import Collector
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.learning.reversal_waveform import WaveformLearned
 from servo_ctrl.learning.schedule import LearningRun
 from servo_ctrl.learning.screw import ScrewLearned, ScrewRun
 from servo_ctrl.learning.types import Learned, Outlook
+from servo_ctrl.learning.waveform_run import WaveformRun
 from servo_ctrl.units import UM
 
 REPEATS = 5
@@ -26,7 +28,7 @@ class LearningOutcome(NamedTuple):
 
     axis: str
     version: int
-    learned: Learned | ScrewLearned
+    learned: Learned | ScrewLearned | WaveformLearned
     resumed: int
     """Strokes taken over from an interrupted run."""
 
@@ -49,7 +51,7 @@ class AxisLearning(ABC):
         """Progress of the run."""
         self.resumed = 0
         """Strokes taken over from an interrupted run."""
-        self._run: LearningRun | ScrewRun | None = None
+        self._run: LearningRun | ScrewRun | WaveformRun | None = None
         self._spoilt = 0
 
     @abstractmethod
@@ -117,6 +119,6 @@ class AxisLearning(ABC):
     def _store_result(self, learned: Any) -> Any:
         """Store the learned result; return the argument of `use`."""
 
-    def _now_at(self, run: LearningRun | ScrewRun) -> None:
+    def _now_at(self, run: LearningRun | ScrewRun | WaveformRun) -> None:
         """Copy stroke and outlook, which the cycle's thread reads while the worker changes `run`."""
         self._run, self.stroke, self.outlook = run, run.stroke, run.outlook

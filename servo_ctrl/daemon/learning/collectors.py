@@ -60,6 +60,23 @@ class StrokeCollector(Collector):
         return np.interp(cycles, taken, command_m), bridged(position_m)
 
 
+class WaveformCollector(Collector):
+    """Commands, and the error against the feedback of the position loop."""
+
+    def __init__(self, config: MachineConfig, axis: str) -> None:
+        channels = ("position_command_m", "velocity_command_m_s", "position_error_m")
+        super().__init__(config, axis, channels)
+
+    def samples(self) -> tuple[Array, Array, Array]:
+        """Return position and velocity command and error, (n,) each, one a cycle, as `StrokeCollector`."""
+        taken = np.array(self._cycles)
+        position_m, velocity_m_s, seen_m = self.columns()
+        cycles = np.arange(taken[0], taken[-1] + 1.0)
+        error_m = np.full(len(cycles), np.nan)
+        error_m[(taken - taken[0]).astype(np.int64)] = seen_m
+        return np.interp(cycles, taken, position_m), np.interp(cycles, taken, velocity_m_s), bridged(error_m)
+
+
 def bridged(position_m: Array) -> Array:
     """Interpolate linearly over gaps of up to `GAP_BRIDGED` NaN between numbers, (n,)."""
     known = np.flatnonzero(np.isfinite(position_m))

@@ -17,8 +17,8 @@ from servo_ctrl.learned.store import LearnedStore, StoredResult
 from servo_ctrl.learning.pulse_functions import constant_table, table
 from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse
 
-Compensation = Literal["as configured", "off", "pulse", "observer"]
-"""What acts from the start: as in the machine file, neither, only the pulse, or only the observer."""
+Compensation = Literal["as configured", "off", "pulse", "observer", "waveform"]
+"""What acts from the start: as in the machine file, nothing, or one of pulse, observer and waveform alone."""
 
 
 class Functions(NamedTuple):

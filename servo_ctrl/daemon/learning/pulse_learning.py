@@ -8,6 +8,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningOutcome
 from servo_ctrl.daemon.learning.collectors import StrokeCollector
 from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation, Functions
+from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensation
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.learned.pulse_model import LearnedFunctions
@@ -32,8 +33,10 @@ class PulseLearning(AxisLearning):
         store: LearnedStore,
         compensation: AxisCompensation,
         motion: MotionPlan,
+        waveform: WaveformCompensation | None = None,
     ) -> None:
         super().__init__(compensation.name)
+        self._waveform = waveform
         self._config, self._store, self._compensation, self._motion = config, store, compensation, motion
         self._settings = learning_settings(config, self.name, learner)
         self._journal = StrokeJournal(
@@ -69,13 +72,17 @@ class PulseLearning(AxisLearning):
         return self._motion.prepare_stroke(self.name, self.stroke, start_m)
 
     def begin(self) -> StrokeCollector:
-        """Begin `stroke` and apply its pulse."""
+        """Begin `stroke` and apply its pulse, without a learned waveform."""
         self._compensation.try_out(self.stroke.pulse)
+        if self._waveform is not None:
+            self._waveform.hold_off(on=True)
         return StrokeCollector(self._config, self.name)
 
     def restore(self) -> None:
         """Restore the compensation in use before the stroke."""
         self._compensation.restore()
+        if self._waveform is not None:
+            self._waveform.hold_off(on=False)
 
     def _evaluate(self, collected: StrokeCollector) -> StrokeResult:
         command_m, position_m = collected.samples()

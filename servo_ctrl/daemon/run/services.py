@@ -8,6 +8,7 @@ from collections.abc import Coroutine, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from kernels.arrays import Array
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.learning_status import LearningState
@@ -30,9 +31,14 @@ from servo_ctrl.daemon.learning.pulse_compensation import Compensation, load_com
 from servo_ctrl.daemon.learning.pulse_learning import PulseLearning
 from servo_ctrl.daemon.learning.screw_compensation import load_screws
 from servo_ctrl.daemon.learning.screw_learning import ScrewLearning
+from servo_ctrl.daemon.learning.waveform_adaptation import WaveformAdaptation
+from servo_ctrl.daemon.learning.waveform_compensation import load_waveforms
+from servo_ctrl.daemon.learning.waveform_learning import WaveformLearning
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
-from servo_ctrl.learned.store import LearnedStore, ScrewStore, default_directory
+from servo_ctrl.learned.store import LearnedStore, ScrewStore, WaveformStore, default_directory
 from servo_ctrl.learning.screw import LEARNER as SCREW
+from servo_ctrl.learning.types import ReversalReport
+from servo_ctrl.learning.waveform_run import LEARNER as WAVEFORM
 from servo_ctrl.telemetry.mqtt.service import MqttLink
 from servo_ctrl.telemetry.mqtt.stream import RowStream
 
@@ -81,15 +87,23 @@ class Services:
         """Whether the requested learning has ended, with or without success."""
         directory = options.learned_dir or default_directory(config)
         store, screw_store = LearnedStore(directory, config), ScrewStore(directory, config)
+        waveform_store = WaveformStore(directory, config)
         axes = load_compensation(config, servos, store, options.compensation)
         screws = load_screws(config, servos, screw_store, options.compensation)
+        waveforms = load_waveforms(config, servos, waveform_store, options.compensation)
         by_name, screw_of = {axis.name: axis for axis in axes}, {axis.name: axis for axis in screws}
-        problems = [axis.problem for axis in axes] + [screw.problem for screw in screws]
+        self._waveforms = waveforms
+        waveform_of = {axis.name: axis for axis in waveforms}
+        problems = [axis.problem for axis in axes] + [axis.problem for axis in screws]
+        problems += [axis.problem for axis in waveforms]
         self._problems = [problem for problem in problems if problem]
         self.worker = BackgroundWorker(lockstep=lockstep)
         self.publisher = StatusPublisher()
         self.adaptation = Adaptation(config, by_name, store, self.worker, machine.note)
-        self.production = Production(config, self.publisher, note=machine.note, adapt=self.adaptation.take)
+        self.waveform_adaptation = WaveformAdaptation(
+            config, waveform_of, waveform_store, self.worker, machine.note, lambda: self.adaptation.on
+        )
+        self.production = Production(config, self.publisher, note=machine.note, adapt=self._adapt)
         self.rows = RowRouter(self.production.monitor.observe)
         # Without a program the axes stay under control, ready for commands.
         machine.served = options.serve or options.stand_by or motion.empty
@@ -101,7 +115,10 @@ class Services:
         def learning_of(axis: str, learner: str) -> AxisLearning:
             if learner == SCREW:
                 return ScrewLearning(config, screw_store, screw_of[axis], motion)
-            return PulseLearning(config, learner, store, by_name[axis], motion)
+            if learner == WAVEFORM:
+                waveform = waveform_of[axis]
+                return WaveformLearning(config, waveform_store, waveform, by_name[axis], motion)
+            return PulseLearning(config, learner, store, by_name[axis], motion, waveform_of[axis])
 
         self.job = LearningJob(
             machine, learning_of, self.worker, self.rows, self.publisher, on_end=self._on_learning_end
@@ -122,8 +139,10 @@ class Services:
             compensation=CompensationCommands(
                 by_name,
                 screw_of,
+                waveform_of,
                 store=store,
                 screw_store=screw_store,
+                waveform_store=waveform_store,
                 worker=self.worker,
                 publisher=self.publisher,
                 note=machine.note,
@@ -209,12 +228,20 @@ class Services:
     async def finish(self) -> None:
         """Store the adapted functions and let the worker finish its queue."""
         self.adaptation.store()
+        self.waveform_adaptation.store()
         try:
             async with asyncio.timeout(FINISH_LIMIT_S):
                 await self.worker.finish()
         except TimeoutError:
             text = f"what was still to be stored was not, within {FINISH_LIMIT_S:g} s: the disk hangs"
             self.machine.note(text)
+
+    def _adapt(self, index: int, report: ReversalReport, trace_m: Array) -> None:
+        """Let what acts on an axis learn from a reversal: its waveform, else its pulse."""
+        if self._waveforms[index].acts:
+            self.waveform_adaptation.take(index, report, trace_m)
+        else:
+            self.adaptation.take(index, report, trace_m)
 
     def _on_learning_end(self) -> None:
         if self._learn is not None:

@@ -61,4 +61,7 @@ def _in_use(config: AxisConfig, axis: AxisStatus) -> dict[str, Any]:
         "screw": axis.screw.enabled,
         "screw_version": axis.screw.version,
         "screw_learned_at": axis.screw.learned_at,
+        "waveform": axis.waveform.enabled,
+        "waveform_version": axis.waveform.version,
+        "waveform_learned_at": axis.waveform.learned_at,
     }

@@ -6,17 +6,18 @@ continue over all motions, so that a recording distinguishes them.
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from servo_ctrl.config.freeze import motion_limits
-from servo_ctrl.config.learning import screw_steps, stroke_steps
+from servo_ctrl.config.learning import screw_steps, stroke_steps, unlearnable
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.program import check_program, check_steps
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.config.steps import program_steps
+from servo_ctrl.control.compensation.learned_waveform import LearnedWaveformSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
@@ -167,11 +168,14 @@ class MotionPlan:
         check_steps(steps, self._machine.source, self._machine, start_m)
         return self._reference(steps, start_m)
 
-    def strokes_beyond_limits(self) -> dict[str, str]:
-        """Return the axes whose pulse-learning strokes would leave the limits, and why."""
+    def strokes_beyond_limits(self, learned: type[Any] = FrictionCompensationSettings) -> dict[str, str]:
+        """Return the axes with this section whose learning strokes would leave the limits, and why."""
         found = {}
         for name, axis in self._machine.axes.items():
-            if axis.section(FrictionCompensationSettings) is None:
+            if axis.section(learned) is None:
+                continue
+            if learned is LearnedWaveformSettings and (reason := unlearnable(axis)):
+                found[name] = str(ConfigError(self._machine.source, f"axis.{name}.learned_waveform", reason))
                 continue
             for acceleration_mm_s2 in self._machine.learning.accelerations_mm_s2:
                 stroke = Stroke("learning", acceleration_mm_s2 * 1e-3, NO_PULSE)

@@ -7,11 +7,13 @@ from typing import Any, Literal
 import numpy as np
 
 from servo_ctrl.commands.local_messages import Reversal
+from servo_ctrl.control.compensation.learned_waveform import AHEAD_S
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.plots import Look, curve, figure, horizontal_line, plot_layout
 from servo_ctrl.hmi.shell.units import UnitSystem
 from servo_ctrl.learned.store import VersionEntry
 from servo_ctrl.learning.pulse_functions import table
+from servo_ctrl.learning.reversal_waveform import WaveformLearned
 from servo_ctrl.learning.types import Learned
 
 MEAN = "error_mean_m"
@@ -125,6 +127,21 @@ def screw_figure(points: Sequence[tuple[float, float, float]], look: Look) -> di
         y = [value * units.error.factor for value in values_m]
         data.append(curve(name, x, y, line={"color": theme.curve(number), "dash": dash}))
     layout = plot_layout(tr("position ({unit})", unit=units.length.unit), units.error.unit, theme)
+    return figure(data, layout, revision=units.name)
+
+
+def waveform_figure(learned: WaveformLearned | None, period_s: float, look: Look) -> dict[str, Any]:
+    """The force around a reversal, one curve for each reverse acceleration; empty without a waveform."""
+    if learned is None or not learned.waves_n:
+        return figure([], {}, revision="")
+    units, theme = look
+    data = []
+    rows = zip(learned.accelerations_m_s2, learned.waves_n, strict=True)
+    for number, (a_m_s2, wave_n) in enumerate(rows):
+        time_ms = [1e3 * (sample * period_s - AHEAD_S) for sample in range(len(wave_n))]
+        line = {"color": theme.curve(number), "dash": ("solid", "dash")[number % 2]}
+        data.append(curve(units.acceleration.with_unit(a_m_s2), time_ms, list(wave_n), line=line))
+    layout = plot_layout(tr("since the reversal (ms)"), tr("force (N)"), theme)
     return figure(data, layout, revision=units.name)
 
 

@@ -36,6 +36,7 @@ LEARNER_NAMES = {
     "fast": word("fast (pulse)"),
     "paper": word("as the paper (pulse)"),
     "screw": word("screw and take-up"),
+    "waveform": word("waveform"),
 }
 STAGES = {
     "interval": word("finding the range of accelerations"),
@@ -44,6 +45,8 @@ STAGES = {
     "fine": word("amplitude, fine"),
     "search": word("searching the pulse"),
     "trailing": word("second trapezoid"),
+    "identify": word("friction without compensation"),
+    "waveform": word("force around the reversals"),
     "travel": word("travelling along the screw"),
     "check": word("checking what was learned"),
 }

@@ -32,6 +32,7 @@ SWITCHES = {
     "compensation": word("Compensation"),
     "observer": word("Disturbance observer"),
     "screw": word("Screw and take-up"),
+    "waveform": word("Learned waveform"),
 }
 """By the ending of their commands, ENABLE_ and DISABLE_."""
 PAIRS = {key: name for key, name in INDICATORS.items() if key != MEAN} | {
@@ -104,6 +105,7 @@ class AxisFrictionCard:
         self._switches["compensation"].show(axis.compensation_enabled)
         self._switches["observer"].show(axis.observer_enabled)
         self._switches["screw"].show(axis.screw.enabled)
+        self._switches["waveform"].show(axis.waveform.enabled)
 
     async def _flip(self, name: str, on: bool) -> None:
         await self._page.command(Command[f"{'ENABLE' if on else 'DISABLE'}_{name.upper()}"], self._axis)

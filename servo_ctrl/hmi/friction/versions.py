@@ -1,6 +1,8 @@
 """The learned versions on the Friction page: those in the store, and one of them against the one in use."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from nicegui import background_tasks, run, ui
 
@@ -15,15 +17,25 @@ from servo_ctrl.hmi.friction.figures import (
     roll_back_target,
     screw_figure,
     version_rows,
+    waveform_figure,
 )
 from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import Plot
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, note, toggle
-from servo_ctrl.learned.store import LearnedStore, ScrewStore, VersionEntry
+from servo_ctrl.learned.store import LearnedStore, ScrewStore, VersionEntry, VersionStore, WaveformStore
 
-KINDS = {"pulse": word("friction pulse"), "screw": word("screw")}
-ROLL_BACK = {"pulse": Command.ROLL_BACK, "screw": Command.ROLL_BACK_SCREW}
+KINDS = {"pulse": word("friction pulse"), "screw": word("screw"), "waveform": word("waveform")}
+ROLL_BACK = {
+    "pulse": Command.ROLL_BACK,
+    "screw": Command.ROLL_BACK_SCREW,
+    "waveform": Command.ROLL_BACK_WAVEFORM,
+}
+STORES: Mapping[str, type[VersionStore[Any]]] = {
+    "pulse": LearnedStore,
+    "screw": ScrewStore,
+    "waveform": WaveformStore,
+}
 COLUMNS = {
     "name": (word("version"), "left"),
     "gain": (word("J before and after"), "left"),
@@ -73,8 +85,8 @@ class VersionsCard:
         axis = next((axis for axis in status.axes if axis.name == self._axis.value), None)
         if axis is None:
             return
-        in_use = axis.version if self._kind.value == "pulse" else axis.screw.version
-        wanted = (axis.name, str(self._kind.value), in_use)
+        kind = str(self._kind.value)
+        wanted = (axis.name, kind, version_in_use(axis, kind))
         if wanted != self._loaded:
             self._loaded, self._chosen = wanted, None
             background_tasks.create(self._load_on_page(), name="learned versions")
@@ -112,11 +124,15 @@ class VersionsCard:
     def _draw(self, axis: AxisStatus) -> None:
         look = self._page.look
         entry = next((e for e in self._entries if e.version == self._chosen), None)
-        chosen = entry.result.learned.learned() if entry is not None and entry.result is not None else None
         key = (self._loaded, self._chosen, len(self._entries), look)
-        pulse = self._kind.value == "pulse"
-        self._right.element.set_visibility(pulse)
-        if not pulse:
+        kind = self._kind.value
+        self._right.element.set_visibility(kind == "pulse")
+        if kind == "waveform":
+            shown = entry or next((e for e in self._entries if e.in_use), None)
+            self._left.show(key, lambda: waveform_figure(learned_of(shown), self._hello.period_s, look))
+            return
+        chosen = learned_of(entry)
+        if kind == "screw":
             points = axis.screw.points if chosen is None else chosen.points
             self._left.show(key, lambda: screw_figure(points, look))
             return
@@ -142,7 +158,16 @@ class VersionsCard:
             await self._page.command(ROLL_BACK[kind], axis)
 
 
+def learned_of(entry: VersionEntry | None) -> Any:
+    """What a version has learned; None without one, or where it cannot be used."""
+    return None if entry is None or entry.result is None else entry.result.learned.learned()
+
+
+def version_in_use(axis: AxisStatus, kind: str) -> int:
+    """The version of a kind that acts on an axis, 0 = none."""
+    return {"pulse": axis.version, "screw": axis.screw.version, "waveform": axis.waveform.version}[kind]
+
+
 def versions_of(hello: Hello, axis: str, kind: str) -> list[VersionEntry]:
     """Read the versions of an axis from the disk. Raises ServoCtrlError."""
-    store = LearnedStore if kind == "pulse" else ScrewStore
-    return store(Path(hello.learned_dir), load_machine(hello.machine_file)).versions(axis)
+    return STORES[kind](Path(hello.learned_dir), load_machine(hello.machine_file)).versions(axis)

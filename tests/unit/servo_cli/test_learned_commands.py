@@ -81,7 +81,9 @@ def test_list_where_nothing_was_learned(tmp_path: Path) -> None:
     machine = table_in(tmp_path / "table")
     result = learned(LearnedStore(default_directory(machine), machine), "list")
     assert result.exit_code == 0
-    assert "axis x: no version is in use\naxis y: no version is in use\n" in result.stdout
+    for axis in "xy":
+        for whose in ("", " of the waveform"):
+            assert f"axis {axis}: no version{whose} is in use\n" in result.stdout
 
 
 def test_list_of_another_directory(store: LearnedStore, tmp_path: Path) -> None:

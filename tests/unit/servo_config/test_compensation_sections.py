@@ -32,7 +32,7 @@ window_durations = 2.5
 trailing = false
 """
 SECTION = re.compile(
-    r"^\[(axis\.\w+\.(friction_compensation|disturbance_observer|fuzzy_pd)|monitoring|learning)\]\n"
+    r"^\[(axis\.\w+\.(friction_compensation|disturbance_observer|learned_waveform|fuzzy_pd)|monitoring|learning)\]\n"
     r"(?:[^\[\n].*\n)*\n?",
     re.MULTILINE,
 )

@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, p_loop
+from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_WAVEFORM, p_loop
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
@@ -17,6 +17,7 @@ from servo_ctrl.control.compensation import (
     disturbance_observer,
     feedforward,
     fuzzy_pd,
+    learned_waveform,
     notch,
     sampled_dual_loop,
     screw_error,
@@ -58,6 +59,13 @@ PARAMS = st.builds(
     st.builds(feedforward.Params, SIGNED, SIGNED),
     st.builds(trapezoidal_pulse.Params, SWITCH, SHARE, POSITIVE, st.integers(1, 4).flatmap(table)),
     st.builds(disturbance_observer.Params, SWITCH, POSITIVE, POSITIVE, SHARE),
+    st.builds(
+        learned_waveform.Params,
+        SWITCH,
+        *[POSITIVE] * 3,
+        st.builds(learned_waveform.Friction, *[SIGNED] * 6),
+        st.integers(1, 4).flatmap(table).map(np.transpose).map(np.ascontiguousarray),
+    ),
     st.builds(screw_error.Params, SWITCH, SCREWS),
     st.builds(backlash.Params, SWITCH, POSITIVE, POSITIVE, POSITIVE),
     st.builds(
@@ -87,6 +95,7 @@ STATES = st.builds(
         st.builds(trapezoidal_pulse.PulseShape, *[SIGNED] * 5),
     ),
     st.builds(disturbance_observer.State, SIGNED, SIGNED, SIGNED | st.just(math.nan)),
+    st.builds(learned_waveform.State, *[SIGNED] * 7),
     SIGNED,
     MOTIONS,
     st.builds(sampled_dual_loop.State, POSITIVE, st.integers(0, 9), MOTIONS),
@@ -107,6 +116,7 @@ SAMPLES = st.builds(AxisSample, *[MEASURED] * 7)
         feedforward.Params(0.0, 0.0),
         trapezoidal_pulse.Params(True, 1.0, 0.0, np.zeros((6, 1))),
         disturbance_observer.Params(True, 0.0, 0.0, 1.0),
+        NO_WAVEFORM,
         *NO_LEADING,
         AxisLimits(1.0, 1.0, 1.0),
     ),
@@ -150,6 +160,7 @@ def test_an_axis_begins_at_rest_and_its_tables_may_lie_in_memory_as_they_like() 
         feedforward.Params(1.0, 1.0),
         trapezoidal_pulse.Params(True, 0.01, 1.0, np.asfortranarray(np.arange(12.0).reshape(6, 2))),
         disturbance_observer.Params(True, 1.0, 1.0, 1.0),
+        NO_WAVEFORM,
         *NO_LEADING,
         AxisLimits(1.0, 1.0, 1.0),
     )

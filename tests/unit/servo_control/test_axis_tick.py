@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_OBSERVER, NO_PULSE, p_loop
+from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_OBSERVER, NO_PULSE, NO_WAVEFORM, p_loop
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
@@ -41,6 +41,7 @@ def params(
         feedforward.Params(float(vff), float(mass)),
         NO_PULSE,
         NO_OBSERVER,
+        NO_WAVEFORM,
         *NO_LEADING,
         limits,
     )

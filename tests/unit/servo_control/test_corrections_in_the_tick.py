@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_OBSERVER, NO_PULSE, p_loop
+from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_OBSERVER, NO_PULSE, NO_WAVEFORM, p_loop
 
 from servo_ctrl.control import velocity_loop
 from servo_ctrl.control.compensation import backlash, feedforward, sampled_dual_loop, screw_error
@@ -41,6 +41,7 @@ def params(
         feedforward.Params(0.0, 0.0),
         NO_PULSE,
         NO_OBSERVER,
+        NO_WAVEFORM,
         screw,
         take_up,
         sampled,

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_PULSE, p_loop
+from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_PULSE, NO_WAVEFORM, p_loop
 from scipy import signal
 
 from kernels.arrays import Array
@@ -94,6 +94,7 @@ def params(*, enabled: bool = True) -> AxisParams:
         feedforward.Params(0.0, 0.0),
         NO_PULSE,
         disturbance_observer.Params(enabled, 70.0, 0.0, BLEND),
+        NO_WAVEFORM,
         *NO_LEADING,
         AxisLimits(1e9, 40.0, 1e9),
     )

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_OBSERVER, p_loop
+from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_OBSERVER, NO_WAVEFORM, p_loop
 
 from kernels.arrays import Array
 from servo_ctrl.control import velocity_loop
@@ -36,6 +36,7 @@ def params() -> AxisParams:
         feedforward.Params(0.0, 0.0),
         trapezoidal_pulse.Params(True, 0.01, 1.0, LEARNED),
         NO_OBSERVER,
+        NO_WAVEFORM,
         *NO_LEADING,
         AxisLimits(1.0, 1.0, 1e9),
     )

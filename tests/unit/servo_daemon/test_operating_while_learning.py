@@ -28,13 +28,16 @@ REFUSED = {
             Command.ABORT_PROGRAM,
             Command.ROLL_BACK,
             Command.ROLL_BACK_SCREW,
+            Command.ROLL_BACK_WAVEFORM,
         ),
         LEARNING_FIRST,
     ),
 }
 STOPS = (Command.QUICK_STOP, Command.DISABLE)
 OF_LEARNING = {Command.ABORT_LEARNING, Command.PAUSE_LEARNING, Command.RESUME_LEARNING}
-SWITCHES = {command for command in Command if command.name.endswith(("COMPENSATION", "OBSERVER", "SCREW"))}
+SWITCHES = {
+    command for command in Command if command.name.endswith(("COMPENSATION", "OBSERVER", "SCREW", "WAVEFORM"))
+}
 ROUND = '[[step]]\nkind = "circle"\nlabel = "round"\nradius_mm = 5.0\nfeed_mm_min = 600.0\nturns = 1.0\n'
 
 

@@ -8,6 +8,7 @@ import pytest
 from fake_command_handler import SCREW, FakeCommandHandler
 from run_report_example import REPORT
 
+from servo_ctrl.commands.axis_status import WaveformStatus
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.run.run_recording import RunRecording
 
@@ -20,6 +21,7 @@ def test_a_recording_lists_nodes_limits_and_active_compensation(tmp_path: Path) 
         tmp_path / "r", load_machine(XY_TABLE), (), handler, program=None, pacing="lockstep"
     )
     in_use = handler.now.axes[0]._replace(version=3, learned_at="2026-11-20T09:00:00+00:00", screw=SCREW)
+    in_use = in_use._replace(waveform=WaveformStatus(enabled=True, version=4))
     handler.now = handler.now._replace(
         axes=(in_use, *handler.now.axes[1:]), settings=handler.now.settings._replace(required_m=3e-6)
     )
@@ -40,6 +42,7 @@ def test_a_recording_lists_nodes_limits_and_active_compensation(tmp_path: Path) 
     assert header["monitoring"] == {"required_m": 3e-6, "window_s": 0.194}
     x, y = header["compensation"]["x"], header["compensation"]["y"]
     assert (x["pulse"], x["version"], x["screw"], x["screw_version"]) == (True, 3, True, 2)
+    assert (x["waveform"], x["waveform_version"], y["waveform_version"]) == (True, 4, 0)
     assert (y["pulse"], y["version"], y["observer"], y["screw"]) == (True, 0, False, False)
 
 

@@ -8,6 +8,7 @@ import pytest
 from learned_examples import LEARNED, table_in
 from stub_link import StubLink
 from stub_status import first_status
+from waveform_examples import SAMPLES, example_waveform
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.learning_status import LearningState
@@ -21,6 +22,7 @@ from servo_ctrl.hmi.friction.figures import (
     roll_back_target,
     screw_figure,
     version_rows,
+    waveform_figure,
 )
 from servo_ctrl.hmi.friction.learning_card import ENABLED_IN, FIGURES, learning_figures
 from servo_ctrl.hmi.shell.plots import DARK, LIGHT, Look
@@ -115,6 +117,16 @@ def test_the_functions_are_drawn_as_the_control_law_reads_them(spread: float) ->
         at = np.array(curve["x"]) * 1e-3
         assert np.allclose(curve["y"], function(learned, at) * 1e3)
         assert len(points["x"]) == 4
+
+
+def test_a_waveform_is_drawn_as_force_over_the_time_around_the_reversal() -> None:
+    learned = example_waveform()
+    first, second = waveform_figure(learned, 1e-3, Look(MM, LIGHT))["data"]
+    assert (first["name"], second["name"]) == ("50.0 mm/s²", "400.0 mm/s²")
+    assert first["x"][:2] == pytest.approx([-30.0, -29.0])
+    assert first["y"] == list(learned.waves_n[0])
+    assert len(first["y"]) == SAMPLES
+    assert waveform_figure(None, 1e-3, Look(MM, LIGHT))["data"] == []
 
 
 def test_a_screw_is_drawn_when_it_has_a_table() -> None:

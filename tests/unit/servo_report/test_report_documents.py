@@ -216,6 +216,10 @@ def test_a_recording_of_an_earlier_version_is_reported_on_as_far_as_it_goes(tmp_
     assert pdf(old).startswith(b"%PDF-")
 
 
+def test_a_learned_waveform_in_use_is_reported_with_its_version(report: Report) -> None:
+    assert "on, version 2 of 2026-11-20 10:00:00 UTC" in cells(report)
+
+
 def test_an_unusable_recording_is_refused_with_the_reason(tmp_path: Path) -> None:
     nothing = np.full(50, np.nan)
     silent = {f"{axis}.position_command_m": nothing for axis in "xy"}

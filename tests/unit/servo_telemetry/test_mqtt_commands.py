@@ -73,7 +73,11 @@ def test_a_refusal_is_answered_with_its_reason(refusal: Refusal) -> None:
         (b'{"id": "a", "command": "START_LEARNING"}', "unknown", "command: no 'START_LEARNING', only"),
         (b'{"id": "a", "setting": "learner"}', "malformed", "value: is missing"),
         (b'{"id": "a", "setting": "gain", "value": 1}', "unknown", "setting: no 'gain', only required_um"),
-        (b'{"id": "a", "setting": "learner", "value": "slow"}', "out_of_range", "'fast', 'paper' or 'screw'"),
+        (
+            b'{"id": "a", "setting": "learner", "value": "slow"}',
+            "out_of_range",
+            "'fast', 'paper', 'screw' or 'waveform'",
+        ),
         (b'{"id": "a", "setting": "adaptation", "value": 1}', "out_of_range", "valid boolean (got 1)"),
         (b'{"id": "a", "setting": "required_um", "value": true}', "out_of_range", "number (got True)"),
         (b'{"id": "a", "setting": "required_um", "value": NaN}', "out_of_range", "finite number"),

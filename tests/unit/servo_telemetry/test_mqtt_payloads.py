@@ -35,6 +35,7 @@ def test_the_published_state_before_learning() -> None:
                 "version": 0,
                 "learned_at": None,
                 "screw": {"enabled": False, "version": 0, "learned_at": None},
+                "waveform": {"enabled": False, "version": 0, "learned_at": None},
             }
         },
         "settings": {

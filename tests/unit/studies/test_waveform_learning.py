@@ -7,34 +7,34 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.learning import waveform_run
 from servo_ctrl.learning.performance import reversals
 from servo_ctrl.learning.reversal_waveform import (
-    AHEAD_S,
-    SLIP_M,
-    FrictionMemory,
-    LoopModel,
-    ReversalWaveforms,
-    compensation_n,
     contraction,
     corrected,
     identified,
     memories,
     missing_force_n,
-    waveform_at,
 )
-from studies.feng_2015 import waveform_learning
+from servo_ctrl.learning.waveform_run import GAIN, WaveformRun, beyond_reach
 from studies.feng_2015.rivals import Setting, Tuner, planned_n, with_bandwidth
-from studies.feng_2015.waveform_learning import friction_alone, identify, learn_waveforms
+from studies.feng_2015.waveform_drift import BEFORE, recovery
+from studies.feng_2015.waveform_learning import (
+    ErrorStrokes,
+    LearnedWaveforms,
+    identify,
+    learn_waveforms,
+    with_learned,
+)
 from studies.feng_2015.waveform_robustness import markdown
 from twin.plant_file import load_plant
 
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
 MACHINE, PLANT = load_machine(XY_TABLE), load_plant(XY_TABLE)
 T = 1e-3
-LOOP = LoopModel(70.0, 38.7, 14_700.0, 525_000.0, T, 3)
-NO_FRICTION = FrictionMemory((0.0,) * len(SLIP_M), 0.0, 0.0)
+LOOP = waveform_settings(MACHINE, "x").loop
 
 
 def sine(radius_m: float = 0.01, speed_rad_s: float = 2.0) -> np.ndarray:
@@ -43,10 +43,20 @@ def sine(radius_m: float = 0.01, speed_rad_s: float = 2.0) -> np.ndarray:
     return radius_m * np.column_stack(motion)
 
 
+@pytest.fixture(scope="module")
+def learned() -> LearnedWaveforms:
+    """Of five accelerations, with five strokes each."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(waveform_run, "ACCELERATIONS", 5)
+        patch.setattr(waveform_run, "ITERATIONS", 5)
+        return learn_waveforms(MACHINE, PLANT, "x")
+
+
 def test_a_memory_relaxes_over_its_slip_distance_and_knows_no_time() -> None:
     for step_m in (1e-7, 1e-6):
         path_m = np.arange(0.0, 50e-6, step_m)
-        assert memories(path_m)[-1] == pytest.approx([-math.expm1(-path_m[-1] / slip) for slip in SLIP_M])
+        expected = [-math.expm1(-path_m[-1] / slip) for slip in LOOP.slip_m]
+        assert memories(LOOP, path_m)[-1] == pytest.approx(expected)
 
 
 def test_the_missing_force_is_the_disturbance_that_made_the_error() -> None:
@@ -61,9 +71,9 @@ def test_the_missing_force_is_the_disturbance_that_made_the_error() -> None:
 
 
 def test_friction_that_was_put_in_is_identified() -> None:
-    put_in = FrictionMemory((3.0, 0.0, 5.0, 0.0), -200.0, 2.0)
+    levels, motion = (3.0, 0.0, 5.0, 0.0), (-200.0, 2.0)
     commands = sine()
-    wanted_n = memories(commands[:, 0]) @ np.array(put_in.level_n) + commands[:, 1:3] @ np.array(put_in[1:])
+    wanted_n = memories(LOOP, commands[:, 0]) @ np.array(levels) + commands[:, 1:3] @ np.array(motion)
     error_m = np.zeros(len(wanted_n))
     speed = integral = 0.0
     for k in range(1, len(error_m)):  # the loop's differential equation, explicitly
@@ -73,39 +83,32 @@ def test_friction_that_was_put_in_is_identified() -> None:
         speed += pull_n / LOOP.mass_kg * T
         error_m[k] = error_m[k - 1] + speed * T
     found = identified(LOOP, [(commands, error_m)])
-    assert sum(found.level_n) == pytest.approx(8.0, rel=0.05)
-    assert found.per_speed_n_s_m == pytest.approx(-200.0, rel=0.2)
-
-
-def test_the_compensation_is_bounded_and_begins_before_the_reversal() -> None:
-    wave_n = np.full(200, 50.0)
-    learned = ReversalWaveforms(NO_FRICTION, (0.04,), (wave_n,), 10.0, 3)
-    commands = sine()
-    force_n = compensation_n(learned, commands, T)
-    reversal = int(reversals(commands[:, 0])[0])
-    assert np.abs(force_n).max() == 10.0
-    assert np.flatnonzero(force_n)[0] == reversal - round(AHEAD_S / T)
-    assert force_n[reversal] == -10.0  # into the negative direction
-
-
-def test_a_waveform_stretches_so_that_it_covers_the_same_distance() -> None:
-    ahead = round(AHEAD_S / T)
-    wave_n = np.concatenate([np.zeros(ahead), np.linspace(1.0, 0.0, 101)])
-    learned = ReversalWaveforms(NO_FRICTION, (0.01, 0.04), (wave_n, wave_n), 10.0, 3)
-    assert waveform_at(learned, 0.01, T)[ahead + 50] == pytest.approx(0.5)
-    alone = ReversalWaveforms(NO_FRICTION, (0.01,), (wave_n,), 10.0, 3)
-    assert waveform_at(alone, 0.04, T)[ahead + 50] == pytest.approx(0.5)  # held outside
-    between = waveform_at(learned, 0.02, T)
-    times = [50 * math.sqrt(0.02 / a) for a in (0.01, 0.04)]
-    assert between[ahead + 50] == pytest.approx(np.mean([1.0 - time / 100.0 for time in times]))
+    assert sum(found[:4]) == pytest.approx(8.0, rel=0.05)
+    assert found[4] == pytest.approx(-200.0, rel=0.2)
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])
 def test_learning_contracts_at_every_frequency_with_half_or_twice_the_mass(axis: str) -> None:
-    loop = waveform_learning.loop_model(axis_params(MACHINE, axis))
+    loop = waveform_settings(MACHINE, axis).loop
     frequency_hz = np.geomspace(0.01, 500.0, 3000)
     for share in (0.5, 0.7, 1.0, 1.3, 2.0):
-        assert contraction(loop, share, waveform_learning.GAIN, frequency_hz).max() < 0.7
+        assert contraction(loop, share, GAIN, frequency_hz).max() < 0.7
+
+
+def test_above_what_was_learned_a_waveform_goes_on_over_the_same_distance() -> None:
+    settings = waveform_settings(MACHINE, "x")
+    ahead, dead = round(LOOP.ahead_s / T), LOOP.dead_samples
+    low_n, high_n = np.zeros(480), np.zeros(480)
+    low_n[ahead - dead :], high_n[ahead - dead :] = 1.0, 1.3
+    pair = {0.1: tuple(low_n), 0.2: tuple(high_n)}
+    [(a_m_s2, wave_n)] = beyond_reach(pair, settings._replace(limit_m_s2=0.8)).items()
+    assert (a_m_s2, wave_n[ahead - dead - 1]) == (0.8, 0.0)
+    assert wave_n[ahead - dead + 1] == pytest.approx(1.3**3, rel=1e-3)  # 1.3 for each doubling
+    end = ahead - dead + (479 - ahead + dead) // 2
+    assert (wave_n[end] > 2.0, wave_n[end + 1]) == (True, 0.0)  # at 4 times a, half the time
+    falling = {0.1: tuple(high_n), 0.2: tuple(low_n)}
+    assert max(beyond_reach(falling, settings._replace(limit_m_s2=0.8))[0.8]) == 1.0
+    assert beyond_reach(pair, settings._replace(limit_m_s2=0.15)) == {}
 
 
 def test_noise_in_the_error_does_not_grow_from_stroke_to_stroke() -> None:
@@ -113,24 +116,48 @@ def test_noise_in_the_error_does_not_grow_from_stroke_to_stroke() -> None:
     wave_n, sizes = np.zeros(480), []
     for _ in range(30):
         missing_n = missing_force_n(LOOP, rng.normal(0.0, 0.03e-6, 480)) - wave_n
-        wave_n = corrected(wave_n, missing_n, waveform_learning.GAIN, LOOP)
+        wave_n = corrected(wave_n, missing_n, GAIN, LOOP)
         sizes.append(float(np.sqrt(np.mean(wave_n**2))))
     assert np.mean(sizes[20:]) < 2.0 * np.mean(sizes[:5]) + 0.1
 
 
-def test_strokes_of_the_table_take_nine_tenths_of_the_error_away(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(waveform_learning, "ACCELERATIONS", 3)
-    monkeypatch.setattr(waveform_learning, "ITERATIONS", 5)
-    found = learn_waveforms(MACHINE, PLANT, "x")
-    assert found.strokes == 3 * 5 + 2
-    for course in found.course_m.values():
-        assert min(course) < 0.15e-6 + 0.1 * course[0]
-        assert course == pytest.approx(sorted(course, reverse=True), abs=0.05e-6)
+def test_strokes_of_the_table_take_nine_tenths_of_the_error_away(learned: LearnedWaveforms) -> None:
+    assert learned.learned.strokes == len(learned.course) <= 5 * 5 + 4
+    assert learned.learned.after_m < 0.1 * learned.learned.before_m
+    *tried_at, beyond_m_s2 = learned.learned.accelerations_m_s2
+    assert beyond_m_s2 == 1e-3 * MACHINE.axes["x"].limits.acceleration_mm_s2
+    for a_m_s2 in tried_at:
+        tried = [j for stage, a, j in learned.course if (stage, a) == ("waveform", a_m_s2)]
+        assert min(tried) < 0.15e-6 + 0.1 * tried[0]
+        assert tried == pytest.approx(sorted(tried, reverse=True), abs=0.05e-6)
     tuner = Tuner(MACHINE, PLANT, "x")
     unseen_m_s2 = 0.05
     without_um = tuner.evaluation_um(Setting({}, tuner.params), unseen_m_s2)
-    with_um = tuner.evaluation_um(Setting({}, tuner.params, found.learned), unseen_m_s2)
-    assert with_um < 0.1 * without_um
+    ours = with_learned(tuner.params, learned.learned)
+    assert tuner.evaluation_um(Setting({}, ours), unseen_m_s2) < 0.1 * without_um
+
+
+@pytest.mark.parametrize("level_factor", [0.6, 1.8])
+def test_friction_that_changes_is_learned_from_production_alone(
+    learned: LearnedWaveforms, level_factor: float
+) -> None:
+    course = recovery(MACHINE, PLANT, "x", learned.learned, 2.0 / 60.0, level_factor=level_factor, after=20)
+    stale_m, adapted_m = np.array(course.stale_m), np.array(course.adapted_m)
+    assert stale_m[BEFORE:].min() > 2.5e-6
+    assert adapted_m[-3:].max() < 0.1 * stale_m[-1]
+    assert (adapted_m < 1.1 * stale_m + 0.05e-6).all()  # never worse than without learning
+
+
+def test_a_run_that_is_over_takes_no_more_strokes(learned: LearnedWaveforms) -> None:
+    strokes = ErrorStrokes(MACHINE, PLANT, "x")
+    run = WaveformRun(strokes.settings)
+    assert run.stroke is not None
+    result = strokes.stroke(run.stroke)
+    assert (run.outlook.stage, run.outlook.strokes_done, run.outlook.strokes_total) == ("identify", 0, 58)
+    run.take(result)
+    assert run.outlook.strokes_done == 1
+    assert run.learned is None
+    assert learned.learned.machine_time_s > 100.0
 
 
 def test_a_rival_beyond_the_bound_of_robustness_does_not_count() -> None:
@@ -144,8 +171,8 @@ def test_a_rival_beyond_the_bound_of_robustness_does_not_count() -> None:
 
 
 def test_an_observer_that_is_told_of_the_feedforward_gets_its_fast_part_only() -> None:
-    strokes = waveform_learning.ErrorStrokes(MACHINE, PLANT, "x")
-    friction = friction_alone(identify(strokes), strokes.params)
+    strokes = ErrorStrokes(MACHINE, PLANT, "x")
+    friction = identify(strokes)
     params = with_bandwidth(strokes.params, 30.0)
     commands = sine()
     told_n = planned_n(Setting({}, params, friction, params.observer.filter_blend), commands)

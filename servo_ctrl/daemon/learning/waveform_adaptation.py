@@ -1,0 +1,95 @@
+"""Waveforms go on learning from the reversals of production, as the pulse's functions do. Off by default.
+
+What production has made of a waveform is kept in memory, and stored as a new version when the run ends:
+rolled back, it is the waveform before.
+"""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from kernels.arrays import Array
+from servo_ctrl.config.learning import waveform_settings
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.learning.pulse_learning import conditions_of
+from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensation
+from servo_ctrl.learned.store import WaveformStore
+from servo_ctrl.learning.reversal_waveform import LoopModel
+from servo_ctrl.learning.types import ReversalReport
+from servo_ctrl.learning.waveform_adaptation import Adapting, SeenReversal, next_state
+
+
+class WaveformAdaptation:
+    """`on` tells whether production may change anything; `note` takes what is worth a line in the report."""
+
+    def __init__(
+        self,
+        config: MachineConfig,
+        waveforms: Mapping[str, WaveformCompensation],
+        store: WaveformStore,
+        worker: BackgroundWorker,
+        note: Callable[[str], None],
+        on: Callable[[], bool],
+    ) -> None:
+        self._config, self._store, self._worker, self._note, self._on = config, store, worker, note, on
+        self._axes = list(waveforms.values())
+        self._loops: list[LoopModel | None] = [
+            waveform_settings(config, axis.name).loop if axis.learns else None for axis in self._axes
+        ]
+        self._states: list[Adapting | None] = [None] * len(self._axes)
+        self._changes = [0] * len(self._axes)
+        """Since the version in use."""
+        self._busy = False
+
+    def take(self, index: int, report: ReversalReport, trace_m: Array) -> None:
+        """Take a reversal of production, of the axis with this index. While one is evaluated, others pass."""
+        axis, loop = self._axes[index], self._loops[index]
+        learned = axis.learned
+        if not self._on() or self._busy or loop is None or learned is None or not axis.acts:
+            return
+        state = self._states[index]
+        if state is None or state.learned is not learned:  # learned anew, or rolled back
+            state, self._changes[index] = Adapting(learned), 0
+        reversal = SeenReversal(report.acceleration_m_s2, trace_m, report.error_mean_m)
+
+        def then(after: Adapting) -> None:
+            self._busy = False
+            if axis.learned is not learned:  # another one came meanwhile
+                return
+            self._states[index] = after
+            if after.learned is not learned:
+                axis.adapt(after.learned)
+                self._changes[index] += 1
+
+        def failed(reason: str) -> None:
+            self._busy = False
+            self._note(reason)
+
+        self._busy = True
+        self._worker.do(partial(next_state, state, loop, reversal), then, failed)
+
+    def store(self) -> None:
+        """Store what production has changed as new versions."""
+        for index, changes in enumerate(self._changes):
+            if changes:
+                self._store_axis(index)
+
+    def _store_axis(self, index: int) -> None:
+        axis, changes, state = self._axes[index], self._changes[index], self._states[index]
+        self._changes[index] = 0
+        learned = axis.learned
+        if learned is None or state is None or state.learned is not learned:
+            return  # rolled back, or learned anew
+        conditions = {
+            **conditions_of(self._config, axis.name, "adaptation"),
+            "changes": changes,
+            "friction_level": state.level,
+        }
+
+        def then(version: int) -> None:
+            self._note(f"axis {axis.name}: waveform changed {changes} times, stored as version {version}")
+
+        def work() -> int:
+            return self._store.add(axis.name, learned, conditions).version
+
+        self._worker.do(work, then, self._note)

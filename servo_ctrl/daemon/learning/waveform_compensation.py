@@ -1,0 +1,107 @@
+"""Which learned waveform acts on each axis: what is stored, switched, learned.
+
+A result that cannot be trusted (damaged, of another machine or other gains) is reported and not used. While
+a waveform acts, pulse and observer do not, whatever their switches say (see the law's own file).
+"""
+
+from collections.abc import Sequence
+
+from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.config.freeze import with_waveform
+from servo_ctrl.config.learning import unlearnable
+from servo_ctrl.config.model import AxisConfig, MachineConfig
+from servo_ctrl.control.compensation.learned_waveform import LearnedWaveformSettings
+from servo_ctrl.daemon.learning.pulse_compensation import Compensation, CompensationError
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.learned.store import StoredResult, WaveformStore
+from servo_ctrl.learning.reversal_waveform import WaveformLearned, wave_table
+from servo_ctrl.learning.waveform_run import WaveformStroke
+
+
+class WaveformCompensation:
+    """The waveform of one axis; changes act from the next cycle on."""
+
+    def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
+        self.name = servo.name
+        self.fitted = config.section(LearnedWaveformSettings) is not None
+        """The machine file has the section."""
+        self.learns = not unlearnable(config)
+        self.enabled = config.acts(LearnedWaveformSettings)
+        self.stored: StoredResult[WaveformLearned] | None = None
+        """The version in use."""
+        self.learned: WaveformLearned | None = None
+        """What is in use; that of `stored`, or what production made of it."""
+        self.problem = ""
+        """Why what is stored is not used."""
+        self._servo = servo
+        self._stroke: WaveformStroke | None = None
+        self._held_off = False
+
+    @property
+    def acts(self) -> bool:
+        """Whether it acts on production."""
+        return self.enabled and self.learned is not None
+
+    def use(self, stored: StoredResult[WaveformLearned] | None) -> None:
+        """Use a version; None = none."""
+        self.problem, self.stored = "", stored
+        self.adapt(None if stored is None else stored.learned)
+
+    def adapt(self, learned: WaveformLearned | None) -> None:
+        """Use another waveform, without another version."""
+        self.learned = learned
+        self._apply()
+
+    def switch(self, *, on: bool) -> None:
+        """Switch the waveform on or off."""
+        self.enabled = on
+        self._apply()
+
+    def hold_off(self, *, on: bool) -> None:
+        """Let no waveform act while something else is learned, or again."""
+        self._held_off = on
+        self._apply()
+
+    def try_out(self, stroke: WaveformStroke) -> None:
+        """Let the force of a stroke of learning act, until `restore`."""
+        self._stroke = stroke
+        self._apply()
+
+    def restore(self) -> None:
+        """Let what was in use act again, as the stroke is over."""
+        if self._stroke is not None:
+            self._stroke = None
+            self._apply()
+
+    def _apply(self) -> None:
+        friction, table = None, None
+        if self._stroke is not None:
+            friction, table = self._stroke.friction, self._stroke.waves
+        elif self.enabled and self.learned is not None and not self._held_off:
+            friction = self.learned.friction
+            table = wave_table(self.learned.accelerations_m_s2, self.learned.waves_n)
+        self._servo.change_params(with_waveform(self._servo.params, friction, table))
+
+
+def load_waveforms(
+    machine: MachineConfig, servos: Sequence[AxisServo], store: WaveformStore, wanted: Compensation
+) -> list[WaveformCompensation]:
+    """Load what is stored for each axis, switched as wanted.
+
+    Raises CompensationError when "waveform" is wanted where there is none.
+    """
+    axes = []
+    for servo in servos:
+        axis = WaveformCompensation(servo, machine.axes[servo.name])
+        if axis.fitted:
+            try:
+                axis.use(store.active(axis.name))
+            except ServoCtrlError as error:
+                axis.problem = f"axis {axis.name} runs without its learned waveform: {error}"
+        if wanted != "as configured":
+            axis.switch(on=wanted == "waveform")
+        if wanted == "waveform" and axis.learned is None:
+            reason = axis.problem or f"no waveform has been learned for axis {axis.name} yet"
+            raise CompensationError(f"there is no waveform to compensate with: {reason}")
+        axes.append(axis)
+    return axes

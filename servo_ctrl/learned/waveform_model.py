@@ -1,0 +1,98 @@
+"""A learned waveform as types: friction with memory, the force around a reversal, what they depend on."""
+
+from typing import Annotated, Any
+
+from pydantic import Field, Strict, field_validator
+
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.section import FileSection, Number, Positive
+from servo_ctrl.control.compensation.learned_waveform import Friction, LearnedWaveformSettings
+from servo_ctrl.learned.file_model import Basis, LearnedContent
+from servo_ctrl.learned.pulse_model import LearnedFunctions
+from servo_ctrl.learning.reversal_waveform import WaveformLearned
+
+SAMPLES, ROWS = 6000, 50
+"""Bounds the samples of a waveform and the accelerations; chosen: 0.48 s at the shortest period, seven."""
+_OF_THE_PULSE = "friction_compensation."
+
+Force = Annotated[float, Strict(), Field(ge=-1e6, le=1e6)]
+
+
+class FrictionPart(FileSection):
+    """The fields of `Friction`."""
+
+    level_1_n: Force
+    level_2_n: Force
+    level_3_n: Force
+    level_4_n: Force
+    per_speed_n_s_m: Number
+    per_acceleration_kg: Number
+
+
+class WaveRow(FileSection):
+    """The force around a reversal of one acceleration, each period."""
+
+    acceleration_m_s2: Positive
+    force_n: Annotated[list[Force], Field(min_length=2, max_length=SAMPLES)]
+
+
+class LearnedWaveform(LearnedContent):
+    """`learning.reversal_waveform.WaveformLearned` with its parts by name."""
+
+    result = WaveformLearned
+    friction: FrictionPart
+    rows: Annotated[list[WaveRow], Field(max_length=ROWS)]
+
+    @field_validator("rows")
+    @classmethod
+    def _rising(cls, value: list[WaveRow]) -> list[WaveRow]:
+        accelerations = [row.acceleration_m_s2 for row in value]
+        if sorted(set(accelerations)) != accelerations:
+            raise ValueError("the accelerations must rise")
+        if len({len(row.force_n) for row in value}) > 1:
+            raise ValueError("all rows must have as many samples")
+        return value
+
+    @classmethod
+    def values(cls, learned: WaveformLearned) -> dict[str, Any]:
+        """A result as a mapping of plain numbers."""
+        rows = zip(learned.accelerations_m_s2, learned.waves_n, strict=True)
+        return {
+            "learner": learned.learner,
+            "before_m": float(learned.before_m),
+            "after_m": float(learned.after_m),
+            "strokes": learned.strokes,
+            "machine_time_s": float(learned.machine_time_s),
+            "friction": dict(zip(Friction._fields, map(float, learned.friction), strict=True)),
+            "rows": [
+                {"acceleration_m_s2": float(a), "force_n": [float(force) for force in wave]}
+                for a, wave in rows
+            ],
+        }
+
+    def learned(self) -> WaveformLearned:
+        """The result, the same bits."""
+        return WaveformLearned(
+            learner=self.learner,
+            friction=tuple(getattr(self.friction, name) for name in Friction._fields),
+            accelerations_m_s2=tuple(row.acceleration_m_s2 for row in self.rows),
+            waves_n=tuple(tuple(row.force_n) for row in self.rows),
+            before_m=self.before_m,
+            after_m=self.after_m,
+            strokes=self.strokes,
+            machine_time_s=self.machine_time_s,
+        )
+
+    @staticmethod
+    def basis(machine: MachineConfig, axis: str) -> Basis:
+        """The values of the machine file that a waveform depends on: those of a pulse, but for its own."""
+        basis = LearnedFunctions.basis(machine, axis)
+        basis = {key: value for key, value in basis.items() if not key.startswith(_OF_THE_PULSE)}
+        waveform = machine.axes[axis].section(LearnedWaveformSettings)
+        if waveform is not None:
+            basis["learned_waveform.amplifier_delay_ms"] = waveform.amplifier_delay_ms
+        return basis
+
+    def objection(self, _machine: MachineConfig, _axis: str) -> str:
+        """Nothing: the control law bounds the force."""
+        return ""

@@ -1,0 +1,24 @@
+"""A learned waveform, made up."""
+
+import numpy as np
+
+from servo_ctrl.learning.reversal_waveform import WaveformLearned
+
+SAMPLES = 480
+
+
+def example_waveform(seed: int = 24, samples: int = SAMPLES) -> WaveformLearned:
+    """Friction with memory and a smooth force at two accelerations."""
+    rng = np.random.default_rng(seed)
+    angle = np.linspace(0.0, np.pi, samples)
+    waves = [tuple((level * np.sin(angle) ** 2).tolist()) for level in rng.uniform(0.5, 3.0, 2)]
+    return WaveformLearned(
+        learner="waveform",
+        friction=(3.0, 2.0, 1.0, 0.5, -200.0, 2.0),
+        accelerations_m_s2=(0.05, 0.4),
+        waves_n=tuple(waves),
+        before_m=5e-6,
+        after_m=1e-7,
+        strokes=9,
+        machine_time_s=60.0,
+    )

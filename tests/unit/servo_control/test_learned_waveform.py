@@ -1,0 +1,153 @@
+"""The learned force in the tick: its parts against closed forms, its forecast, its bounds."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from waveform_examples import example_waveform
+
+from servo_ctrl.config.freeze import axis_params, with_observer, with_waveform
+from servo_ctrl.config.learning import waveform_settings
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.control.compensation.learned_waveform import AHEAD_S, NEUTRAL, forecast, wave_n
+from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
+from servo_ctrl.control.types import AxisSample
+from servo_ctrl.learning.performance import reversals
+from servo_ctrl.learning.reversal_waveform import memories, wave_table
+from studies.feng_2015.planned_force import force_along
+
+MACHINE = load_machine(Path(__file__).parents[3] / "machines" / "xy_table")
+T = 1e-3
+PARAMS = axis_params(MACHINE, "x")
+
+
+def sine(radius_m: float = 0.01, speed_rad_s: float = 2.0, samples: int = 6000) -> np.ndarray:
+    angle = speed_rad_s * np.arange(samples) * T
+    motion = (np.sin(angle), speed_rad_s * np.cos(angle), -(speed_rad_s**2) * np.sin(angle), 0.0 * angle)
+    return radius_m * np.column_stack(motion)
+
+
+def with_example(limit_n: float = 1e3) -> AxisParams:
+    learned = example_waveform()
+    table = wave_table(learned.accelerations_m_s2, learned.waves_n)
+    made = with_waveform(PARAMS, learned.friction, table)
+    return made._replace(waveform=made.waveform._replace(limit_n=limit_n))
+
+
+def test_friction_is_the_memory_of_the_command_at_the_lead() -> None:
+    friction = (3.0, 2.0, 1.0, 0.5, -200.0, 2.0)
+    commands = sine()
+    lead = round(PARAMS.waveform.lead_s / T)
+    memory = memories(waveform_settings(MACHINE, "x").loop, commands[:, 0]) @ np.array(friction[:4])
+    expected_n = memory[lead:] + commands[:-lead, 1:3] @ np.array(friction[4:])
+    found_n = force_along(with_waveform(PARAMS, friction), commands)
+    assert found_n[10:-lead] == pytest.approx(expected_n[10:], abs=0.02)
+
+
+def test_the_waveform_begins_before_the_reversal_and_turns_with_it() -> None:
+    level_n = 2.0
+    table = wave_table((0.04,), (tuple(np.full(480, level_n).tolist()),))
+    commands = sine()
+    force_n = force_along(with_waveform(PARAMS, (0.0,) * 6, table), commands)
+    first, second = reversals(commands[:, 0])[:2]
+    ahead = round(AHEAD_S / T)
+    begins = np.flatnonzero(force_n)[0]
+    assert abs(begins - (first - ahead)) <= 1
+    assert force_n[first] == pytest.approx(-level_n, rel=1e-4)  # into the negative direction
+    assert force_n[second] == pytest.approx(level_n, rel=1e-4)
+
+
+def test_a_waveform_covers_the_same_distance_at_each_acceleration() -> None:
+    falling = tuple(np.concatenate([np.zeros(31), np.linspace(1.0, 0.0, 101), np.zeros(10)]).tolist())
+    alone, no_lead = wave_table((0.01,), (falling,)), 0.0
+    assert wave_n(alone, 0.052, 0.01, no_lead, T) == pytest.approx(0.5)
+    assert wave_n(alone, 0.026, 0.04, no_lead, T) == pytest.approx(0.5)  # held above, over its distance
+    assert wave_n(alone, 0.052, 0.0025, no_lead, T) == pytest.approx(0.25 * 0.76)  # fades below
+    both = wave_table((0.01, 0.04), (falling, falling))
+    times = [52.0 * math.sqrt(0.02 / a) - 2.0 for a in (0.01, 0.04)]
+    expected = np.mean([1.0 - time / 100.0 for time in times])
+    assert wave_n(both, 0.052, 0.02, no_lead, T) == pytest.approx(expected)
+    assert wave_n(NEUTRAL.waves, 0.05, 0.02, no_lead, T) == 0.0
+
+
+def test_the_distance_counts_where_the_acceleration_grows_after_the_reversal() -> None:
+    """A start from rest into the other direction by an S curve: the learned a t^2 / 2, wherever it is."""
+    level = tuple(np.concatenate([np.zeros(60), np.ones(100), np.zeros(200)]).tolist())
+    table, jerk, speed_rad_s = wave_table((0.1,), (level,)), 10.0, 2.0
+    there = sine(speed_rad_s=speed_rad_s, samples=round(0.5 * math.pi / speed_rad_s / T))
+    rest = np.tile([there[-1, 0], 0.0, 0.0, 0.0], (200, 1))
+    time_s = np.arange(1, 301) * T
+    back = np.column_stack(
+        [
+            there[-1, 0] - jerk * time_s**3 / 6.0,
+            -jerk * time_s**2 / 2.0,
+            -jerk * time_s,
+            0.0 * time_s,
+        ]
+    )
+    force_n = force_along(with_waveform(PARAMS, (0.0,) * 6, table), np.concatenate([there, rest, back]))[
+        -300:
+    ]
+    acting_s = time_s[force_n < -0.5]
+    lead_s = PARAMS.waveform.lead_s
+    for edge_s, column in ((acting_s[0], 60), (acting_s[-1], 160)):
+        way_m = jerk * (edge_s + lead_s) ** 3 / 6.0
+        row_s = (column + 1) * T - AHEAD_S + lead_s
+        assert way_m == pytest.approx(0.05 * row_s**2, rel=0.06)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_the_forecast_is_that_of_constant_jerk(direction: float) -> None:
+    velocity, acceleration, jerk = 4e-3, -0.1, -5.0
+    left_s, reverse_m_s2 = forecast(1.0, velocity, acceleration, jerk)
+    assert velocity + acceleration * left_s + 0.5 * jerk * left_s**2 == pytest.approx(0.0, abs=1e-12)
+    assert reverse_m_s2 == pytest.approx(-(acceleration + jerk * left_s))
+    again = forecast(direction, direction * velocity, direction * acceleration, direction * jerk)
+    assert again == (left_s, reverse_m_s2)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "acceleration", "jerk"),
+    [(1e-2, 0.1, 0.0), (1e-2, 0.0, 0.0), (0.0, 0.0, 0.0), (1e-2, -0.1, 1.0)],
+    ids=["faster", "even", "rest", "an S curve that only slows down"],
+)
+def test_no_reversal_is_foreseen_where_none_comes(velocity: float, acceleration: float, jerk: float) -> None:
+    left_s, _ = forecast(1.0, velocity, acceleration, jerk)
+    assert not left_s <= AHEAD_S
+
+
+def test_the_force_is_bounded_whatever_was_learned() -> None:
+    force_n = force_along(with_example(limit_n=1.5), sine())
+    motion_n = sine()[:, 1:3] @ np.array([-200.0, 2.0])
+    assert np.abs(force_n - np.clip(motion_n, -1.5, 1.5)).max() == pytest.approx(1.5)
+
+
+def ticks(params: AxisParams, commands: np.ndarray, bad: slice = slice(0)) -> np.ndarray:
+    """Force commands of an axis that follows without error."""
+    state, force_n = initial_state(0.0), []
+    for k, (x, v, a, offset) in enumerate(commands.tolist()):
+        motor = math.nan if k in range(*bad.indices(len(commands))) else x
+        state, command = axis_tick(params, state, AxisSample(x, v, a, offset, motor, x, 0.0))
+        force_n.append(command.force_n)
+    return np.array(force_n)
+
+
+def test_the_tick_adds_it_instead_of_pulse_and_observer() -> None:
+    commands = sine(samples=2000)
+    without_n = ticks(PARAMS, commands)
+    learned = with_example()
+    with_it_n = ticks(with_observer(learned, enabled=True), commands)
+    assert with_it_n - without_n == pytest.approx(force_along(learned, commands), abs=1e-6)
+    assert np.abs(with_it_n).max() <= PARAMS.limits.force_n
+    narrow = learned._replace(limits=learned.limits._replace(force_n=2.0))
+    assert np.abs(ticks(narrow, commands)).max() == 2.0
+
+
+def test_cycles_without_inputs_leave_the_force_where_it_would_be() -> None:
+    commands = sine(samples=2000)
+    reversal = int(reversals(commands[:, 0])[0])
+    whole_n = force_along(with_example(), commands)
+    without_n = ticks(PARAMS, commands, slice(reversal - 5, reversal + 5))
+    found_n = ticks(with_example(), commands, slice(reversal - 5, reversal + 5)) - without_n
+    assert found_n[reversal + 50 :] == pytest.approx(whole_n[reversal + 50 :], abs=0.3)
