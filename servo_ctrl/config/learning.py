@@ -77,13 +77,13 @@ def _reach_m_s2(machine: MachineConfig, axis: str, sines: LearningSettings, wave
     """The largest reverse acceleration of a sine within `REACH` of the limits, a half cycle of `wave_s`."""
     limits, radius_m = machine.axes[axis].limits, sines.radius_m
     fastest_m_s, jerk_m_s3 = REACH * limits.velocity_mm_s * MM, REACH * limits.jerk_mm_s3 * MM
-    found_m_s2 = min(
+    found_m_s2: float = min(
         fastest_m_s**2 / radius_m,
         REACH * limits.acceleration_mm_s2 * MM,
         (jerk_m_s3**2 * radius_m) ** (1.0 / 3.0),
         radius_m * (math.pi / wave_s) ** 2,
     )
-    return max(found_m_s2, sines.accelerations_m_s2[-1])
+    return max(float(found_m_s2), sines.accelerations_m_s2[-1])
 
 
 def _sine_settings(
