@@ -1,1 +1,1 @@
-"""The versioned store of learned results. Nothing learned is lost or half written."""
+"""The versioned store of learned results, which a crash neither loses nor leaves partially written."""

@@ -1,7 +1,7 @@
-"""A file of something learned as types: when, on what machine, on what it depends, and its checksum.
+"""The schema of a file with a learned result: date, machine, dependencies, result and checksum.
 
-What was learned itself is a `LearnedContent`: pulse functions (`pulse_model`) or a screw (`screw_model`). SI
-units. The checksum is over the content, not over how the JSON is laid out.
+The result is a `LearnedContent`: pulse functions (`pulse_model`) or a screw (`screw_model`), in SI units. The
+checksum covers the content, not the layout of the JSON.
 """
 
 import hashlib
@@ -21,9 +21,9 @@ from servo_ctrl.config.model import AxisName, MachineConfig  # pydantic resolves
 from servo_ctrl.config.section import FileSection, NonNegative
 
 FORMAT = 1
-"""Of the files; raised when their keys change their meaning."""
+"""Format version of the files; raised when keys change their meaning."""
 LONGEST_CONDITION = 1000
-"""Characters; chosen."""
+"""Bounds the characters of a condition; chosen."""
 
 Text = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200)]
 Scalar = (
@@ -37,10 +37,10 @@ Basis = dict[str, float | str]
 
 
 class LearnedContent(FileSection):
-    """The `learned` part of a file: the fields of a `result`, its points by name."""
+    """The `learned` part of a file: the fields of a `result`, with the points by name."""
 
     result: ClassVar[Callable[..., Any]]
-    """The NamedTuple that learning and control law know it as."""
+    """The NamedTuple that learning and control law use."""
     learner: Text
     before_m: NonNegative
     after_m: NonNegative
@@ -49,7 +49,7 @@ class LearnedContent(FileSection):
 
     @classmethod
     def values(cls, learned: Any) -> dict[str, Any]:
-        """A result as a mapping of plain numbers, those of numpy too."""
+        """Convert a result to a mapping of plain numbers, without numpy types."""
         values = learned._asdict()
         for key, field in cls.model_fields.items():
             if get_origin(field.annotation) is list:
@@ -60,7 +60,7 @@ class LearnedContent(FileSection):
         return dict(values)
 
     def learned(self) -> Any:
-        """The result, the same bits."""
+        """Return the result, identical to the bit."""
         values = dict(self)
         for key, value in values.items():
             if isinstance(value, list):
@@ -70,18 +70,18 @@ class LearnedContent(FileSection):
     @staticmethod
     @abstractmethod
     def basis(machine: MachineConfig, axis: str) -> Basis:
-        """The values of the machine file that it depends on, by their keys below [axis.NAME]."""
+        """Return the machine-file values that the result depends on, by their keys below [axis.NAME]."""
 
     @abstractmethod
     def objection(self, machine: MachineConfig, axis: str) -> str:
-        """What speaks against using it for this axis; "" when nothing does."""
+        """Return why the result must not be used for this axis, else ""."""
 
 
 Content = TypeVar("Content", bound=LearnedContent)
 
 
 class LearnedFile(FileSection, Generic[Content]):
-    """One version of what an axis has learned."""
+    """One version of a learned result of an axis."""
 
     format: Literal[1]
     version: Version
@@ -90,14 +90,14 @@ class LearnedFile(FileSection, Generic[Content]):
     learned_at: Text
     """UTC, ISO 8601."""
     software: Text
-    """Version of servo_ctrl that learned it."""
+    """Version of servo_ctrl that learned the result."""
     basis: Annotated[dict[Text, Scalar], Field(max_length=100)]
-    """What the result depends on, as it stood in the machine file; see `LearnedContent.basis`."""
+    """Machine-file values at the time of learning that the result depends on; see `LearnedContent.basis`."""
     conditions: Annotated[dict[Text, Scalar], Field(max_length=100)]
-    """Whatever else is worth knowing."""
+    """Further conditions of learning."""
     learned: Content
     sha256: Annotated[str, StringConstraints(pattern="^[0-9a-f]{64}$")]
-    """Of all other fields."""
+    """Checksum of all other fields."""
 
     @field_validator("learned_at")
     @classmethod
@@ -108,13 +108,13 @@ class LearnedFile(FileSection, Generic[Content]):
 
     @classmethod
     def sealed(cls, content: dict[str, Any]) -> Self:
-        """The content with its checksum; raises ValueError, naming the key, where a value is out of range."""
+        """Return the content with its checksum. Raises ValueError with the key of an invalid value."""
         draft = cls._checked({**content, "sha256": "0" * 64})
         return draft.model_copy(update={"sha256": _digest(draft.model_dump(mode="json", exclude={"sha256"}))})
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """The file from its text; raises ValueError, which says what is wrong with it."""
+        """Read a file from its text. Raises ValueError with the reason."""
         try:
             document = json.loads(text, parse_constant=_refuse)
         except (ValueError, RecursionError) as error:
@@ -130,11 +130,11 @@ class LearnedFile(FileSection, Generic[Content]):
         return cls._checked(document)
 
     def to_text(self) -> str:
-        """The file's text."""
+        """Return the text of the file."""
         return json.dumps(self.model_dump(mode="json"), indent=2, allow_nan=False) + "\n"
 
     def objection(self, machine: MachineConfig, axis: str) -> str:
-        """What speaks against using a whole file for this axis of this machine; "" when nothing does."""
+        """Return why an intact file must not be used for this axis of this machine, else ""."""
         if self.machine != machine.machine.name:
             return f'was learned on machine "{self.machine}", this one is "{machine.machine.name}"'
         if self.axis != axis:
@@ -153,7 +153,7 @@ class LearnedFile(FileSection, Generic[Content]):
 
 
 def difference(then: dict[str, Any], now: dict[str, Any]) -> str:
-    """The first value that is not as it was, in words; "" when all are the same."""
+    """Return a text about the first value that differs; "" when all are equal."""
     for key in dict.fromkeys([*now, *then]):
         if then.get(key) != now.get(key):
             return f"{key} was {then.get(key, 'not set')} then, it is {now.get(key, 'not set')} now"

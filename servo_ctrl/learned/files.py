@@ -1,6 +1,6 @@
-"""The files of what was learned one by one: a version, and the file that names the version in use.
+"""Reads and writes single files of the store: a version, and the file that names the version in use.
 
-Reading raises OSError, and ValueError that says what is wrong; writing raises OSError.
+Reading raises OSError, or ValueError with the reason; writing raises OSError.
 """
 
 import json
@@ -20,27 +20,27 @@ File = TypeVar("File", bound="LearnedFile[Any]")
 
 ACTIVE_FILE = "active.json"
 LARGEST_FILE = 1_000_000
-"""Characters; chosen: pulse functions have a few thousand, a screw may have 150 a node."""
+"""Bounds the characters of a file; chosen: pulse functions have a few thousand, a screw 150 a node."""
 _VERSION_FILE = re.compile(r"v([0-9]{4,6})\.json")
 
 
 class Active(FileSection):
-    """active.json."""
+    """The content of active.json."""
 
     format: Literal[1] = 1
     version: Annotated[int, Strict(), Field(ge=0)] = 0
-    """0 = none is in use."""
+    """The version in use; 0 = none."""
     sha256: str = ""
-    """Of the version named: another file under its name is not it."""
+    """Checksum of that version, which detects another file under its name."""
 
 
 def version_path(directory: Path, number: int) -> Path:
-    """Where a version is."""
+    """Return the path of a version."""
     return directory / f"v{number:04d}.json"
 
 
 def version_numbers(directory: Path) -> list[int]:
-    """The versions there are, rising, sound or not; none where there is no directory."""
+    """Return the numbers of all versions, intact or not, in rising order; empty without a directory."""
     try:
         names = [path.name for path in directory.iterdir()]
     except FileNotFoundError:
@@ -49,7 +49,7 @@ def version_numbers(directory: Path) -> list[int]:
 
 
 def read_version(kind: type[File], directory: Path, number: int) -> File:
-    """A version that is whole; whether it fits the machine is another question."""
+    """Read an intact version, without checking that it fits the machine."""
     result = kind.from_text(_text_of(version_path(directory, number)))
     if result.version != number:
         raise ValueError(f"holds version {result.version}: it was renamed or copied")
@@ -57,12 +57,12 @@ def read_version(kind: type[File], directory: Path, number: int) -> File:
 
 
 def write_version(directory: Path, result: LearnedFile[Any]) -> None:
-    """Write a version; the caller has seen to it that its number is free."""
+    """Write a version; the caller ensures that its number is free."""
     write_text_whole(version_path(directory, result.version), result.to_text())
 
 
 def read_active(directory: Path) -> Active:
-    """Which version is in use; none where there is no such file."""
+    """Read which version is in use; version 0 without a file."""
     try:
         text = _text_of(directory / ACTIVE_FILE)
     except FileNotFoundError:
@@ -93,7 +93,7 @@ def _text_of(path: Path) -> str:
 
 
 def plain(value: Any) -> bool | float | str:
-    """A condition as JSON can hold it: whatever else it is becomes text."""
+    """Convert a condition for JSON: values other than finite numbers and bool become text."""
     if isinstance(value, bool | int) or (isinstance(value, float) and math.isfinite(value)):
         return value
     return str(value)[:LONGEST_CONDITION]

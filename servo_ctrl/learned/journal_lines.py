@@ -1,7 +1,7 @@
-"""The lines of a stroke journal: a header and strokes as JSON, chained by their checksums.
+"""The lines of a stroke journal: a header and strokes in JSON, chained by their checksums.
 
-A line ends with the CRC-32 of its JSON, which goes on from that of the line before: none can change, go
-missing or change places unseen.
+A line ends with the CRC-32 of its JSON, continued from the checksum of the previous line, so that a changed,
+missing or exchanged line is detected.
 """
 
 import zlib
@@ -23,7 +23,7 @@ Trace = Annotated[list[Nanometres], Field(min_length=1)]
 
 
 class Header(FileSection):
-    """The first line: what the strokes depend on."""
+    """The first line: the settings and machine-file values that the strokes depend on."""
 
     format: Literal[1] = 1
     axis: str
@@ -32,7 +32,7 @@ class Header(FileSection):
 
 
 class StrokeLine(FileSection):
-    """A stroke."""
+    """A stroke and its errors."""
 
     stage: Annotated[str, Field(max_length=100)]
     acceleration_m_s2: Positive
@@ -42,7 +42,7 @@ class StrokeLine(FileSection):
 
     @classmethod
     def of(cls, stroke: Stroke, result: StrokeResult) -> Self:
-        """Raises ValueError where the errors are not whole nanometres, or a value is none."""
+        """Make a line. Raises ValueError if an error is no whole nanometre or a value is invalid."""
         error_nm = np.rint(result.error_m / UNIT_M)
         if not (np.isfinite(error_nm).all() and np.array_equal(error_nm * UNIT_M, result.error_m)):
             raise ValueError("the errors of a stroke must be finite whole nanometres")
@@ -55,7 +55,7 @@ class StrokeLine(FileSection):
         )
 
     def entry(self) -> tuple[Stroke, StrokeResult]:
-        """The same numbers. Raises ValueError where the traces differ in length."""
+        """Return stroke and result, identical to the bit. Raises ValueError if traces differ in length."""
         error_m = np.array(self.error_nm, dtype=np.float64) * UNIT_M
         stroke = Stroke(self.stage, self.acceleration_m_s2, Pulse(*self.pulse))
         return stroke, StrokeResult(error_m, self.period_s)
@@ -65,14 +65,14 @@ Content = TypeVar("Content", Header, StrokeLine)
 
 
 def encoded(content: FileSection, before: int) -> tuple[bytes, int]:
-    """A line and its checksum; `before` is that of the line before, 0 for the first."""
+    """Return a line and its checksum; `before` is the checksum of the previous line, 0 for the first."""
     body = content.model_dump_json().encode()
     checksum = zlib.crc32(body, before)
     return body[:-1] + _CHECKSUM % checksum, checksum
 
 
 def decoded(kind: type[Content], line: bytes, before: int) -> tuple[Content, int]:
-    """What a line (without its end) says, and its checksum. Raises ValueError."""
+    """Return the content of a line (without its end) and its checksum. Raises ValueError."""
     body = line[: 1 - _CHECKSUM_LENGTH] + b"}"
     checksum = zlib.crc32(body, before)
     if line + b"\n" != body[:-1] + _CHECKSUM % checksum:

@@ -1,4 +1,4 @@
-"""Learned pulse functions as types, and what they depend on."""
+"""The schema of learned pulse functions, and the machine-file values that they depend on."""
 
 from dataclasses import asdict
 from typing import Annotated, Any
@@ -18,9 +18,9 @@ LONGEST_PULSE_S = 60.0
 POINTS = 2000
 """Bounds the points of a function; chosen."""
 _ROUNDING = 1.0 + 1e-9
-"""A_max is computed in more than one place: the last bit may differ."""
+"""A_max is computed in several places, whose last bits may differ."""
 _OFF_AT_ZERO = frozenset({"ki_1_s2", "kd", "derivative_filter_ms"})
-"""Gains that are missing in results of versions which did not have them."""
+"""Gains missing in results of software versions that did not have them."""
 
 PulseTime = Annotated[float, Strict(), Field(ge=0.0, le=LONGEST_PULSE_S)]
 
@@ -33,7 +33,7 @@ class DurationPoint(FileSection):
 
 
 class AmplitudePoint(FileSection):
-    """One point of A*(a); a pulse against the new direction would only make the error larger."""
+    """One point of A*(a), positive because a pulse against the new direction would increase the error."""
 
     acceleration_m_s2: Positive
     amplitude_m_s: Positive
@@ -49,7 +49,7 @@ class TrailingPoint(FileSection):
 
 
 class LearnedFunctions(LearnedContent):
-    """`learning.types.Learned` with its points by name."""
+    """`learning.types.Learned` with the points by name."""
 
     result = Learned
     durations: Annotated[list[DurationPoint], Field(min_length=1, max_length=POINTS)]
@@ -67,7 +67,7 @@ class LearnedFunctions(LearnedContent):
 
     @staticmethod
     def basis(machine: MachineConfig, axis: str) -> Basis:
-        """The values of the machine file that a learned pulse depends on."""
+        """Return the machine-file values that a learned pulse depends on."""
         config, pulse = machine.axes[axis], machine.axes[axis].section(FrictionCompensationSettings)
         basis: Basis = {
             "sync_period_us": machine.bus.sync_period_us,
@@ -85,7 +85,7 @@ class LearnedFunctions(LearnedContent):
         return basis
 
     def objection(self, machine: MachineConfig, axis: str) -> str:
-        """No pulse beyond A_max; none at all without the section."""
+        """Return which pulse exceeds A_max (0 without the section), else ""."""
         pulse, amplitude_max_m_s = machine.axes[axis].section(FrictionCompensationSettings), 0.0
         if pulse is not None:
             amplitude_max_m_s = pulse.acceleration_allowed_mm_s2 * MM * pulse.rise_ms * 1e-3

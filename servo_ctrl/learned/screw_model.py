@@ -1,4 +1,4 @@
-"""A learned screw as types: error table and lost motion, and what they depend on."""
+"""The schema of a learned screw, error table and lost motion, and the values that it depends on."""
 
 from itertools import pairwise
 from typing import Annotated
@@ -14,8 +14,8 @@ from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.units import UM
 
 STEEPEST = 0.05
-"""Bounds the change of the error per travel; chosen: a poor screw wobbles by a hundredth, and at 1 the motor
-would turn back."""
+"""Bounds the slope of the error over the travel; chosen: a poor screw has 0.01, and at 1 the motor would
+reverse."""
 
 
 class ScrewPoint(FileSection):
@@ -24,11 +24,11 @@ class ScrewPoint(FileSection):
     position_m: Number
     error_m: Number
     lost_motion_m: Number
-    """There; the control law takes the mean."""
+    """Lost motion at this position; the control law uses the mean."""
 
 
 class ScrewTable(LearnedContent):
-    """`learning.screw.ScrewLearned` with its points by name."""
+    """`learning.screw.ScrewLearned` with the points by name."""
 
     result = ScrewLearned
     lost_motion_m: NonNegative
@@ -45,7 +45,7 @@ class ScrewTable(LearnedContent):
 
     @staticmethod
     def basis(machine: MachineConfig, axis: str) -> Basis:
-        """What defines the table's position: home and the units of encoder and scale; no gains."""
+        """Return the values that define the table's position: home, units of encoder and scale; no gains."""
         config = machine.axes[axis]
         basis: Basis = {
             "homing_method": config.homing_method,
@@ -57,7 +57,7 @@ class ScrewTable(LearnedContent):
         return basis
 
     def objection(self, machine: MachineConfig, axis: str) -> str:
-        """No correction beyond limit_um, and none that changes faster than a screw's error can."""
+        """Return why a correction exceeds limit_um or is steeper than a screw error can be, else ""."""
         config = machine.axes[axis].section(ScrewCompensationSettings)
         if config is None:
             return ""

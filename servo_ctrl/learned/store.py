@@ -1,12 +1,12 @@
-"""What was learned on disk: numbered versions that are never changed, and a file that names the one in use.
+"""Stores learned results on disk: immutable numbered versions, and a file that names the version in use.
 
     DIR/x/v0001.json, v0002.json, ...   pulse functions, immutable
     DIR/x/active.json                   which of them is in use
     DIR/x/screw/...                     the screw, likewise
     DIR/x/waveform/...                  the waveform, likewise
 
-All are written whole, synchronised and renamed: after a crash at any point there are whole files only, and
-active.json names the version from before or the new one.
+All are written under a temporary name, synchronised and renamed: after a crash at any point all files are
+complete, and active.json names the previous or the new version.
 """
 
 from collections.abc import Callable
@@ -42,11 +42,11 @@ Result = TypeVar("Result", Learned, ScrewLearned, WaveformLearned)
 
 
 class StoreError(ServoCtrlError):
-    """A learned result or a journal that cannot be used or written: file, reason, what to do."""
+    """A learned result or journal cannot be used or written; the text has file, reason and remedy."""
 
 
 class StoredResult(NamedTuple, Generic[Result]):
-    """A sound version."""
+    """An intact version of a learned result."""
 
     version: int
     axis: str
@@ -57,29 +57,29 @@ class StoredResult(NamedTuple, Generic[Result]):
 
 
 class VersionEntry(NamedTuple):
-    """A version as it lies on the disk."""
+    """A version on the disk, intact or not."""
 
     version: int
     in_use: bool
     result: LearnedFile[Any] | None
-    """None: the file is damaged."""
+    """The content; None if the file is damaged."""
     problem: str
-    """Why it cannot be used; "" when it can."""
+    """Why it cannot be used, else ""."""
 
 
 def default_directory(machine: MachineConfig) -> Path:
-    """Where the results of a machine are kept by default: beside its file, or the user's where installed."""
+    """Return the default directory: beside the machine file, or the user's for an installed machine."""
     folder = machine.source.parent
     return (state_directory() / folder.name if is_installed(folder) else folder) / "learned"
 
 
 def utc_now() -> datetime:
-    """The date of a new version."""
+    """Return the date for a new version."""
     return datetime.now(UTC)
 
 
 class VersionStore(Generic[Result]):
-    """What one machine has learned, of one kind, below `directory`, which is made when something is stored.
+    """The learned results of one machine, of one kind, below `directory`, which the first `add` creates.
 
     All methods raise StoreError.
     """
@@ -88,7 +88,7 @@ class VersionStore(Generic[Result]):
     below = ""
     """Directory below that of the axis."""
     option = ""
-    """The option of `servo-ctrl learned` for this kind."""
+    """The option that selects this kind in `servo-ctrl learned`."""
 
     def __init__(
         self, directory: Path, machine: MachineConfig, *, now: Callable[[], datetime] = utc_now
@@ -99,7 +99,7 @@ class VersionStore(Generic[Result]):
         self._now = now
 
     def active(self, axis: str) -> StoredResult[Result] | None:
-        """The version in use, checked; None when none is in use."""
+        """Return the version in use, checked; None without one."""
         active = self._active(axis)
         if active.version == 0:
             return None
@@ -111,7 +111,7 @@ class VersionStore(Generic[Result]):
         return _stored(result)
 
     def versions(self, axis: str) -> list[VersionEntry]:
-        """All versions, oldest first, sound or not."""
+        """Return all versions, oldest first, intact or not."""
         try:
             in_use = self._active(axis).version
         except StoreError:
@@ -122,7 +122,7 @@ class VersionStore(Generic[Result]):
         ]
 
     def add(self, axis: str, learned: Result, conditions: dict[str, Any]) -> StoredResult[Result]:
-        """Store a new version and take it into use."""
+        """Store a new version and put it into use."""
         directory = self._directory(axis)
         try:
             make_directory(directory)
@@ -136,9 +136,9 @@ class VersionStore(Generic[Result]):
         return _stored(result)
 
     def roll_back(self, axis: str) -> StoredResult[Result] | None:
-        """Take the sound version before the one in use into use again, or none (None); nothing is deleted.
+        """Put the intact version before the one in use into use, or none (None); delete no version.
 
-        Where active.json cannot be read, the newest sound version is taken.
+        If active.json cannot be read, the newest intact version comes into use.
         """
         directory = self._directory(axis)
         if not directory.is_dir():
@@ -157,7 +157,7 @@ class VersionStore(Generic[Result]):
         return None if result is None else _stored(result)
 
     def _new(self, axis: str, number: int, learned: Result, conditions: dict[str, Any]) -> LearnedFile[Any]:
-        """A version that has passed every check it will meet when it is read."""
+        """Make a version, and check it as a later read does."""
         content = {
             "format": FORMAT,
             "version": number,
@@ -184,7 +184,7 @@ class VersionStore(Generic[Result]):
         return None
 
     def _checked(self, axis: str, number: int) -> tuple[LearnedFile[Any] | None, str]:
-        """A version, None where it is damaged, and what speaks against its use."""
+        """Return a version, None if damaged, and why it must not be used, else ""."""
         try:
             result = read_version(self._file, self._directory(axis), number)
         except FileNotFoundError:
@@ -226,13 +226,13 @@ class VersionStore(Generic[Result]):
 
 
 class LearnedStore(VersionStore[Learned]):
-    """Pulse functions."""
+    """The store of pulse functions."""
 
     content = LearnedFunctions
 
 
 class ScrewStore(VersionStore[ScrewLearned]):
-    """Error table and lost motion of the screw."""
+    """The store of screw error tables and lost motion."""
 
     content = ScrewTable
     below = "screw"

@@ -1,7 +1,7 @@
-"""The journal of a learning run: every stroke that was made, so that the run goes on after a restart.
+"""The journal of a learning run: keeps every stroke, so that the run continues after a restart.
 
-DIR/x/journal.jsonl: a header line, then one line a stroke with its errors in whole nanometres, each with a
-checksum. A line is on the disk when `append` returns; one that a crash tore off is the last, and is dropped.
+DIR/x/journal.jsonl has a header line, then one line a stroke with its errors in whole nanometres, each with a
+checksum. A line is on the disk when `append` returns; a partial last line after a crash is dropped.
 """
 
 import os
@@ -19,19 +19,19 @@ from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
 
 JOURNAL_FILE = "journal.jsonl"
 PREVIOUS_FILE = "journal.previous.jsonl"
-"""Name under which a journal is kept that cannot be continued."""
+"""Name under which a journal that cannot be continued is kept."""
 LARGEST_FILE = 200_000_000
-"""Bytes; chosen: a thousand strokes have about seven million."""
+"""Bounds the bytes of a journal; chosen: a thousand strokes have about seven million."""
 
 
 class _Found(NamedTuple):
-    """What the bytes of a journal have to offer."""
+    """The usable content of a journal."""
 
     entries: list[tuple[Stroke, StrokeResult]]
     end: int
-    """Bytes of header and strokes up to the first damage."""
+    """Bytes of header and strokes before the first damage."""
     checksum: int
-    """Of the last sound line."""
+    """Checksum of the last intact line."""
     problem: str
 
 
@@ -39,9 +39,9 @@ NOTHING = _Found([], 0, 0, "")
 
 
 class StrokeJournal:
-    """The journal of one axis. `basis`: what else must be as it was, see `LearnedContent.basis`.
+    """The journal of one axis. `basis`: machine-file values that must not change, see `LearnedContent`.
 
-    `problem` says, after `replay`, why a journal could not be used, or not whole; "" when it was.
+    After `replay` `problem` says why a journal was not or not completely usable, else "".
     """
 
     def __init__(
@@ -64,12 +64,12 @@ class StrokeJournal:
         )
         self._end = self._checksum = 0
         self._size: int | None = None
-        """Bytes of the file as we left it; None before it was looked at."""
+        """Bytes of the file after our last access; None before the first."""
 
     def replay(self) -> list[tuple[Stroke, StrokeResult]]:
-        """The strokes made so far, the same numbers that were appended; none where there is no journal.
+        """Return the strokes so far, identical to the appended ones; empty without a journal.
 
-        Damage in the middle ends it there. Raises StoreError when the file cannot be read.
+        Strokes after a damaged line are ignored. Raises StoreError when the file cannot be read.
         """
         try:
             data = self._bytes()
@@ -81,9 +81,9 @@ class StrokeJournal:
         return found.entries
 
     def append(self, stroke: Stroke, result: StrokeResult) -> None:
-        """Add a stroke; it is on the disk when this returns.
+        """Add a stroke and return once it is on the disk.
 
-        Raises StoreError, and ValueError for a result that is not in whole nanometres.
+        Raises StoreError, and ValueError for a result not in whole nanometres.
         """
         entry = StrokeLine.of(stroke, result)
         try:
@@ -99,7 +99,7 @@ class StrokeJournal:
         self._checksum = checksum
 
     def remove(self) -> None:
-        """Forget the run. Raises StoreError."""
+        """Delete the journal. Raises StoreError."""
         try:
             self.path.unlink(missing_ok=True)
             if self.path.parent.is_dir():
@@ -109,7 +109,7 @@ class StrokeJournal:
         self._size, self.problem = None, ""
 
     def _begin(self) -> None:
-        """Write the file anew as far as it is sound; the original is kept beside it."""
+        """Write the intact part of the file again, and keep a damaged original beside it."""
         make_directory(self.path.parent)
         data = self._bytes()
         if self.problem:
@@ -125,7 +125,7 @@ class StrokeJournal:
         with self.path.open("r+b", buffering=0) as file:
             if os.fstat(file.fileno()).st_size != self._size:
                 raise OSError("another process has changed it")
-            file.truncate(self._end)  # what a crash tore off
+            file.truncate(self._end)  # remove a partial line
             file.seek(self._end)
             rest = memoryview(line)
             while rest:
@@ -136,8 +136,8 @@ class StrokeJournal:
     def _bytes(self) -> bytes:
         try:
             with self.path.open("rb") as file:
-                # Not `read(LARGEST_FILE)`: Python takes that much memory at once, and where memory is locked
-                # the whole process, the cycle too, stands still until it is there.
+                # Not `read(LARGEST_FILE)`: Python allocates that much memory at once, and with locked memory
+                # the whole process, including the cycle, would stall meanwhile.
                 if os.fstat(file.fileno()).st_size > LARGEST_FILE:
                     raise OSError(f"it has more than {LARGEST_FILE} bytes")
                 return file.read()
@@ -147,7 +147,7 @@ class StrokeJournal:
     def _found(self, data: bytes) -> _Found:
         if not data:
             return NOTHING
-        # what is behind the last line end was torn off by a crash: its `append` has not returned
+        # text after the last line end is from an interrupted `append`
         *lines, _ = data.split(b"\n")
         try:
             header, checksum = decoded(Header, lines[0] if lines else b"", 0)
@@ -168,7 +168,7 @@ class StrokeJournal:
         return _Found(entries, end, checksum, problem)
 
     def _changed(self, header: Header) -> str:
-        """What is not as it was when the journal was begun, in words; "" when all is."""
+        """Return which setting has changed since the journal was begun, else ""."""
         now = self._header
         return difference(
             {"axis": header.axis, **header.settings, **header.basis},

@@ -1,1 +1,1 @@
-"""What a recording says of the machine: circles, contour error, ISO 230-2. No published figures."""
+"""Evaluates machine errors from recordings: circles, contour error, ISO 230-2, and loop margins."""

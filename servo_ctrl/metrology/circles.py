@@ -1,6 +1,6 @@
-"""Circles on an X-Y table: indicators at the reversals, traces for the pictures.
+"""Evaluates circles on an X-Y table: indicators at the reversals, traces for plots.
 
-Only the part at constant speed counts; the start and the end of a circle belong to no reversal.
+Only the part at constant speed counts; start and end of a circle belong to no reversal.
 """
 
 from typing import Any, NamedTuple
@@ -23,8 +23,8 @@ from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
 from servo_ctrl.recording.reader import Recording
 
 AXES = ("x", "y")
-SPEED_TOLERANCE = 1e-6  # relative, chosen: one sample into a ramp the speed differs by far more
-BEFORE_S, AFTER_S = 0.05, 0.15  # chosen: shown of an error trace beside the monitoring window
+SPEED_TOLERANCE = 1e-6  # relative, chosen: after one sample of a ramp the speed already differs by far more
+BEFORE_S, AFTER_S = 0.05, 0.15  # chosen: parts of an error trace shown before and after the monitoring window
 
 
 class ReversalFigures(NamedTuple):
@@ -37,7 +37,7 @@ class ReversalFigures(NamedTuple):
 
 
 class CircleResult(NamedTuple):
-    """What one circle at one feed showed; metres, seconds."""
+    """Results of one circle at one feed; metres, seconds."""
 
     label: str
     feed_mm_min: int
@@ -48,7 +48,7 @@ class CircleResult(NamedTuple):
 
 
 def analyse_circles(recording: Recording, window_s: float) -> list[CircleResult]:
-    """Each circle of a recording in its order; `window_s` is the monitoring time Tm.
+    """Evaluate each circle of a recording in order; `window_s` is the monitoring time Tm.
 
     Raises:
         ValueError: a circle without a whole turn or a reversal at constant speed.
@@ -90,9 +90,9 @@ def _analyse(label: str, columns: dict[str, NDArray[Any]], window_s: float) -> C
 
 
 def last_turn(label: str, circle: FittedCircle, x_m: Array, y_m: Array, deviation_m: Array) -> ContourTrace:
-    """The last whole turn about a circle, the most settled one, by the commanded positions.
+    """Return the last whole turn, which is the most settled one, by the commanded positions.
 
-    Raises ValueError for less than one.
+    Raises ValueError for less than one turn.
     """
     angle_rad = np.unwrap(np.arctan2(y_m - circle.centre_m[1], x_m - circle.centre_m[0]))
     if abs(angle_rad[-1] - angle_rad[0]) < 2.0 * np.pi:
@@ -102,7 +102,7 @@ def last_turn(label: str, circle: FittedCircle, x_m: Array, y_m: Array, deviatio
 
 
 def error_trace(label: str, error_m: Array, command_m: Array, period_s: float, window_s: float) -> ErrorTrace:
-    """The error about the last reversal that is there whole, positive when the table lags behind."""
+    """Return the error around the last completely recorded reversal, positive when the table lags."""
     before, after = round(BEFORE_S / period_s), round((window_s + AFTER_S) / period_s)
     starts = reversals(command_m)
     whole = starts[(starts >= before) & (starts + after <= len(error_m))]
@@ -116,7 +116,7 @@ def error_trace(label: str, error_m: Array, command_m: Array, period_s: float, w
 
 
 def figures_um(entry: Indicators) -> ReversalFigures:
-    """The four indicators in micrometres."""
+    """Return the four indicators in micrometres."""
     return ReversalFigures(
         contour_peak_um=1e6 * entry.contour_peak_m,
         mean_um=1e6 * entry.error_mean_m,

@@ -1,7 +1,7 @@
-"""How far the table was from the contour of a part program, at feed (G1, G2, G3).
+"""Measures the distance of the table from the contour of a part program, at feed (G1, G2, G3).
 
-Against the geometry as it is written, which no corner rounding excuses, and against the path that was
-commanded, which shows the servo alone. Distances are to the nearest point, not at the same time: a lag
+One distance is to the programmed geometry and includes corner rounding, another to the commanded path and
+shows the servo alone. Distances are to the nearest point, not to the point of the same time, because a lag
 along the path is no contour error.
 """
 
@@ -24,11 +24,11 @@ from servo_ctrl.recording.recorder import RecordingError
 
 CONTOUR_FILE = "contour_error.json"
 LAG_S = 0.1
-"""Seconds of the commanded path, before and behind a sample, in which the nearest point is; chosen."""
+"""Seconds of the commanded path before and after a sample that contain the nearest point; chosen."""
 
 
 class Figures(NamedTuple):
-    """Distances of one kind, metres, and the line of the program where the largest is."""
+    """Distances of one kind, metres, and the program line with the largest one."""
 
     rms_m: float
     p99_m: float
@@ -36,7 +36,7 @@ class Figures(NamedTuple):
     line: int
 
     def as_json(self) -> dict[str, Any]:
-        """In micrometres."""
+        """Return the figures in micrometres."""
         return {
             "rms_um": self.rms_m * 1e6,
             "p99_um": self.p99_m * 1e6,
@@ -46,19 +46,19 @@ class Figures(NamedTuple):
 
 
 class ContourError(NamedTuple):
-    """Of all samples at feed together."""
+    """Contour error over all samples at feed."""
 
     to_program: Figures
-    """The table to the geometry as written."""
+    """Distance of the table to the programmed geometry."""
     to_command: Figures
-    """The table to the commanded path."""
+    """Distance of the table to the commanded path."""
     rounding: Figures
-    """The commanded path to the geometry: corners, and nothing else."""
+    """Distance of the commanded path to the geometry: only the rounding of corners."""
     samples: int
 
 
 class _Distances(NamedTuple):
-    """The samples of one path at feed, (n,) each."""
+    """Distances of the samples of one path at feed, (n,) each."""
 
     to_program_m: Array
     to_command_m: Array
@@ -67,9 +67,9 @@ class _Distances(NamedTuple):
 
 
 def contour_error(recording: Recording, steps: Sequence[Step], machine: MachineConfig) -> ContourError | None:
-    """The contour error of the first run of `steps` in a recording; None where nothing moved at feed.
+    """Return the contour error of the first run of `steps` in a recording; None without motion at feed.
 
-    The first path is the approach from wherever the axes were, and no contour.
+    The first path is the approach from the initial position, and no contour.
     """
     paths = [(index, step) for index, step in enumerate(steps) if isinstance(step, PathMove)]
     found = [_distances(recording, index, step, machine) for index, step in paths[1:]]
@@ -85,7 +85,7 @@ def contour_error(recording: Recording, steps: Sequence[Step], machine: MachineC
 
 
 def write_contour_error(recording: Recording, found: ContourError) -> None:
-    """Put the figures beside the recording. Raises RecordingError."""
+    """Write the figures beside the recording. Raises RecordingError."""
     values = {"samples_at_feed": found.samples} | {
         name: figures.as_json() for name, figures in found._asdict().items() if isinstance(figures, Figures)
     }
@@ -97,9 +97,9 @@ def write_contour_error(recording: Recording, found: ContourError) -> None:
 
 
 def distance_to_path(points_m: Array, path_m: Array, window: int) -> Array:
-    """Distance of point i to the polyline of `path_m`, of which pieces i - window .. i + window count.
+    """Return the distance of point i to the pieces i - window .. i + window of the polyline `path_m`.
 
-    (n, axes) and about as many points of the path; two at least.
+    Both arrays are (n, axes) with about as many points, at least two.
     """
     nearest_m2 = np.full(len(points_m), np.inf)
     piece_m = np.diff(path_m, axis=0)
@@ -127,7 +127,7 @@ def _distances(recording: Recording, index: int, step: PathMove, machine: Machin
     start_m = np.where(np.isfinite(before_m), before_m, command_m[rows[0]])
     nearest = true_geometry(step, start_m)
     path_m, window = np.concatenate((start_m[np.newaxis], command_m[rows])), round(LAG_S / period_s)
-    # two elements may be in one place: which one is run is a question of time
+    # two elements may share a point, so the time determines the present element
     time_s = (recording.columns["cycle"][rows] - recording.columns["cycle"][of_step[0]] + 1.0) * period_s
     element = plan_path(step, start_m, motion_limits(machine), period_s).element_at(time_s)
     feed_m_s = np.array([entry.feed_m_s for entry in step.elements])
@@ -141,7 +141,7 @@ def _distances(recording: Recording, index: int, step: PathMove, machine: Machin
 
 
 def _positions(recording: Recording) -> tuple[Array, Array]:
-    """Command and measurement (N, axes): the scale where there is one, else the motor."""
+    """Return command and measured position (N, axes): of the scale if there is one, else of the motor."""
     columns = recording.columns
     command, table = [], []
     for axis in recording.axes:

@@ -1,4 +1,4 @@
-"""Accuracy and repeatability of positioning of a linear axis by ISO 230-2:2014, clause 3.
+"""Computes accuracy and repeatability of positioning of a linear axis by ISO 230-2:2014, clause 3.
 
 Deviation x_ij = actual minus target position; i: target, j: run, up and down: direction of approach.
 
@@ -11,8 +11,8 @@ Deviation x_ij = actual minus target position; i: target, j: run, up and down: d
     mean bidirectional  M = max - min of the means of both directions
     accuracy            A = max(xm_i + 2 s_i) - min(xm_i - 2 s_i), of each direction, and over both
 
-R is the largest of the R_i. The standard wants five runs at least, and five targets a metre at least; that
-is for who measures, here two runs are enough for an s_i.
+R is the largest of the R_i. The standard requires at least five runs and five targets a metre; here two runs
+suffice, because s_i needs no more.
 """
 
 from typing import NamedTuple
@@ -63,7 +63,7 @@ class Positioning(NamedTuple):
 
 
 def positioning(deviation_m: Array) -> Positioning:
-    """Evaluate deviations (runs, targets, 2): the last index is 0 for approached from below, 1 from above.
+    """Evaluate deviations (runs, targets, 2); the last index is 0 for an approach from below, 1 from above.
 
     Raises:
         ValueError: another shape, fewer than two runs, no target, or a deviation that is not finite.

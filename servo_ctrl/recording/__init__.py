@@ -1,1 +1,1 @@
-"""Recordings: channels, recorder, reader, and the logs beside them. Files appear whole or not at all."""
+"""Recordings: channels, recorder, reader, and the logs beside them. Files appear complete or not at all."""

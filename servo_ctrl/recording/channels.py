@@ -1,7 +1,7 @@
-"""The cyclic values, declared once: what a row holds, hence the columns of recordings, page and MQTT stream.
+"""Declares the cyclic values once: the values of a row and so the columns of recording, page and MQTT stream.
 
-A field of a row is a channel: its name, and beside it unit, meaning and the type that the file keeps. Whoever
-looks for a channel in a row asks `places_of` by its name.
+A field of a row type is a channel with name, unit, meaning and type in the file. `places_of` gives the place
+of a channel in a row by its name.
 """
 
 from collections.abc import Iterable
@@ -9,17 +9,17 @@ from typing import Annotated, Any, NamedTuple, get_type_hints
 
 
 class Channel(NamedTuple):
-    """One column. `dtype` is a numpy type name; integers are kept as such in the file."""
+    """One column. `dtype` is the numpy type in the file."""
 
     unit: str
     meaning: str
     dtype: str = "float64"
     name: str = ""
-    """That of the field which declares it, in `channels_of` behind the axis'."""
+    """Name of the declaring field; in `channels_of` preceded by the name of the axis."""
 
 
 class MachineRow(NamedTuple):
-    """What a row has once, in front of its axes."""
+    """The values that a row has once, before those of the axes."""
 
     time_s: Annotated[float, Channel("s", "time of the SYNC that latched the inputs, from the first SYNC")]
     cycle: Annotated[
@@ -31,7 +31,7 @@ class MachineRow(NamedTuple):
 
 
 class AxisRow(NamedTuple):
-    """What a row has for every axis; the channel is `<axis>.<field>`."""
+    """The values that a row has for every axis; the channel is `<axis>.<field>`."""
 
     position_command_m: Annotated[float, Channel("m", "set point; NaN while the drive leads the axis")]
     velocity_command_m_s: Annotated[float, Channel("m/s", "set point, from the motion profile")]
@@ -59,11 +59,11 @@ AXIS_CHANNELS = _channels(AxisRow)
 
 
 def channels_of(axes: Iterable[str]) -> tuple[Channel, ...]:
-    """All columns of a recording of these axes, in row order."""
+    """Return all columns of a recording of these axes, in row order."""
     per_axis = [channel._replace(name=f"{axis}.{channel.name}") for axis in axes for channel in AXIS_CHANNELS]
     return (*MACHINE_CHANNELS, *per_axis)
 
 
 def places_of(axes: Iterable[str]) -> dict[str, int]:
-    """Where each channel is in a row."""
+    """Return the place of each channel in a row, by name."""
     return {channel.name: place for place, channel in enumerate(channels_of(axes))}

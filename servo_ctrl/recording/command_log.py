@@ -1,8 +1,8 @@
-"""Log commands with their source and time: one JSON line a request, synced before the next is written.
+"""Logs commands with source and time: one JSON line a request, synced before the next line is written.
 
-The file is append-only. A line is whole or absent: a line torn by a crash or a full disk is removed before
-the next one. `add` does not block: a thread writes, and requests that could not be written are counted and
-reported.
+The file is append-only. A line is complete or absent: a partial line after a crash or a full disk is removed
+before the next one. `add` does not block: a thread writes, and requests that it could not write are counted
+and reported.
 """
 
 import errno
@@ -20,7 +20,7 @@ from servo_ctrl.files.directory import make_directory, sync_directory
 
 COMMANDS_FILE = "commands.jsonl"
 MAX_WAITING_LINES = 1000
-"""Bounds the lines that wait for a stalled disk; further ones are counted as lost; chosen."""
+"""Bounds the lines that wait for a stalled disk; further lines are lost and counted; chosen."""
 CLOSE_LIMIT_S = 5.0
 """Bounds how long `close` waits for the disk; chosen."""
 _TAIL_BYTES = 65536
@@ -32,9 +32,9 @@ class CommandLogError(ServoCtrlError):
 
 
 class CommandLog:
-    """Appends to one file, made if absent. Raises CommandLogError when it cannot be opened.
+    """Appends to one file, created if absent. Raises CommandLogError when it cannot be opened.
 
-    `on_problem` is called in the writer's thread, once each time that writing begins to fail.
+    The writer's thread calls `on_problem` once each time that writing begins to fail.
     """
 
     def __init__(self, path: Path, on_problem: Callable[[str], None]) -> None:
@@ -66,7 +66,7 @@ class CommandLog:
         self._waiting.put(entry)
 
     def close(self) -> str:
-        """Write the waiting lines; return what was lost, "" when nothing was. Blocks, bounded."""
+        """Write the waiting lines; return what was lost, else "". Blocks for a bounded time."""
         self._waiting.put(None)
         self._writer.join(CLOSE_LIMIT_S)
         if self._writer.is_alive():

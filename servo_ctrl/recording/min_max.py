@@ -1,4 +1,4 @@
-"""Decimate without losing a peak: keep the least and the greatest value of every bucket of rows."""
+"""Decimates without losing a peak: keeps minimum and maximum of every bucket of rows."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ Indices = NDArray[np.int64]
 
 @kernel
 def extremes(rows: Array, columns: Indices, bucket: int, lead: int) -> Indices:
-    """Row indices of the extremes of each column (k,) in each bucket of consecutive rows: (k, buckets, 2).
+    """Return the row indices of the extremes of each column (k,) in each bucket of rows, (k, buckets, 2).
 
     `rows` (n, channels) is C-contiguous. The first bucket lacks `lead` < `bucket` rows, and the last one may
     be short. The two extremes are in time order; equal where all values are equal, -1 where all are NaN.
@@ -39,7 +39,7 @@ def extremes(rows: Array, columns: Indices, bucket: int, lead: int) -> Indices:
 
 
 def min_max(rows: Array, columns: Indices, bucket: int, lead: int = 0) -> Array:
-    """Values at `extremes`: (k, buckets, 2), NaN where a bucket has no number."""
+    """Return the values at `extremes`, (k, buckets, 2); NaN where a bucket has no number."""
     found = extremes(rows, columns, bucket, lead)
     if not len(rows):
         return np.full(found.shape, np.nan)
@@ -59,8 +59,8 @@ def thinned(x: Array, y: Array, stretches: int) -> tuple[Array, Array]:
 
 
 def bucket_rows(span: int, width: int) -> int:
-    """Rows per bucket such that any `span` rows touch at most `width` buckets."""
+    """Return the rows per bucket for which any `span` rows touch at most `width` buckets."""
     if span <= width:
         return 1
-    # buckets begin at multiples of their length: a span may touch one more than it fills
+    # buckets start at multiples of their length, so a span may touch one bucket more than it fills
     return -(-span // (width - 1))

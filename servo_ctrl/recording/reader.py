@@ -1,4 +1,4 @@
-"""Read recordings into arrays, finished ones and those cut off by a kill."""
+"""Reads recordings into arrays, finished ones and those cut off by a kill."""
 
 import json
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Recording:
         return tuple(self.header["axes"])
 
     def segment(self, label: str) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
-        """Columns of the first segment with this label. Raises RecordingError when there is none."""
+        """Return the columns of the first segment with this label. Raises RecordingError if there is none."""
         labels = [segment["label"] for segment in self.header["segments"]]
         if label not in labels:
             raise RecordingError(f"{self.directory}: no segment {label!r}; there are: {', '.join(labels)}")
@@ -34,8 +34,8 @@ class Recording:
 
 
 def load_recording(directory: Path) -> Recording:
-    """Read a recording directory. Raises RecordingError when it is none or damaged."""
-    from servo_ctrl.files.arrow import read_parts  # noqa: PLC0415  # 30 MB that no run needs before its end
+    """Read a recording directory. Raises RecordingError if it is damaged or no recording."""
+    from servo_ctrl.files.arrow import read_parts  # noqa: PLC0415  # 30 MB that a run needs only at its end
 
     try:
         header = json.loads((directory / HEADER_FILE).read_text(encoding="utf-8"))

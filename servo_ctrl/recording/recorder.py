@@ -1,7 +1,7 @@
-"""The recorder: rows go into preallocated chunks in the cycle, chunks to the disk in a thread.
+"""Records rows: the cycle fills preallocated chunks, a thread writes them to the disk.
 
-`record` costs one array row. A full chunk is handed over through a bounded queue; the writer makes it a
-Parquet part and gives the chunk back. What could not be written is counted and reported.
+`record` only copies one row. The writer receives full chunks through a queue, writes each as a Parquet part
+and returns the chunk for reuse. Rows that it could not write are counted and reported.
 """
 
 import json
@@ -20,14 +20,14 @@ from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.recording.channels import Channel
 
 ROWS_PER_PART = 2000
-"""Rows lost at most by a kill -9; chosen: two seconds at 1 kHz."""
+"""Bounds the rows that a kill -9 loses; chosen: two seconds at 1 kHz."""
 CHUNKS = 8
-"""Chunks in circulation; chosen: 16 s of a stalled disk at 1 kHz."""
+"""Number of chunks; chosen: bridges a disk stalled for 16 s at 1 kHz."""
 CLOSE_LIMIT_S = 30.0
-"""Bounds how long `close` waits for the disk; chosen: longer than the chunks in circulation last."""
+"""Bounds how long `close` waits for the disk; chosen longer than the time that the chunks bridge."""
 HEADER_FILE = "recording.json"
 LOSS = "loss"
-"""The key of the header that says what is not in the parts, and why."""
+"""Header key that says which rows are missing in the parts, and why."""
 
 Chunk = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -38,22 +38,22 @@ class RecordingError(ServoCtrlError):
 
 @cache
 def _arrow() -> ModuleType:
-    """Arrow, loaded by the first recorder: a run without one saves 30 MB."""
+    """Import Arrow for the first recorder, because a run without a recording saves 30 MB."""
     from servo_ctrl.files import arrow  # noqa: PLC0415
 
     return arrow
 
 
 def write_part(path: Path, channels: Sequence[Channel], rows: Chunk) -> None:
-    """Write a part, as `files.arrow` does."""
+    """Write a part with `files.arrow`."""
     _arrow().write_part(path, channels, rows)
 
 
 class Recorder:
     """Writes one recording directory. `wait_s`: how long `record` may wait for a free chunk, once.
 
-    In lockstep it may wait, for time stands still meanwhile; in real time it must not (0): rows are lost
-    then, and counted in `rows_lost`. Raises RecordingError when the directory cannot be made or is taken.
+    In lockstep it may wait, because simulated time stands still; in real time it must not (0): then rows are
+    lost and counted in `rows_lost`. Raises RecordingError if the directory cannot be made or is in use.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Recorder:
         self.directory = directory
         self.rows_lost = 0
         self.problem = ""
-        """Why the writer gave up; empty while all is well."""
+        """Why writing failed; empty while it works."""
         self._channels = tuple(channels)
         self._wait_s = wait_s
         self._parts = 0
@@ -80,15 +80,15 @@ class Recorder:
         self._row = 0
         self._rows_per_part = rows_per_part
         self._handed_over = self._settled = 0
-        """Rows in chunks that the writer was given, and those that it has written or counted as lost."""
+        """Rows handed to the writer, and rows that it has written or counted as lost."""
         self._open(header)
-        _arrow()  # now, and not with the first part, when time counts
+        _arrow()  # import it now rather than with the first part, during the cycle
         self._writer = threading.Thread(target=self._write_all, name="recorder", daemon=True)
         self._writer.start()
 
     @property
     def loss(self) -> str:
-        """What is not in the parts, and why; "" while all is."""
+        """Which rows are missing in the parts, and why; "" if none is."""
         if self.problem:
             return f"{self.problem} ({self.rows_lost} rows lost)"
         return f"the disk was too slow, {self.rows_lost} rows lost" if self.rows_lost else ""
@@ -113,7 +113,7 @@ class Recorder:
         self._full.put(header)
 
     def close(self, header: dict[str, Any]) -> None:
-        """Write what is left and the final header. Raises RecordingError when anything was not written."""
+        """Write the remaining rows and the final header. Raises RecordingError if any row is missing."""
         if self._chunk is not None and self._row > 0:
             self._hand_over(self._chunk[: self._row])
         self._chunk = None
@@ -143,7 +143,7 @@ class Recorder:
         try:
             return self._free.get(timeout=self._wait_s) if self._wait_s > 0.0 else self._free.get_nowait()
         except queue.Empty:
-            self._wait_s = 0.0  # once is enough: the disk hangs, and waiting delays the axes
+            self._wait_s = 0.0  # wait only once: the disk hangs, and waiting delays the axes
             return None
 
     def _write_all(self) -> None:
@@ -153,7 +153,7 @@ class Recorder:
                     self._write_header(item)
                 else:
                     self._write_chunk(item)
-            except Exception as error:  # noqa: BLE001  # a writer that ends silently would lose all that follows
+            except Exception as error:  # noqa: BLE001  # a writer that ended silently would lose the rest
                 reason = reason_of(error) if isinstance(error, OSError) else repr(error)
                 self.problem = self.problem or f"cannot be written: {reason}"
 

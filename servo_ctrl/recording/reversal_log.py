@@ -1,6 +1,6 @@
-"""The reversals of a run as JSON lines beside its recording: one object a reversal, readable while it grows.
+"""Logs the reversals of a run as JSON lines beside its recording: one object a reversal, readable meanwhile.
 
-`add` never waits: a thread writes. What could not be written is counted and reported.
+`add` never waits: a thread writes. Reversals that it could not write are counted and reported.
 """
 
 import json
@@ -20,12 +20,12 @@ MAX_WAITING_REVERSALS = 1000
 
 
 class ReversalLog:
-    """Writes one file. Raises RecordingError when it cannot be made or is there already."""
+    """Writes one file. Raises RecordingError if it cannot be made or exists already."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.problem = ""
-        """Why the writer gave up; empty while all is well."""
+        """Why writing failed; empty while it works."""
         self._refused = 0
         self._not_written = 0
         self._waiting: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
@@ -41,18 +41,18 @@ class ReversalLog:
 
     @property
     def lost(self) -> int:
-        """Reversals that are not in the file and will not be."""
+        """Number of reversals lost for the file."""
         return self._refused + self._not_written
 
     def add(self, report: dict[str, Any]) -> None:
-        """One reversal, as `reversal_entry` makes it."""
+        """Add one reversal, made by `reversal_entry`."""
         if self._waiting.qsize() >= MAX_WAITING_REVERSALS:
             self._refused += 1
             return
         self._waiting.put(report)
 
     def close(self) -> None:
-        """Write what is waiting. Raises RecordingError when anything was not written."""
+        """Write the waiting reversals. Raises RecordingError if any was not written."""
         self._waiting.put(None)
         self._writer.join(CLOSE_LIMIT_S)
         if self._writer.is_alive():
@@ -64,13 +64,13 @@ class ReversalLog:
 
     def _write_all(self) -> None:
         while (report := self._waiting.get()) is not None:
-            if self.problem:  # half a line may be there already; what follows it could not be read
+            if self.problem:  # a partial line may be in the file, after which no line could be read
                 self._not_written += 1
                 continue
             try:
                 self._file.write(json.dumps(report, allow_nan=False) + "\n")
                 self._file.flush()
-            except Exception as error:  # noqa: BLE001  # a writer that ends silently would lose all that follows
+            except Exception as error:  # noqa: BLE001  # a writer that ended silently would lose the rest
                 self._not_written += 1
                 self._give_up(error)
         try:
@@ -85,18 +85,18 @@ class ReversalLog:
 
 
 def reversal_entry(report: ReversalReport, axis: str, period_s: float, *, due: bool) -> dict[str, Any]:
-    """One line of the log. `due`: whether learning is due after this reversal."""
+    """Return one line of the log. `due`: whether learning is due after this reversal."""
     return {**report._asdict(), "axis": axis, "time_s": report.cycle * period_s, "due": due}
 
 
 def read_reversals(directory: Path) -> list[dict[str, Any]]:
-    """All whole lines of a recording's reversals, finished or torn off by a kill.
+    """Return all complete lines of a recording's reversals, of a finished run or after a kill.
 
-    Raises RecordingError naming the file when there is none or it is damaged.
+    Raises RecordingError with the path if the file is missing or damaged.
     """
     path = directory / REVERSALS_FILE
     try:
-        lines = path.read_bytes().split(b"\n")[:-1]  # behind the last line break is nothing, or half a line
+        lines = path.read_bytes().split(b"\n")[:-1]  # the last piece is empty or a partial line
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read: {reason_of(error)}") from None
     return [_entry(path, number, line) for number, line in enumerate(lines, start=1)]

@@ -1,1 +1,1 @@
-"""Status and rows to whoever listens: MQTT and the local socket."""
+"""Publishes status and rows and receives commands: MQTT and the local socket."""

@@ -1,1 +1,1 @@
-"""The local socket: the page's and the CLI's way to the daemon."""
+"""The local socket, by which page and command line communicate with the daemon."""

@@ -1,7 +1,7 @@
-"""One client of the local socket: what it sends is checked, what it does not read is not kept for it.
+"""One client of the local socket: checks its requests, and bounds the data that waits for it.
 
-Callbacks only, in the thread of the cycle: a request is carried out as it arrives, between two frames of the
-bus. Beyond `BUFFER_LIMIT` unread bytes a client gets no rows, states or reversals, and its requests wait.
+Callbacks in the cycle's thread execute each request at its arrival, between two frames of the bus. A client
+with more than `BUFFER_LIMIT` unread bytes gets no rows, states or reversals, and its requests wait.
 """
 
 import asyncio
@@ -18,21 +18,21 @@ from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 from servo_ctrl.telemetry.local_socket.status import with_missed
 
 BUFFER_LIMIT = 1 << 19
-"""Bytes that a client may leave unread, beside what the kernel keeps; chosen: more than a second of rows."""
+"""Bounds a client's unread bytes, besides the kernel's buffer; chosen: more than a second of rows."""
 MALFORMED_LIMIT = 3
 """Malformed messages after which a client is disconnected; chosen."""
 LINGER_S = 1.0
 """Time for a client to read why it is disconnected; chosen."""
 REQUESTS_AT_ONCE = 16
 PAUSE_S = 0.02
-"""After so many requests in a row a client pauses for this time, and the cycle is served; chosen."""
+"""After `REQUESTS_AT_ONCE` consecutive requests a client pauses this long, for the cycle; chosen."""
 _CREDENTIALS = struct.Struct("3i")  # pid, uid, gid
 
 _LOG = logging.getLogger(__name__)
 
 
 class LocalClient(asyncio.Protocol):
-    """`hello` is sent first; `join` and `leave` keep the list of clients."""
+    """Sends `hello` first; `join` and `leave` keep the list of clients."""
 
     def __init__(
         self,
@@ -43,7 +43,7 @@ class LocalClient(asyncio.Protocol):
         leave: Callable[["LocalClient"], None],
     ) -> None:
         self.missed = 0
-        """Rows it did not get."""
+        """Rows that this client did not get."""
         self._hello, self._requests, self._rows = hello, requests, rows
         self._join, self._leave = join, leave
         self._transport: asyncio.Transport | None = None
@@ -54,11 +54,11 @@ class LocalClient(asyncio.Protocol):
 
     @property
     def unread(self) -> int:
-        """Bytes that wait for it here."""
+        """Bytes that wait for the client in this process."""
         return self._transport.get_write_buffer_size() if self._transport is not None else 0
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Refuse every user but the one as whom the controller runs."""
+        """Send `hello`, or refuse a client of another user than the controller's."""
         self._transport = cast("asyncio.Transport", transport)
         self._transport.set_write_buffer_limits(high=BUFFER_LIMIT)
         uid = peer_uid(transport.get_extra_info("socket"))
@@ -78,21 +78,21 @@ class LocalClient(asyncio.Protocol):
         self._leave(self)
 
     def pause_writing(self) -> None:
-        """More than `BUFFER_LIMIT` bytes are unread."""
+        """Send no more, because more than `BUFFER_LIMIT` bytes are unread."""
         self._full = True
 
     def resume_writing(self) -> None:
-        """The client has read them."""
+        """Send again, because the client has read its bytes."""
         self._full = False
         self._serve()
 
     def data_received(self, data: bytes) -> None:
-        """Serve the requests that are complete."""
+        """Execute the complete requests."""
         self._received += data
         self._serve()
 
     def send_rows(self) -> None:
-        """Send the rows since the last ones."""
+        """Send the rows since the last call."""
         if self._transport is None or self._full:
             return
         first, rows, values = self._rows.since(self._next)
@@ -102,11 +102,11 @@ class LocalClient(asyncio.Protocol):
             self._transport.write(rows_frame(first, self.missed, rows, values))
 
     def send_status(self, status: bytes) -> None:
-        """Send a status of `StatusEncoder`, which is completed here."""
+        """Send a status of `StatusEncoder`, completed with this client's missed rows."""
         self.send(with_missed(status, self.missed))
 
     def send(self, message: bytes) -> None:
-        """Send a message, unless the client does not read."""
+        """Send a message, unless too many bytes are unread."""
         if self._transport is not None and not self._full:
             self._transport.write(frame(JSON, message))
 
@@ -121,7 +121,7 @@ class LocalClient(asyncio.Protocol):
             self._transport.abort()
 
     def _serve(self) -> None:
-        """Carry out the requests that have arrived, a few at a time."""
+        """Execute the received requests, `REQUESTS_AT_ONCE` at a time."""
         try:
             for _ in range(REQUESTS_AT_ONCE):
                 if self._transport is None or self._full or self._paused or not self._serve_one():
@@ -129,18 +129,18 @@ class LocalClient(asyncio.Protocol):
             else:
                 self._paused = True
                 asyncio.get_running_loop().call_later(PAUSE_S, self._resume)
-        except Exception:  # noqa: BLE001  # a bug of ours costs the connection, not the machine
+        except Exception:  # noqa: BLE001  # a bug must not stop the machine, only the connection
             _LOG.exception("local socket: internal error")
             self.abort()
         if self._transport is not None and not self._transport.is_closing():
-            # what is in the buffer already has to be served before more is read
+            # execute the requests in the buffer before reading more
             if self._full or self._paused:
                 self._transport.pause_reading()
             else:
                 self._transport.resume_reading()
 
     def _serve_one(self) -> bool:
-        """Carry out the first request; False when it is not complete yet."""
+        """Execute the first request; return False when it is incomplete."""
         if len(self._received) < FRAME.size:
             return False
         kind, length = FRAME.unpack_from(self._received)
@@ -179,7 +179,7 @@ class LocalClient(asyncio.Protocol):
 
 
 def peer_uid(connection: socket.socket) -> int:
-    """The user at the other end, as the kernel knows it."""
+    """Return the user id of the peer, from the kernel."""
     _pid, uid, _gid = _CREDENTIALS.unpack(
         connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
     )

@@ -1,7 +1,7 @@
-"""Where the local socket is: a directory of this user alone, new for each run unless one is chosen.
+"""Makes the directory of the local socket: private to this user, new for each run unless one is chosen.
 
-A controller that is killed leaves its directory. The kernel has released its lock on it: the next controller
-removes directories of this user that are not locked and whose socket does not answer.
+A killed controller leaves its directory, but the kernel releases its lock. So the next controller removes
+directories of this user that are not locked and whose socket does not answer.
 """
 
 import contextlib
@@ -18,9 +18,9 @@ from servo_ctrl.errors import ServoCtrlError
 
 PREFIX, NAME = "servo-ctrl-page-", "page.sock"
 YOUNG_S = 60.0
-"""A younger directory may be that of a controller that has not locked it yet, seconds; chosen."""
+"""A controller may not have locked a younger directory yet, seconds; chosen."""
 ANSWER_S = 1.0
-"""Bounds the attempt to connect to a socket that may be served, seconds; chosen."""
+"""Bounds the attempt to connect to an existing socket, seconds; chosen."""
 
 
 class LocalSocketError(ServoCtrlError):
@@ -29,14 +29,14 @@ class LocalSocketError(ServoCtrlError):
 
 @contextlib.contextmanager
 def new_private_directory() -> Iterator[Path]:
-    """A path for the socket in a directory of its own, which goes with the block. Raises LocalSocketError."""
+    """Yield a socket path in a new directory, removed after the block. Raises LocalSocketError."""
     try:
         directory = Path(tempfile.mkdtemp(prefix=PREFIX))  # 0700
         descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
     except OSError as error:
         raise LocalSocketError(f"no directory for the page's socket: {error.strerror}") from None
     try:
-        with contextlib.suppress(OSError):  # where nothing can be locked, a socket that answers has to do
+        with contextlib.suppress(OSError):  # without locks a socket that answers must suffice
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield directory / NAME
     finally:
@@ -46,9 +46,9 @@ def new_private_directory() -> Iterator[Path]:
 
 @contextlib.contextmanager
 def private_and_free(path: Path) -> Iterator[Path]:
-    """A chosen path; whatever is there goes with the block. Raises LocalSocketError.
+    """Yield the chosen socket path, removed after the block. Raises LocalSocketError.
 
-    Its directory has to be ours alone, and no process may listen there.
+    Its directory must be private to this user, and no process may listen there.
     """
     try:
         found = path.parent.stat()
@@ -67,7 +67,7 @@ def private_and_free(path: Path) -> Iterator[Path]:
 
 
 def remove_left_directories() -> None:
-    """Remove the directories of controllers that were killed. What cannot be looked at or removed stays."""
+    """Remove the directories of killed controllers, as far as they can be read and removed."""
     with contextlib.suppress(OSError):
         for directory in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
             with contextlib.suppress(OSError):
@@ -76,7 +76,7 @@ def remove_left_directories() -> None:
 
 
 def _is_left(directory: Path) -> bool:
-    """Whether it is ours, has nothing but a socket, and its controller has ended. Raises OSError."""
+    """Whether a directory is ours, holds at most a socket, and its controller has ended. Raises OSError."""
     found = directory.lstat()
     if not _is_ours_alone(found) or time.time() - found.st_mtime < YOUNG_S:
         return False
@@ -100,14 +100,14 @@ def _answers(path: Path) -> bool:
         try:
             probe.connect(str(path))
         except TimeoutError:
-            return True  # it is served, if slowly
+            return True  # a process serves it slowly
         except OSError:
             return False
     return True
 
 
 def _remove(directory: Path) -> None:
-    """The socket and its directory, and nothing else that may be in it."""
+    """Remove the socket and its directory, but no other file."""
     with contextlib.suppress(OSError):
         (directory / NAME).unlink(missing_ok=True)
         directory.rmdir()

@@ -1,4 +1,4 @@
-"""A request from the page as a line of the log, and in words for the events."""
+"""Converts a request from the page to a line of the command log and to an event text."""
 
 import hashlib
 from datetime import UTC, datetime
@@ -9,11 +9,11 @@ from pydantic import ValidationError
 from servo_ctrl.commands.local_messages import LocalRequest
 
 SHOWN = 200
-"""Characters of a value or reason in the log."""
+"""Bounds the characters of a value or reason in the log."""
 
 
 def record_of(request: LocalRequest, cycle: int) -> dict[str, Any]:
-    """A line of the log: everything that was asked for, of a program its name, length and digest."""
+    """Return a line of the log: the whole request, of a program only name, length and digest."""
     content = request.model_dump(mode="json", exclude_defaults=True, exclude={"program", "who", "id"})
     if request.program is not None:
         text = request.program.text.encode()
@@ -28,7 +28,7 @@ def record_of(request: LocalRequest, cycle: int) -> dict[str, Any]:
 
 
 def in_words(request: LocalRequest) -> str:
-    """Who asked for what, in one printable line."""
+    """Return sender and request as one printable line."""
     who = request.who
     match request.do:
         case "command":
@@ -61,7 +61,7 @@ def _mm(value: object) -> str:
 
 
 def complaint(error: ValidationError) -> str:
-    """The first complaint of pydantic: where, and what is wrong."""
+    """Return the first complaint of pydantic: the key and the fault."""
     first = error.errors(include_url=False, include_context=False, include_input=False)[0]
     place = ".".join(str(part) for part in first["loc"])
     return f"{place}: {first['msg']}" if place else first["msg"]

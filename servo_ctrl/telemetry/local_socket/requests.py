@@ -1,7 +1,7 @@
-"""Requests from the page: strict reading, one answer each, and a line in the log of who asked for what.
+"""Executes requests from the page: reads them strictly, answers each once, and logs each with its sender.
 
-Commands, settings and jogs are carried out at once. Objects of nodes and programs take longer and are
-answered later; a stop does not wait for them.
+Commands, settings and jogs are executed at once. Objects of nodes and programs take longer and are answered
+later; a stop does not wait for them.
 """
 
 import asyncio
@@ -40,34 +40,34 @@ NEEDED: dict[str, set[str]] = {
     "read_object": {"node", "index"},
     "write_object": {"node", "index", "value"},
 }
-"""Fields that a request has to have, by what is to be done."""
+"""Required fields of a request, by `do`."""
 OPTIONAL = {
     "command": {"axis"},
     "touch_off": {"axis"},
     "read_object": {"subindex"},
     "write_object": {"subindex"},
 }
-"""Fields that it may have beside them."""
+"""Optional fields of a request, by `do`."""
 SLOW = {"read_object", "write_object", "load_program", "run_line"}
-"""Requests that take longer than a tick has to spare."""
+"""Requests that take longer than the idle time of a period."""
 VALUES: dict[str, tuple[str, tuple[type, ...]]] = {
     "jog": ("a velocity in m/s", (int, float)),
     "jog_step": ("a way in m", (int, float)),
     "touch_off": ("a length in m", (int, float)),
     "run_line": ("a line of G-code", (str,)),
 }
-"""What the value of a request is."""
+"""Meaning and types of the value of a request, by `do`."""
 _ENVELOPE = {"kind", "id", "who", "do"}
 TASKS_AT_MOST = 16
-"""Slow requests in progress, of all clients; chosen."""
+"""Bounds the slow requests in progress, of all clients; chosen."""
 AXES_AT_MOST = 64
-"""Names of axes whose last jog is remembered; chosen, more than any machine has."""
+"""Bounds the axis names whose last jog is remembered; chosen, more than any machine has."""
 
 _LOG = logging.getLogger(__name__)
 
 
 class Outcome(NamedTuple):
-    """What came of a request."""
+    """The result of a request."""
 
     refusal: Refusal = Refusal.NONE
     reason: str = ""
@@ -75,42 +75,42 @@ class Outcome(NamedTuple):
 
 
 class Objects(Protocol):
-    """Access to the objects of nodes; see `daemon.page.object_access`. Both are bounded in time."""
+    """Access to the objects of nodes, bounded in time; see `daemon.page.object_access`."""
 
     async def read(self, node: int, index: int, subindex: int) -> Outcome:
-        """The value of an object."""
+        """Read the value of an object."""
 
     async def write(self, node: int, index: int, subindex: int, value: float | str | bool) -> Outcome:
         """Write an object."""
 
 
 class Workplace(NamedTuple):
-    """What requests act on."""
+    """The parts of the controller that requests act on."""
 
     commands: CommandHandler
     objects: Objects
     read_program: Callable[[ProgramText], Awaitable[ProgramConfig]]
-    """Raises ServoCtrlError."""
+    """Reads a program. Raises ServoCtrlError."""
     read_line: Callable[[str], Awaitable[PartProgram]]
-    """A line of G-code, from where the axes stand. Raises ServoCtrlError."""
+    """Reads a line of G-code that starts where the axes stand. Raises ServoCtrlError."""
     clear_counters: Callable[[], None]
     log: Callable[[dict[str, Any]], None]
     note: Callable[[str], None]
-    """Takes an event in words."""
+    """Logs an event."""
     cycle: Callable[[], int]
 
 
 class LocalRequests:
-    """Answers the requests of all clients."""
+    """Executes and answers the requests of all clients."""
 
     def __init__(self, workplace: Workplace) -> None:
         self._work = workplace
         self._jogs: dict[str, tuple[str, RequestValue | None, float]] = {}
-        """By axis: who jogged it last, how fast, and when."""
+        """By axis: user, velocity and time of its last jog."""
         self._tasks: set[asyncio.Task[None]] = set()
 
     def read(self, payload: bytes) -> LocalRequest | bytes:
-        """The request in a message, or the answer to what is none."""
+        """Return the request in a message, or the answer to a malformed message."""
         try:
             request = LocalRequest.model_validate_json(payload)
         except ValidationError as error:
@@ -126,11 +126,11 @@ class LocalRequests:
         return request
 
     def malformed(self, reason: str, number: int = 0) -> bytes:
-        """The answer to what is no request; 0 where it has no number that can be read."""
+        """Return the answer to a malformed message; `number` is 0 if its id is unreadable."""
         return message_json("answer", LocalAnswer(number, False, "malformed", reason))
 
     def carry_out(self, request: LocalRequest, reply: Reply) -> None:
-        """Do what is asked for and reply, at once or a little later."""
+        """Execute a request and reply, at once or later."""
         if request.do not in SLOW:
             self._conclude(request, self._at_once(request), reply)
         elif len(self._tasks) >= TASKS_AT_MOST:
@@ -141,7 +141,7 @@ class LocalRequests:
             task.add_done_callback(self._tasks.discard)
 
     async def close(self) -> None:
-        """Give up what is still being done."""
+        """Cancel the requests in progress."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -151,7 +151,7 @@ class LocalRequests:
             outcome = await self._in_time(request)
         except ServoCtrlError as error:
             outcome = Outcome(Refusal.OUT_OF_RANGE, str(error))
-        except Exception as bug:  # noqa: BLE001  # a mistake of ours costs the answer, not the machine
+        except Exception as bug:  # noqa: BLE001  # a bug must not stop the machine, only this request
             _LOG.exception("local socket: internal error")
             outcome = Outcome(Refusal.WRONG_STATE, repr(bug))
         self._conclude(request, outcome, reply)
@@ -185,7 +185,7 @@ class LocalRequests:
                 return self._change(request)
             case "clear_counters":
                 self._work.clear_counters()
-        return Outcome()  # the page keeps who has control; here it is only logged
+        return Outcome()  # the page manages who has control; here a change is only logged
 
     def _change(self, request: LocalRequest) -> Outcome:
         setting, value = SETTINGS[request.setting or ""], request.value
@@ -209,11 +209,11 @@ class LocalRequests:
             self._work.note(in_words(request) + ("" if accepted else f": refused: {outcome.reason}"))
 
     def _is_renewal(self, request: LocalRequest) -> bool:
-        """Whether this jog only goes on as it went."""
+        """Whether this jog only renews the last one."""
         user, value, now_s = request.who.user, request.value, time.monotonic()
         last = self._jogs.get(request.axis)
         if last is None and len(self._jogs) >= AXES_AT_MOST:
-            self._jogs.clear()  # a client makes names up
+            self._jogs.clear()  # a client sends invented names
         self._jogs[request.axis] = user, value, now_s
         if last is None or last[:2] != (user, value):
             return False

@@ -1,19 +1,19 @@
-"""Rows of the recording for the page, in a ring that is allocated before the first of them.
+"""Keeps recorded rows for the page in a ring allocated in advance.
 
-A tick packs one row, however many clients read and however slowly; a client that is too late misses rows.
+A tick packs one row, independent of the number and speed of clients; a slow client misses rows.
 """
 
 import struct
 from typing import NamedTuple
 
 KEPT = 8192
-"""Rows; eight seconds at 1 kHz."""
+"""Rows in the ring; eight seconds at 1 kHz."""
 BLOCK = 2048
-"""Rows in one message, at most; chosen: 2 s at 1 kHz."""
+"""Bounds the rows of one message; chosen: 2 s at 1 kHz."""
 
 
 class Packed(NamedTuple):
-    """Rows as they travel."""
+    """Rows packed for a message."""
 
     first: int
     rows: int
@@ -33,7 +33,7 @@ class RowBuffer:
         self._at = 0
 
     def take(self, values: list[float]) -> None:
-        """The row of this cycle."""
+        """Take the row of this cycle."""
         at = self._at
         self._pack_into(self._rows, at, *values)
         at += self._size
@@ -41,7 +41,7 @@ class RowBuffer:
         self.end += 1
 
     def since(self, number: int) -> Packed:
-        """The rows from this number on, `BLOCK` at most; those that the ring has no more are left out."""
+        """Return at most `BLOCK` rows from `number` on, without rows that the ring has lost."""
         first = max(number, self.end - self.capacity)
         rows = min(self.end - first, BLOCK)
         start = first % self.capacity

@@ -1,8 +1,8 @@
-"""The local socket: it sends status and rows to the page process, and takes its requests.
+"""The server of the local socket: sends status and rows to the page process and receives its requests.
 
-A Unix socket in a private directory, for the controller's user only. The machine never waits for a client:
-rows come from a ring, thirty times a second, right behind a tick. What takes longer than a tick has to spare
-is done in pieces, one behind each tick; docs/local_socket.md.
+It is a Unix socket in a private directory, for the controller's user only. The machine never waits for a
+client: thirty times a second, right after a tick, the server sends rows from a ring. Work longer than the
+idle time of a period is divided into pieces, one after each tick; see docs/local_socket.md.
 """
 
 import asyncio
@@ -26,23 +26,23 @@ from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 Pieces = Generator[None, None, bytes]
 
 CLIENTS_AT_MOST = 16
-"""Chosen; a page is one client."""
+"""Bounds the clients; chosen; a page is one client."""
 CLIENTS_A_PIECE = 4
-"""Clients that get their rows behind one tick."""
+"""Clients that get their rows after one tick."""
 STATUS_S = 0.1
 """Period of the status."""
 PULSE_S = 1.0 / 30.0
 """Period of the rows; chosen."""
 WAITING_AT_MOST = 256
-"""Messages for the next pulses; the oldest are left out."""
+"""Bounds the messages that wait for the next pulses; the oldest are dropped."""
 CLOSING_S = 0.2
-"""Time for the clients to read the last status."""
+"""Time for clients to read the last status."""
 
 _LOG = logging.getLogger(__name__)
 
 
 class LocalServer:
-    """`hello` is sent first to every client; `status` makes the status in pieces, as `StatusEncoder` does."""
+    """Sends `hello` first to every client; `status` makes the status in pieces, like `StatusEncoder`."""
 
     def __init__(
         self, hello: bytes, requests: LocalRequests, rows: RowBuffer, status: Callable[[], Pieces]
@@ -52,15 +52,15 @@ class LocalServer:
         self._waiting: deque[Callable[[], bytes]] = deque(maxlen=WAITING_AT_MOST)
         self._changed = False
         self._round: Generator[None, None, None] | None = None
-        """The pulse in progress, piece by piece."""
+        """The remaining pieces of the pulse in progress."""
         self._stepped_s = self._status_s = 0.0
         self._closing = False
 
     @contextlib.asynccontextmanager
     async def serving(self, at: Path | None = None) -> AsyncIterator[Path]:
-        """Listen while the block runs; yields the socket's path. Raises LocalSocketError.
+        """Listen while the block runs, and yield the socket's path. Raises LocalSocketError.
 
-        Without `at`, in a directory of its own that goes with the block.
+        Without `at` the socket is in a new directory, removed after the block.
         """
         loop = asyncio.get_running_loop()
         if at is None:
@@ -82,7 +82,7 @@ class LocalServer:
 
     @property
     def clients(self) -> int:
-        """How many are connected."""
+        """Number of connected clients."""
         return len(self._clients)
 
     def changed(self) -> None:
@@ -90,12 +90,12 @@ class LocalServer:
         self._changed = True
 
     def tell_later(self, message: Callable[[], bytes]) -> None:
-        """Send a message to all clients with one of the next pulses; it is made then."""
+        """Make a message and send it to all clients in one of the next pulses."""
         if self._clients:
             self._waiting.append(message)
 
     def step(self) -> bool:
-        """Send a piece of what is new, when the cycle has time; False once all is sent."""
+        """Send the next piece of new data, called when the cycle is idle; return False once all is sent."""
         self._stepped_s = time.monotonic()
         try:
             if self._round is None:
@@ -106,7 +106,7 @@ class LocalServer:
         except StopIteration:
             self._round = None
             return False
-        except Exception:  # noqa: BLE001  # a bug of ours costs the connections, not the machine
+        except Exception:  # noqa: BLE001  # a bug must not stop the machine, only the connections
             _LOG.exception("local socket: internal error")
             self._round = None
             for client in tuple(self._clients):
@@ -115,7 +115,7 @@ class LocalServer:
         return True
 
     def pulse(self) -> None:
-        """Send all that is new."""
+        """Send all new data."""
         while self.step():
             pass
 
@@ -158,7 +158,7 @@ class LocalServer:
                 self.pulse()
 
     async def _close_clients(self) -> None:
-        """Send the last status, and end all connections, whether the clients read or not."""
+        """Send the last status and end all connections, even of clients that do not read."""
         self.pulse()  # ends the pulse in progress
         self._changed = True
         self.pulse()

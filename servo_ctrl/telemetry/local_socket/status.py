@@ -1,7 +1,7 @@
-"""The status as JSON for the local socket: `commands.machine_status` and the figures of the bus.
+"""Encodes the status for the local socket in JSON: `commands.machine_status` and the figures of the bus.
 
-Made in the thread of the cycle ten times a second, so in pieces. What changes rarely and is long (learned
-functions) is encoded once.
+The thread of the cycle encodes it ten times a second, so it works in pieces. Long values that change rarely
+(learned functions) are encoded only when they change.
 """
 
 from collections.abc import Generator
@@ -18,7 +18,7 @@ LEARNED = ("learned", "screw")
 
 
 class BusFigures(NamedTuple):
-    """The part of a status that describes the bus, JSON already; see `daemon.page.bus_watch`."""
+    """The part of a status about the bus, already in JSON; see `daemon.page.bus_watch`."""
 
     bus: bytes
     nodes: bytes
@@ -27,17 +27,17 @@ class BusFigures(NamedTuple):
 
 
 AT_ONCE = sorted(set(MachineStatus._fields) - {"time", "axes", "rows_missed", *BusFigures._fields})
-"""Fields of the status that are encoded in the first piece."""
+"""Fields of the status in the first piece."""
 
 
 class StatusEncoder:
-    """Remembers what it has encoded of the learned results."""
+    """Encodes statuses, and keeps the encoded learned results."""
 
     def __init__(self) -> None:
         self._kept: dict[tuple[int, str], tuple[Any, bytes]] = {}
 
     def pieces(self, status: MachineStatus, figures: BusFigures) -> Generator[None, None, bytes]:
-        """A status without `rows_missed`, which is each client's own, and without the closing brace."""
+        """Encode a status without the closing brace and without `rows_missed`, which differs by client."""
         first = {
             "kind": "status",
             "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
@@ -55,7 +55,7 @@ class StatusEncoder:
         return _joined(head, **learned) + b"}"
 
     def _encoded_once(self, place: int, name: str, value: Any) -> bytes:
-        """A field of an axis, encoded again only when its value is another one."""
+        """Return an encoded field of an axis, encoded again only if its value has changed."""
         kept = self._kept.get((place, name))
         if kept is None or kept[0] != value:
             kept = self._kept[place, name] = value, plain_json(to_plain(value))
@@ -63,10 +63,10 @@ class StatusEncoder:
 
 
 def with_missed(status: bytes, rows_missed: int) -> bytes:
-    """The status as one client gets it."""
+    """Complete an encoded status for one client."""
     return b'%b,"rows_missed":%d}' % (status, rows_missed)
 
 
 def _joined(head: bytes, **parts: bytes) -> bytes:
-    """An object without its closing brace, and with further parts that are JSON already."""
+    """Append encoded parts to an object without its closing brace."""
     return head + b"".join(b',"%b":%b' % (name.encode(), part) for name, part in parts.items())

@@ -1,8 +1,8 @@
-"""A connection to an MQTT broker: the one file that knows aiomqtt (and paho-mqtt below it).
+"""A connection to an MQTT broker: the only file that uses aiomqtt (and paho-mqtt below it).
 
-MQTT 5, always with a clean start: commands sent while nobody listened are not delivered later. Reading and
-writing happen in the asyncio loop on a non-blocking socket; only name look-up, TCP connect and TLS handshake
-run in a thread, aiomqtt's own way. Every wait has a bound.
+It uses MQTT 5 with a clean start, so that commands sent while the controller was away are not delivered
+later. The asyncio loop reads and writes a non-blocking socket; only name look-up, TCP connect and TLS
+handshake run in a thread of aiomqtt. Every wait is bounded.
 """
 
 import asyncio
@@ -22,25 +22,25 @@ from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.telemetry.mqtt.credentials import password_in, tls_context
 
 ANSWER_LIMIT_S = 5.0
-"""For the broker to answer CONNECT, SUBSCRIBE and PUBLISH; paho has the same for TCP and TLS."""
+"""Bounds the wait for CONNACK, SUBACK and PUBACK; paho's bound for TCP and TLS is the same."""
 CLOSING_LIMIT_S = 1.0
 """Bounds the end of a connection, seconds; chosen."""
 WAITING_MESSAGES = 1000
-"""Received messages that may wait for us, chosen; more are lost."""
+"""Bounds the received messages that wait; further ones are lost; chosen."""
 PACKET_LIMIT = 65536
-"""Bytes of a packet; the broker keeps larger ones to itself."""
+"""Bounds the bytes of a packet; the broker does not send larger ones."""
 UNSPECIFIED_ERROR = 0x80
-"""Reason code of MQTT 5; paho puts it where it has no other."""
+"""Reason code of MQTT 5, which paho uses when it has no other."""
 
 _LOG = logging.getLogger(__name__)
-# Both libraries speak of every lost connection, at every attempt; the link says it once, in our words.
+# Both libraries log every lost connection at every attempt; the link logs it once.
 _SILENT = logging.getLogger(f"{__name__}.library")
 _SILENT.addHandler(logging.NullHandler())
 _SILENT.propagate = False
 
 
 class BrokerError(Exception):
-    """There is no connection to the broker, or no more; the text says why."""
+    """The connection to the broker failed or ended; the text gives the reason."""
 
 
 class Incoming(NamedTuple):
@@ -49,18 +49,18 @@ class Incoming(NamedTuple):
     topic: str
     payload: bytes
     retained: bool
-    """Sent to be kept by the broker, or kept by it."""
+    """Whether the message was published with the retain flag."""
 
 
 class Will(NamedTuple):
-    """A retained message that the broker publishes for us when our connection is lost."""
+    """A retained message that the broker publishes when our connection is lost."""
 
     topic: str
     payload: bytes
 
 
 class Broker:
-    """How to reach the broker. Raises ConfigError when a password or certificate cannot be read."""
+    """Connects to the broker. Raises ConfigError when a password or certificate cannot be read."""
 
     def __init__(self, config: MqttConfig, client_id: str, will: Will | None = None) -> None:
         self._config, self._client_id = config, config.client_id or client_id
@@ -72,12 +72,12 @@ class Broker:
 
     @property
     def address(self) -> str:
-        """For people: host and port."""
+        """Host and port, for messages."""
         return f"{self._config.host}:{self._config.port}"
 
     @contextlib.asynccontextmanager
     async def connection(self) -> AsyncIterator["Connection"]:
-        """Connected inside; raises BrokerError when that fails or ends."""
+        """Keep a connection while the block runs. Raises BrokerError when it fails or ends."""
         client = _RefusalReporter(
             self._config.host,
             self._config.port,
@@ -99,7 +99,7 @@ class Broker:
                 with _as_broker_error():
                     await _enter(client)
             except BrokerError as error:
-                # TLS 1.3 ends the handshake before the broker has looked at our certificate
+                # TLS 1.3 ends the handshake before the broker has checked our certificate
                 silent = self._tls is not None and "timed out" in str(error)
                 hint = ": it is away, or refuses our certificate" if silent else ""
                 raise BrokerError(f"{error}{hint}") from None
@@ -109,7 +109,7 @@ class Broker:
 
 
 class _RefusalReporter(aiomqtt.Client):
-    """Logs that the broker refuses a message, once a connection; aiomqtt takes it for sent."""
+    """Logs once a connection that the broker refuses messages, which aiomqtt counts as sent."""
 
     _refused = False
 
@@ -123,32 +123,32 @@ class _RefusalReporter(aiomqtt.Client):
 
 
 class Connection:
-    """What can be done while connected."""
+    """Publishes and receives messages while connected."""
 
     def __init__(self, client: aiomqtt.Client) -> None:
         self._client = client
 
     async def publish(self, topic: str, payload: bytes, *, qos: int = 1, retain: bool = False) -> None:
-        """Send a message; with qos 1 the broker has it when this returns."""
+        """Send a message; with QoS 1 return after the broker has confirmed it."""
         with _as_broker_error(), _cancellable():
             await self._client.publish(topic, payload, qos, retain)
 
     async def subscribe(self, topic: str) -> str:
-        """Ask for the messages of a topic with qos 1; "" or why the broker refuses."""
-        # with it a retained message is recognisable, even when it arrives as it is published
+        """Subscribe to a topic with QoS 1; return why the broker refuses, else ""."""
+        # makes a retained message recognisable even when it is delivered at its publication
         options = SubscribeOptions(qos=1, retainAsPublished=True)
         with _as_broker_error(), _cancellable():
             (code,) = await self._client.subscribe(topic, options=options)
         return "" if isinstance(code, int) or not code.is_failure else str(code)
 
     async def messages(self) -> AsyncIterator[Incoming]:
-        """What arrives on the topics asked for."""
+        """Yield the messages on the subscribed topics."""
         with _as_broker_error():
             async for message in self._client.messages:
                 yield Incoming(message.topic.value, bytes(message.payload), message.retain)
 
     async def left_over(self) -> AsyncIterator[Incoming]:
-        """Messages that were confirmed to the broker, but not yet read when the connection ended."""
+        """Yield the messages confirmed to the broker but not read before the connection ended."""
         messages = self._client.messages
         while len(messages):
             message = await anext(messages)
@@ -156,7 +156,7 @@ class Connection:
 
 
 async def _enter(client: aiomqtt.Client) -> None:
-    """Connect. The thread in which that happens cannot be cancelled: what it still opens is closed here."""
+    """Connect. Because aiomqtt's thread cannot be cancelled, close a connection that it opens late."""
     entering = asyncio.create_task(client.__aenter__())
     try:
         await asyncio.shield(entering)
@@ -166,16 +166,16 @@ async def _enter(client: aiomqtt.Client) -> None:
         await asyncio.gather(entering, return_exceptions=True)
         raise
     finally:
-        del entering  # a failure would hold itself, and its socket, until the garbage collector comes
+        del entering  # a failed task references itself, and so its socket, until garbage collection
 
 
 async def _leave(client: aiomqtt.Client) -> None:
-    """Disconnect in order where that is possible, and close the socket in any case."""
+    """Disconnect in order if possible, and close the socket in any case."""
     with contextlib.suppress(aiomqtt.MqttError, TimeoutError):
         async with asyncio.timeout(CLOSING_LIMIT_S):
             await client.__aexit__(None, None, None)
-    # After an attempt or an end that timed out, aiomqtt keeps the socket, its reader and a task. Paho
-    # drops all three when the stream ends, and there is no public access to the stream.
+    # After a timeout of connect or disconnect, aiomqtt keeps the socket, its reader and a task. Paho drops
+    # all three when the stream ends, but there is no public access to the stream.
     paho = client._client  # noqa: SLF001
     open_socket = cast("socket.socket | None", paho.socket())
     if open_socket is None:
@@ -184,7 +184,7 @@ async def _leave(client: aiomqtt.Client) -> None:
         open_socket.shutdown(socket.SHUT_RDWR)
     with contextlib.suppress(TimeoutError):
         async with asyncio.timeout(CLOSING_LIMIT_S):
-            while paho.socket() is not None:  # noqa: ASYNC110  # paho tells it to aiomqtt alone
+            while paho.socket() is not None:  # noqa: ASYNC110  # paho notifies only aiomqtt
                 await asyncio.sleep(0.01)
 
 
@@ -197,7 +197,7 @@ def _as_broker_error() -> Iterator[None]:
 
 
 def _in_words(error: aiomqtt.MqttError) -> str:
-    """Why; with the reason the broker gave, where it gave one."""
+    """Return the reason of an error, preferably the reason code of the broker."""
     cause = error.__cause__ or error
     code = cause.rc if isinstance(cause, aiomqtt.MqttCodeError) else None
     if not isinstance(code, ReasonCode):
@@ -207,10 +207,10 @@ def _in_words(error: aiomqtt.MqttError) -> str:
 
 @contextlib.contextmanager
 def _cancellable() -> Iterator[None]:
-    """Raises CancelledError that aiomqtt has swallowed.
+    """Raise a CancelledError that aiomqtt has swallowed.
 
-    Up to Python 3.11, `asyncio.wait_for`, by which aiomqtt waits, forgets a cancellation that comes together
-    with what it waits for. A task that goes on after that would hold up the end of its TaskGroup for ever.
+    Up to Python 3.11 `asyncio.wait_for`, which aiomqtt uses, loses a cancellation that arrives together with
+    the awaited result. A task that continued after that would block the end of its TaskGroup for ever.
     """
     task = asyncio.current_task()
     before = task.cancelling() if task is not None else 0

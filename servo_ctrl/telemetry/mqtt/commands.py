@@ -1,8 +1,8 @@
-"""Commands that arrive by MQTT: strict reading, at most one execution, always an answer.
+"""Executes commands received by MQTT: reads strictly, executes at most once, always answers.
 
-Nothing in a message is trusted. What is no request is refused as "malformed", a retained message as "stale";
-everything else the command handler answers. QoS 1 may deliver a message twice: an id that was answered lately
-gets the same answer again, and nothing is done.
+No message is trusted. A malformed message is refused as "malformed", a retained one as "stale"; the command
+handler answers all others. Because QoS 1 may deliver a message twice, an id answered lately gets the same
+answer again without another execution.
 """
 
 import json
@@ -17,14 +17,14 @@ from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.settings import SETTINGS, Setting
 
 LENGTH_LIMIT = 4096
-"""Bytes of a message; chosen, no command has a tenth of it."""
+"""Bounds the bytes of a message; chosen, more than ten times the longest command."""
 IDS_KEPT = 256
-"""Answers that are remembered to recognise a message that comes twice; chosen."""
+"""Number of answers kept to recognise repeated messages; chosen."""
 SHOWN = 40
-"""Characters of a message that an answer repeats."""
+"""Bounds the characters of a message that an answer quotes."""
 
 SETTING_OF = {setting.key: setting for setting in SETTINGS.values()}
-"""By their keys in messages."""
+"""Settings by their keys in messages."""
 _RequestId = Annotated[str, StringConstraints(strict=True, min_length=1, max_length=64)]
 _Name = Annotated[str, StringConstraints(strict=True, max_length=64)]
 _NUMBER = TypeAdapter[float](Annotated[float, Strict(), Field(allow_inf_nan=False)])
@@ -35,7 +35,7 @@ class MqttAnswer(NamedTuple):
     """The answer to the sender of a message."""
 
     request_id: str | None
-    """None where the message has none that can be read."""
+    """None if the message has no readable id."""
     refusal: str
     """"none" when accepted; a name of `Refusal` in lower case, "malformed", "stale" or "wrong_topic"."""
     reason: str
@@ -57,13 +57,13 @@ class _SettingMessage(_Message):
 
 
 class _MalformedError(Exception):
-    """The message is no request; the text says why."""
+    """The message is malformed; the text gives the reason."""
 
 
 class MqttCommands:
-    """Answers the messages of one topic; the requests in them go to `handler`.
+    """Answers the messages of one topic; `handler` executes their requests.
 
-    `right` is what the topic is for; None: for everything. `note` takes an event in words for each request.
+    `right`: the right that the topic gives; None: every right. `note` logs an event for each request.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class MqttCommands:
         self._answered: OrderedDict[str, tuple[_Message, MqttAnswer]] = OrderedDict()
 
     def answer(self, payload: bytes, *, retained: bool) -> MqttAnswer:
-        """Carry out what the message asks for, or say why not."""
+        """Execute the request in a message, or refuse it with a reason."""
         document: Any = None
         try:
             document = _document(payload)
@@ -118,7 +118,7 @@ class MqttCommands:
         return "wrong_topic", f"{what} is for command/{asked.right}"
 
     def _in_words(self, message: _CommandMessage | _SettingMessage, answer: MqttAnswer) -> str:
-        """One line, without anything that the sender made up."""
+        """Return an event text without any text of the sender."""
         topic = "command" if self._right is None else f"command/{self._right}"
         name = message.command if isinstance(message, _CommandMessage) else message.setting
         what = name if name in COMMANDS or name in SETTING_OF else "an unknown request"
@@ -126,7 +126,7 @@ class MqttCommands:
 
 
 def _document(payload: bytes) -> Any:
-    """The JSON value in a payload."""
+    """Return the JSON value in a payload."""
     if len(payload) > LENGTH_LIMIT:
         raise _MalformedError(f"{len(payload)} bytes, at most {LENGTH_LIMIT} are read")
     try:
@@ -140,7 +140,7 @@ def _document(payload: bytes) -> Any:
 
 
 def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object whose keys differ: of two equal ones we cannot know which the sender means."""
+    """Return the object; refuse repeated keys, because it is unknown which value the sender means."""
     content = dict(pairs)
     if len(content) < len(pairs):
         raise _MalformedError("a key appears twice")
@@ -158,13 +158,13 @@ def _message(document: Any) -> _CommandMessage | _SettingMessage:
 
 
 def _id_of(document: Any) -> str | None:
-    """The id even of a bad message, so that its sender recognises the answer."""
+    """Return the id even of a malformed message, so that its sender recognises the answer."""
     found = document.get("id") if isinstance(document, dict) else None
     return found if isinstance(found, str) and 1 <= len(found) <= 64 else None
 
 
 def _value(setting: Setting, given: Any) -> float | str | bool:
-    """The value of a setting in SI; raises ValidationError."""
+    """Return the value of a setting in SI units. Raises ValidationError."""
     if setting.kind is float:
         return _NUMBER.validate_python(given) / setting.factor
     if setting.kind is bool:
@@ -183,7 +183,7 @@ def _refused(refusal: Refusal, reason: str, known: dict[str, Any] | None = None)
 
 
 def _complaint(error: ValidationError, key: str = "") -> str:
-    """The first complaint: the key, what is wrong, and what was given."""
+    """Return the first complaint: the key, the fault and the received value."""
     detail = error.errors(include_url=False, include_context=False)[0]
     where = ".".join(_shown(part).strip("'\"") for part in detail["loc"]) or key or "message"
     match detail["type"]:
@@ -196,6 +196,6 @@ def _complaint(error: ValidationError, key: str = "") -> str:
 
 
 def _shown(value: Any) -> str:
-    """A value from a message, cut to a length that fits into a line."""
+    """Return a value from a message, shortened to `SHOWN` characters."""
     text = repr(value)
     return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."

@@ -1,4 +1,4 @@
-"""Password and certificates for the MQTT broker, read from their files before anything moves."""
+"""Reads password and certificates for the MQTT broker before anything moves."""
 
 import ssl
 from pathlib import Path
@@ -8,11 +8,11 @@ from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.private_file import refuse_readable_for_others
 
 PASSWORD_LIMIT = 1024
-"""Characters of a password; chosen."""
+"""Bounds the characters of a password; chosen."""
 
 
 def password_in(path: Path) -> str:
-    """The first line of a file that its owner alone may read; raises ConfigError."""
+    """Return the first line of a file that only its owner may read. Raises ConfigError."""
     refuse_readable_for_others(path)
     try:
         with path.open(encoding="utf-8") as file:
@@ -25,9 +25,9 @@ def password_in(path: Path) -> str:
 
 
 def tls_context(config: MqttConfig) -> ssl.SSLContext:
-    """Whom to trust and who we are; raises ConfigError.
+    """Make the TLS context: trusted authorities and our certificate. Raises ConfigError.
 
-    Made once: reading the certificates of a system takes longer than a cycle.
+    Call it once, because reading the system's certificates takes longer than a cycle.
     """
     try:
         context = ssl.create_default_context(cafile=config.ca_file)
@@ -43,5 +43,5 @@ def tls_context(config: MqttConfig) -> ssl.SSLContext:
 
 
 def _no_passphrase() -> str:
-    """Without this, OpenSSL asks for the passphrase of an encrypted key on the terminal."""
+    """Refuse an encrypted key, for which OpenSSL would otherwise ask a passphrase on the terminal."""
     raise ValueError("the key is encrypted")

@@ -1,7 +1,7 @@
-"""What the MQTT topics carry: JSON, every quantity with its unit in the key. docs/mqtt.md is the reference.
+"""Encodes the payloads of the MQTT topics: JSON with the unit in every key. docs/mqtt.md is the reference.
 
-Errors are in micrometres, accelerations in mm/s^2, as the machine file and the papers have them. A quantity
-that is not known (yet) is null. The keys follow from the declarations in `servo_ctrl.commands`.
+Errors are in micrometres, accelerations in mm/s^2, as in the machine file and the papers. An unknown quantity
+is null. The keys follow from the declarations in `servo_ctrl.commands`.
 """
 
 import json
@@ -19,45 +19,45 @@ ONLINE, OFFLINE = b"online", b"offline"
 
 
 def state_payload(status: MachineStatus, reversals_dropped: int) -> bytes:
-    """The state of the whole machine, without the learned functions."""
+    """Encode the state of the whole machine, without the learned functions."""
     return _encoded({**state_document(status), "reversals_dropped": reversals_dropped})
 
 
 def state_document(status: MachineStatus) -> dict[str, Any]:
-    """The same as a document."""
+    """Return the state of the whole machine as a document."""
     axes = {axis.name: to_document(axis) for axis in status.axes}
     return {**_moment(status.cycles), **to_document(status), "axis": axes}
 
 
 def reversal_payload(report: ReversalReport, noted: datetime) -> bytes:
-    """The indicators of one reversal; the cycle is that of the reversal itself."""
+    """Encode the indicators of one reversal; `cycle` is that of the reversal."""
     return _encoded({**_moment(report.cycle, noted), **to_document(report)})
 
 
 def due_payload(cycle: int, *, due: bool) -> bytes:
-    """Whether learning is due for an axis, as it stood in that cycle."""
+    """Encode whether learning was due for an axis in this cycle."""
     return _encoded({**_moment(cycle), "due": due})
 
 
 def learned_payload(cycle: int, axis: AxisStatus) -> bytes:
-    """The learned functions in use by an axis; `functions` is null without."""
+    """Encode the learned functions in use by an axis; `functions` is null without."""
     version = {"version": axis.version, "learned_at": axis.learned_at or None}
     return _encoded({**_moment(cycle), **version, "functions": functions_document(axis)})
 
 
 def functions_document(axis: AxisStatus) -> dict[str, Any] | None:
-    """The learned functions of an axis, point by point."""
+    """Return the learned functions of an axis, point by point; None without."""
     return None if axis.learned is None else to_document(axis.learned)
 
 
 def ack_payload(cycle: int, request_id: str | None, refusal: str, reason: str) -> bytes:
-    """The answer to a command; `refusal` is "none" when it was accepted."""
+    """Encode the answer to a command; `refusal` is "none" when accepted."""
     answer = {"id": request_id, "accepted": refusal == "none", "refusal": refusal, "reason": reason}
     return _encoded({**_moment(cycle), **answer})
 
 
 def to_document(status: Any) -> dict[str, Any]:
-    """A status type with the keys and units of the topics."""
+    """Convert a status type to the keys and units of the topics."""
     document = {}
     for name, field in FIELDS_OF[type(status)].items():
         if field.mqtt is not None and (not field.part or getattr(status, field.part)):
@@ -85,7 +85,7 @@ def _moment(cycle: int, time: datetime | None = None) -> dict[str, Any]:
 
 
 def _scaled(value: float, factor: float, digits: int = 6) -> float | None:
-    """In the unit of the topic; null for what is no number."""
+    """Return a value in the unit of the topic; None (null) for NaN and infinity."""
     return round(value * factor, digits) if math.isfinite(value) else None
 
 

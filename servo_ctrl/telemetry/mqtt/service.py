@@ -1,8 +1,8 @@
-"""The link to MQTT: it publishes status, reversals and rows, and takes the commands of other clients.
+"""The MQTT link: publishes status, reversals and rows, and executes the commands of other clients.
 
-The machine never waits for the broker: `reversal`, `due` and `changed` only note what is to be published. One
-task reads and the others publish, all of one TaskGroup; when one fails, the connection is given up and made
-anew. What is retained is published again then, and the answers that were not confirmed go first.
+The machine never waits for the broker: `reversal`, `due` and `changed` only queue what to publish. One task
+reads and the others publish, all in one TaskGroup; when one fails, the link connects again. It then sends
+unconfirmed answers first and publishes all retained topics again.
 """
 
 import asyncio
@@ -32,28 +32,28 @@ from servo_ctrl.telemetry.mqtt.stream import RowStream
 from servo_ctrl.telemetry.mqtt.topics import Topics, level
 
 REVERSALS_WAITING = 256
-"""Reversals that are kept without a broker, the newest; the others are counted. Chosen."""
+"""Number of newest reversals kept without a broker; dropped ones are counted. Chosen."""
 ANSWERS_WAITING = 1000
-"""Answers in progress beyond which no command is read; chosen."""
+"""Bounds the waiting answers, beyond which no command is read; chosen."""
 STATE_INTERVAL_S = 0.2
-"""Shortest period of the state."""
+"""Shortest period of the state topic."""
 STATE_REFRESH_S = 5.0
-"""Longest period of the state: cycles and remaining time change without an event."""
+"""Longest period of the state topic, because cycles and remaining time change without an event."""
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.25, 30.0
 """Bounds of the exponential back-off between attempts to connect; chosen."""
 STEADY_S = 10.0
-"""A connection that lasted so long starts the back-off anew."""
+"""A connection that lasted this long resets the back-off."""
 CLOSING_LIMIT_S = 1.0
-"""Bounds the last messages at the end of a run."""
+"""Bounds the time for the last messages at the end of a run."""
 
 _LOG = logging.getLogger(__name__)
 
 
 class MqttLink:
-    """Raises ConfigError where a password or certificate cannot be read; `run` goes into a TaskGroup.
+    """Raises ConfigError when a password or certificate cannot be read; `run` goes into a TaskGroup.
 
-    All calls are made in the thread of the loop; `note` takes the commands in words. `problem` is "" while
-    connected, else why we are not.
+    All calls are made in the thread of the loop; `note` logs each command as an event. `problem` says why
+    there is no connection, "" while connected.
     """
 
     def __init__(
@@ -83,18 +83,18 @@ class MqttLink:
         self._changed = asyncio.Event()
 
     def reversal(self, axis: str, report: ReversalReport) -> None:
-        """A reversal of an axis was evaluated."""
+        """Queue an evaluated reversal of an axis for publication."""
         self.reversals_dropped += len(self._reversals) == REVERSALS_WAITING
         self._reversals.append((axis, report, datetime.now(UTC)))
         self._reversal_noted.set()
 
     def due(self, axis: str, due: bool) -> None:
-        """Learning is due for an axis, or is so no more."""
+        """Queue for publication whether learning is due for an axis."""
         self._due[axis] = due
         self._changed.set()
 
     def changed(self) -> None:
-        """The status has changed."""
+        """Queue the changed status for publication."""
         self._changed.set()
 
     async def run(self) -> None:
@@ -104,7 +104,7 @@ class MqttLink:
             began_s = time.monotonic()
             self._log(await asyncio.create_task(self._until_lost()))
             if task is not None and task.cancelling():
-                raise asyncio.CancelledError  # a TaskGroup that fails while cancelled tells only the failure
+                raise asyncio.CancelledError  # a TaskGroup that fails while cancelled raises only the failure
             if time.monotonic() - began_s > STEADY_S:
                 retry_s = FIRST_RETRY_S
             await asyncio.sleep(retry_s * random.uniform(0.5, 1.0))  # noqa: S311  # spreads clients, no secret
@@ -117,7 +117,7 @@ class MqttLink:
             await self._connected()
         except* BrokerError as lost:
             problem = str(lost.exceptions[0])
-        except* Exception as bugs:  # noqa: BLE001  # a bug of ours costs the connection, not the machine
+        except* Exception as bugs:  # noqa: BLE001  # a bug must not stop the machine, only the connection
             problem = repr(bugs.exceptions[0])
             _LOG.exception("MQTT: internal error")
         return problem
@@ -146,7 +146,7 @@ class MqttLink:
                 raise
 
     def _log(self, problem: str) -> None:
-        """Log what is new about the connection."""
+        """Log a change of the connection."""
         if problem == self.problem:
             return
         self.problem = problem
@@ -162,12 +162,12 @@ class MqttLink:
                 await self._answers.join()
 
     def _take(self, message: Incoming) -> None:
-        """Carry out a command and queue its answer."""
+        """Execute a command and queue its answer."""
         if message.retained and not message.payload:
             return  # a client deletes a retained command
         commands = self._commands.get(message.topic)
         if commands is None:
-            return  # not asked for
+            return  # a topic without subscription
         if self._answers.full():
             _LOG.warning("MQTT %s: a command was neither read nor answered: too many", self._broker.address)
             return
@@ -183,7 +183,7 @@ class MqttLink:
             self._answers.task_done()
 
     async def _send_retained(self, connection: Connection) -> None:
-        """State, due and learned functions: all of it at first, then what has changed."""
+        """Publish state, due and learned functions: all of them first, then the changed ones."""
         topics, published = self._topics, dict[str, object]()
         self._due = {axis.name: axis.learning_due for axis in self._handler.status().axes}
         while True:
@@ -215,14 +215,14 @@ class MqttLink:
                 await connection.publish(topic, reversal_payload(report, noted), qos=0)
 
     async def _send_stream(self, connection: Connection, stream: RowStream) -> None:
-        """The rows, as far as the broker keeps up; those from before the connection are too old."""
+        """Publish the rows as fast as the broker accepts them, without rows older than the connection."""
         stream.discard()
         await connection.publish(self._topics.stream_channels, stream.description(), retain=True)
         while True:
             await connection.publish(self._topics.stream, await stream.next_message(), qos=0)
 
     async def _send_last(self, connection: Connection) -> None:
-        """The answers that are left, the last rows, and "offline"; the will is for a lost connection."""
+        """Publish remaining answers, last rows and "offline"; the will covers only a lost connection."""
         with contextlib.suppress(BrokerError, TimeoutError):
             async with asyncio.timeout(CLOSING_LIMIT_S):
                 while self._unconfirmed is not None or not self._answers.empty():

@@ -1,8 +1,8 @@
-"""The binary stream of the rows: the least and the greatest of each channel, so that no peak is lost.
+"""The binary stream of the rows: minimum and maximum of each channel, so that no peak is lost.
 
-A tick only copies its row into memory that is allocated already. Pairs are made beside it, when a message is
-sent. What the broker does not take in time is dropped, the oldest first, and counted. docs/mqtt.md has the
-layout; `HEADER` and `PAIR` are all of it but the values.
+A tick only copies its row into preallocated memory; the pairs are computed later, when a message is sent.
+Messages that the broker accepts too slowly are dropped, the oldest first, and counted. docs/mqtt.md describes
+the layout; `HEADER` and `PAIR` are all of it except the values.
 """
 
 import asyncio
@@ -22,19 +22,19 @@ MAGIC = b"SCR1"
 HEADER = struct.Struct("<4sIIqHH")
 """MAGIC, sequence, dropped, time (us since 1970, UTC), pairs, channels."""
 PAIR = struct.Struct("<QII")
-"""First cycle, cycles from the first to the last, rows; then least and greatest of each channel, float32."""
+"""First cycle, cycles from first to last, rows; then minimum and maximum of each channel, float32."""
 MESSAGE_S = 0.1
-"""Time of the rows in a message, unless it would be too large."""
+"""Time covered by the rows of a message, unless it would be too large."""
 LARGEST_MESSAGE = 32_768
-"""Bytes; chosen."""
+"""Bounds the bytes of a message; chosen."""
 WAITING = 32
-"""Messages that may wait for the broker; chosen: three seconds."""
+"""Bounds the messages that wait for the broker; chosen: three seconds."""
 FORMAT = 1
 _MODULUS = 1 << 32
 
 
 class _Block(NamedTuple):
-    """The memory of one message's rows, and what it is called."""
+    """The rows of one message, with its sequence number and time."""
 
     memory: bytearray
     rows: int
@@ -43,20 +43,20 @@ class _Block(NamedTuple):
 
 
 class RowStream:
-    """`take` is called in each tick; whoever sends calls `next_message`, in the same thread."""
+    """Each tick calls `take`; the sender calls `next_message` in the same thread."""
 
     def __init__(self, axis_names: Sequence[str], period_s: float, stream_hz: float) -> None:
         channels = channels_of(axis_names)
         places = places_of(axis_names)
         self._cycle, self._first = places["cycle"], places["segment"]
-        """The columns before the segment are the time and the cycle, which each pair has anyway."""
+        """The columns before the segment, time and cycle, are in each pair's header."""
         self._channels = channels[self._first :]
         self._period_s = period_s
         self.rows_a_pair = max(round(1.0 / (period_s * stream_hz)), 1)
         fitting = (LARGEST_MESSAGE - HEADER.size) // (PAIR.size + 8 * len(self._channels))
         wanted = max(round(MESSAGE_S / (self.rows_a_pair * period_s)), 1)
         self.dropped = 0
-        """Messages that were made and not sent."""
+        """Messages dropped before they were sent."""
         self._sequence = 0
         self._layout = struct.Struct(f"<{len(channels)}d")
         size = min(wanted, max(fitting, 1)) * self.rows_a_pair * self._layout.size
@@ -66,14 +66,14 @@ class RowStream:
         self._noted = asyncio.Event()
 
     def take(self, values: list[float]) -> None:
-        """The row of this cycle."""
+        """Take the row of this cycle."""
         self._layout.pack_into(self._memory, self._at, *values)
         self._at += self._layout.size
         if self._at == self._end:
             self._next_block()
 
     async def next_message(self) -> bytes:
-        """The oldest message that waits; or the next one that there is."""
+        """Return the oldest waiting message, or wait for the next one."""
         while not self._full:
             self._noted.clear()
             await self._noted.wait()
@@ -83,7 +83,7 @@ class RowStream:
         return message
 
     def rest(self) -> bytes:
-        """What is left at the end, a message shorter than the others; empty when there is nothing."""
+        """Return the remaining rows as a shorter message; empty without rows."""
         if not self._at:
             return b""
         message = self._message(self._sealed())
@@ -91,12 +91,12 @@ class RowStream:
         return message
 
     def discard(self) -> None:
-        """Drop what waits: it is too old for who listens from now on."""
+        """Drop the waiting messages, which are too old for new subscribers."""
         while self._full:
             self._drop()
 
     def description(self) -> bytes:
-        """What the channels of the stream are, for the retained topic beside it."""
+        """Describe the channels of the stream, for its retained topic."""
         content: dict[str, Any] = {
             "format": FORMAT,
             "period_s": self._period_s,
@@ -128,7 +128,7 @@ class RowStream:
         rows = values.reshape(block.rows, -1)
         starts = list(range(0, block.rows, self.rows_a_pair))
         both = np.empty((len(starts), channels, 2), dtype="<f4")
-        # fmin and fmax leave NaN out, unless there is nothing else
+        # fmin and fmax ignore NaN, unless all values are NaN
         both[:, :, 0] = np.fmin.reduceat(rows[:, self._first :], starts, axis=0)
         both[:, :, 1] = np.fmax.reduceat(rows[:, self._first :], starts, axis=0)
         cycles = rows[:, self._cycle].tolist()

@@ -6,12 +6,12 @@ from servo_ctrl.commands.command import Right
 
 
 def level(name: str) -> str:
-    """A name as one level of a topic: characters with a meaning in MQTT or in a shell become "_"."""
+    """Convert a name to one topic level: characters special to MQTT or a shell become "_"."""
     return re.sub(r"[^A-Za-z0-9_.-]", "_", name)
 
 
 class Topics:
-    """Everything is under `prefix/machine/`."""
+    """The topics of one machine, all below `prefix/machine/`."""
 
     def __init__(self, prefix: str, machine_name: str) -> None:
         self.root = f"{prefix}/{level(machine_name)}"
@@ -24,17 +24,17 @@ class Topics:
         self.stream_channels = f"{self.root}/stream/channels"
 
     def reversal(self, axis: str) -> str:
-        """The report of each reversal of an axis."""
+        """Return the topic of the reversals of an axis."""
         return f"{self.root}/axis/{axis}/reversal"
 
     def learning_due(self, axis: str) -> str:
-        """Whether learning is due for an axis."""
+        """Return the topic that says whether learning is due for an axis."""
         return f"{self.root}/axis/{axis}/learning_due"
 
     def learned(self, axis: str) -> str:
-        """The learned functions that an axis has."""
+        """Return the topic of the learned functions of an axis."""
         return f"{self.root}/axis/{axis}/learned"
 
     def change(self, axis: str) -> str:
-        """That an axis is no longer what it was; `reconcile watch` publishes it, beside the controller."""
+        """Return the topic of a detected change of an axis, which `reconcile watch` publishes."""
         return f"{self.root}/axis/{axis}/change"
