@@ -108,6 +108,8 @@ class Hello(NamedTuple):
     """Directory of the recording of this run, None without one."""
     pid: int
     format: int = FORMAT
+    lockstep: bool = False
+    """No clock paces the cycles: each begins when all inputs of the one before are in."""
 
 
 class Reversal(NamedTuple):

@@ -33,7 +33,7 @@ def plot_reversals(path: Path, traces_by_axis: Mapping[str, Sequence[ErrorTrace]
         panel.set_xlabel("time since the reversal of the command (ms)")
         panel.grid(alpha=0.3)
         panel.legend(fontsize=8)
-    axes[0][0].set_ylabel("tracking error, command - scale (um)")
+    axes[0][0].set_ylabel("tracking error, command - scale (µm)")
     save(figure, path)
 
 
@@ -42,7 +42,7 @@ def plot_contour(path: Path, traces: Sequence[ContourTrace], radius_m: float) ->
     figure = plt.figure(figsize=(6.6, 6.6))
     panel = cast("PolarAxes", figure.add_subplot(projection="polar"))
     division_um = draw_contour(panel, traces)
-    panel.set_title(f"contour error, R = {radius_m * 1e3:g} mm, one division {division_um:g} um")
+    panel.set_title(f"contour error, R = {radius_m * 1e3:g} mm, one division {division_um:g} µm")
     panel.legend(loc="lower left", bbox_to_anchor=(-0.12, -0.12), fontsize=8)
     save(figure, path)
 

@@ -73,7 +73,7 @@ def plot_screws(path: Path, screws: Mapping[str, ScrewLearned], title: str) -> N
         errors.plot(position_m / MM, error_m / UM, color=colour, linewidth=1.0, label=label)
         lost.plot(position_m / MM, lost_m / UM, color=colour, linewidth=1.0)
         mean_um = learned.lost_motion_m / UM
-        lost.axhline(mean_um, color=colour, linestyle="--", label=f"{label}: mean {mean_um:.2f} um")
+        lost.axhline(mean_um, color=colour, linestyle="--", label=f"{label}: mean {mean_um:.2f} µm")
     errors.set_ylabel("scale less encoder (µm)")
     lost.set_ylabel("lost motion (µm)")
     lost.set_ylim(bottom=0.0)

@@ -47,8 +47,8 @@ def _following(run: RecordedRun) -> ReportTable:
         missing = int(np.count_nonzero(~np.isfinite(error_m)))
         rows.append((axis.name, *map(in_um, figures_m), stops_at, str(missing)))
     head = (
-        *("axis", "error RMS um", "error largest um", "following RMS um", "following largest um"),
-        *("stops at um", "no value"),
+        *("axis", "error RMS µm", "error largest µm", "following RMS µm", "following largest µm"),
+        *("stops at µm", "no value"),
     )
     note = "no value: rows without command or input"
     return ReportTable("How well the axes followed", head, tuple(rows), note=note)
@@ -91,13 +91,13 @@ def _by_step(run: RecordedRun) -> ReportTable | None:
         return None
     shown = sorted(sorted(found, reverse=True)[:MOST_STEPS], key=lambda one: one[1])
     note = f"the {len(shown)} of {len(found)} with the largest errors" if len(shown) < len(found) else ""
-    head = ("step", "", "s", *(f"{axis.name}: {what} um" for axis in run.axes for what in ("RMS", "largest")))
+    head = ("step", "", "s", *(f"{axis.name}: {what} µm" for axis in run.axes for what in ("RMS", "largest")))
     return ReportTable("Errors of the steps that move", head, tuple(row for *_, row in shown), 2, note)
 
 
 def _pictures(run: RecordedRun, axis: RecordedAxis) -> ReportSection:
     pictures = [
-        _over_time(run, axis, "error", "error over time", "command - table (um)", axis.error_m * UM),
+        _over_time(run, axis, "error", "error over time", "command - table (µm)", axis.error_m * UM),
         _over_time(run, axis, "position", "position over time", "position (mm)", axis.command_m * 1e3),
     ]
     limits, most_n = run.header.limits.get(axis.name), largest(axis.force_n)
@@ -115,7 +115,7 @@ def _pictures(run: RecordedRun, axis: RecordedAxis) -> ReportSection:
                 heading=f"Axis {axis.name}: spectrum of the error",
                 note="Welch's method, Hann windows, over the longest stretch without a gap.",
                 x_label="frequency (Hz)",
-                y_label="um / sqrt(Hz)",
+                y_label="µm / sqrt(Hz)",
                 series=(Series("error", spectrum.frequency_hz, spectrum.density_m * UM),),
                 kind="logarithmic",
             )

@@ -132,7 +132,7 @@ def _terms(turns: list[CircleTurn]) -> ReportTable:
         )
         for turn in turns
     ]
-    head = ("circle", "plane", "R mm", "F mm/min", "way", "F_max um", "F_min um", "G um")
+    head = ("circle", "plane", "R mm", "F mm/min", "way", "F_max µm", "F_min µm", "G µm")
     note = (
         "F: radial deviation from the commanded circle; G: circular deviation about the least-squares centre"
     )
@@ -146,7 +146,7 @@ def _hysteresis_table(turns: list[CircleTurn]) -> ReportTable | None:
         for other in turns
         if turn.direction > 0 > other.direction and _alike(turn, other)
     ]
-    head = ("two ways round one circle", "H um")
+    head = ("two ways round one circle", "H µm")
     return ReportTable("Circular hysteresis", head, tuple(rows)) if rows else None
 
 
@@ -177,7 +177,7 @@ def _quadrants(turns: list[CircleTurn]) -> ReportTable:
             part_m = turn.deviation_m[inside]
             cells += [in_um(float(part_m.mean())), in_um(float(part_m.max())), in_um(float(part_m.min()))]
         rows.append((turn.label, *cells))
-    head = ("circle", *(f"{name} {what} um" for name in QUADRANTS for what in ("mean", "max", "min")))
+    head = ("circle", *(f"{name} {what} µm" for name in QUADRANTS for what in ("mean", "max", "min")))
     note = "quadrant I: both axes above the centre, then counterclockwise; outwards is positive"
     return ReportTable("Contour error by quadrant", head, tuple(rows), note=note)
 
@@ -191,7 +191,7 @@ def _polar(turns: list[CircleTurn]) -> list[ReportPicture]:
     for (plane, _), members in groups.items():
         drawn = members[-MOST_DRAWN:]
         division_um = round_division(max(float(np.abs(one.deviation_m).max()) for one in drawn) * UM, 1e-3)
-        note = f"Magnified as a ballbar does: one ring is {division_um:g} um, the bold one the command."
+        note = f"Magnified as a ballbar does: one ring is {division_um:g} µm, the bold one the command."
         if len(members) > MOST_DRAWN:
             note += f" The newest {MOST_DRAWN} of {len(members)}."
         pictures.append(

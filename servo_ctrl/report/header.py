@@ -83,6 +83,8 @@ class RecordingHeader(_HeaderPart):
     completed: bool = False
     reason: str = ""
     events: tuple[str, ...] = ()
+    event_cycles: tuple[int, ...] = ()
+    first_sync: str = ""
     missed_ticks: int | None = None
     missing_inputs: int | None = None
     loss: str = ""

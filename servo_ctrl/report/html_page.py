@@ -121,7 +121,7 @@ def _polar_layout(picture: ReportPicture) -> dict[str, Any]:
             "radialaxis": {
                 "range": [-5.0 * division, 2.6 * division],
                 "tickvals": rings,
-                "ticktext": [f"{ring:g} um" if ring else "0" for ring in rings],
+                "ticktext": [f"{ring:g} µm" if ring else "0" for ring in rings],
                 "angle": 67.5,
                 "tickangle": 67.5,
                 "gridcolor": GRID,

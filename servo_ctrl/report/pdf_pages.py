@@ -133,7 +133,7 @@ def _polar(axes: PolarAxes, picture: ReportPicture) -> None:
     axes.plot(np.linspace(0.0, 2.0 * np.pi, 361), np.zeros(361), color="black", linewidth=1.3)
     rings = [picture.division * k for k in (-2, -1, 0, 1, 2)]
     axes.set_rlim(-5.0 * picture.division, 2.6 * picture.division)
-    axes.set_rgrids(rings, [f"{ring:g} um" if ring else "0" for ring in rings], angle=67.5)
+    axes.set_rgrids(rings, [f"{ring:g} µm" if ring else "0" for ring in rings], angle=67.5)
     _finish(axes, len(picture.series))
 
 

@@ -92,8 +92,8 @@ def _terms(figures: list[tuple[RecordedAxis, Visits, Positioning]]) -> ReportTab
         )
         rows.append((axis.name, str(targets), str(runs), *map(in_um, values_m)))
     head = (
-        *("axis", "targets", "runs", "A um", "A up", "A down", "R um", "R up", "R down"),
-        *("E um", "M um", "B um"),
+        *("axis", "targets", "runs", "A µm", "A up", "A down", "R µm", "R up", "R down"),
+        *("E µm", "M µm", "B µm"),
     )
     note = (
         "A: accuracy, R: repeatability, E: systematic deviation, M: mean bidirectional deviation, "
@@ -112,6 +112,6 @@ def _picture(axis: RecordedAxis, visits: Visits, found: Positioning) -> ReportPi
         heading=f"Axis {axis.name}: deviation at the targets",
         note="Mean of the runs; the bars reach two estimators s to either side.",
         x_label="target (mm)",
-        y_label="deviation (um)",
+        y_label="deviation (µm)",
         series=tuple(series),
     )

@@ -32,7 +32,7 @@ def _words(run: RecordedRun) -> str:
         return "This recording does not tell J_required."
     return (
         f"J is the mean error over {monitoring.window_s * 1e3:.0f} ms after the reversal. Required are "
-        f"{in_um(monitoring.required_m)} um at most."
+        f"{in_um(monitoring.required_m)} µm at most."
     )
 
 
@@ -60,8 +60,8 @@ def _summary(run: RecordedRun) -> ReportTable:
             )
         )
     head = (
-        *("axis", "reversals", "J mean um", "J largest um", "J last um", "above J_required %"),
-        *("peak error um", "peak contour um", "learning due"),
+        *("axis", "reversals", "J mean µm", "J largest µm", "J last µm", "above J_required %"),
+        *("peak error µm", "peak contour µm", "learning due"),
     )
     return ReportTable("Indicators by axis", head, tuple(rows))
 
@@ -79,7 +79,7 @@ def _picture(run: RecordedRun) -> ReportPicture:
         name="reversals",
         heading="J of each reversal",
         x_label="time (s)",
-        y_label="J (um)",
+        y_label="J (µm)",
         series=tuple(series),
         levels=levels,
         kind="points",
@@ -98,6 +98,6 @@ def _newest(reversals: Sequence[dict[str, Any]]) -> ReportTable:
         )
         for entry in shown
     )
-    head = ("axis", "time s", "to", "a mm/s^2", "J um", "peak um", "RMS um", "contour um")
+    head = ("axis", "time s", "to", "a mm/s²", "J µm", "peak µm", "RMS µm", "contour µm")
     note = f"the newest {len(shown)} of {len(reversals)}" if len(shown) < len(reversals) else ""
     return ReportTable("Reversal by reversal", head, rows, note=note)

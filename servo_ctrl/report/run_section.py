@@ -1,7 +1,7 @@
 """The run: machine, program, start, end, nodes, compensation in use, events."""
 
 import json
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
@@ -54,7 +54,7 @@ def contour_section(run: RecordedRun) -> ReportSection | None:
         if not all(isinstance(cell, float | int) for cell in cells):
             return None
         rows.append((name, *(f"{cell:.2f}" for cell in cells), str(figures.get("line", ""))))
-    head = ("distance", "RMS um", "99 % below um", "largest um", "in line")
+    head = ("distance", "RMS µm", "99 % below µm", "largest µm", "in line")
     return ReportSection(
         "Contour error of the part program", (), (ReportTable("At feed", head, tuple(rows)),)
     )
@@ -95,16 +95,30 @@ def _when(started: str) -> str:
         return started
 
 
+def _time_of(header: RecordingHeader, number: int) -> tuple[str, str]:
+    """Clock time and time of the run of an event; recordings of earlier versions have neither."""
+    if number >= len(header.event_cycles):
+        return "", ""
+    run_s = header.event_cycles[number] * header.period_s
+    try:
+        clock = (datetime.fromisoformat(header.first_sync) + timedelta(seconds=run_s)).astimezone()
+    except ValueError:
+        return "", f"{run_s:.3f}"
+    return clock.strftime("%H:%M:%S"), f"{run_s:.3f}"
+
+
 def _events(header: RecordingHeader) -> ReportSection:
     if not header.events:
         unknown = "Unknown: they are written when a recording is closed."
         return ReportSection("Faults and events", ("None." if header.finished else unknown,))
     shown = header.events[:MOST_EVENTS]
     rest = len(header.events) - len(shown)
-    rows = tuple((str(number), event) for number, event in enumerate(shown, start=1))
+    rows = tuple((*_time_of(header, number), event) for number, event in enumerate(shown))
     note = f"and {rest} more in recording.json" if rest else ""
     return ReportSection(
-        "Faults and events", (), (ReportTable("In their order", ("", "event"), rows, 2, note),)
+        "Faults and events",
+        (),
+        (ReportTable("In their order", ("clock", "time of the run s", "event"), rows, 3, note),),
     )
 
 

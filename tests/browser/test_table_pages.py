@@ -22,9 +22,9 @@ feed_mm_min = 1900.0  # reverse acceleration 0.1 m/s^2
 turns = 2.0
 """
 KINDS = {
-    "without compensation (WTFC)": set[str](),
-    "learned pulse (WFC)": {"compensation"},
-    "disturbance observer (WDOB)": {"observer"},
+    "without compensation": set[str](),
+    "learned pulse": {"compensation"},
+    "disturbance observer": {"observer"},
 }
 """By their names on the page: what is switched on."""
 MINUS = "\N{MINUS SIGN}"

@@ -23,6 +23,8 @@ class EventLog:
         self._again_cycles = again_cycles
         self._first: list[str] = []
         self._newest: deque[str] = deque(maxlen=NEWEST_KEPT)
+        self._first_cycles: list[int] = []
+        self._newest_cycles: deque[int] = deque(maxlen=NEWEST_KEPT)
         self._last_cycle: dict[str, int] = {}
         """By text in `_first` and `_newest`: the cycle in which it was last added."""
 
@@ -30,6 +32,11 @@ class EventLog:
     def kept(self) -> list[str]:
         """The first and the newest events, in order."""
         return [*self._first, *self._newest]
+
+    @property
+    def kept_cycles(self) -> list[int]:
+        """The cycles of those."""
+        return [*self._first_cycles, *self._newest_cycles]
 
     def add(self, text: str, cycle: int) -> None:
         """Add the text of an event of this cycle."""
@@ -41,9 +48,11 @@ class EventLog:
         self.newest.append((cycle, text))
         if len(self._first) < FIRST_KEPT:
             self._first.append(text)
+            self._first_cycles.append(cycle)
             return
         if len(self._newest) == NEWEST_KEPT:
             oldest = self._newest.popleft()
             if oldest not in self._newest and oldest not in self._first and oldest != text:
                 del self._last_cycle[oldest]
         self._newest.append(text)
+        self._newest_cycles.append(cycle)

@@ -59,11 +59,12 @@ class PageService:
         router: RowRouter,
         learned_dir: Path | None,
         record_dir: Path | None,
+        lockstep: bool,
     ) -> None:
         self._options, self._config, self._plans, self._machine = options, config, plans, machine
         self._commands, self._publisher, self._router = commands, publisher, router
         self._learned_dir = learned_dir or default_directory(config)
-        self._record_dir = record_dir
+        self._record_dir, self._lockstep = record_dir, lockstep
         self._log: CommandLog | None = None
         self._programs: Path | None = None
         rows = RowBuffer(len(channels_of(config.axes)))
@@ -203,5 +204,6 @@ class PageService:
             learned_dir=str(self._learned_dir.resolve()),
             record_dir=None if self._record_dir is None else str(self._record_dir.resolve()),
             pid=os.getpid(),
+            lockstep=self._lockstep,
         )
         return message_json("hello", hello)

@@ -66,6 +66,10 @@ class RunReport:
     """Status of the last learning run."""
     outcomes: tuple[LearningOutcome, ...]
     """Results of the last learning run."""
+    event_cycles: tuple[int, ...] = ()
+    """SYNC cycles since the first, one for each of `events`."""
+    first_sync: str = ""
+    """Clock time of the first SYNC, ISO 8601; "" where there was none, and in lockstep."""
 
     def as_header(self) -> dict[str, Any]:
         """Return the keys of recording.json about the end of the run."""
@@ -74,6 +78,8 @@ class RunReport:
             "completed": self.completed,
             "reason": self.reason or ("" if self.cycles else "it never began"),
             "events": list(self.events),
+            "event_cycles": list(self.event_cycles),
+            "first_sync": self.first_sync,
             "missed_ticks": self.missed_ticks,
             "missing_inputs": self.missing_inputs,
         }

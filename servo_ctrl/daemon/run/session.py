@@ -3,6 +3,7 @@
 import asyncio
 import time
 from collections.abc import Callable, Coroutine
+from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
@@ -35,6 +36,8 @@ class Session:
         self.beside: list[Callable[[], Coroutine[None, None, None]]] = []
         """Further coroutine functions to run beside the cycle until cancelled."""
         self.wall_s = 0.0
+        self.first_sync = ""
+        """Clock time of the first SYNC, ISO 8601; "" in lockstep, which no clock paces."""
         self.ended = asyncio.Event()
         """Set when the cycle has stopped."""
         self._config, self._motion, self._services, self._lockstep = config, motion, services, lockstep
@@ -61,6 +64,7 @@ class Session:
                         cycle.begin()
                     else:
                         self.lateness = clock.lateness
+                        self.first_sync = datetime.now(UTC).isoformat(timespec="milliseconds")
                         clock.start(loop)
                     await self.ended.wait()
                 finally:

@@ -130,6 +130,7 @@ class _Supervisor:
             router=self._services.rows,
             learned_dir=self._learned_dir,
             record_dir=self._record_dir,
+            lockstep=self._lockstep,
         )
         return self._page
 
@@ -281,6 +282,8 @@ class _Supervisor:
             recording=self._record_dir,
             learning=services.job.status(),
             outcomes=tuple(services.job.outcomes),
+            event_cycles=tuple(machine.events.kept_cycles),
+            first_sync=self._session.first_sync,
         )
 
     def _close(self, recording: RunRecording, header: dict[str, Any]) -> str:

@@ -68,9 +68,7 @@ def build(page: OpenPage) -> None:
     when_connected(page, make)
 
 
-LOCKSTEP = word(
-    "In lockstep a cycle takes as long as the computers need; the period counts in real time only."
-)
+LOCKSTEP = word("In lockstep a cycle takes as long as the computers need: none of these times is late.")
 
 
 class TrafficCards:
@@ -83,7 +81,8 @@ class TrafficCards:
             with card(tr("Cycle time"), "cycle"):
                 self._plot = Plot("cycle-plot", tr("Histogram of the cycle time"), 260)
                 self._summary = ui.label().classes("num").mark("cycle-summary")
-                faint(tr(LOCKSTEP))
+                if hello.lockstep:
+                    faint(tr(LOCKSTEP)).mark("cycle-lockstep")
             with card(tr("Traffic"), "traffic"):
                 self._place = div("bench-column")
                 button(tr("Clear counters"), lambda: page.ask("clear_counters"), "clear-counters")
@@ -101,7 +100,7 @@ class TrafficCards:
         self._summary.set_text(cycle_summary(histogram))
         self._plot.show(
             (histogram, theme),
-            lambda: cycle_figure(histogram, self._hello.period_s, theme),
+            lambda: cycle_figure(histogram, None if self._hello.lockstep else self._hello.period_s, theme),
             at_most_every_s=1.0,
         )
 
@@ -134,8 +133,11 @@ def traffic_figures(bus: BusStatus) -> list[TrafficFigure]:
     ]
 
 
-def cycle_figure(histogram: CycleHistogram, period_s: float, theme: Theme) -> dict[str, Any]:
-    """The histogram of the cycle time with logarithmic counts: the rare cycles matter."""
+def cycle_figure(histogram: CycleHistogram, period_s: float | None, theme: Theme) -> dict[str, Any]:
+    """The histogram of the cycle time with logarithmic counts: the rare cycles matter.
+
+    `period_s` is what a cycle should take; None: in lockstep it takes what it takes.
+    """
     counts = histogram.counts
     bars = {
         "type": "bar",
@@ -144,9 +146,10 @@ def cycle_figure(histogram: CycleHistogram, period_s: float, theme: Theme) -> di
         "marker": {"color": theme.curve(0)},
         "hovertemplate": "%{x} µs: %{y}<extra></extra>",
     }
-    layout = plot_layout(
-        tr("cycle time (µs), nominal {nominal:g}", nominal=period_s * 1e6), tr("cycles"), theme
-    )
+    title = tr("cycle time (µs)")
+    if period_s is not None:
+        title = tr("cycle time (µs), nominal {nominal:g}", nominal=period_s * 1e6)
+    layout = plot_layout(title, tr("cycles"), theme)
     layout |= {"showlegend": False, "bargap": 0.05}
     # from below 1, so that a single late cycle has a bar
     layout["yaxis"] |= {"type": "log", "dtick": 1, "range": [-0.3, math.log10(max(*counts, 10)) + 0.1]}

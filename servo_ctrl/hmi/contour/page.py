@@ -38,6 +38,10 @@ PATH_FACTORS = {
     1.0: word("true"),
     **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 500, 1000, 2000)},
 }
+LETTERS_MEAN = word(
+    "WTFC, WFC and WDOB are the letters of Feng et al. 2015 for circles without compensation, with the "
+    "learned friction compensation, and with the disturbance observer."
+)
 REFERENCES = {"program": word("programmed"), "fitted": word("fitted to the table")}
 
 
@@ -113,6 +117,7 @@ class ContourCharts:
         with panel(tr("Quadrant glitches")):
             ui.label(tr("Quadrant glitches")).classes("bench-h")
             self._table = TextTable("contour-table", figures=True)
+            faint(tr(LETTERS_MEAN)).style("font-size: 12px").mark("contour-letters")
 
     async def refresh(self, _status: MachineStatus) -> None:
         """Send what is new to the charts."""

@@ -20,7 +20,7 @@ from servo_ctrl.hmi.contour.options import (
     quadrant_points,
 )
 from servo_ctrl.hmi.contour.turn_store import TurnStore
-from servo_ctrl.hmi.contour.turns import LABELS, QUADRANTS, CircleKey, MeasuredTurn, glitches_m
+from servo_ctrl.hmi.contour.turns import LABELS, LETTERS, QUADRANTS, CircleKey, MeasuredTurn, glitches_m
 from servo_ctrl.hmi.languages.texts import ENGLISH, tr
 from servo_ctrl.hmi.shell.plots import Look
 from servo_ctrl.hmi.shell.units import UnitSystem, grouped
@@ -146,5 +146,6 @@ def glitch_rows(turns: Sequence[MeasuredTurn], units: UnitSystem) -> list[list[s
     for turn in turns:
         heights = (error.text(height, sign=True) for height in glitches_m(turn.trace))
         roundness_m = float(np.ptp(turn.fitted_trace.radial_error_m))
-        rows.append([tr(LABELS[turn.compensation]), *heights, error.text(roundness_m)])
+        name = f"{tr(LABELS[turn.compensation])}\n{LETTERS.get(turn.compensation, '')}"
+        rows.append([name, *heights, error.text(roundness_m)])
     return rows

@@ -14,13 +14,14 @@ from servo_ctrl.plots.contour_traces import ContourTrace
 Compensation = Literal["without", "pulse", "observer", "both"]
 """What acted on the axes during a turn."""
 LABELS: dict[Compensation, str] = {
-    "without": word("without compensation (WTFC)"),
-    "pulse": word("learned pulse (WFC)"),
-    "observer": word("disturbance observer (WDOB)"),
+    "without": word("without compensation"),
+    "pulse": word("learned pulse"),
+    "observer": word("disturbance observer"),
     "both": word("pulse and observer together"),
 }
-"""In the order in which they are listed; the letters are those of Feng et al. 2015, where F is the function
-learned and T its absence."""
+"""In the order in which they are listed."""
+LETTERS: dict[Compensation, str] = {"without": "WTFC", "pulse": "WFC", "observer": "WDOB"}
+"""What Feng et al. 2015 call them; a test holds them against the study and the docs."""
 QUADRANTS = ("+X", "+Y", "\N{MINUS SIGN}X", "\N{MINUS SIGN}Y")
 """Where an axis reverses, counterclockwise from the greatest position of the first axis."""
 AFTER_RAD, BEFORE_RAD = math.radians(25.0), math.radians(10.0)

@@ -1,6 +1,7 @@
 """Reversals, learned functions and versions in the store as plotly figures, texts and table rows."""
 
 import math
+import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
@@ -29,6 +30,8 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up")
 DIRECTIONS = ("\N{MINUS SIGN}", "+")
 """Of the motion after a reversal."""
 ARROW = "\N{RIGHTWARDS ARROW}"
+LATELY, FEWEST, ODD = 8, 3, 2.0
+"""Reversals in the median; how many it needs; the factor above it that makes one odd. Chosen."""
 MIN_SCREW_POINTS = 2
 """Points of a screw table that make a line."""
 
@@ -47,7 +50,12 @@ def indicator_figure(
         found = [reversal for reversal in reversals if reversal.axis == axis]
         time_s = [reversal.report.cycle * reversal.period_s for reversal in found]
         values = [_scaled(getattr(reversal.report, indicator), unit.factor) for reversal in found]
-        style = {"symbol": SYMBOLS[number % len(SYMBOLS)], "size": 7}
+        symbol = SYMBOLS[number % len(SYMBOLS)]
+        odd = odd_ones(values)
+        style = {
+            "symbol": [f"{symbol}-open" if strange else symbol for strange in odd],
+            "size": [12 if strange else 7 for strange in odd],
+        }
         line = {"color": theme.curve(number), "width": 1}
         data.append(
             curve(tr("axis {axis}", axis=axis), time_s, values, "lines+markers", line=line, marker=style)
@@ -57,6 +65,15 @@ def indicator_figure(
     if indicator == MEAN:
         layout |= horizontal_line(tr("J required"), required_m * unit.factor, theme.grey)
     return figure(data, layout, revision=indicator + look.units.name)
+
+
+def odd_ones(values: Sequence[float | None]) -> list[bool]:
+    """Which values are more than ODD times the median of the last before them; the chart marks them."""
+    odd = []
+    for place, value in enumerate(values):
+        before = [one for one in values[max(place - LATELY, 0) : place] if one is not None]
+        odd.append(value is not None and len(before) >= FEWEST and value > ODD * statistics.median(before))
+    return odd
 
 
 def error_figure(reversals: Sequence[Reversal], look: Look) -> dict[str, Any]:

@@ -11,8 +11,11 @@ from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.friction.figures import (
+    FEWEST,
     INDICATORS,
+    LATELY,
     MEAN,
+    ODD,
     error_figure,
     indicator_figure,
     newest_of_each,
@@ -26,8 +29,6 @@ from servo_ctrl.hmi.shell.parts import Pill, Switch, card, div, faint, pairs, to
 from servo_ctrl.hmi.shell.units import DisplayUnit
 
 TITLE = word("Friction")
-LATELY, FEWEST, ODD = 8, 3, 2.0
-"""Reversals in the median; how many it needs; the factor above it that makes one odd. Chosen."""
 SWITCHES = {
     "compensation": word("Compensation"),
     "observer": word("Disturbance observer"),
@@ -91,13 +92,10 @@ class AxisFrictionCard:
         )
         for key, label in self._values.items():
             label.set_text(texts[key])
-        self._mean.set_text(texts[MEAN])
-        above = tr(" — above it") if axis.error_mean_m > required_m else ""
         lately_m = [one.report.error_mean_m for one in self._page.link.reversals if one.axis == self._axis]
-        lately = median_text(lately_m[-LATELY:], axis.error_mean_m, error)
-        self._required.set_text(
-            tr("J; required {required}", required=error.with_unit(required_m)) + above + lately
-        )
+        lately_m = lately_m[-LATELY:]
+        self._mean.set_text(error.with_unit(typical_m(lately_m, axis.error_mean_m)))
+        self._required.set_text(judged(lately_m, axis.error_mean_m, required_m, error))
         if axis.learning_due:
             self._due.show(tr("⚠ learning due"), "warn")
         else:
@@ -111,18 +109,25 @@ class AxisFrictionCard:
         await self._page.command(Command[f"{'ENABLE' if on else 'DISABLE'}_{name.upper()}"], self._axis)
 
 
-def median_text(lately_m: Sequence[float], last_m: float, error: DisplayUnit) -> str:
-    """The median J of the last reversals, and whether the very last is an odd one; "" of too few."""
-    if len(lately_m) < FEWEST:
-        return ""
-    median_m = statistics.median(lately_m)
-    odd = tr(", this one is odd") if last_m > ODD * median_m else ""
-    return tr(
-        "; median of the last {count}: {median}{odd}",
-        count=len(lately_m),
-        median=error.with_unit(median_m),
-        odd=odd,
-    )
+def typical_m(lately_m: Sequence[float], last_m: float) -> float:
+    """The median J of the last reversals; that of the very last where they are too few."""
+    return statistics.median(lately_m) if len(lately_m) >= FEWEST else last_m
+
+
+def judged(lately_m: Sequence[float], last_m: float, required_m: float, error: DisplayUnit) -> str:
+    """What the large figure is, whether it keeps J_required, and whether the very last reversal is odd."""
+    shown_m = typical_m(lately_m, last_m)
+    text = tr("J; required {required}", required=error.with_unit(required_m))
+    if len(lately_m) >= FEWEST:
+        required = error.with_unit(required_m)
+        text = tr(
+            "J, median of the last {count}; required {required}", count=len(lately_m), required=required
+        )
+    if shown_m > required_m:
+        text += tr(" — above it")
+    if len(lately_m) >= FEWEST and last_m > ODD * shown_m:
+        text += tr("; the last one is odd: {last}", last=error.with_unit(last_m))
+    return text
 
 
 class ReversalCard:

@@ -56,6 +56,7 @@ class ScopeStream:
         """Start anew: after other settings, and for the next single window."""
         self.capture, self._trigger_state = CaptureState(ring.end), TriggerState()
         self._searched, self._kept, self.hold = ring.end, None, False
+        self._stops = ()
 
     def resend(self) -> None:
         """Send all points with the next frame: the chart has lost its own."""
@@ -68,7 +69,8 @@ class ScopeStream:
     def note_stop(self, ring: RowRing) -> None:
         """The machine stops: the newest row is a fault to the trigger, whether or not a drive reports one."""
         if self.trigger.kind == "fault":
-            self._stops = (max(ring.end - 1, 0),)
+            # one in the very rows in which the scope was armed counts from the first row that does
+            self._stops = (max(ring.end - 1, self.capture.armed_from, 0),)
 
     def state(self) -> tuple[str, Tone]:
         """The state of the capture in words, and its tone."""

@@ -10,6 +10,7 @@ def test_first_and_newest_events_are_kept_and_all_are_counted() -> None:
         log.add(text, cycle)
     assert log.kept == texts[:FIRST_KEPT] + texts[-NEWEST_KEPT:]
     assert log.count == 1000
+    assert log.kept_cycles == [int(text.removeprefix("event ")) for text in log.kept]
 
 
 def test_an_event_repeated_every_cycle_is_logged_once() -> None:

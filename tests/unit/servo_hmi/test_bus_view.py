@@ -23,7 +23,10 @@ TIMES = CycleHistogram(edges_us=(900.0, 1000.0, 1100.0), counts=(0, 480, 519, 1)
 
 def test_every_bin_has_a_name_and_a_bar() -> None:
     assert len(bin_names(TIMES.edges_us)) == len(TIMES.counts)
+    in_lockstep = cycle_figure(TIMES, None, LIGHT)
+    assert "nominal" not in str(in_lockstep["layout"]["xaxis"])
     figure = cycle_figure(TIMES, 1e-3, LIGHT)
+    assert "nominal 1000" in str(figure["layout"]["xaxis"])
     low, high = figure["layout"]["yaxis"]["range"]
     assert 10.0**low < min(filter(None, TIMES.counts))  # a single cycle has a bar that can be seen
     assert 10.0**high > max(TIMES.counts)

@@ -142,3 +142,26 @@ def test_missing_cycles_are_counted(cycles: list[int], missing: int) -> None:
     ring.extend(rows)
     stream.frame(ring)
     assert missing_cycles(stream.rows(ring), 0) == missing
+
+
+def test_a_stop_in_the_very_rows_in_which_the_scope_is_armed_triggers() -> None:
+    ring = RowRing(NAMES, 3000)
+    stream = opened(CaptureSettings(span=100, before=25, mode="single", free=False), Trigger("fault"))
+    ring.extend(made_up_rows(0, 500))
+    stream.arm(ring)
+    stream.note_stop(ring)  # no row has come since
+    ring.extend(made_up_rows(ring.end, 200))
+    stream.frame(ring)
+    assert stream.capture.done
+    assert stream.origin == 500
+
+
+def test_a_stop_before_the_scope_was_armed_does_not_trigger() -> None:
+    ring = RowRing(NAMES, 3000)
+    stream = opened(CaptureSettings(span=100, mode="normal", free=False), Trigger("fault"))
+    ring.extend(made_up_rows(0, 500))
+    stream.note_stop(ring)
+    stream.arm(ring)
+    ring.extend(made_up_rows(ring.end, 200))
+    stream.frame(ring)
+    assert stream.capture.window is None

@@ -2,13 +2,15 @@
 
 from pathlib import Path
 
+import pytest
 from stub_status import first_status
 
 from servo_ctrl.commands.bus_status import EventEntry
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.part_program import ReadingOptions
 from servo_ctrl.hmi.drive.events_card import table, wanted
-from servo_ctrl.hmi.friction.page import median_text
+from servo_ctrl.hmi.friction.figures import odd_ones
+from servo_ctrl.hmi.friction.page import judged, typical_m
 from servo_ctrl.hmi.motion.line_view import lines_around
 from servo_ctrl.hmi.motion.program_run import step_text
 from servo_ctrl.hmi.motion.programs import preview_of
@@ -52,11 +54,19 @@ def test_a_hold_says_why_and_a_line_of_its_own_is_named_so() -> None:
     assert step_text(apart, Stage.RUNNING) == 'a line of its own "line 7", line 7'
 
 
-def test_an_odd_last_reversal_is_told_from_the_median_of_the_last() -> None:
-    lately_m = [1e-6, 1.2e-6, 0.9e-6, 9e-6]
-    assert median_text(lately_m, 9e-6, MM.error) == "; median of the last 4: 1.10 µm, this one is odd"
-    assert median_text(lately_m[:3], 1e-6, MM.error) == "; median of the last 3: 1.00 µm"
-    assert median_text(lately_m[:2], 1e-6, MM.error) == ""
+def test_the_large_j_is_the_median_and_an_odd_last_one_is_named() -> None:
+    lately_m = [1e-6, 1.1e-6, 1.1e-6, 9e-6]
+    assert typical_m(lately_m, 9e-6) == pytest.approx(1.1e-6)
+    told = judged(lately_m, 9e-6, 3e-6, MM.error)
+    assert told == "J, median of the last 4; required 3.00 µm; the last one is odd: 9.00 µm"
+    assert judged(lately_m[:3], 1e-6, 1e-6, MM.error).endswith("required 1.00 µm \N{EM DASH} above it")
+    assert typical_m(lately_m[:2], 5e-6) == 5e-6
+    assert judged(lately_m[:2], 5e-6, 3e-6, MM.error) == "J; required 3.00 µm \N{EM DASH} above it"
+
+
+def test_odd_reversals_are_marked_in_the_chart() -> None:
+    assert odd_ones([1.0, 1.1, None, 0.9, 5.0, 1.0]) == [False, False, False, False, True, False]
+    assert odd_ones([9.0, 1.0]) == [False, False]
 
 
 def test_nodes_that_are_set_up_again_are_a_state_of_their_own() -> None:

@@ -10,7 +10,7 @@ from servo_ctrl.commands.bus_status import EventEntry
 from servo_ctrl.commands.learning_status import LearningState, LearningStatus
 from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus, ProgramStatus
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.hmi.contour.turns import LABELS
+from servo_ctrl.hmi.contour.turns import LETTERS
 from servo_ctrl.hmi.drive.axis_card import homed_text, position_unknown
 from servo_ctrl.hmi.drive.faults import BUSY, advice_for_reason, faults_in
 from servo_ctrl.hmi.friction.learning_card import headline
@@ -132,11 +132,10 @@ def test_a_program_can_be_started_only_where_the_controller_would_start_it() -> 
 
 
 def test_page_study_and_documents_use_the_letters_of_the_paper_alike() -> None:
-    assert LABELS["without"].endswith(f"({WITHOUT})")
-    assert LABELS["pulse"].endswith(f"({PULSE})")
-    assert LABELS["observer"].endswith(f"({OBSERVER})")
+    assert LETTERS == {"without": WITHOUT, "pulse": PULSE, "observer": OBSERVER}
     study = (ROOT / "docs/friction_study.md").read_text()
     assert f"**{WITHOUT}** is without compensation" in study
     assert f"**{PULSE}** with the learned pulse" in study
     page = " ".join((ROOT / "docs/operator_page.md").read_text().split())
     assert f"without compensation ({WITHOUT}), with the learned pulse ({PULSE})" in page
+    assert f"with the disturbance observer ({OBSERVER})" in page

@@ -50,9 +50,9 @@ def circles(tmp_path: Path, *several: dict[str, Any]) -> ReportSection | None:
 def test_an_ellipse_has_its_known_deviations(tmp_path: Path) -> None:
     section = circles(tmp_path, circle(lambda a: 3 * UM * np.cos(2 * a) + 1 * UM, turns=1.2))
     (terms,) = table(section, "Radial and circular deviation")
-    assert float(terms["F_max um"]) == pytest.approx(4.0, abs=0.01)
-    assert float(terms["F_min um"]) == pytest.approx(-2.0, abs=0.01)
-    assert float(terms["G um"]) == pytest.approx(6.0, abs=0.01)
+    assert float(terms["F_max µm"]) == pytest.approx(4.0, abs=0.01)
+    assert float(terms["F_min µm"]) == pytest.approx(-2.0, abs=0.01)
+    assert float(terms["G µm"]) == pytest.approx(6.0, abs=0.01)
     assert (terms["plane"], terms["R mm"], terms["way"]) == ("XY", "20", "ccw")
     assert float(terms["F mm/min"]) == pytest.approx(2 * np.pi * 20 / 2 * 60, rel=1e-3)
 
@@ -61,8 +61,8 @@ def test_a_shifted_circle_has_no_circular_deviation_but_a_radial_one(tmp_path: P
     shifted = circle(lambda a: 0.0 * a, turns=1.1)
     shifted["x.scale_position_m"] = shifted["x.scale_position_m"] + 5 * UM
     (terms,) = table(circles(tmp_path, shifted), "Radial and circular deviation")
-    assert float(terms["F_max um"]) == pytest.approx(5.0, abs=0.01)
-    assert float(terms["G um"]) == pytest.approx(0.0, abs=0.01)
+    assert float(terms["F_max µm"]) == pytest.approx(5.0, abs=0.01)
+    assert float(terms["G µm"]) == pytest.approx(0.0, abs=0.01)
 
 
 def test_quadrants_are_distinguished(tmp_path: Path) -> None:
@@ -71,7 +71,7 @@ def test_quadrants_are_distinguished(tmp_path: Path) -> None:
 
     (row,) = table(circles(tmp_path, circle(steps_m, turns=1.3)), "Contour error by quadrant")
     for name, expected in zip(("I", "II", "III", "IV"), (1.0, 2.0, -3.0, 4.0), strict=True):
-        assert float(row[f"{name} mean um"]) == pytest.approx(expected, abs=0.02)
+        assert float(row[f"{name} mean µm"]) == pytest.approx(expected, abs=0.02)
 
 
 def test_hysteresis_is_the_difference_between_both_directions(tmp_path: Path) -> None:
@@ -79,7 +79,7 @@ def test_hysteresis_is_the_difference_between_both_directions(tmp_path: Path) ->
     back = circle(lambda a: -2 * UM * np.sin(a), turns=1.1, direction=-1)
     (row,) = table(circles(tmp_path, there, back), "Circular hysteresis")
     assert row["two ways round one circle"] == "1 part 0 / 2 part 1"
-    assert float(row["H um"]) == pytest.approx(4.0, abs=0.01)
+    assert float(row["H µm"]) == pytest.approx(4.0, abs=0.01)
 
 
 def test_less_than_a_turn_is_no_circle(tmp_path: Path) -> None:
@@ -119,10 +119,10 @@ def test_positioning_by_iso_230_2(tmp_path: Path) -> None:
     assert visits_of(run, run.axes[1]) is None
     (row,) = table(positioning_section(run), "Accuracy and repeatability")
     s_um = np.std([1, 3], ddof=1)
-    assert float(row["B um"]) == pytest.approx(3.0, abs=0.01)  # 2 - 5 at the first target
+    assert float(row["B µm"]) == pytest.approx(3.0, abs=0.01)  # 2 - 5 at the first target
     assert float(row["R up"]) == pytest.approx(4 * s_um, abs=0.01)
-    assert float(row["R um"]) == pytest.approx(max(2 * s_um + 3.0, 4 * s_um), abs=0.01)
-    assert float(row["M um"]) == pytest.approx(2.5, abs=0.01)
+    assert float(row["R µm"]) == pytest.approx(max(2 * s_um + 3.0, 4 * s_um), abs=0.01)
+    assert float(row["M µm"]) == pytest.approx(2.5, abs=0.01)
     assert (row["targets"], row["runs"]) == ("2", "2")
 
 
@@ -147,7 +147,7 @@ def test_following_error_is_that_of_the_program_only(tmp_path: Path) -> None:
     rows = table(
         axis_sections(read_run(write_recording(tmp_path / "r", columns)))[0], "How well the axes followed"
     )
-    assert (rows[0]["error RMS um"], rows[0]["error largest um"]) == ("2.00", "2.00")
+    assert (rows[0]["error RMS µm"], rows[0]["error largest µm"]) == ("2.00", "2.00")
 
 
 def test_the_spectrum_holds_the_power_of_the_error() -> None:
@@ -200,8 +200,8 @@ def test_reversals_are_compared_with_the_requirement(tmp_path: Path) -> None:
     section = reversal_section(run)
     x, y = table(section, "Indicators by axis")
     assert (x["reversals"], x["above J_required %"], x["learning due"]) == ("5", "60", "yes")
-    assert (x["J mean um"], x["J largest um"], x["J last um"]) == ("5.00", "7.00", "7.00")
-    assert (x["peak error um"], x["peak contour um"]) == ("21.00", "14.00")
+    assert (x["J mean µm"], x["J largest µm"], x["J last µm"]) == ("5.00", "7.00", "7.00")
+    assert (x["peak error µm"], x["peak contour µm"]) == ("21.00", "14.00")
     assert y["reversals"] == "0"
     (picture,) = [part for part in section.parts if isinstance(part, ReportPicture)]
     assert picture.levels[0].value == pytest.approx(4.0)
