@@ -231,6 +231,11 @@ class Slave:
         self.emergency.report(emcy.OVERRUN, emcy.COMMUNICATION)
         self.emergency.clear(emcy.OVERRUN)
 
+    def on_restart(self) -> None:
+        """Report the recovery from bus-off, likewise an event."""
+        self.emergency.report(emcy.BUS_OFF_RECOVERED, emcy.COMMUNICATION)
+        self.emergency.clear(emcy.BUS_OFF_RECOVERED)
+
     # --- changes ----------------------------------------------------------------------------------
 
     def _configure_pdos(self) -> None:

@@ -138,6 +138,11 @@ class SimulatedMachine:
         for slave in self.slaves:
             slave.on_overrun()
 
+    def on_restart(self) -> None:
+        """Have every node report that it was off the bus and has come back."""
+        for slave in self.slaves:
+            slave.on_restart()
+
     # --- frames -----------------------------------------------------------------------------------
 
     def handle(self, can_id: int, data: bytes) -> None:

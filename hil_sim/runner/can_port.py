@@ -24,8 +24,8 @@ PATIENCE = Patience(queue_s=1.0, interface_s=1.0)
 
 An adapter's queue holds ten frames, a block of an SDO upload has 127.
 """
-CONTROLLER_PROBLEM = 0x004  # class of an error frame
-OVERRUN = 0x03  # in its byte 1: receive, transmit
+CONTROLLER_PROBLEM, BUS_OFF, RESTARTED = 0x004, 0x040, 0x100  # classes of error frames
+OVERRUN, ERROR_ACTIVE = 0x03, 0x40  # in byte 1 of the first: receive, transmit; on the bus again
 FRAMES_PER_WAKE = 256
 """Bounds the frames read at once, so that timers and signals are served on a busy bus (chosen)."""
 RECEIVED_IDENTIFIERS: can.typechecking.CanFilters = [  # 000h to 77Fh, in four prefixes, and LSS
@@ -72,12 +72,17 @@ def open_bus(address: str) -> can.BusABC:
 
 
 class CanPort:
-    """Standard frames of a bus; calls `on_overrun` when some are lost, `on_remote` at a remote one."""
+    """Standard frames of a bus; calls `on_overrun` when some are lost, `on_remote` at a remote one.
+
+    After bus-off nothing is sent or taken until the interface is restarted, which `on_restart` is called at.
+    """
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus, self._frames = bus, frame_bus(bus, PATIENCE)
         self.on_overrun: Callable[[], None] = lambda: None
         self.on_remote: Callable[[int], None] = lambda _can_id: None
+        self.on_restart: Callable[[], None] = lambda: None
+        self._off = False
         self._burst: list[bytes] = []
 
     @property
@@ -114,6 +119,8 @@ class CanPort:
             return
         burst = b"".join(self._burst)
         self._burst.clear()
+        if self._off:
+            return
         try:
             self._frames.send(burst)
         except (can.CanError, OSError) as error:
@@ -139,15 +146,22 @@ class CanPort:
         for start in range(0, len(burst), FRAME_BYTES):
             header, size = HEADER.unpack_from(burst, start)
             data = bytes(burst[start + DATA_AT : start + DATA_AT + size])
-            if header <= LARGEST_STANDARD:
+            if header & ERROR:
+                self._take_error(header & IDENTIFIER_MASK, data)
+            elif self._off:
+                continue
+            elif header <= LARGEST_STANDARD:
                 handle(header, data)
             elif header ^ REMOTE <= LARGEST_STANDARD:
                 self.on_remote(header ^ REMOTE)
-            elif header & ERROR:
-                self._check_overrun(header & IDENTIFIER_MASK, data)
 
-    def _check_overrun(self, error_class: int, data: bytes) -> None:
-        """Call `on_overrun` where an error frame (SocketCAN's layout) reports an overrun."""
-        flags = data[1] if len(data) > 1 else 0
-        if error_class & CONTROLLER_PROBLEM and flags & OVERRUN:
+    def _take_error(self, error_class: int, data: bytes) -> None:
+        """Follow an error frame (SocketCAN's layout): frames were lost, or the interface is off the bus."""
+        flags = data[1] if error_class & CONTROLLER_PROBLEM and len(data) > 1 else 0
+        if flags & OVERRUN:
             self.on_overrun()
+        if error_class & BUS_OFF:
+            self._off = True
+        elif self._off and (error_class & RESTARTED or flags & ERROR_ACTIVE):
+            self._off = False
+            self.on_restart()

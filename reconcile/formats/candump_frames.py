@@ -38,6 +38,8 @@ class Frames(NamedTuple):
     """Identifier -> SYNC period -> last payload in it."""
     written: dict[int, dict[tuple[int, int], int]]
     """Node -> (index, subindex) -> value: what SDO downloads wrote into its PDO parameters."""
+    skipped_fd: int
+    """Frames of CAN FD, which CANopen has none of."""
 
 
 def read_frames(path: Path) -> Frames:
@@ -46,8 +48,11 @@ def read_frames(path: Path) -> Frames:
     payloads: dict[int, dict[int, bytes]] = {}
     written: dict[int, dict[tuple[int, int], int]] = {}
     buses: set[str] = set()
-    period = -1
+    period, skipped_fd = -1, 0
     for frame in _frames(path):
+        if frame.is_fd:
+            skipped_fd += 1
+            continue
         cob_id, data = frame.arbitration_id, bytes(frame.data)
         buses.add(str(frame.channel))
         if cob_id == SYNC:
@@ -71,25 +76,27 @@ def read_frames(path: Path) -> Frames:
         reason = "has no SYNC (080h), which says when the inputs were latched"
         raise ReconcileError(path, "", reason, "record the whole bus")
     sync_s = np.frombuffer(stamps, dtype=np.float64)
-    return Frames(sync_s - sync_s[0], payloads, written)
+    return Frames(sync_s - sync_s[0], payloads, written, skipped_fd)
 
 
 def _frames(path: Path) -> Iterator[Message]:
-    """Yield the classic data frames with 11-bit identifiers. Raises ReconcileError."""
+    """Yield the classic data frames with 11-bit identifiers, and all of CAN FD. Raises ReconcileError."""
     try:
         with path.open(encoding="utf-8", errors="replace") as log:
             reader, ended = CanutilsLogReader(log), False
             while not ended:
                 with contextlib.suppress(ValueError, IndexError):  # of a line that is none of candump
-                    yield from filter(_is_classic, reader)
+                    yield from filter(_counts, reader)
                     ended = True
     except OSError as error:
         raise ReconcileError(path, "", error.strerror or "cannot be read") from error
 
 
-def _is_classic(frame: Message) -> bool:
-    """Whether it is a data frame of CAN 2.0A with a stamp."""
-    special = frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame or frame.is_fd
+def _counts(frame: Message) -> bool:
+    """Whether it is a data frame of CAN 2.0A with a stamp, or one of CAN FD."""
+    if frame.is_fd:
+        return True
+    special = frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame
     fits = frame.arbitration_id in STANDARD_IDENTIFIERS and len(frame.data) <= CLASSIC_BYTES
     return fits and not special and math.isfinite(frame.timestamp)
 

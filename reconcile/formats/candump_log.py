@@ -71,7 +71,8 @@ def read(path: Path, mapping: Mapping, model: ByName[str, NominalAxis]) -> Table
     if len(columns) == 1:
         remedy = "record from the boot on, or say where it is: --map x.position=0x181@2:i32"
         raise ReconcileError(path, "", "carries no position of an axis that the model file names", remedy)
-    return Table(str(path), columns)
+    fd = log.frames.skipped_fd
+    return Table(str(path), columns, skipped=f"{fd} frames of CAN FD are skipped" if fd else "")
 
 
 def _drive_columns(log: _Decoded, pdos: list[Pdo], name: str, axis: NominalAxis) -> dict[str, Column]:

@@ -23,6 +23,8 @@ class Table(NamedTuple):
     first_row: int = 0
     ignored: tuple[str, ...] = ()
     """Names that the format could not convert to columns."""
+    skipped: str = ""
+    """What else of the file was not used, in words."""
 
     def row(self, index: int) -> str:
         """Place of a sample, for messages."""

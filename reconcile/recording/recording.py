@@ -98,7 +98,16 @@ def _load(path: Path, model: ByName[str, NominalAxis], mapping: Mapping) -> list
         present = short_list(channels.axes) if channels.axes else f"columns {short_list(table.columns)}"
         reason = f"holds none of the model's axes ({short_list(model)}); it has {present}"
         raise ReconcileError(path, "", reason, "name the columns: --map position=NAME,force=NAME")
-    return [one for name in axes_present for one in _axis_recordings(table, channels, name, model[name])]
+    found = [one for name in axes_present for one in _axis_recordings(table, channels, name, model[name])]
+    if table.skipped:
+        found[0] = found[0]._replace(findings=(*found[0].findings, _skipped(table)))
+    return found
+
+
+def _skipped(table: Table) -> SensorFinding:
+    message = f"{table.skipped}: the log is read as the classic CAN that CANopen is"
+    where = (table.source, "", "", math.nan, math.nan)
+    return SensorFinding("skipped", "note", *where, 0.0, "", message, "record the classic bus alone")
 
 
 def _set_aside(error: ReconcileError) -> SensorFinding:

@@ -36,7 +36,8 @@ BOUND_CYCLES: dict[Event, int] = {
     Event.WRONG_PDO: _FRAME,
     Event.OBJECT_CHANGED: _FRAME,
     Event.FRAMES_LOST: _FRAME,
-    Event.BUS_DOWN: 0,  # no frame can be sent; the drives stop because our heartbeat is missing
+    Event.BUS_OFF: 0,  # no frame can be sent; the drives stop because our heartbeat is missing
+    Event.BUS_DOWN: 0,  # the same, for good
     Event.STOP_SIGNAL: _FRAME,
     Event.DISABLE: _FRAME,
     Event.QUICK_STOP: _FRAME,

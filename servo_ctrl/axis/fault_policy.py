@@ -29,6 +29,8 @@ class Event(Enum):
     WRONG_PDO = "PDO of another length"
     OBJECT_CHANGED = "object of a node changed"
     FRAMES_LOST = "frames lost on the bus"
+    BUS_OFF = "bus off"
+    """Our interface has left the bus, and may be restarted."""
     BUS_DOWN = "bus down"
     STOP_SIGNAL = "stop signal"
     """SIGINT or SIGTERM: the run ends."""
@@ -71,6 +73,7 @@ _UNDER_CONTROL = {
     Event.WRONG_PDO: _QUICK,  # likewise unreliable inputs: the mapping is not the configured one
     Event.OBJECT_CHANGED: _HOLD,
     Event.FRAMES_LOST: _HOLD,
+    Event.BUS_OFF: _QUICK,  # nothing reaches the drives; where the bus is back soon, they brake
     Event.BUS_DOWN: _OFF,
     Event.STOP_SIGNAL: _HOLD,
     Event.DISABLE: _HOLD,
@@ -99,6 +102,7 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         Event.WRONG_PDO: _QUICK,
         Event.OBJECT_CHANGED: _QUICK,
         Event.FRAMES_LOST: _QUICK,
+        Event.BUS_OFF: _QUICK,
         Event.BUS_DOWN: _OFF,
         Event.STOP_SIGNAL: _QUICK,
         Event.DISABLE: _QUICK,
@@ -117,6 +121,7 @@ REACTIONS: dict[Stage, dict[Event, Reaction]] = {
         Event.FOREIGN_MASTER: _QUICK,
         Event.DUPLICATE_NODE: _QUICK,
         Event.WRONG_PDO: _QUICK,
+        Event.BUS_OFF: _QUICK,
         Event.STOP_SIGNAL: _QUICK,  # a second signal stops faster
         Event.QUICK_STOP: _QUICK,
     },

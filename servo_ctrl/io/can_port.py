@@ -36,8 +36,10 @@ CATCH_UP_STEPS = 100
 """Bounds `caught_up`; chosen, as its interval above."""
 FRAMES_A_STEP = 106
 """As many as a bus of 1 Mbit/s brings in `CATCH_UP_S`; more of them had been queued."""
+RESTARTED, ERROR_ACTIVE = 0x100, 0x40
+"""By these, a class and a bit of byte 1 of class 4, an interface that was off is on the bus again."""
 ERROR_CLASSES: tuple[tuple[int, str], ...] = (
-    (0x100, "controller restarted"),
+    (RESTARTED, "controller restarted"),
     (0x020, "no acknowledge on transmission"),
     (0x001, "transmission timed out"),
     (0x002, "arbitration lost"),
@@ -57,7 +59,7 @@ CONTROLLER_PROBLEMS: tuple[tuple[int, str], ...] = (
     (0x02, "transmit overrun: frames were lost"),
     (0x30, "error passive"),
     (0x0C, "error warning"),
-    (0x40, "back to error active"),
+    (ERROR_ACTIVE, "back to error active"),
 )
 """SocketCAN controller problems, byte 1 of an error frame of class 4."""
 
@@ -76,11 +78,14 @@ class BusError(ServoCtrlError):
 
 
 class BusNews(NamedTuple):
-    """An error frame in words, and whether frames were lost or the controller is off the bus by it."""
+    """An error frame in words, and what it says of frames and of the interface."""
 
     text: str
     frames_lost: bool
     down: bool
+    """Bus-off: the interface has left the bus until it is restarted."""
+    restarted: bool = False
+    """It is on the bus again."""
 
 
 class TxFrame:
@@ -105,6 +110,8 @@ class CanPort:
         self.fallback: Callable[[int, bytearray, float], None] = _ignore
         self.on_error_frame: Callable[[BusNews], None] = _ignore
         self.on_down: Callable[[BusError], None] = _ignore
+        self.off = False
+        """Bus-off: nothing is sent or taken until the interface says that it was restarted."""
         self._bus, self._frames = bus, frame_bus(bus, PATIENCE)
         self._burst: list[bytes] = []
         """Cyclic frames that the next `flush` sends."""
@@ -168,6 +175,8 @@ class CanPort:
             raise BusError(f"bus {self.name}: cannot send: {_with_advice(error)}") from None
 
     def _send(self, burst: bytes) -> None:
+        if self.off:
+            return
         self.frames += len(burst) // FRAME_BYTES
         for size in burst[SIZE_AT::FRAME_BYTES]:
             self.bits += FRAME_BITS[size]
@@ -198,7 +207,9 @@ class CanPort:
         for start in range(0, len(burst), FRAME_BYTES):
             header, size = HEADER.unpack_from(burst, start)
             payload = burst[start + DATA_AT : start + DATA_AT + size]
-            if header <= LARGEST_STANDARD:  # CANopen has no extended and no remote frames
+            if header <= LARGEST_STANDARD:  # CANopen has no extended frames, and we use no remote ones
+                if self.off:
+                    continue
                 self.frames += 1
                 self.bits += FRAME_BITS[size]
                 handler = handlers.get(header)
@@ -207,7 +218,10 @@ class CanPort:
                 else:
                     self.fallback(header, payload, now_s)
             elif header & ERROR:
-                self.on_error_frame(describe_error_frame(header & IDENTIFIER_MASK, payload))
+                news = describe_error_frame(header & IDENTIFIER_MASK, payload)
+                restarted = news.restarted and self.off
+                self.off = news.down or (self.off and not restarted)
+                self.on_error_frame(news._replace(restarted=restarted))
 
 
 def open_port(spec: str, only: Sequence[int] = ()) -> CanPort:
@@ -237,10 +251,11 @@ def describe_error_frame(error_class: int, payload: bytes | bytearray) -> BusNew
     if error_class & CONTROLLER_CLASS and len(payload) > 1:
         for bits, text in CONTROLLER_PROBLEMS:
             if payload[1] & bits:
-                return BusNews(text, frames_lost=bool(payload[1] & OVERRUNS), down=False)
+                lost, active = bool(payload[1] & OVERRUNS), bool(payload[1] & ERROR_ACTIVE)
+                return BusNews(text, lost, down=False, restarted=active)
     for bit, text in ERROR_CLASSES:
         if error_class & bit:
-            return BusNews(text, frames_lost=False, down=False)
+            return BusNews(text, frames_lost=False, down=False, restarted=bit == RESTARTED)
     return BusNews(f"error frame of class 0x{error_class:X}", frames_lost=False, down=False)
 
 

@@ -7,6 +7,7 @@ import operator
 from functools import partial
 from typing import Any
 
+import can
 import numpy as np
 from consecutive_runs import ConsecutiveRuns, Script
 
@@ -189,6 +190,18 @@ def bus_off(table: ConsecutiveRuns) -> Script:
     table.wire.outbound = lambda _can_id, _data: []
     drop(table, *range(0x800))
     table.wire.error(0x040, bytes(8))
+    yield 50
+
+
+def bus_restarts(table: ConsecutiveRuns) -> None:
+    """The bus is mended; the interface says so, and frames pass again."""
+    table.wire.outbound = table.wire.inbound = None
+    table.wire.error(0x100, bytes(8))
+
+
+def interface_fails(table: ConsecutiveRuns) -> Script:
+    table.wire.failure = can.CanOperationError("the adapter was pulled out")
+    table.wire.end.wake()
     yield 50
 
 

@@ -100,7 +100,9 @@ ROWS = (
     RecoveryRow("PDO of another length", "bytes", scripts.short_pdo, NEW_RUN, scripts.repair_bus),
     RecoveryRow("object of a node changed", "somebody else writes", scripts.foreign_sdo_write, SWITCH_ON),
     RecoveryRow("frames lost on the bus", "overrun", scripts.overrun, SWITCH_ON),
-    RecoveryRow("bus down", "bus-off", scripts.bus_off, NEW_RUN),
+    RecoveryRow("bus off", "bus-off", scripts.bus_off, SWITCH_ON, scripts.bus_restarts),
+    RecoveryRow("bus off", "bus-off", scripts.bus_off, NEW_RUN, scripts.bus_restarts),
+    RecoveryRow("bus down", "failed", scripts.interface_fails, NEW_RUN),
     RecoveryRow("stop signal", "SIGTERM", scripts.signalled, NEW_RUN),
     RecoveryRow(
         "switched off", "switched off", partial(scripts.commanded, command=Command.DISABLE), SWITCH_ON

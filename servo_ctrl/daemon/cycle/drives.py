@@ -147,8 +147,8 @@ class Drives:
         self._change(node, lose)
 
     def take_back(self, node: int) -> None:
-        """Accept a node that responds again; a drive stays without power."""
-        self._change(node, release)
+        """Accept a node that responds again; a drive that still moves brakes, then gives up its power."""
+        self._change(node, brake)
 
     def _change(self, node: int, change: Callable[[sequence.Sequence], sequence.Sequence]) -> None:
         for place in self._places:

@@ -43,6 +43,8 @@ class MachineController(MachineFigures):
         """Whether a stop ends in standby instead of off."""
         self.nodes: Nodes | None = None
         """Which nodes can be used again after a stop, for a machine that stands by."""
+        self.bus_off = ""
+        """Why no frame can be sent at present; "" while the bus is in order."""
         self.completed = False
         """Whether the last program ran to its end."""
         self._unhomed: list[int] = []
@@ -63,6 +65,8 @@ class MachineController(MachineFigures):
         """
         if self.stage is not Stage.STANDBY:
             return "the machine is not in standby"
+        if self.bus_off:
+            return self.bus_off
         if self.setting_up:
             return f"{self._node_names[self._again.nodes[0]]}: is being set up again; wait for its end"
         if self.nodes is not None:

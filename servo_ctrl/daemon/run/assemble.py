@@ -24,6 +24,8 @@ from servo_ctrl.daemon.run.own_node import fault_reporter
 from servo_ctrl.io.can_port import BusError, BusNews, CanPort
 from servo_ctrl.units import MM
 
+RESTART = "the interface restarts by itself where restart-ms is set (ip link), or when you restart it"
+
 
 def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPlace]:
     """Make the axes of a machine and compile their kernels; inputs are numbered like the plans."""
@@ -120,7 +122,7 @@ def connect(
     _take_frames(plans, places, machine, port, cycle, watch, timers, config.period_s)
     report_masters(config, plans, port, partial(machine.event, Event.FOREIGN_MASTER))
     report_writes(plans, port, machine.object_changed)
-    _watch_bus(port, machine, cycle)
+    _watch_bus(port, machine, cycle, lockstep=lockstep)
     return cycle
 
 
@@ -156,8 +158,11 @@ def _take_frames(
         port.handlers[0x080 + plan.node_id] = on_emcy if servo is None else keeping_error_code(servo, on_emcy)
 
 
-def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle) -> None:
-    """Turn reports of the bus itself, down or frames lost, into events."""
+def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle, *, lockstep: bool) -> None:
+    """Turn reports of the bus itself, down, off or frames lost, into events.
+
+    In lockstep no time passes without the nodes, so that bus-off ends the run.
+    """
 
     def on_down(error: BusError) -> None:
         machine.event(Event.BUS_DOWN, str(error))
@@ -165,9 +170,16 @@ def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle) -> None:
 
     def on_error_frame(news: BusNews) -> None:
         text = f"bus {port.name}: {news.text}"
-        if news.down:
+        if news.down and lockstep:
             machine.event(Event.BUS_DOWN, text)
             cycle.stop()
+        elif news.down:
+            machine.bus_off = f"{text}; {RESTART}"
+            machine.event(Event.BUS_OFF, text)
+        elif news.restarted and machine.bus_off:
+            machine.bus_off = ""
+            machine.note(f"{text}: the drives have braked by themselves; Enable sets the nodes up again")
+            machine.on_fault(Event.BUS_OFF, text)
         elif news.frames_lost:
             machine.event(Event.FRAMES_LOST, text)
         else:

@@ -27,6 +27,7 @@ EMCY_OF_EVENT = {
     Event.RUNAWAY: 0x7122,  # motor error or commutation malfunction
     Event.SATURATED: 0x2310,  # continuous over-current
     Event.FRAMES_LOST: 0x8110,  # CAN overrun
+    Event.BUS_OFF: 0x8140,  # recovered from bus-off: it is sent once that is so
     Event.DUPLICATE_NODE: 0x8150,  # collision of COB-IDs
     Event.WRONG_PDO: 0x8210,  # PDO not processed for its length
     Event.OBJECT_CHANGED: 0x6320,  # parameters

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from tests.campaigns.campaign.run import Evidence
     from tests.campaigns.campaign.stand import Stand
 
+SILENCED = frozenset({"bus down", "bus off"})
+"""Events behind which nothing is seen of another reaction."""
 LOCKSTEP, REALTIME = "lockstep", "realtime"
 BOTH = (LOCKSTEP, REALTIME)
 DRIVES, SCALES = (1, 2), (11, 12)

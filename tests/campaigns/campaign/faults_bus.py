@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING
 
 import can
 
-from tests.campaigns.campaign.fault_context import NODES, POWERED, REALTIME, WIRED, Fault, FaultContext
+from tests.campaigns.campaign.fault_context import (
+    LOCKSTEP,
+    NODES,
+    POWERED,
+    REALTIME,
+    WIRED,
+    Fault,
+    FaultContext,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -168,14 +176,21 @@ FAULTS = (
         "duplicate node", duplicate_node, "duplicate node", ("twice", "two nodes", "same node"), states=WIRED
     ),
     Fault("frames lost on the bus", overrun, "frames lost on the bus", ("overrun",), states=WIRED),
-    Fault(
-        "bus-off",
-        bus_off,
-        "bus down",
-        ("bus-off",),
-        states=(*POWERED, "standby"),
-        blind_s=0.08,
-        distorts=True,
+    *(
+        Fault(
+            name,
+            bus_off,
+            event,
+            ("bus-off",),
+            pacings=(pacing,),
+            states=(*POWERED, "standby"),
+            blind_s=0.08,
+            distorts=True,
+        )
+        for name, event, pacing in (
+            ("bus-off", "bus off", REALTIME),
+            ("bus-off in lockstep", "bus down", LOCKSTEP),
+        )
     ),
     Fault("interface fails", interface_fails, "bus down", ("failed",), states=WIRED, blind_s=0.08),
     Fault("interface fails while booting", interface_fails, states=("booting",), sdo_timeout_s=0.1),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from tests.campaigns.campaign import spec
-from tests.campaigns.campaign.fault_context import DRIVES, LOCKSTEP
+from tests.campaigns.campaign.fault_context import DRIVES, LOCKSTEP, SILENCED
 from tests.campaigns.campaign.wire import CONTROLLER, NMT, SYNC
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def reaction(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
     if evidence.plan.fault.kills in {"controller", "task"}:
         return alone(evidence)
     seen, problems = answered(evidence)
-    if evidence.plan.fault.event == "bus down" and wanted(evidence):
+    if evidence.plan.fault.event in SILENCED and wanted(evidence):
         orphaned, more = alone(evidence)  # what was sent has not arrived: drives stop by themselves
         return seen or orphaned, problems + more
     return seen, problems

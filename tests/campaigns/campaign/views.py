@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from tests.campaigns.campaign.fault_context import SILENCED
 from tests.campaigns.campaign.oracles_reaction import wanted
 from tests.campaigns.campaign.run import SILENCING
 
 if TYPE_CHECKING:
     from tests.campaigns.campaign.run import Evidence
-
-SILENCED = "bus down"
-"""Behind it nothing is seen of another reaction."""
 
 
 class Views(NamedTuple):
@@ -37,7 +35,7 @@ def views(evidence: Evidence) -> Views:
     both = _both(evidence, other)
     if other.axis == evidence.axis:  # the first to show is reported, and ends the search
         evidence, other = _reported_as_either(evidence, other), _reported_as_either(other, evidence)
-    ended = bool(plan.second.kills) or plan.second.event == SILENCED
+    ended = bool(plan.second.kills) or plan.second.event in SILENCED
     return Views(None if ended or _silenced(evidence, other) else evidence, other, both)
 
 

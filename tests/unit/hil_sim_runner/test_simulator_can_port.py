@@ -136,3 +136,34 @@ def test_a_queue_that_stays_full_is_an_error(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr("hil_sim.runner.can_port.PATIENCE", Patience(queue_s=0.01, interface_s=0.01))
     with pytest.raises(BusError, match="bus full"):
         put(FullBus(10**9, errno.ENOBUFS))
+
+
+@pytest.mark.parametrize(("restart_class", "data"), [(0x100, b""), (0x004, b"\0\x40")])
+def test_between_bus_off_and_restart_nodes_hear_nothing_and_are_not_heard(
+    port: CanPort, other: can.BusABC, restart_class: int, data: bytes
+) -> None:
+    restarts: list[None] = []
+    port.on_restart = lambda: restarts.append(None)
+
+    def error(error_class: int, data: bytes = b"") -> None:
+        other.send(
+            can.Message(arbitration_id=error_class, is_extended_id=False, is_error_frame=True, data=data)
+        )
+        drained(port, 1)
+
+    error(restart_class, data)
+    error(0x040)
+    other.send(can.Message(arbitration_id=0x80, is_extended_id=False))
+    assert drained(port, 1) == []
+    port.send(0x181, b"")
+    port.flush()
+    assert restarts == []
+    error(restart_class, data)
+    assert len(restarts) == 1
+    other.send(can.Message(arbitration_id=0x81, is_extended_id=False))
+    assert drained(port, 1) == [(0x81, b"")]
+    port.send(0x182, b"")
+    port.flush()
+    sent = other.recv(1)
+    assert sent is not None
+    assert sent.arbitration_id == 0x182

@@ -24,7 +24,7 @@ OF_THE_CYCLE = {
     Event.BAD_PROGRAM,
 }
 """Found in the inputs of a cycle, in its clock, or in what is computed from them."""
-NOTHING_CAN_BE_SENT = {Event.BUS_DOWN}
+NOTHING_CAN_BE_SENT = {Event.BUS_DOWN, Event.BUS_OFF}
 
 
 def axis_with(axis: AxisConfig, *, switch_syncs: int = 10, **limits: Any) -> AxisConfig:

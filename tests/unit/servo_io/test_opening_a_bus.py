@@ -18,12 +18,14 @@ from servo_ctrl.io.can_port import BusError, BusNews, describe_error_frame, open
         (0x004, b"\x00\x10", False, False, "error passive"),
         (0x004, b"\x00\x08", False, False, "error warning"),
         (0x100, b"", False, False, "controller restarted"),
+        (0x004, b"\x00\x40", False, False, "back to error active"),
         (0x020, b"", False, False, "no acknowledge on transmission"),
         (0x200, b"", False, False, "error frame of class 0x200"),
     ],
 )
 def test_error_frames_in_words(error_class: int, payload: bytes, lost: bool, down: bool, text: str) -> None:
-    assert describe_error_frame(error_class, payload) == BusNews(text, lost, down)
+    restarted = error_class == 0x100 or payload == b"\x00\x40"
+    assert describe_error_frame(error_class, payload) == BusNews(text, lost, down, restarted)
 
 
 @pytest.mark.parametrize(

@@ -210,3 +210,41 @@ async def test_error_frame_is_an_event(bus: SocketBus, port: CanPort) -> None:
     await asyncio.wait_for(received.wait(), 2.0)
     port.detach()
     assert news == [BusNews("receive overrun: frames were lost", frames_lost=True, down=False)]
+
+
+async def test_nothing_is_sent_or_taken_between_bus_off_and_the_restart(
+    bus: SocketBus, port: CanPort
+) -> None:
+    news: asyncio.Queue[BusNews] = asyncio.Queue()
+    came: asyncio.Queue[int] = asyncio.Queue()
+    port.on_error_frame = news.put_nowait
+    port.fallback = lambda can_id, _data, _timestamp_s: came.put_nowait(can_id)
+    port.attach(asyncio.get_running_loop())
+    for can_id, data in (
+        (ERROR_FLAG | 0x100, b""),  # a restart that nothing went before
+        (0x181, b""),
+        (ERROR_FLAG | 0x040, b""),
+        (0x182, b""),
+        (ERROR_FLAG | 0x004, b"\0\x10"),  # passive: still off
+        (0x183, b""),
+    ):
+        bus.put(can_id, data)
+    said = [await asyncio.wait_for(news.get(), 2.0) for _ in range(3)]
+    assert port.off
+    port.send(0x601, bytes(8))
+    port.frame(0x080).send(b"")
+    port.flush()
+    bus.put(ERROR_FLAG | 0x100, b"")
+    bus.put(0x184, b"")
+    said.append(await asyncio.wait_for(news.get(), 2.0))
+    taken = [await asyncio.wait_for(came.get(), 2.0) for _ in range(2)]
+    port.detach()
+    assert taken == [0x181, 0x184]
+    assert [(each.down, each.restarted) for each in said] == [
+        (False, False),
+        (True, False),
+        (False, False),
+        (False, True),
+    ]
+    port.send(0x602, b"")
+    assert bus.take_sent() == (0x602, b"")

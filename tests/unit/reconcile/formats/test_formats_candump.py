@@ -106,6 +106,19 @@ def test_a_log_with_the_boot_in_it_is_decoded_by_the_mapping_that_the_boot_wrote
     np.testing.assert_allclose(recording.force_command_n, 2 * CURRENT * per_mille_n, atol=1e-9)
 
 
+def test_frames_of_can_fd_in_a_classic_log_are_skipped_and_counted(tmp_path: Path) -> None:
+    path = written(tmp_path / "mixed.log")
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for at in (300, 600, 900):  # one on an identifier of ours, with a payload that would fit
+        lines.insert(at, lines[at].split(" can0 ")[0] + " can0 1A5##1FFFFFFFFFFFFFFFF")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (recording,) = load(path)
+    check(recording)
+    (found,) = recording.findings
+    assert (found.check, found.severity) == ("skipped", "note")
+    assert "3 frames of CAN FD are skipped" in found.message
+
+
 def test_a_counter_that_wraps_goes_on(tmp_path: Path) -> None:
     (recording,) = load(written(tmp_path / "wrap.log", offset=2**31))
     np.testing.assert_allclose(
