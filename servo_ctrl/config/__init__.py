@@ -1,4 +1,5 @@
-"""Machine files and programs: their types, their checks, and their values in SI.
+"""Machine files and programs: their types, their checks, and their values in SI units.
 
-May enter: what reads controller.toml, programs and part programs, and turns them into parameters and steps.
+May enter: code that reads controller.toml, programs and part programs and converts them to parameters and
+steps.
 """

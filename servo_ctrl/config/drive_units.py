@@ -1,7 +1,7 @@
-"""Units of a drive's velocities and accelerations: as the machine file names them, and as 60A9h and 60AAh do.
+"""Units of a drive's velocities and accelerations: names in the machine file, and codes in 60A9h and 60AAh.
 
-A unit is coded as prefix << 24 | numerator << 16 | denominator << 8 (CiA 303-2), the prefix a power of ten.
-What that cannot say, such as 16.16 fixed point, has no code.
+The code is prefix << 24 | numerator << 16 | denominator << 8 (CiA 303-2), with a power of ten as prefix.
+Other units, such as 16.16 fixed point, have no code.
 """
 
 import math
@@ -13,7 +13,7 @@ _UNIT = re.compile(r"(?:(\d+(?:\.\d+)?(?:e-?\d+)?) )?(counts/s2?|rpm(?:/s)?|rev/
 
 
 class _Base(NamedTuple):
-    """A unit without a multiple: its kind, its size in counts or revolutions a second, its code."""
+    """A unit without multiple: its kind, its size in counts or revolutions per second, its code."""
 
     kind: str
     of_revolutions: bool
@@ -29,20 +29,20 @@ _BASES = {
     "rpm/s": _Base("/s2", of_revolutions=True, size=1.0 / 60.0, code=0x00C0_0300),
     "rev/s2": _Base("/s2", of_revolutions=True, size=1.0, code=None),
 }
-"""Codes as drives have them (maxon: rpm and rpm/s; Nanotec: counts/s); None: not held against any."""
+"""Codes as in drives (maxon: rpm and rpm/s; Nanotec: counts/s); None: the drive's code is not checked."""
 
 
 class DriveUnit(NamedTuple):
     """A unit of velocity or acceleration."""
 
     counts: float
-    """What one of it is in counts/s or counts/s^2."""
+    """The unit in counts/s or counts/s^2."""
     code: int | None
-    """60A9h or 60AAh, None where there is none to hold it against."""
+    """Expected value of 60A9h or 60AAh; None if it is not checked."""
 
 
 def drive_unit(text: str, counts_per_rev: int) -> DriveUnit:
-    """The unit that the machine file names. Raises ValueError."""
+    """Return the unit with this name in the machine file. Raises ValueError."""
     found = _UNIT.fullmatch(text)
     multiple = float(found[1] or 1.0) if found else 0.0
     if found is None or not 0.0 < multiple < math.inf:
@@ -56,7 +56,7 @@ def drive_unit(text: str, counts_per_rev: int) -> DriveUnit:
 
 
 def checked_unit(kind: str) -> Callable[[str], str]:
-    """A validator of units of this kind: "/s" of velocities, "/s2" of accelerations."""
+    """Return a validator of units of this kind: "/s" for velocities, "/s2" for accelerations."""
 
     def check(text: str) -> str:
         drive_unit(text, 1)

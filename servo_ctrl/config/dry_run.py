@@ -1,4 +1,4 @@
-"""Run a program without a machine: extents, largest speeds and accelerations, blocks that miss their feed."""
+"""Simulates a program without a machine: extents, largest speeds, accelerations, blocks below their feed."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -16,9 +16,9 @@ from servo_ctrl.motion.profile import Motion, Profile
 from servo_ctrl.motion.program import SEGMENT_SAMPLES, Step, plan_step, sample_count
 
 DRAWN_SAMPLES = 20_000
-"""Bounds the samples kept for a picture; chosen."""
+"""Bounds the samples kept for a plot; chosen."""
 _REACHED_SHARE = 0.995
-"""Share of the feed from which on the feed counts as reached; chosen."""
+"""Share of the feed above which the feed counts as reached; chosen."""
 
 
 class LineFigures(NamedTuple):
@@ -40,25 +40,25 @@ class DryRun(NamedTuple):
     lowest_m: Array
     highest_m: Array
     speed_m_s: Array
-    """Largest of each axis; so are the next two."""
+    """Largest value of each axis, like the next two fields."""
     acceleration_m_s2: Array
     jerk_m_s3: Array
-    """Difference from sample to sample over the period."""
+    """Difference of accelerations between samples, divided by the period."""
     path_speed_m_s: float
     """Largest speed along the path."""
     reached: float
-    """Share of the path at feed on which the feed is reached; NaN without any."""
+    """Share of the path at feed on which the feed is reached; NaN without a path at feed."""
     lines: tuple[LineFigures, ...]
-    """Blocks too short for a sample are left out."""
+    """Blocks at feed, except blocks too short for a sample."""
     drawn_m: Array
-    """Positions (n, axes) thinned for a picture; the next field is the speed along the path there (n,)."""
+    """Positions (n, axes) thinned for a plot; the next field is the speed along the path there (n,)."""
     drawn_m_s: Array
     drawn_rapid: NDArray[np.bool_]
-    """Whether each belongs to a rapid move (G0), (n,)."""
+    """Whether each position belongs to a rapid move (G0), (n,)."""
 
     @property
     def slowest(self) -> LineFigures | None:
-        """Block with the least mean speed relative to its feed; None without any at feed."""
+        """Block with the least mean speed relative to its feed; None without blocks at feed."""
         return min(self.lines, key=lambda entry: entry.mean_m_s / entry.feed_m_s, default=None)
 
     @property
@@ -69,7 +69,7 @@ class DryRun(NamedTuple):
 
 
 def dry_run(steps: Sequence[Step], machine: MachineConfig) -> DryRun:
-    """Run a checked program from home."""
+    """Simulate a checked program from home."""
     limits, period_s = motion_limits(machine), machine.period_s
     start_m = np.zeros(len(machine.axes))
     figures = _Accumulator(start_m, period_s)
@@ -101,7 +101,7 @@ def dry_run(steps: Sequence[Step], machine: MachineConfig) -> DryRun:
 
 
 def _sampled(profile: Profile, period_s: float) -> Iterator[tuple[Array, Motion]]:
-    """Instants and motion of the samples that would be commanded, in chunks."""
+    """Yield instants and motion of the samples that would be commanded, in chunks."""
     count = sample_count(profile.duration_s, period_s)
     for first in range(0, count, SEGMENT_SAMPLES):
         stop = min(first + SEGMENT_SAMPLES, count)
@@ -110,19 +110,19 @@ def _sampled(profile: Profile, period_s: float) -> Iterator[tuple[Array, Motion]
 
 
 class _Accumulator:
-    """Extents and extremes of the samples so far."""
+    """Accumulates extents and extremes of samples."""
 
     def __init__(self, start_m: Array, period_s: float) -> None:
         self.cycles = 0
         self._period_s = period_s
         self._lowest_m, self._highest_m = start_m, start_m
         self._largest = np.zeros((3, len(start_m)))
-        """Speed, acceleration, jerk of each axis."""
+        """Largest speed, acceleration and jerk of each axis, (3, axes)."""
         self._last_m_s2 = np.zeros((1, len(start_m)))
         self._fastest = self._length_m = self._fed_m = self._reached_m = 0.0
         self._every = 1
         self._drawn = np.concatenate((start_m, [0.0, 1.0]))[np.newaxis]
-        """Position, speed, and 1 where the move is rapid."""
+        """Rows of position, speed, and 1 for a rapid move."""
 
     def add(self, motion: Motion, feed_m_s: Array) -> Array:
         """Add samples and their feed (0 without one); return their speed along the path."""
@@ -146,7 +146,7 @@ class _Accumulator:
         return np.asarray(path_m_s)
 
     def result(self, lines: list[LineFigures]) -> DryRun:
-        """Figures of all samples, with those of the blocks."""
+        """Return the figures of all samples and of the blocks."""
         speed, acceleration, jerk = self._largest
         return DryRun(
             duration_s=self.cycles * self._period_s,

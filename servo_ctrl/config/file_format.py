@@ -1,12 +1,12 @@
-"""The version of a file: the key `format`. What has none is of version 1; docs/upgrades.md."""
+"""The version of a file: the key `format`; a file without it has version 1. See docs/upgrades.md."""
 
 FORMAT = 1
-"""Of every kind of file so far; a kind whose keys change their meaning gets a number of its own."""
+"""Version of every kind of file so far; a kind whose keys change their meaning gets its own number."""
 ADVICE = "update this software, or use the one that wrote the file"
 
 
 def format_problem(found: object, known: int = FORMAT) -> str:
-    """Why a file with this `format` is not read, and what to do; "" when it is. None: it has no such key."""
+    """Return why a file with this `format` (None = no such key) is not read, and what to do; else ""."""
     if found is None or (type(found) is int and 1 <= found <= known):
         return ""
     if type(found) is int and found > known:

@@ -1,4 +1,4 @@
-"""From the machine file (mm, ms) to the values that the kernels take (SI, plain floats and ints)."""
+"""Converts the machine file (mm, ms) to the parameters of the kernels (SI, plain floats and ints)."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -22,10 +22,10 @@ _OUTPUT_OF_MODE = {"cst": Output.FORCE, "csv": Output.VELOCITY, "csp": Output.PO
 
 
 def axis_params(machine: MachineConfig, axis: str) -> AxisParams:
-    """What `axis_tick` is given for one axis.
+    """Return the parameters of `axis_tick` for one axis.
 
-    Every value is made a plain float, int or bool here: numba compiles `axis_tick` anew for each
-    combination of types, and the daemon and the batch twin are to share one.
+    Every value becomes a plain float, int or bool, because numba compiles `axis_tick` again for each
+    combination of types, and the daemon and the batch twin share one.
     """
     config = machine.axes[axis]
     control, limits = config.control, config.limits
@@ -60,7 +60,7 @@ def axis_params(machine: MachineConfig, axis: str) -> AxisParams:
 
 
 def _sections_of(config: AxisConfig, period_s: float) -> dict[str, Any]:
-    """The parts of the law that have a section of their own: field of `AxisParams` -> parameters."""
+    """Return the parameters of the parts of the law with their own section, by field of `AxisParams`."""
     axis = AxisFacts(
         period_s=period_s,
         acceleration_m_s2=float(config.limits.acceleration_mm_s2) * MM,
@@ -74,7 +74,7 @@ def _sections_of(config: AxisConfig, period_s: float) -> dict[str, Any]:
 
 
 def with_pulse(params: AxisParams, learned: Array | None) -> AxisParams:
-    """The parameters with other pulse functions, (6, n), see `trapezoidal_pulse`; None = no pulse at all."""
+    """Return parameters with these pulse functions, (6, n), see `trapezoidal_pulse`; None = no pulse."""
     table = np.zeros((6, 1)) if learned is None else np.ascontiguousarray(learned, dtype=np.float64)
     return params._replace(pulse=params.pulse._replace(enabled=learned is not None, learned=table))
 
@@ -82,7 +82,7 @@ def with_pulse(params: AxisParams, learned: Array | None) -> AxisParams:
 def with_waveform(
     params: AxisParams, friction: Sequence[float] | None, waves: Array | None = None
 ) -> AxisParams:
-    """The parameters with another learned force, see `learned_waveform`; None = no force at all."""
+    """Return parameters with this learned force, see `learned_waveform`; None = no force."""
     neutral = learned_waveform.NEUTRAL
     return params._replace(
         waveform=params.waveform._replace(
@@ -96,12 +96,12 @@ def with_waveform(
 
 
 def with_observer(params: AxisParams, enabled: bool) -> AxisParams:
-    """The parameters with the disturbance observer on or off."""
+    """Return parameters with the disturbance observer on or off."""
     return params._replace(observer=params.observer._replace(enabled=enabled))
 
 
 def with_screw(params: AxisParams, table: Array | None, lost_motion_m: float = 0.0) -> AxisParams:
-    """The parameters with another table, (2, n), see `screw_error`, and lost motion; None = neither."""
+    """Return parameters with this table, (2, n), see `screw_error`, and lost motion; None = neither."""
     errors = np.zeros((2, 1)) if table is None else np.ascontiguousarray(table, dtype=np.float64)
     learned = table is not None
     return params._replace(
@@ -111,18 +111,18 @@ def with_screw(params: AxisParams, table: Array | None, lost_motion_m: float = 0
 
 
 def with_sampled(params: AxisParams, enabled: bool) -> AxisParams:
-    """The parameters with the sampled dual loop on or off."""
+    """Return parameters with the sampled dual loop on or off."""
     return params._replace(sampled=params.sampled._replace(enabled=enabled))
 
 
 def with_fuzzy(params: AxisParams, enabled: bool) -> AxisParams:
-    """The parameters with the fuzzy-PD law on, or the PID law."""
+    """Return parameters with the fuzzy-PD law, or with the PID law."""
     table = surface(SURFACE_POINTS) if enabled else params.fuzzy.surface
     return params._replace(fuzzy=params.fuzzy._replace(enabled=enabled, surface=table))
 
 
 def motion_limits(machine: MachineConfig) -> MotionLimits:
-    """The limits of all axes, in the order of the machine file."""
+    """Return the limits of all axes, in the order of the machine file."""
     limits = [axis.limits for axis in machine.axes.values()]
 
     def column(values: list[float], unit: float) -> Array:

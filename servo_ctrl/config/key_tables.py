@@ -1,7 +1,7 @@
-"""The key tables of docs/machines.md and docs/programs.md, made from the types that check the files.
+"""Generates the key tables of docs/machines.md and docs/programs.md from the types that check the files.
 
-`python -m servo_ctrl.config.key_tables docs/machines.md docs/programs.md` rewrites the tables between
-their marks; a test holds the documents against `filled`.
+`python -m servo_ctrl.config.key_tables docs/machines.md docs/programs.md` rewrites the tables between their
+marks; a test compares the documents with `filled`.
 """
 
 import json
@@ -43,23 +43,23 @@ SECTIONS: dict[str, Any] = {
     "dwell": program_model.DwellStep,
     "samples": program_model.SamplesStep,
 }
-"""Each table of the documents and the type it is made from."""
+"""The type of each table in the documents."""
 
 _MARKED = re.compile(r"(<!-- keys: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def filled(document: str) -> str:
-    """The document with every marked table made anew; raises KeyError for a mark nobody knows."""
+    """Return the document with every marked table generated again. Raises KeyError for an unknown mark."""
     return _MARKED.sub(lambda found: found[1] + key_table(SECTIONS[found[2]]) + found[3], document)
 
 
 def key_table(section: Any) -> str:
-    """A Markdown table: key, value, default, meaning; one row per key that the file may have."""
+    """Return a Markdown table of key, value, default, meaning, with one row for each key of a section."""
     schema = TypeAdapter(section).json_schema()
     fields = section.__pydantic_fields__
     rows = ["| key | value | default | meaning |", "|---|---|---|---|"]
     for key, entry in schema["properties"].items():
-        if "$ref" in str(entry):  # a section of its own, with a table of its own
+        if "$ref" in str(entry):  # a nested section has its own table
             continue
         field = fields[key]
         value = field.get_default(call_default_factory=True)

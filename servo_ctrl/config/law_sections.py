@@ -1,4 +1,4 @@
-"""The sections of the control law as types of the machine file, derived from what its parts declare."""
+"""Derives the machine-file types of the control law's sections from the declarations of its parts."""
 
 import dataclasses
 import math
@@ -16,7 +16,7 @@ _NUMBERS = {float, int}
 
 
 def _checked_type(name: str) -> Any:
-    """One type for the section `name`, with the keys of every part that reads it."""
+    """Make the type of the section `name`, with the keys of every part that reads it."""
     settings = [section.settings for section in SECTIONS.values() if section.name == name]
     fields = [
         (field.name, _annotated(get_type_hints(part, include_extras=True)[field.name]), field)
@@ -33,7 +33,7 @@ def _checked_type(name: str) -> Any:
 
 
 def _annotated(hint: Any) -> Any:
-    """What checks a key, from its type and its `Key`."""
+    """Return the annotated type that checks a key, from its type and its `Key`."""
     kind, key = get_args(hint)[0], get_args(hint)[1]
     options = set(get_args(kind)) or {kind}
     if not options & _NUMBERS:
@@ -49,12 +49,12 @@ def _bounds(key: Key) -> Any:
 
 MEASURED_CURRENT = ("current_actual_value", "0x6078:00")
 SECTION_TYPES: dict[str, Any] = {name: _checked_type(name) for name in {s.name: 0 for s in SECTIONS.values()}}
-"""Name of the section -> type that checks it."""
+"""The type that checks each section, by name."""
 MEANINGS = {section.name: section.meaning for section in SECTIONS.values()}
 
 
 def objections(axis: Any) -> Iterator[str]:
-    """Why sections of the law do not fit the rest of the axis (`config.model.AxisConfig`), or themselves."""
+    """Yield why sections of the law contradict themselves or the rest of the axis (`AxisConfig`)."""
     resolution_um = math.nan if axis.scale is None else axis.scale.resolution_um
     for section in SECTIONS.values():
         settings = axis.section(section.settings)
@@ -68,7 +68,7 @@ def objections(axis: Any) -> Iterator[str]:
 
 
 def period_objections(axis: Any, period_s: float) -> Iterator[str]:
-    """Why sections of the law of an axis do not go with the SYNC period."""
+    """Yield why sections of an axis's law contradict the SYNC period."""
     for section in SECTIONS.values():
         settings = axis.section(section.settings)
         if settings is None or section.period_objection is None:
@@ -78,7 +78,7 @@ def period_objections(axis: Any, period_s: float) -> Iterator[str]:
 
 
 def _unmet(need: Need, axis: Any, name: str) -> str:
-    """Why an axis has not what the section `name` needs; "" where it has."""
+    """Return what the section `name` needs and the axis lacks, else ""."""
     match need:
         case Need.VELOCITY_SET_POINT if axis.mode == "csp":
             return f"{name}: mode csp has no velocity set point of ours"

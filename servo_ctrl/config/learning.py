@@ -1,4 +1,4 @@
-"""Learning settings in SI from the machine file, and the motion of a stroke or a travel."""
+"""Converts learning settings to SI units, and makes the motion of a stroke or a travel."""
 
 import math
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ APPROACH_M_S = 0.05
 ARRIVED_M = 1e-6
 """Distance from the start below which no move is needed."""
 NODES_A_TURN = 16
-"""Default nodes per turn of the screw: linear interpolation is then off by 2 % of its periodic error."""
+"""Default nodes per turn of the screw, with which linear interpolation errs by 2 % of the periodic error."""
 NODES_MAX = 5000
 """Bounds the nodes of a table; chosen."""
 REACH = 0.8
@@ -32,7 +32,7 @@ REACH = 0.8
 
 
 def learning_settings(machine: MachineConfig, axis: str, learner: str | None = None) -> LearningSettings:
-    """Learning settings of an axis; `learner` overrides the file's. Raises ConfigError without a pulse."""
+    """Return the learning settings of an axis; `learner` overrides the file's. Raises ConfigError."""
     pulse = machine.axes[axis].section(FrictionCompensationSettings)
     if pulse is None:
         key = f"axis.{axis}.friction_compensation"
@@ -43,7 +43,7 @@ def learning_settings(machine: MachineConfig, axis: str, learner: str | None = N
 
 
 def unlearnable(axis: AxisConfig) -> str:
-    """Why an axis can learn no waveform, below its section; "" where it can."""
+    """Return why an axis cannot learn a waveform, else ""."""
     if axis.section(LearnedWaveformSettings) is None:
         return "the section is missing: there is no waveform to be learned"
     if axis.mode != "cst":
@@ -54,7 +54,7 @@ def unlearnable(axis: AxisConfig) -> str:
 
 
 def waveform_settings(machine: MachineConfig, axis: str) -> WaveformSettings:
-    """Settings to learn the waveform of an axis. Raises ConfigError where it can learn none."""
+    """Return the settings that learn the waveform of an axis. Raises ConfigError if it cannot."""
     if reason := unlearnable(machine.axes[axis]):
         raise ConfigError(machine.source, f"axis.{axis}.learned_waveform", reason)
     params = axis_params(machine, axis)
@@ -74,7 +74,10 @@ def waveform_settings(machine: MachineConfig, axis: str) -> WaveformSettings:
 
 
 def _reach_m_s2(machine: MachineConfig, axis: str, sines: LearningSettings, wave_s: float) -> float:
-    """The largest reverse acceleration of a sine within `REACH` of the limits, a half cycle of `wave_s`."""
+    """Return the largest reverse acceleration of a sine within `REACH` of the limits.
+
+    Its half cycle lasts at least `wave_s`.
+    """
     limits, radius_m = machine.axes[axis].limits, sines.radius_m
     fastest_m_s, jerk_m_s3 = REACH * limits.velocity_mm_s * MM, REACH * limits.jerk_mm_s3 * MM
     found_m_s2: float = min(
@@ -111,9 +114,9 @@ def _sine_settings(
 
 
 def stroke_steps(machine: MachineConfig, axis: str, stroke: Stroke, start_m: Sequence[float]) -> list[Step]:
-    """One sine cycle of one axis about the middle of its travel; `start_m`: where the axes are.
+    """Return one sine cycle of an axis about the middle of its travel; `start_m`: positions of all axes.
 
-    A move to the middle comes first where the axis is elsewhere.
+    If the axis is elsewhere, a move to the middle comes first.
     """
     index = list(machine.axes).index(axis)
     lower_mm, upper_mm = machine.axes[axis].limits.position_mm
@@ -128,7 +131,7 @@ def stroke_steps(machine: MachineConfig, axis: str, stroke: Stroke, start_m: Seq
 
 
 def screw_settings(machine: MachineConfig, axis: str) -> ScrewSettings:
-    """Settings to learn the screw of an axis. Raises ConfigError without a section for it."""
+    """Return the settings that learn the screw of an axis. Raises ConfigError without its section."""
     config = machine.axes[axis].section(ScrewCompensationSettings)
     key = f"axis.{axis}.screw_compensation"
     if config is None:
@@ -154,9 +157,9 @@ def screw_settings(machine: MachineConfig, axis: str) -> ScrewSettings:
 
 
 def screw_steps(machine: MachineConfig, axis: str, start_m: Sequence[float]) -> list[Step]:
-    """One travel up and down over the whole range of the axis; `start_m`: where the axes are.
+    """Return one travel up and down over the whole range of an axis; `start_m`: positions of all axes.
 
-    A move to the lower end comes first where the axis is elsewhere.
+    If the axis is elsewhere, a move to the lower end comes first.
     """
     settings = screw_settings(machine, axis)
     ramp_m_s2 = settings.feed_m_s / RAMP_S
@@ -178,5 +181,5 @@ def _approach(label: str, machine: MachineConfig, axis: str, to_m: float) -> Mov
 
 
 def _target_of(machine: MachineConfig, axis: str, to_m: float) -> tuple[float, ...]:
-    """Target that moves one axis; NaN leaves the others where they are."""
+    """Return a target that moves one axis; NaN holds the others."""
     return tuple(to_m if name == axis else math.nan for name in machine.axes)

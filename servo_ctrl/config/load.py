@@ -1,4 +1,4 @@
-"""Load TOML files into checked types; every fault becomes one ConfigError with file and key."""
+"""Loads TOML files into checked types; every fault becomes one ConfigError with file and key."""
 
 import tomllib
 from collections.abc import Mapping
@@ -17,15 +17,15 @@ from servo_ctrl.errors import ConfigError
 
 MACHINE_FILE = "controller.toml"
 KINDS = {"machine": "a controller file", "plant": "the plant file of a simulator", "step": "a program"}
-"""What a file is, by a section that this kind alone has."""
+"""The kind of a file, by a section that only this kind has."""
 FILE_KEYS = frozenset({"eds", "concise_dcf", "password_file", "ca_file", "cert_file", "key_file"})
-"""Keys of a machine file that hold paths, relative to it."""
+"""Keys of a machine file whose paths are relative to the file."""
 
 
 def load_machine(directory_or_file: Path | str) -> MachineConfig:
     """Load the machine from `controller.toml` in a directory, or from the file itself.
 
-    Paths come back absolute (they are written relative to the file). Raises ConfigError.
+    Paths, which the file gives relative to itself, become absolute. Raises ConfigError.
     """
     path = Path(directory_or_file)
     if path.is_dir():
@@ -47,8 +47,8 @@ def load_program(
 ) -> ProgramConfig:
     """Load a program for `machine`: G-code (a `PartProgram`) or TOML, by the file name. Raises ConfigError.
 
-    `inputs`: files of the steps that name an `input`. `reading`: what G-code leaves to the machine. Limits
-    are checked by `servo_ctrl.config.program.check_program`.
+    `inputs`: files for steps that name an `input`. `reading`: options of the G-code reader.
+    `servo_ctrl.config.program.check_program` checks the limits.
     """
     path = Path(path)
     if path.is_dir():
@@ -73,7 +73,7 @@ def load_program(
 
 
 def _checked_document(path: Path) -> dict[str, Any]:
-    """Read a document and check and remove its format. Raises ConfigError."""
+    """Read a document, and check and remove its key `format`. Raises ConfigError."""
     document = read_toml(path)
     if "source" in document:
         raise ConfigError(path, "source", "unknown key")
@@ -83,7 +83,7 @@ def _checked_document(path: Path) -> dict[str, Any]:
 
 
 def _refuse_another_kind(path: Path, document: Mapping[str, Any], section: str, wanted: str) -> None:
-    """Raise ConfigError for a file that has the section of another kind and not the one needed."""
+    """Raise ConfigError if a file lacks `section` but has that of another kind of file."""
     found = next((what for other, what in KINDS.items() if other in document and other != section), None)
     if section not in document and found:
         raise ConfigError(path, "", f"this is {found}, {wanted}")
@@ -102,27 +102,27 @@ def _with_file(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Pa
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The document in `path`; raises ConfigError when it is absent, unreadable or no TOML."""
+    """Return the document in `path`. Raises ConfigError when it is absent, unreadable or no TOML."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ConfigError(path, "", "no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(path, "", f"cannot be read: {error}") from None
-    except (ValueError, RecursionError) as error:  # also of numbers of any length, and of deep nesting
+    except (ValueError, RecursionError) as error:  # also for numbers of any length and deep nesting
         raise ConfigError(path, "", f"not valid TOML: {error}") from None
 
 
 def as_config_error(
     path: Path, error: ValidationError, document: Mapping[str, Any] | None = None
 ) -> ConfigError:
-    """The first complaint of pydantic in the user's terms, and how many more there are."""
+    """Convert the first complaint of pydantic to a ConfigError, with the number of further ones."""
     details = error.errors(include_url=False, include_context=True)
     first = details[0]
     key = _key_of(first, document or {})
     reason = _reason_of(first)
     if first["type"] == "value_error" and isinstance(first["input"], dict):
-        # a check across keys: it begins with the key it complains about
+        # a check across keys: its text begins with the key
         inner, separator, rest = reason.partition(": ")
         if separator:
             key, reason = ".".join(part for part in (key, inner) if part), rest
@@ -131,11 +131,11 @@ def as_config_error(
 
 
 def _key_of(detail: ErrorDetails, document: Mapping[str, Any]) -> str:
-    """Where in the file it is: `axis.x.limits.force_n`, `step[2] "F 500".radius_mm`."""
+    """Return the place in the file, such as `axis.x.limits.force_n` or `step[2] "F 500".radius_mm`."""
     location = [part for part in detail["loc"] if part != "[key]"]
     head = ""
     if len(location) > 1 and location[0] == "step" and isinstance(location[1], int):
-        # pydantic puts the kind of the step third: the user has not written it as a key
+        # pydantic adds the kind of the step as third part, which is no key in the file
         raw = document["step"][location[1]]
         label = raw.get("label", raw.get("kind", "")) if isinstance(raw, dict) else ""
         head, location = step_key(location[1], str(label)), location[3:]
@@ -161,7 +161,7 @@ def _reason_of(detail: ErrorDetails) -> str:
 
 
 def _resolve_paths(document: dict[str, Any], path: Path) -> None:
-    """Make every file that is named absolute, in place; anything ill-formed is left for the validation."""
+    """Make every path absolute, in place; the validation reports ill-formed values."""
     for key, value in document.items():
         if isinstance(value, dict):
             _resolve_paths(value, path)
@@ -170,8 +170,8 @@ def _resolve_paths(document: dict[str, Any], path: Path) -> None:
 
 
 def _beside(path: Path, name: Path | str) -> Path:
-    """A file that `path` names relative to itself, as an absolute path."""
+    """Return the absolute path of a file that `path` names relative to itself."""
     try:
         return (path.resolve().parent / name).resolve()
-    except (OSError, RuntimeError, ValueError) as error:  # a loop of links; a NUL in the name
+    except (OSError, RuntimeError, ValueError) as error:  # a loop of links, or a NUL in the name
         raise ConfigError(path, "", f"{str(name)!r} is no file name: {error}") from None

@@ -1,4 +1,4 @@
-"""A copy of a machine that comes with the program, whole by itself: its EDS files lie inside it."""
+"""Copies a shipped machine, with its EDS files inside the copy."""
 
 import re
 import shutil
@@ -8,18 +8,18 @@ from servo_ctrl.errors import ConfigError
 from shipped_files import EDS, MACHINES, machine_names
 
 EDS_BESIDE, EDS_INSIDE = re.compile(r'"(?:\.\./)+eds/'), '"eds/'
-"""How a shipped machine and its copy name their EDS files."""
+"""Prefixes of EDS paths in a shipped machine and in its copy."""
 
 
 def copy_machine(name: str, directory: Path) -> None:
-    """Copy machine `name` to `directory`, without what was learned. Raises ConfigError, OSError."""
+    """Copy machine `name` to `directory`, without learned results. Raises ConfigError, OSError."""
     if name not in machine_names():
         raise ConfigError(directory, "--from", f"no machine {name}; there are {', '.join(machine_names())}")
     if directory.exists():
         raise ConfigError(directory, "", "exists already; name a directory that does not")
     shutil.copytree(MACHINES / name, directory, ignore=shutil.ignore_patterns("learned", "__pycache__"))
     shutil.copytree(EDS, directory / "eds")
-    own = (MACHINES / name).parent / "eds"  # of the templates
+    own = (MACHINES / name).parent / "eds"  # EDS files of the templates
     if own.is_dir() and own != EDS:
         shutil.copytree(own, directory / "eds", dirs_exist_ok=True)
     for file in directory.glob("*.toml"):

@@ -1,7 +1,7 @@
-"""The two files of a machine of one's own, from the answers about its axes.
+"""Writes the two files of a new machine from the answers about its axes.
 
-`controller.toml` is what the controller knows; `plant.toml` is the same machine as `hil-sim` simulates it,
-with friction that is a guess. Both carry comments: they are meant to be edited.
+The controller reads `controller.toml`; `hil-sim` simulates the machine from `plant.toml`, with guessed
+friction. Both have comments, because the user shall edit them.
 """
 
 from collections.abc import Sequence
@@ -10,11 +10,11 @@ from typing import NamedTuple
 from servo_ctrl.config.machine_sheet import AxisSheet
 
 VELOCITY_BANDWIDTH_1_S, INTEGRAL_1_S2, POSITION_GAIN_1_S = 210.0, 7500.0, 38.7
-"""Gains by moving mass, of the X-Y table of Feng et al. 2015: kv = 210 m, ki = 7500 m, kp = 38.7 1/s."""
+"""Gains of the X-Y table of Feng et al. 2015 by moving mass: kv = 210 m, ki = 7500 m, kp = 38.7 1/s."""
 JERK_PER_ACCELERATION_1_S = 25.0
 LEARNING_RADIUS_MM, LEARNING_MM_S2 = 50.0, (2.0, 8.0, 30.0, 120.0)
 SWITCH_BEYOND = 0.05
-"""Share of the travel that the simulator's limit switches lie beyond its ends; chosen."""
+"""Distance of the simulated limit switches beyond the travel, as a share of it; chosen."""
 
 
 class EdsNames(NamedTuple):
@@ -25,14 +25,14 @@ class EdsNames(NamedTuple):
 
 
 def controller_text(name: str, axes: Sequence[AxisSheet], eds: EdsNames) -> str:
-    """The text of controller.toml; its EDS files lie in eds/ beside it."""
+    """Return the text of controller.toml, whose EDS files are in eds/ beside it."""
     return "\n".join(
         [_CONTROLLER.format(name=name), *(_axis_of_controller(axis, eds) for axis in axes), _learning(axes)]
     )
 
 
 def plant_text(name: str, axes: Sequence[AxisSheet], eds: EdsNames) -> str:
-    """The text of plant.toml, which only the simulator reads."""
+    """Return the text of plant.toml, which only the simulator reads."""
     return "\n".join([_PLANT.format(name=name), *(_axis_of_plant(axis, eds) for axis in axes)])
 
 
@@ -74,10 +74,10 @@ def _axis_of_plant(axis: AxisSheet, eds: EdsNames) -> str:
 
 
 def _learning(axes: Sequence[AxisSheet]) -> str:
-    """Strokes that fit into the travel and the limits of every axis."""
+    """Return the sections [monitoring] and [learning], with strokes within travels and limits."""
     reach_mm = min(min(-axis.travel_mm[0], axis.travel_mm[1]) for axis in axes)
     radius_mm = min(LEARNING_RADIUS_MM, 0.5 * reach_mm)
-    if radius_mm <= 0.0:  # home is at an end of the travel: strokes about it do not fit
+    if radius_mm <= 0.0:  # home is at an end of the travel, so strokes around it do not fit
         return _NO_LEARNING
     allowed = [
         a

@@ -1,4 +1,4 @@
-"""What is asked about a machine of one's own, and how answers are read; `machine_files` writes them down."""
+"""The questions about a new machine, and the reading of answers; `machine_files` writes the files."""
 
 import math
 from collections.abc import Sequence
@@ -8,13 +8,13 @@ from typing import NamedTuple, get_type_hints
 from servo_ctrl.errors import ConfigError
 
 PEAK_RESERVE = 1.2
-"""Of the simulated drive's peak current over what the force limit takes; chosen."""
+"""Ratio of the simulated drive's peak current to the current of the force limit; chosen."""
 OWN_ID = 127
-"""Node id of the controller's own node."""
+"""Node id of the controller."""
 
 
 class AxisSheet(NamedTuple):
-    """The answers for one axis, under the names and in the units of the files."""
+    """The answers for one axis, with the names and units of the files."""
 
     name: str
     drive: int
@@ -22,7 +22,7 @@ class AxisSheet(NamedTuple):
     mass_kg: float
     travel_mm: tuple[float, float]
     scale: int = 0
-    """Node id of a linear scale; 0: none, the motor's encoder is the feedback."""
+    """Node id of a linear scale; 0 = none, so that the motor encoder is the feedback."""
     inertia_kg_cm2: float = 0.6
     velocity_mm_s: float = 200.0
     acceleration_mm_s2: float = 2000.0
@@ -34,13 +34,13 @@ class AxisSheet(NamedTuple):
 
     @property
     def moving_mass_kg(self) -> float:
-        """Table and load, with what turns as seen at the table."""
+        """Mass of table and load, plus the rotating inertia referred to the table."""
         turn_1_m = 2.0 * math.pi / (self.lead_mm * 1e-3)
         return self.mass_kg + self.inertia_kg_cm2 * 1e-4 * turn_1_m**2
 
     @property
     def peak_current_a(self) -> float:
-        """The current of the force limit, with a reserve; at least the rated one."""
+        """The current of the force limit, with a reserve; at least the rated current."""
         force_per_a = self.torque_constant_nm_a * 2.0 * math.pi / (self.lead_mm * 1e-3)
         return max(PEAK_RESERVE * self.force_n / force_per_a, self.rated_current_ma * 1e-3)
 
@@ -60,12 +60,12 @@ QUESTIONS = {
     "rated_current_ma": "rated current of the motor, mA",
     "torque_constant_nm_a": "torque constant of the motor, N m/A",
 }
-"""What is asked for each key of an axis, in this order; `tests` hold the keys against AxisSheet."""
+"""The question for each key of an axis, in order; tests compare the keys with AxisSheet."""
 _TYPES = get_type_hints(AxisSheet)
 
 
 def read_value(key: str, text: str) -> float | int | tuple[float, float]:
-    """The value of one answer. Raises ValueError with what is wanted."""
+    """Return the value of one answer. Raises ValueError with the expected form."""
     text = text.strip().replace(",", ".")
     if _TYPES[key] is int:
         if not text.isdigit():
@@ -94,9 +94,9 @@ def _positive(key: str, text: str) -> float:
 
 
 def read_axis(text: str) -> AxisSheet:
-    """An axis from one text, as `x drive=1 scale=11 lead_mm=10 mass_kg=45 travel_mm=-100..100`.
+    """Read an axis from a text like `x drive=1 scale=11 lead_mm=10 mass_kg=45 travel_mm=-100..100`.
 
-    Raises ValueError with what is wrong.
+    Raises ValueError with the reason.
     """
     name, *pairs = text.split() or [""]
     if not name.isidentifier():
@@ -113,7 +113,7 @@ def read_axis(text: str) -> AxisSheet:
 
 
 def check_ids(axes: Sequence[AxisSheet], where: Path) -> None:
-    """Raise ConfigError where names or node ids occur twice, or an id is none."""
+    """Raise ConfigError if names or node ids occur twice, or an id is out of range."""
     if len({axis.name for axis in axes}) < len(axes):
         raise ConfigError(where, "axis", "a name occurs twice")
     ids = [OWN_ID, *(axis.drive for axis in axes), *(axis.scale for axis in axes if axis.scale)]

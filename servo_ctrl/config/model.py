@@ -1,8 +1,8 @@
-"""controller.toml as types: all that the controller has to know of a machine.
+"""The schema of controller.toml: everything that the controller knows about a machine.
 
-Millimetres and micrometres live here and in the files only; `freeze` turns them into SI. Every
-section is frozen and refuses keys it does not know. Checks that need more than one key are in
-`MachineConfig` and `AxisConfig`, so that a machine that loads is a machine that makes sense.
+Millimetres and micrometres occur only here and in the files; `freeze` converts them to SI. Every section is
+frozen and refuses unknown keys. `MachineConfig` and `AxisConfig` check several keys together, so that a
+loaded machine is consistent.
 """
 
 from pathlib import Path  # pydantic resolves the annotation when the class is made
@@ -22,14 +22,14 @@ T = TypeVar("T")
 
 
 class MachineSection(FileSection):
-    """What the machine is called."""
+    """The name of the machine."""
 
     name: Annotated[str, StringConstraints(min_length=1, max_length=64)]
     """Appears in recordings."""
 
 
 CAN_FD_KEYS = frozenset({"fd", "data_bit_rate_kbit_s", "data_bitrate", "dbitrate"})
-"""What somebody may write into the file who has CAN FD."""
+"""Keys that a user of CAN FD may write into the file."""
 
 
 class Bus(FileSection):
@@ -62,7 +62,7 @@ class Transmission(FileSection):
 
 
 class Limits(FileSection):
-    """What no program and no command may exceed."""
+    """Limits of every program and command."""
 
     position_mm: Annotated[list[Number], Field(min_length=2, max_length=2)]
     """Lowest and highest position command, millimetres."""
@@ -135,17 +135,17 @@ class AxisConfig(FileSection):
     """What may not be exceeded."""
     control: Control
     """Gains."""
-    # The sections of the control law, each under its name; a part of the law declares its own.
+    # The sections of the control law by name; each part of the law declares its section.
     __annotations__.update({name: kind | None for name, kind in SECTION_TYPES.items()})
     vars().update({name: Field(None, description=MEANINGS[name]) for name in SECTION_TYPES})
 
     def section(self, kind: type[T]) -> T | None:
-        """The settings of a part of the control law; None where the file has no section for it."""
+        """Return the settings of a part of the control law; None if the file lacks its section."""
         sections = (getattr(self, name) for name in SECTION_TYPES)
         return next((settings for settings in sections if isinstance(settings, kind)), None)
 
     def acts(self, kind: type[Any]) -> bool:
-        """Whether a part of the control law has its section and is enabled there."""
+        """Whether a part of the control law has a section that enables it."""
         settings = self.section(kind)
         return settings is not None and bool(settings.enabled)
 
@@ -169,7 +169,7 @@ class AxisConfig(FileSection):
 
 
 class MachineConfig(FileSection):
-    """A whole controller.toml; `source` is the file it came from."""
+    """A whole controller.toml; `source` is its path."""
 
     source: Path
     machine: MachineSection

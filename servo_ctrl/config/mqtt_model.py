@@ -1,4 +1,4 @@
-"""controller.toml as types: the MQTT broker to report to and to take commands from."""
+"""The schema of controller.toml: the MQTT broker for status and commands."""
 
 import re
 from pathlib import Path  # pydantic resolves the annotation when the class is made
@@ -9,7 +9,7 @@ from pydantic import Field, Strict, StringConstraints, ValidationError, field_va
 from servo_ctrl.config.section import FileSection
 
 Host = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._:-]+$", max_length=253)]
-# No wildcards, no control characters, no empty level, and no "$" in front: those topics are the broker's own.
+# No wildcards, control characters or empty levels, and no leading "$", which marks the broker's own topics.
 TopicPrefix = Annotated[
     str, StringConstraints(pattern=r"^[^$#+/\x00-\x1f][^#+/\x00-\x1f]*(/[^#+/\x00-\x1f]+)*$", max_length=128)
 ]
@@ -53,7 +53,7 @@ class MqttConfig(FileSection):
     @field_validator("host", mode="before")
     @classmethod
     def _no_login(cls, value: object) -> object:
-        """Before the pattern complains and repeats what was given."""
+        """Refuse a password in the host before the pattern's message would repeat it."""
         if isinstance(value, str) and "@" in value:
             raise ValueError("give it without user and password; those are username and password_file")
         return value
@@ -70,7 +70,7 @@ class MqttConfig(FileSection):
         return self
 
     def at(self, address: str) -> Self:
-        """The same, but at "HOST[:PORT]" or "[IPV6][:PORT]"; raises ValueError with the reason."""
+        """Return this broker at another "HOST[:PORT]" or "[IPV6][:PORT]". Raises ValueError."""
         if "@" in address:
             raise ValueError("give HOST[:PORT] without user and password: [mqtt] username and password_file")
         found = _ADDRESS.fullmatch(address)

@@ -1,4 +1,4 @@
-"""controller.toml as types: the nodes on the bus, ours and those of an axis, and what they must map."""
+"""The schema of controller.toml: the controller's node, the nodes of an axis, and their PDO mappings."""
 
 from pathlib import Path  # pydantic resolves the annotation when the class is made
 from typing import Annotated, Literal, Self
@@ -21,15 +21,15 @@ SETPOINT_OF_MODE: dict[str, tuple[str, str]] = {
     "csv": ("target_velocity", "0x60FF:00"),
     "csp": ("target_position", "0x607A:00"),
 }
-"""The object that carries the set point in each cyclic mode: its name and its address."""
+"""Name and address of the set-point object in each cyclic mode."""
 TORQUE_OFFSET = ("torque_offset", "0x60B2:00")
-"""The object that carries a force beside the force set point."""
+"""The object with a force added to the force set point."""
 VELOCITY_OFFSET = ("velocity_offset", "0x60B1:00")
-"""The object that carries a velocity beside the position set point."""
+"""The object with a velocity added to the position set point."""
 
 
 def is_mapped(mapping: list[str], names: tuple[str, str]) -> bool:
-    """Whether a PDO carries an object, given by its name or its address."""
+    """Whether a PDO maps an object, given by its name or its address."""
     wanted = {name.lower() for name in names}
     return any(entry.lower() in wanted for entry in mapping)
 
@@ -88,7 +88,7 @@ class Node(FileSection):
     """PDOs by name."""
 
     def numbered(self, direction: str) -> dict[int, Pdo]:
-        """The PDOs of `pdo` of one direction, "r" or "t", by their number."""
+        """Return the PDOs of one direction, "r" or "t", by number."""
         found = {int(key[4:]): pdo for key, pdo in self.pdo.items() if key[0] == direction}
         return dict(sorted(found.items()))
 
@@ -155,7 +155,7 @@ class Drive(Node):
 
     @property
     def received_every_cycle(self) -> list[str]:
-        """Objects of the TPDOs that come with every SYNC."""
+        """Objects of the TPDOs sent after every SYNC."""
         further = [pdo for pdo in self.numbered("t").values() if pdo.transmission_type in {None, 1}]
         return self.tpdo1 + [name for pdo in further for name in pdo.objects or ()]
 

@@ -1,7 +1,7 @@
-"""From the blocks of a part program to paths and dwells: what a block does, and what stays in force.
+"""Converts the blocks of a part program to paths and dwells, and keeps the modal state.
 
-A path goes from rest to rest. It ends at a dwell, at another corner tolerance, and at the end; the first
-motion is a path of its own, so that everything behind it is the same from wherever the axes start.
+A path goes from rest to rest. It ends at a dwell, at a change of the corner tolerance and at the end. The
+first motion is a separate path, so that all later motion is independent of the start position.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ _CARRIED_OUT = "is carried out; --block-delete leaves such blocks out"
 
 
 def read_part_program(path: Path, axes: Sequence[str], options: ReadingOptions | None = None) -> PartProgram:
-    """The program in `path` for a machine with these axes. Raises ConfigError with file and line."""
+    """Read the program in `path` for a machine with these axes. Raises ConfigError with file and line."""
     return _Reader(path, axes, options or ReadingOptions()).read(read_text(path))
 
 
@@ -53,7 +53,7 @@ class _Reader:
         self._entry: ProgramEntry | None = None
 
     def read(self, text: str) -> PartProgram:
-        """The whole program, up to its end."""
+        """Read the whole program up to its end."""
         line, count, ended, first = 1, 0, False, self._options.first_line
         for block in blocks(text, self._source):
             line, ended = block.line, not block.words
@@ -92,13 +92,13 @@ class _Reader:
         )
 
     def _enter(self, line: int) -> None:
-        """Begin the motion here, with what holds."""
+        """Begin the motion at this line, with the present modal state."""
         self._entry = ProgramEntry(line, self._modes.words, tuple(self._path.position_m))
         self._optional_stops.clear()
         self._path.begin_at(line)
 
     def _carry_out(self, block: SortedBlock) -> None:
-        """What a block does, in the order: modes, feed, dwell or motion."""
+        """Execute a block in the order: modes, feed, dwell or motion."""
         codes = block.codes
         if "dwell" in codes and codes.keys() & {"motion", "path control", "exact stop"}:
             block.fail("G4 needs a block of its own")

@@ -1,4 +1,4 @@
-"""From a program file to motion: the check against the machine's limits, and the segments."""
+"""Checks a program against the machine's limits, and makes its segments."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -23,10 +23,10 @@ Start = Sequence[float] | Array
 
 
 class Checked(NamedTuple):
-    """Steps that stay within the limits."""
+    """The plan of steps that respect the limits."""
 
     cycles: int
-    """SYNC periods that they take."""
+    """Their duration in SYNC periods."""
     paths: dict[int, Profile]
     """Planned paths by the index of the step, for `motion.program.segments` from the same start."""
 
@@ -41,15 +41,15 @@ _SHOWN_IN = {
 
 
 def program_segments(steps: Sequence[Step], machine: MachineConfig, start_m: Start) -> Iterator[Segment]:
-    """The motion from `start_m`, metres per axis in the order of the machine file, lazily."""
+    """Yield the motion from `start_m`, metres by axis in the order of the machine file."""
     return segments(steps, np.asarray(start_m, dtype=np.float64), motion_limits(machine), machine.period_s)
 
 
 def check_program(program: ProgramConfig, machine: MachineConfig, start_m: Start | None = None) -> list[Step]:
-    """Refuse a program that would leave the limits; else its steps, ready for `program_segments`.
+    """Check a program against the limits; return its steps for `program_segments`.
 
-    It is run through from `start_m` (metres per axis, default: all axes at zero), at rest. Raises
-    ConfigError that names file, step, axis, value and limit.
+    The check starts at rest at `start_m` (metres by axis, default 0). Raises ConfigError with file, step,
+    axis, value and limit.
     """
     steps = program_steps(program, machine)
     check_steps(steps, program.source, machine, start_m)
@@ -59,15 +59,15 @@ def check_program(program: ProgramConfig, machine: MachineConfig, start_m: Start
 def check_steps(
     steps: Sequence[Step], source: Path, machine: MachineConfig, start_m: Start | None = None
 ) -> Checked:
-    """What `check_program` does, for steps that are there already.
+    """Check steps against the limits, like `check_program`.
 
-    In a path (G-code) the place is named by its line instead of the step.
+    In a path (G-code) the error names the line instead of the step.
     """
     limits, period_s = motion_limits(machine), machine.period_s
     start = np.zeros(len(machine.axes)) if start_m is None else np.asarray(start_m, dtype=np.float64)
     cycles, position_m = 0, start
     starts_m, paths = [], {}
-    with np.errstate(all="ignore"):  # an overflow is beyond a limit, and refused for that
+    with np.errstate(all="ignore"):  # an overflow exceeds a limit, which refuses it
         for index, step in enumerate(steps):
             profile = plan_step(step, position_m, limits, period_s)
             starts_m.append(position_m)
@@ -81,7 +81,7 @@ def check_steps(
                 raise ConfigError(source, key, reason)
             cycles += sample_count(profile.duration_s, period_s)
             position_m = profile.end_m
-        # every sample of a dwell is the same: three show whether it violates a limit
+        # all samples of a dwell are equal, so three suffice for the check
         brief = [
             step._replace(duration_s=min(step.duration_s, 3.0 * period_s))
             if isinstance(step, Dwell)
@@ -103,7 +103,7 @@ def check_steps(
 def _line_of(
     violation: Violation, step: PathMove, start_m: Array, limits: MotionLimits, period_s: float
 ) -> str:
-    """The line at which a path violates a limit; of the position limits, the first line beyond them."""
+    """Return the line at which a path violates a limit; for position limits the first line beyond."""
     plan = plan_path(step, start_m, limits, period_s)
     duration_s = plan.profile.duration_s
     time_s = np.array([min(violation.time_s, duration_s)])
@@ -117,7 +117,7 @@ def _line_of(
 
 def _with_stop(program: Iterator[Segment]) -> Iterator[Segment]:
     last = None
-    for last in program:  # the loop variable is used behind the loop
+    for last in program:  # the loop variable is used after the loop
         yield last
     if last is not None:
         yield stop_at_the_end(last)

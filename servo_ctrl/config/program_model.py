@@ -1,4 +1,4 @@
-"""A program file as types: a list of steps, in millimetres and mm/min as they are written."""
+"""The schema of a program file: a list of steps, in millimetres and mm/min as in the file."""
 
 from pathlib import Path  # pydantic resolves the annotation when the class is made
 from typing import Annotated, Literal, Self
@@ -152,19 +152,19 @@ StepConfig = Annotated[
 
 
 class ProgramConfig(FileSection):
-    """A whole program file; `source` is the file it came from."""
+    """A whole program file; `source` is its path."""
 
     source: Path
     steps: Annotated[list[StepConfig], Field(alias="step", min_length=1)]
 
 
 def step_key(index: int, label: str) -> str:
-    """How messages name a step: its number, counted from 1, and its label."""
+    """Return the name of a step in messages: its number, from 1, and its label."""
     return f'step[{index + 1}] "{label}"'
 
 
 def axes_of(step: StepConfig) -> list[tuple[str, str]]:
-    """The axes that a step names, each with the key that names it."""
+    """Return the axes that a step names, each with its key."""
     match step:
         case MoveStep():
             return [("to_mm", axis) for axis in step.to_mm]

@@ -1,4 +1,4 @@
-"""What every table of our files has in common."""
+"""The base of the types of all file tables."""
 
 from typing import Annotated
 
@@ -10,6 +10,6 @@ NonNegative = Annotated[float, Strict(), Field(ge=0.0)]
 
 
 class FileSection(BaseModel):
-    """A table of the file: immutable, no unknown keys, no infinities."""
+    """A table of a file: immutable, without unknown keys and infinities."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)

@@ -1,4 +1,4 @@
-"""Convert the steps of a program file to motion: millimetres to metres, columns to samples."""
+"""Converts the steps of a program file to motion: millimetres to metres, columns to samples."""
 
 import math
 from pathlib import Path
@@ -31,7 +31,7 @@ from servo_ctrl.motion.trapezoidal import ThereAndBack
 from servo_ctrl.units import MM, MM_MIN
 
 _TIME_TOLERANCE = 1e-3
-"""Share of a SYNC period by which the time steps of recorded samples may differ from it."""
+"""Tolerance of the time steps of recorded samples, as a share of the SYNC period."""
 
 
 def program_steps(program: ProgramConfig, machine: MachineConfig) -> list[Step]:
@@ -45,7 +45,7 @@ def program_steps(program: ProgramConfig, machine: MachineConfig) -> list[Step]:
 
 
 def _step(config: StepConfig, machine: MachineConfig, source: Path, key: str) -> Step:
-    """One step; `key` names it in a message about its file."""
+    """Convert one step; `key` names it in messages."""
     names = list(machine.axes)
     match config:
         case MoveStep():
@@ -113,11 +113,11 @@ def _ramp_s(
     speed_rad_s: float,
     turns: float,
 ) -> float:
-    """The time of the ramp at either end. Raises ConfigError where it is too short, or two do not fit."""
+    """Return the time of the ramp at either end. Raises ConfigError if it is too short or two do not fit."""
     ramp_s = config.ramp_s or usual_ramp_s(speed_rad_s)
     reason = ""
     if ramp_s < machine.period_s:
-        # samples would not resolve the ramp, so no limit check would see it
+        # samples would not resolve the ramp, so the limit check would miss it
         reason = f"{ramp_s:.4g} s is shorter than the SYNC period of {machine.period_s:g} s"
     elif not Turning(speed_rad_s, ramp_s, 2.0 * math.pi * turns).fits:
         two_ramps = f"{speed_rad_s * ramp_s / (2.0 * math.pi):.4g} turns"
@@ -128,8 +128,8 @@ def _ramp_s(
 
 
 def _samples(config: SamplesStep, machine: MachineConfig) -> Samples:
-    """The recorded reference on the axes it names; the others rest (NaN)."""
-    assert config.file is not None  # noqa: S101  # load_program has put it there
+    """Read recorded set points of the named axes; the others are NaN and hold."""
+    assert config.file is not None  # noqa: S101  # load_program has set it
     names = list(machine.axes)
     names_in_file = [config.time, *config.position.values(), *config.force_offset.values()]
     columns = read_columns(config.file, list(dict.fromkeys(names_in_file)))

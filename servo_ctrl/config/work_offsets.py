@@ -1,4 +1,4 @@
-"""Work offsets G54 to G59 on disk: one TOML file a machine, written whole.
+"""Work offsets G54 to G59 on disk: one TOML file a machine, replaced as a whole.
 
 format = 1
 [offset_mm.G54]
@@ -20,11 +20,11 @@ from servo_ctrl.units import MM
 
 FILE = "work_offsets.toml"
 Offsets = dict[str, dict[str, float]]
-"""By name and axis: where the zero is, metres from home."""
+"""Position of the zero in metres from home, by name and axis."""
 
 
 def read_offsets(directory: Path, axes: Mapping[str, tuple[float, float]]) -> Offsets:
-    """The offsets that are set; none where there is no file. `axes`: travels, m. Raises ConfigError."""
+    """Read the offsets that are set; empty without a file. `axes`: travels, m. Raises ConfigError."""
     path = directory / FILE
     if not path.exists():
         return {}
@@ -51,7 +51,7 @@ def read_offsets(directory: Path, axes: Mapping[str, tuple[float, float]]) -> Of
 
 
 def write_offsets(directory: Path, offsets: Mapping[str, Mapping[str, float]]) -> None:
-    """Write them. Raises OSError."""
+    """Write the offsets. Raises OSError."""
     directory.mkdir(parents=True, exist_ok=True)
     tables = {
         name: {axis: round(zero_m / MM, 9) for axis, zero_m in of_axis.items()}
@@ -61,7 +61,7 @@ def write_offsets(directory: Path, offsets: Mapping[str, Mapping[str, float]]) -
 
 
 def within_reach(zero_m: float, travel_m: tuple[float, float]) -> bool:
-    """Whether a zero is a number within the travel, or beyond its ends by no more than its length."""
+    """Whether a zero is finite and at most one travel length beyond the travel."""
     lowest_m, highest_m = travel_m
     length_m = highest_m - lowest_m
     return math.isfinite(zero_m) and lowest_m - length_m <= zero_m <= highest_m + length_m

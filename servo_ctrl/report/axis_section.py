@@ -1,4 +1,4 @@
-"""Each axis: its errors, its force, and the spectrum of the error."""
+"""The sections of each axis: errors, force, and spectrum of the error."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +11,17 @@ from servo_ctrl.report.spectrum import spectral_density
 
 UM = 1e6
 STRETCHES = 600
-"""Stretches of a series over time, each drawn by its least and its largest value."""
+"""Intervals of a series over time, each drawn by its minimum and maximum."""
 SATURATED = 0.999
-"""Share of the limit from which on a force counts as saturated; below it by the rounding of the columns."""
+"""Share of the limit above which a force counts as saturated; allows for rounding in the file."""
 MOST_STEPS = 15
-"""Bounds the table of steps: half a sheet."""
+"""Bounds the rows of the table of steps: half a sheet."""
 NO_FORCE_N = 1e-9
-"""Largest force command that counts as none: the axis rested, or its drive closes the loops."""
+"""Largest force command that counts as none: the axis rests, or its drive closes the loops."""
 
 
 def axis_sections(run: RecordedRun) -> list[ReportSection]:
-    """Tables of all axes, then the pictures axis by axis."""
+    """Return the tables of all axes, then the plots axis by axis."""
     sections = [ReportSection("Following and force", (_words(run),), (_following(run), _force(run)))]
     if steps := _by_step(run):
         sections.append(ReportSection("Step by step", (), (steps,)))
@@ -77,7 +77,7 @@ def _force(run: RecordedRun) -> ReportTable:
 
 
 def _by_step(run: RecordedRun) -> ReportTable | None:
-    """The steps with the largest errors, in the order of the program."""
+    """Return the steps with the largest errors, in the order of the program."""
     found = []
     for index, step, rows in run.steps():
         errors = [axis.error_m[rows] for axis in run.axes]
@@ -133,22 +133,22 @@ def _over_time(
 
 
 def rms(values: Array) -> float:
-    """Root mean square of the finite values; NaN without any."""
+    """Return the root mean square of the finite values; NaN without any."""
     finite = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("nan")
 
 
 def largest(values: Array) -> float:
-    """Largest absolute value of the finite values; 0 without any."""
+    """Return the largest absolute value of the finite values; 0 without any."""
     return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
 def longest_run(flags: NDArray[np.bool_]) -> int:
-    """Length of the longest run of True."""
+    """Return the length of the longest sequence of True."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
     return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
 def in_um(value_m: float) -> str:
-    """Micrometres; a dash for a value that is not finite."""
+    """Format a length in micrometres; a dash if it is not finite."""
     return f"{value_m * UM:.2f}" if np.isfinite(value_m) else "-"

@@ -1,11 +1,11 @@
-"""Circles: the contour error quadrant by quadrant, and the terms of ISO 230-4:2022 that a recording can give.
+"""The section of circles: contour error by quadrant, and the terms of ISO 230-4:2022 that a recording yields.
 
-Evaluated from the machine's own scales. These measure neither squareness nor bending nor thermal expansion
-beyond them, so this is no acceptance test by that standard. Over the last whole turn at constant speed:
+The machine's own scales measure neither squareness nor bending nor thermal expansion outside them, so this is
+no acceptance test by that standard. Over the last whole turn at constant speed:
 
-    F_max, F_min   largest and least radial deviation from the commanded circle, outwards positive
-    G              largest less least deviation about the least-squares centre of the actual path
-    H              largest radial difference of two runs of one circle, clockwise and counterclockwise
+    F_max, F_min   largest and smallest radial deviation from the commanded circle, outwards positive
+    G              range of the deviation about the least-squares centre of the actual path
+    H              largest radial difference of a clockwise and a counterclockwise run of one circle
 """
 
 from typing import NamedTuple
@@ -25,15 +25,15 @@ from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
 
 QUADRANTS = ("I", "II", "III", "IV")
 STRETCHES = 720
-"""Points of a drawn curve: one each half degree."""
+"""Intervals of a drawn curve: one for each half degree."""
 ALIKE_M = 1e-6
-"""Circles whose centres and radii differ by less are the same circle."""
+"""Circles whose centres and radii differ by less count as equal."""
 ALIKE_SPEED = 0.01
-"""Largest relative difference of two feeds that count as the same."""
+"""Largest relative difference of feeds that count as equal."""
 MOST_CIRCLES, MOST_DRAWN = 40, 6
-"""Circles in the tables, and in a picture: the newest."""
+"""Bounds the circles in the tables and in a plot to the newest."""
 HYSTERESIS_ANGLES = 3600
-"""Angles at which two runs are compared: one each tenth of a degree."""
+"""Angles at which two runs are compared: one for each tenth of a degree."""
 
 
 class CircleTurn(NamedTuple):
@@ -47,15 +47,15 @@ class CircleTurn(NamedTuple):
     direction: int
     """+1 counterclockwise, -1 clockwise."""
     angle_rad: Array
-    """Of the command, 0 to 2 pi."""
+    """Angle of the command, 0 to 2 pi."""
     deviation_m: Array
-    """From the commanded circle, outwards positive."""
+    """Radial deviation from the commanded circle, outwards positive."""
     circular_m: float
     """G."""
 
 
 def circle_section(run: RecordedRun) -> ReportSection | None:
-    """None where no circle has a whole turn at constant speed."""
+    """Return the section; None if no circle has a whole turn at constant speed."""
     circles = [(index, step, rows) for index, step, rows in run.steps() if step.kind == "circle"]
     newest = circles[-MOST_CIRCLES:]
     turns = [turn for index, step, rows in newest if (turn := _turn(run, index, step, rows)) is not None]
@@ -112,7 +112,7 @@ def _turn(run: RecordedRun, index: int, step: RecordedStep, of_step: slice) -> C
 
 
 def _plane(axes: tuple[RecordedAxis, ...], rows: NDArray[np.int64]) -> tuple[RecordedAxis, RecordedAxis]:
-    """The two axes that move, in machine order."""
+    """Return the two axes that move, in machine order."""
     travel = [float(np.ptp(axis.command_m[rows])) if len(rows) else 0.0 for axis in axes]
     first, second = sorted(sorted(range(len(axes)), key=lambda place: -np.nan_to_num(travel[place]))[:2])
     return axes[first], axes[second]
@@ -151,7 +151,7 @@ def _hysteresis_table(turns: list[CircleTurn]) -> ReportTable | None:
 
 
 def hysteresis_m(one: CircleTurn, other: CircleTurn) -> float:
-    """H: the largest difference of the two deviations at the same angle."""
+    """Return H, the largest difference of the two deviations at equal angles."""
     angle_rad: Array = np.linspace(0.0, 2.0 * np.pi, HYSTERESIS_ANGLES)
     first_m, second_m = (np.interp(angle_rad, *_sorted(turn), period=2.0 * np.pi) for turn in (one, other))
     return float(np.abs(first_m - second_m).max())
@@ -183,7 +183,7 @@ def _quadrants(turns: list[CircleTurn]) -> ReportTable:
 
 
 def _polar(turns: list[CircleTurn]) -> list[ReportPicture]:
-    """One picture for each plane and radius, with all feeds and both directions."""
+    """Return one plot for each plane and radius, with all feeds and both directions."""
     groups: dict[tuple[tuple[str, str], int], list[CircleTurn]] = {}
     for turn in turns:
         groups.setdefault((turn.plane, round(turn.radius_m / ALIKE_M)), []).append(turn)

@@ -1,6 +1,6 @@
-"""The content of a report. Page and PDF draw the same content, so they cannot differ.
+"""The content of a report, which page and PDF both draw, so that they cannot differ.
 
-All text is plain; what draws it escapes it. Lengths are in the units that the labels name.
+All text is plain; the drawing code escapes it. Lengths are in the units that the labels name.
 """
 
 from typing import Literal, NamedTuple
@@ -11,7 +11,7 @@ Kind = Literal["lines", "points", "polar", "logarithmic"]
 
 
 class Series(NamedTuple):
-    """A curve, or points, (n,) each; the angle of a polar picture in radians. NaN is a gap."""
+    """A curve, or points, (n,) each; the angle of a polar plot in radians. NaN is a gap."""
 
     name: str
     x: Array
@@ -21,14 +21,14 @@ class Series(NamedTuple):
 
 
 class LevelLine(NamedTuple):
-    """A horizontal line across a picture."""
+    """A horizontal line across a plot."""
 
     name: str
     value: float
 
 
 class ReportPicture(NamedTuple):
-    """One picture; its series differ by colour, by dash and by marker."""
+    """One plot, whose series differ by colour, dash and marker."""
 
     name: str
     """Letters, digits and hyphens; unique in the report."""
@@ -40,11 +40,11 @@ class ReportPicture(NamedTuple):
     levels: tuple[LevelLine, ...] = ()
     kind: Kind = "lines"
     division: float = 0.0
-    """Polar: what one ring is; the commanded circle is 0."""
+    """Distance of the rings of a polar plot; the commanded circle is 0."""
 
 
 class ReportTable(NamedTuple):
-    """Rows of cells; the first `words` columns are aligned left, the numbers right."""
+    """Rows of cells; the first `words` columns are text, aligned left, the others numbers, aligned right."""
 
     heading: str
     head: tuple[str, ...]
@@ -54,7 +54,7 @@ class ReportTable(NamedTuple):
 
 
 class ReportSection(NamedTuple):
-    """A heading with its paragraphs, tables and pictures, in order."""
+    """A heading with its paragraphs, tables and plots, in order."""
 
     heading: str
     text: tuple[str, ...]
@@ -67,7 +67,7 @@ class Report(NamedTuple):
 
     title: str
     verdict: str
-    """One word or two: completed, stopped, torn off."""
+    """One or two words: completed, stopped, torn off."""
     good: bool
     sentence: str
     """The reason for the verdict."""

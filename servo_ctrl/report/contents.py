@@ -1,4 +1,4 @@
-"""All sections of a report, in the order in which it is read."""
+"""Assembles all sections of a report in order."""
 
 from servo_ctrl.report.axis_section import axis_sections
 from servo_ctrl.report.circle_section import circle_section
@@ -10,7 +10,7 @@ from servo_ctrl.report.run_section import contour_section, run_sections, verdict
 
 
 def report_of(run: RecordedRun) -> Report:
-    """Evaluate a recorded run."""
+    """Evaluate a recorded run into a report."""
     word, good, sentence = verdict(run.header)
     overview, *by_axis = axis_sections(run)
     special = (circle_section(run), positioning_section(run), contour_section(run))

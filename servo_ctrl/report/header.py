@@ -1,4 +1,4 @@
-"""recording.json as checked types, as far as a report needs it. docs/recordings.md is the reference."""
+"""The checked types of recording.json, as far as a report needs it. docs/recordings.md is the reference."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,7 +11,7 @@ Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
 
 class _HeaderPart(BaseModel):
-    """A part of recording.json: keys that a report uses are checked, others ignored."""
+    """A part of recording.json: checks the keys that a report uses and ignores others."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -42,7 +42,7 @@ class RecordedLimits(_HeaderPart):
 
 
 class MonitoringSettings(_HeaderPart):
-    """How reversals were evaluated."""
+    """Settings of the evaluation of reversals."""
 
     required_m: Positive
     window_s: Positive
@@ -62,13 +62,13 @@ class CompensationInUse(_HeaderPart):
     screw_version: int
     screw_learned_at: str
     waveform: bool = False
-    """Recordings of earlier versions do not tell of a waveform."""
+    """False in recordings of earlier versions, which lack the key."""
     waveform_version: int = 0
     waveform_learned_at: str = ""
 
 
 class RecordingHeader(_HeaderPart):
-    """recording.json. Recordings of earlier versions have neither nodes nor limits nor compensation."""
+    """recording.json. Recordings of earlier versions lack nodes, limits and compensation."""
 
     format: Literal[1]
     software: str
@@ -95,7 +95,7 @@ class RecordingHeader(_HeaderPart):
 
 
 def checked_header(directory: Path, content: Any) -> RecordingHeader:
-    """The header of a recording; raises RecordingError naming the key."""
+    """Check the header of a recording. Raises RecordingError with the key."""
     try:
         return RecordingHeader.model_validate(content)
     except ValidationError as error:

@@ -1,6 +1,6 @@
-"""A page as one file of HTML that opens without a network, for the reports of servo_ctrl and of reconcile.
+"""Makes a page as one HTML file that opens without a network, for reports of servo_ctrl and reconcile.
 
-Only this file uses the plotly package. plotly.js, style, script and the data of all figures are inlined once.
+Only this file uses the plotly package. It inlines plotly.js, style, script and the data of all figures once.
 """
 
 import base64
@@ -16,21 +16,21 @@ from kernels.arrays import Array
 from servo_ctrl.files.html_template import Markup, filled
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
-"""Content security policy: the page may load nothing, all it shows is in it."""
+"""Content security policy: the page contains everything and must load nothing."""
 
 
 def html_file(room: str, title: str, body: str, figures: dict[str, Any]) -> str:
-    """The whole page around `body`, which is HTML, with `page.css` and `page.js` of the package `room`.
+    """Return the page around `body`, which is HTML, with `page.css` and `page.js` of the package `room`.
 
-    `figures` are data and layout for plotly.js by the names that the body refers to.
+    `figures`: data and layout for plotly.js, by the names in the body.
     """
-    # a "<" in a name could end the script element or begin another
+    # a "<" in a name could end the script element or start another
     data = json.dumps(figures, allow_nan=False).replace("<", "\\u003c")
     style, script = (
         files(room).joinpath(f"page.{kind}").read_text(encoding="utf-8") for kind in ("css", "js")
     )
     parts = {"body": body, "style": style, "script": script, "data": data, "policy": POLICY}
-    html_parts = {name: Markup(part) for name, part in parts.items()}  # made here, of escaped text
+    html_parts = {name: Markup(part) for name, part in parts.items()}  # made of escaped text
     return filled(
         "servo_ctrl.report",
         "page.html.j2",
@@ -41,12 +41,12 @@ def html_file(room: str, title: str, body: str, figures: dict[str, Any]) -> str:
 
 
 def escape(value: object) -> str:
-    """The text of a value with the characters escaped that HTML reads."""
+    """Return the text of a value, escaped for HTML."""
     return html.escape(str(value))
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: Iterable[int] = ()) -> str:
-    """A table; the cells of `rows` are HTML, the `numeric` columns are aligned to the right."""
+    """Return a table; the cells of `rows` are HTML, the `numeric` columns are aligned right."""
     right = set(numeric)
 
     def cells(tag: str, row: Sequence[str]) -> str:
@@ -59,5 +59,5 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], numeric: Iterable[
 
 
 def packed(values: Array) -> dict[str, str]:
-    """An array (n,) as plotly.js reads it: four bytes a value in base64 instead of the digits of a number."""
+    """Encode an array (n,) for plotly.js as float32 in base64, which is shorter than digits."""
     return {"dtype": "f4", "bdata": base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")}

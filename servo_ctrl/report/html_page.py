@@ -1,4 +1,4 @@
-"""The report as a web page: its sections in HTML, its pictures as data and layout for plotly.js."""
+"""Draws the report as a web page: sections in HTML, plots as data and layout for plotly.js."""
 
 from itertools import groupby
 from typing import Any
@@ -24,7 +24,7 @@ COMMANDED: dict[str, Any] = {
 
 
 def page(report: Report) -> str:
-    """The whole page."""
+    """Return the whole page."""
     drawn: dict[str, Any] = {}
     parts = [_section(number, section, drawn) for number, section in enumerate(report.sections)]
     links = "".join(

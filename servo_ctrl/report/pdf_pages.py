@@ -1,4 +1,4 @@
-"""The report as a PDF by matplotlib: the same content as the page, on A4, readable in black and white."""
+"""Draws the report as a PDF with matplotlib: the content of the page on A4, readable in black and white."""
 
 import io
 from typing import Any, cast
@@ -13,15 +13,15 @@ from servo_ctrl.report.pdf_sheets import GREY, Sheets
 DASHES = ("solid", "dashed", "dotted", "dashdot", (0, (8, 2)), (0, (8, 2, 1, 2)))
 MARKERS = ("o", "D", "x", "s", "^", "+")
 OPEN = ("D", "s")
-"""Markers that are drawn as outlines."""
+"""Markers drawn as outlines."""
 TALL, ROUND = 50.0, 115.0
-"""Heights of pictures, mm."""
+"""Heights of plots, mm."""
 BELOW_HEADING, BELOW_PICTURE = 40.0, 12.0
-"""Heights that must follow the heading of a section, and of a picture, on the same sheet, mm."""
+"""Heights that must follow the heading of a section, and of a plot, on the same sheet, mm."""
 
 
 def pdf(report: Report) -> bytes:
-    """The whole document."""
+    """Return the whole document."""
     stream = io.BytesIO()
     with PdfPages(stream, metadata={"Title": report.title, "Creator": "servo-ctrl report"}) as pages:
         for figure in sheets_of(report):
@@ -58,7 +58,7 @@ def _section(sheets: Sheets, section: ReportSection) -> None:
 
 
 def _kept(section: ReportSection) -> float:
-    """The height that must follow the heading on its sheet."""
+    """Return the height that must follow the heading on its sheet."""
     match section:
         case ReportSection(text=(), parts=(ReportPicture() as first, *_)):
             return _height(first) + BELOW_PICTURE

@@ -1,4 +1,4 @@
-"""A4 sheets, filled from top to bottom with text, tables and pictures. Lengths in millimetres."""
+"""Fills A4 sheets from top to bottom with text, tables and plots. Lengths are in millimetres."""
 
 import textwrap
 from collections.abc import Iterator, Sequence
@@ -10,24 +10,24 @@ LEFT, RIGHT, TOP, BOTTOM = 20.0, 16.0, 18.0, 18.0
 INNER = WIDTH - LEFT - RIGHT
 POINT = 25.4 / 72.0
 LINE = 1.35
-"""Distance of lines, as a multiple of the letter size."""
+"""Line spacing, as a multiple of the letter size."""
 LETTER = 0.54
 """Mean width of a letter of DejaVu Sans, as a share of its size."""
 FIGURE = 0.66
-"""Width of a digit or of a bold letter, likewise."""
+"""Width of a digit or of a bold letter, as a share of its size."""
 SMALLEST, LARGEST = 4.5, 8.0
 """Bounds of the letter size in a table, points."""
 CELL_GAP = 2.5
-"""Least distance of columns."""
+"""Smallest distance of columns."""
 PADDING = 0.7
-"""Above and below the text of a cell."""
+"""Space above and below the text of a cell."""
 LABELS_LEFT, LABELS_BELOW = 16.0, 14.0
-"""Space of a picture for the labels of its axes."""
+"""Space of a plot for the labels of its axes."""
 GREY = "0.35"
 
 
 class Sheets:
-    """Sheets being filled; `y` runs downwards from the top edge."""
+    """The sheets being filled; `y` increases downwards from the top edge."""
 
     def __init__(self, footer: str) -> None:
         self.figures: list[Figure] = []
@@ -41,7 +41,7 @@ class Sheets:
             figure.text(LEFT / WIDTH, 9.0 / HEIGHT, text, size=7.0, color=GREY)
 
     def room(self, height: float) -> None:
-        """Go to the next sheet unless `height` is left on this one."""
+        """Start the next sheet unless `height` is free on this one."""
         if self._y + height > HEIGHT - BOTTOM:
             figure = Figure(figsize=(WIDTH / 25.4, HEIGHT / 25.4))
             FigureCanvasPdf(figure)
@@ -55,7 +55,7 @@ class Sheets:
     def paragraph(
         self, text: str, size: float, *, bold: bool = False, colour: str = "black", keep: float = 0.0
     ) -> None:
-        """Text, broken into lines; `keep` is the height below it that must be on the same sheet."""
+        """Write text, wrapped into lines; `keep`: height below it that must be on the same sheet."""
         letters = int(INNER / (size * POINT * LETTER * (1.08 if bold else 1.0)))
         lines = textwrap.wrap(text, letters) or [""]
         step = size * POINT * LINE
@@ -66,7 +66,7 @@ class Sheets:
             self._y += step
 
     def table(self, head: Sequence[str], rows: Sequence[Sequence[str]], words: int) -> None:
-        """A table; its letters are as small as its columns need, its head is repeated on each sheet."""
+        """Draw a table with letters that fit its columns; repeat its head on each sheet."""
         size, widths = _fitted(head, rows)
         step = size * POINT * LINE
         wrapped = [_wrapped(row, widths, size) for row in rows]
@@ -84,7 +84,7 @@ class Sheets:
             self._rule("0.8", 0.4)
 
     def axes(self, height: float, *, polar: bool = False) -> Axes:
-        """Axes of a picture, with space for labels on its left and below it."""
+        """Make the axes of a plot, with space for labels on the left and below."""
         self.room(height)
         wide = height - LABELS_BELOW - 4.0 if polar else INNER - LABELS_LEFT - 2.0
         left = (INNER - wide) / 2.0 if polar else LABELS_LEFT
@@ -135,7 +135,7 @@ class Sheets:
             color=colour,
             ha="right" if right else "left",
             va="top",
-            parse_math=False,  # a "$" in a name does not begin a formula
+            parse_math=False,  # a "$" in a name must not start a formula
         )
 
     def _rule(self, colour: str, width: float) -> None:
@@ -145,9 +145,9 @@ class Sheets:
 
 
 def _fitted(head: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[float, tuple[float, ...]]:
-    """Size of the letters and widths of the columns."""
+    """Return the size of the letters and the widths of the columns."""
     longest = [max((len(row[place]) for row in rows), default=0) for place in range(len(head))]
-    for place in range(len(head)):  # a heading may be broken between its words
+    for place in range(len(head)):  # a heading may wrap between words
         longest[place] = max(longest[place], max(map(len, head[place].split()), default=0))
     gaps = CELL_GAP * (len(head) - 1)
     size = min(LARGEST, (INNER - gaps) / max(sum(longest) * POINT * FIGURE, 1e-9))
@@ -159,7 +159,7 @@ def _fitted(head: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[float, 
     if too_much < 0.0 < wanted:  # the free width goes to the headings
         share = min(-too_much / wanted, 1.0)
         widths = [width + share * (full - width) for width, full in zip(widths, whole, strict=True)]
-    if too_much > 0.0:  # text is broken, numbers are not
+    if too_much > 0.0:  # the widest column, which is text, wraps
         widest = max(range(len(head)), key=lambda place: widths[place])
         widths[widest] = max(widths[widest] - too_much, 20.0)
     return size, tuple(widths)
@@ -171,7 +171,7 @@ def _wrapped(row: Sequence[str], widths: Sequence[float], size: float) -> list[l
 
 
 def _places(row: list[list[str]], widths: Sequence[float]) -> Iterator[tuple[float, int, list[str]]]:
-    """Left edge, number and lines of each cell; the free width is between the columns."""
+    """Yield left edge, number and lines of each cell; free width goes between the columns."""
     gap = min((INNER - sum(widths)) / max(len(widths) - 1, 1), 14.0)
     x = LEFT
     for place, cell in enumerate(row):

@@ -1,7 +1,7 @@
-"""Repeated bidirectional approaches to targets: the figures of ISO 230-2.
+"""The section of repeated bidirectional approaches to targets: the figures of ISO 230-2.
 
-A reading is the mean error over the last 50 ms of a rest. It is made with the machine's own scale, so this is
-no acceptance test by that standard.
+A reading is the mean error over the last 50 ms of a rest. Because it uses the machine's own scale, this is no
+acceptance test by that standard.
 """
 
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from servo_ctrl.report.recorded_run import RecordedAxis, RecordedRun
 READ_S = 0.05
 SHORTEST_REST_S = 0.2
 SAME_M = 1e-7
-"""Targets that differ by less are the same target."""
+"""Targets that differ by less count as equal."""
 FEWEST_TARGETS = 2
 FEWEST_RUNS = 2
 
@@ -27,13 +27,13 @@ class Visits(NamedTuple):
     """The readings of one axis."""
 
     target_m: Array
-    """(targets,), rising."""
+    """Targets in rising order, (targets,)."""
     deviation_m: Array
-    """Table less target, (runs, targets, 2): from below, from above."""
+    """Table minus target, (runs, targets, 2); the last index is 0 from below, 1 from above."""
 
 
 def positioning_section(run: RecordedRun) -> ReportSection | None:
-    """None where no axis approached targets from both sides at least twice."""
+    """Return the section; None if no axis approached targets from both sides at least twice."""
     found = [(axis, visits) for axis in run.axes if (visits := visits_of(run, axis)) is not None]
     if not found:
         return None
@@ -48,7 +48,7 @@ def positioning_section(run: RecordedRun) -> ReportSection | None:
 
 
 def visits_of(run: RecordedRun, axis: RecordedAxis) -> Visits | None:
-    """Readings by target and side, of the targets with enough of both; as many runs as each of them has."""
+    """Return the readings of the targets with enough on both sides; the number of runs is that of all."""
     by_target: dict[int, tuple[list[float], list[float]]] = {}
     for target_m, side, deviation_m in _readings(run, axis):
         by_target.setdefault(round(target_m / SAME_M), ([], []))[side].append(deviation_m)
@@ -64,7 +64,7 @@ def visits_of(run: RecordedRun, axis: RecordedAxis) -> Visits | None:
 
 
 def _readings(run: RecordedRun, axis: RecordedAxis) -> list[tuple[float, int, float]]:
-    """Target, side (0 from below, 1 from above) and deviation of each rest of the program."""
+    """Return target, side (0 from below, 1 from above) and deviation of each rest of the program."""
     command_m = np.where(run.in_program, axis.command_m, np.nan)
     step_m = np.diff(command_m, prepend=np.nan)
     step_m[np.diff(run.cycle, prepend=run.cycle[0]) != 1] = np.nan

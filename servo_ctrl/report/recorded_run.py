@@ -1,4 +1,4 @@
-"""A recording, prepared for the report: arrays of each axis, steps of the program, reversals."""
+"""Reads a recording for the report: arrays of each axis, steps of the program, reversals."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,26 +15,26 @@ from servo_ctrl.report.header import RecordedStep, RecordingHeader, checked_head
 
 
 class RecordedAxis(NamedTuple):
-    """The columns of one axis, (n,) each; NaN where the axis was not controlled or an input was missing."""
+    """The columns of one axis, (n,) each; NaN where the axis was not controlled or an input is missing."""
 
     name: str
     command_m: Array
     table_m: Array
-    """The scale's position, or the motor's where there is none."""
+    """Position of the scale, or of the motor if there is no scale."""
     has_scale: bool
     following_m: Array
-    """Set point less feedback of the position loop."""
+    """Set point minus feedback of the position loop."""
     force_n: Array
     current_a: Array
 
     @property
     def error_m(self) -> Array:
-        """Command less table."""
+        """Command minus table position."""
         return self.command_m - self.table_m
 
 
 class RecordedRun(NamedTuple):
-    """A recording that can be reported on."""
+    """A recording with everything that a report needs."""
 
     directory: Path
     header: RecordingHeader
@@ -43,7 +43,7 @@ class RecordedRun(NamedTuple):
     segment: NDArray[np.int64]
     axes: tuple[RecordedAxis, ...]
     reversals: tuple[dict[str, Any], ...] | None
-    """As the run evaluated them; None where none were logged."""
+    """The reversals evaluated by the run; None without a log."""
 
     @property
     def in_program(self) -> NDArray[np.bool_]:
@@ -51,7 +51,7 @@ class RecordedRun(NamedTuple):
         return self.segment >= 0
 
     def steps(self) -> list[tuple[int, RecordedStep, slice]]:
-        """Index, step and rows of each step that was run, in order."""
+        """Return index, step and rows of each executed step, in order."""
         ends = np.flatnonzero(np.diff(self.segment, append=-2)) + 1
         starts = np.concatenate(([0], ends[:-1]))
         found = zip(starts.tolist(), ends.tolist(), strict=True)
@@ -64,7 +64,7 @@ class RecordedRun(NamedTuple):
 
 
 def read_run(directory: Path) -> RecordedRun:
-    """Read and check a recording. Raises RecordingError that says what is wrong and what to do."""
+    """Read and check a recording. Raises RecordingError with reason and remedy."""
     recording = load_recording(directory)
     header = checked_header(directory, recording.header)
     columns = recording.columns

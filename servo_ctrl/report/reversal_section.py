@@ -1,4 +1,4 @@
-"""The reversals of production, as the run evaluated them, against J_required."""
+"""The section of the reversals evaluated by the run, compared with J_required."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,11 +13,11 @@ from servo_ctrl.report.recorded_run import RecordedRun
 
 HEADING = "Reversals"
 MOST_ROWS = 40
-"""Rows of the table of single reversals: the newest."""
+"""Bounds the table of single reversals to the newest."""
 
 
 def reversal_section(run: RecordedRun) -> ReportSection:
-    """The indicators at the reversals, or the reason why there are none."""
+    """Return the indicators at the reversals, or the reason why there are none."""
     if run.reversals:
         return ReportSection(HEADING, (_words(run),), (_summary(run), _picture(run), _newest(run.reversals)))
     reason = "No reversal was evaluated: none in the program, or all were cut off."

@@ -1,4 +1,4 @@
-"""The run: machine, program, start, end, nodes, compensation in use, events."""
+"""The sections of the run: machine, program, start, end, nodes, compensation in use, events."""
 
 import json
 from datetime import datetime, timedelta
@@ -16,7 +16,7 @@ MOST_EVENTS = 200
 
 
 def verdict(header: RecordingHeader) -> tuple[str, bool, str]:
-    """The verdict in one word, whether it is good, and its reason."""
+    """Return the verdict in one or two words, whether it is good, and its reason."""
     if not header.finished:
         return "torn off", False, "The recording was not closed: the controller or its computer stopped."
     if header.completed:
@@ -25,7 +25,7 @@ def verdict(header: RecordingHeader) -> tuple[str, bool, str]:
 
 
 def run_sections(run: RecordedRun) -> list[ReportSection]:
-    """The run and its events, then the machine and its compensation."""
+    """Return the run and its events, then the machine and its compensation."""
     header = run.header
     sections = [ReportSection("The run", (), (_facts(run),)), _events(header)]
     parts = tuple(table for table in (_compensation(header), _nodes(header)) if table is not None)
@@ -34,7 +34,7 @@ def run_sections(run: RecordedRun) -> list[ReportSection]:
 
 
 def contour_section(run: RecordedRun) -> ReportSection | None:
-    """The contour error of a part program; None where the recording has no usable file of it."""
+    """Return the contour error of a part program; None without a usable file of it."""
     path = run.directory / CONTOUR_FILE
     try:
         found = json.loads(path.read_text(encoding="utf-8"))

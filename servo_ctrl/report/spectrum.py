@@ -1,4 +1,4 @@
-"""Spectral density of an error by Welch's method (1967), in numpy."""
+"""Computes the spectral density of an error by Welch's method (1967), in numpy."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from kernels.arrays import Array
 
 WINDOW = 2048
-"""Samples of a window; neighbours overlap by half."""
+"""Samples of a window; adjacent windows overlap by half."""
 
 
 class Spectrum(NamedTuple):
@@ -16,11 +16,11 @@ class Spectrum(NamedTuple):
 
     frequency_hz: Array
     density_m: Array
-    """Metres per square root of a hertz: its square over all frequencies is the mean square."""
+    """Metres per square root of a hertz; the integral of its square over frequency is the mean square."""
 
 
 def spectral_density(error_m: Array, cycle: NDArray[np.int64], period_s: float) -> Spectrum | None:
-    """Density over the longest stretch without a gap; None where that is constant or under two windows."""
+    """Return the density over the longest part without a gap; None if it is constant or too short."""
     part = error_m[_whole(error_m, cycle)]
     if len(part) < 2 * WINDOW or not np.ptp(part):
         return None
@@ -34,7 +34,7 @@ def spectral_density(error_m: Array, cycle: NDArray[np.int64], period_s: float) 
 
 
 def _whole(error_m: Array, cycle: NDArray[np.int64]) -> slice:
-    """The longest run of finite samples of consecutive cycles."""
+    """Return the longest sequence of finite samples in consecutive cycles."""
     good = np.isfinite(error_m)
     follows = np.concatenate(([False], good[1:] & good[:-1] & (np.diff(cycle) == 1)))
     starts = np.flatnonzero(good & ~follows)

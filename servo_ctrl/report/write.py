@@ -1,4 +1,4 @@
-"""The two files of a report: both or none, and over another report only by --force."""
+"""Writes the two files of a report: both or none, and over another report only with --force."""
 
 from pathlib import Path
 
@@ -9,11 +9,11 @@ HTML_FILE, PDF_FILE = "report.html", "report.pdf"
 
 
 class ReportError(ServoCtrlError):
-    """A report that cannot be written; the message names the file."""
+    """A report cannot be written; the message names the file."""
 
 
 def check_free(directory: Path, *, force: bool) -> None:
-    """Raise ReportError where a report exists that must not be replaced."""
+    """Raise ReportError if a report exists that must not be replaced."""
     existing = [name for name in (HTML_FILE, PDF_FILE) if (directory / name).exists()]
     if existing and not force:
         raise ReportError(
@@ -22,7 +22,7 @@ def check_free(directory: Path, *, force: bool) -> None:
 
 
 def write_report(directory: Path, page: str, document: bytes) -> None:
-    """Write both. Raises ReportError and leaves the earlier files then."""
+    """Write both files. Raises ReportError and then leaves the earlier files."""
     html, pdf = directory / HTML_FILE, directory / PDF_FILE
 
     def write_both(temporary: Path) -> None:
