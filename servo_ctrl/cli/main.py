@@ -16,6 +16,7 @@ from servo_ctrl.cli.new_machine import new_machine
 from servo_ctrl.cli.plain_help import PlainCommand, PlainGroup
 from servo_ctrl.cli.report import report
 from servo_ctrl.cli.run import run
+from servo_ctrl.cli.tune import tune
 from servo_ctrl.errors import ServoCtrlError, reason_of
 
 app = typer.Typer(
@@ -45,8 +46,8 @@ def commands(
 
     First steps: `servo-ctrl check` tells whether a machine and a program make sense, without a bus.
     `servo-ctrl run` boots the machine on a bus and runs the program, `servo-ctrl learn` has it learn its
-    friction compensation and its screws. `servo-ctrl report` makes a page and a PDF of a recording,
-    `servo-ctrl export` turns it into CSV.
+    friction compensation and its screws, `servo-ctrl tune` measures an axis and proposes its gains.
+    `servo-ctrl report` makes a page and a PDF of a recording, `servo-ctrl export` turns it into CSV.
 
     Without hardware: `servo-ctrl demo`, or `hil-sim run --machine DIR --bus localcan:/tmp/table.sock` beside
     `servo-ctrl run --machine DIR --bus localcan:/tmp/table.sock --pacing lockstep --hmi 127.0.0.1:8080`.
@@ -55,7 +56,7 @@ def commands(
     """
 
 
-for _command in (run, learn, check, export, report, demo, ask, new_machine, nodes, conformance):
+for _command in (run, learn, tune, check, export, report, demo, ask, new_machine, nodes, conformance):
     app.command(cls=PlainCommand)(_command)
 app.command("compile", cls=PlainCommand, hidden=True)(compile_kernels)
 app.add_typer(experiment.app, name="experiment")

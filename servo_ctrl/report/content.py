@@ -7,7 +7,8 @@ from typing import Literal, NamedTuple
 
 from kernels.arrays import Array
 
-Kind = Literal["lines", "points", "polar", "logarithmic"]
+Kind = Literal["lines", "points", "polar", "logarithmic", "semilogarithmic"]
+"""Logarithmic: both axes; semilogarithmic: the horizontal one."""
 
 
 class Series(NamedTuple):

@@ -90,7 +90,9 @@ def _trace(picture: ReportPicture, series: Series, place: int) -> dict[str, Any]
 
 
 def _layout(picture: ReportPicture) -> dict[str, Any]:
-    scale = {"type": "log", "exponentformat": "power"} if picture.kind == "logarithmic" else {}
+    logarithm = {"type": "log", "exponentformat": "power"}
+    across = logarithm if picture.kind in {"logarithmic", "semilogarithmic"} else {}
+    upward = logarithm if picture.kind == "logarithmic" else {}
     grid = {"gridcolor": GRID, "zerolinecolor": GREY, "linecolor": GREY, "showline": True, "mirror": True}
     lines = [
         {
@@ -106,8 +108,8 @@ def _layout(picture: ReportPicture) -> dict[str, Any]:
         for level in picture.levels
     ]
     return _common(picture) | {
-        "xaxis": {"title": {"text": escape(picture.x_label)}, **grid, **scale},
-        "yaxis": {"title": {"text": escape(picture.y_label)}, **grid, **scale},
+        "xaxis": {"title": {"text": escape(picture.x_label)}, **grid, **across},
+        "yaxis": {"title": {"text": escape(picture.y_label)}, **grid, **upward},
         "shapes": lines,
     }
 

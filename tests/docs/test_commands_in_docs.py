@@ -21,6 +21,7 @@ PROGRAMS: dict[str, Any] = {
 RUN_BY = {
     "servo-ctrl run": "tests/docs/test_readme.py",
     "servo-ctrl learn": "tests/hil/test_learning_lockstep.py",
+    "servo-ctrl tune": "tests/unit/servo_tuning/test_session.py",
     "servo-ctrl check": "tests/docs/test_tutorials.py",
     "servo-ctrl export": "tests/docs/test_tutorials.py",
     "servo-ctrl report": "tests/docs/test_tutorials.py",

@@ -1,0 +1,99 @@
+"""`servo-ctrl tune`: measure the frequency response of an axis, propose its gains and filters, prove them."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from servo_ctrl.cli.options import MachineOption, PacingChoice, PacingOption
+
+
+def tune(
+    machine: MachineOption,
+    axis: Annotated[str, typer.Option("--axis", help="Axis to tune.")],
+    out: Annotated[
+        Path, typer.Option(help="Folder for report, figures, sections and recordings; made if absent.")
+    ] = Path("out/tune"),
+    ms: Annotated[
+        float,
+        typer.Option(
+            "--ms",
+            min=1.2,
+            max=3.0,
+            help="Largest sensitivity peak Ms: 1.4 is cautious, 2 usual at most.",
+        ),
+    ] = 2.0,
+    bus: Annotated[
+        str | None,
+        typer.Option(
+            help="INTERFACE:CHANNEL of python-can. Without it hil-sim is started on the plant.toml beside "
+            "the machine file, in lockstep.",
+        ),
+    ] = None,
+    pacing: PacingOption = PacingChoice.REALTIME,
+    force_n: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Peak of the excitation, N; without it a weak one first tells how much."),
+    ] = None,
+    apply: Annotated[
+        bool,
+        typer.Option(
+            "--apply",
+            help="Write proved values into the machine file; the file as it was stays beside it.",
+        ),
+    ] = False,
+) -> None:
+    """Measure the frequency response of an axis, propose gains, feedforward and a notch, and prove them.
+
+    The axis travels slowly through the middle of its limits, there and back, while a small force with many
+    frequencies is added (a multisine in torque_offset, 60B2h). Keep the way clear: it uses up to 80 % of the
+    travel. Then it makes a step of force, a short move and a circle (one axis alone: a sine), with the
+    present values and with the proposed ones.
+
+    What is measured: force to motor and to scale, with coherence; mass, delay, and each resonance with
+    frequency and damping. What is proposed: kp, kv, ki, feedforward, and a notch where it is worth it, so
+    that a force moves the axis least while Ms, the largest |1 / (1 + L)|, stays below --ms: 2 leaves a phase
+    margin of 29 degrees and a gain margin of 2 at least. What is proved: Ms measured with these values.
+
+    --out gets report.html (Bode plots with margins, pictures of the proof), tuned.toml (the sections to put
+    into the machine file, or use --apply) and tune.json (all figures). docs/tuning.md tells how to read them.
+
+    Ctrl-C is safe: the axes ramp down, the drives are switched off, and no file of the machine is
+    changed. Exits with 0 when the proposal was proved, 1 when it was not or after a fault, 128 + n after
+    signal n.
+
+    Examples:  servo-ctrl tune --machine machines/xy_table --axis x --out out/tune
+
+    servo-ctrl tune --machine mine --axis x --bus socketcan:can0 --ms 1.6 --out out/tune
+    """
+    import asyncio
+
+    from rich.console import Console
+
+    from servo_ctrl.cli.progress import progress_bar
+    from servo_ctrl.config.load import load_machine
+    from servo_ctrl.tuning.files import write_files
+    from servo_ctrl.tuning.machine_file import apply_to_file
+    from servo_ctrl.tuning.simulated import tuned
+    from servo_ctrl.tuning.words import lines_of
+
+    config = load_machine(machine)
+    console = Console(stderr=True)
+
+    def tell(text: str) -> None:
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    with progress_bar() as show:
+        result = asyncio.run(
+            tuned(config, axis, bus, pacing.value, out, ms=ms, force_n=force_n, show=show, tell=tell)
+        )
+    for line in lines_of(result):
+        typer.echo(line)
+    for file in write_files(result, out):
+        typer.echo(f"written: {file}")
+    if not result.proved:
+        typer.echo("servo-ctrl: the proposal was not proved; nothing was applied", err=True)
+        raise typer.Exit(1)
+    if apply:
+        kept = apply_to_file(config.source, axis, result.sections)
+        typer.echo(f"applied: {config.source}; as it was: {kept}")

@@ -1,0 +1,96 @@
+"""The motion of a measurement: travels at constant speed, with a multisine force on top of them.
+
+The speed keeps the axis out of presliding: friction of an axis that does not reverse is nearly constant, and
+its plant nearly linear. The multisine is periodic, so that its lines do not leak into each
+other, and what is not periodic (friction, cogging, noise) shows as a loss of coherence
+(Pintelon and Schoukens, System Identification: A Frequency Domain Approach, chapter 2).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kernels.arrays import Array, Index
+
+SECONDS = 2.0
+"""Least time of a period: lines half a hertz apart. Chosen, as the numbers below."""
+DENSE_TO_HZ, RATIO = 60.0, 1.01
+"""Each line is excited up to here, and from there on one in each interval of this ratio."""
+LOWEST_HZ = 1.0
+HIGHEST_SHARE = 0.9
+"""Of half the rate: up to there lines are excited."""
+SETTLING_S = 0.25
+"""At constant speed before the force begins."""
+
+
+class Multisine(NamedTuple):
+    """One period of a force whose largest value is 1."""
+
+    values: Array
+    """(n,)."""
+    lines: Index
+    """Which multiples of 1 / (n T) it has."""
+
+
+class Travel(NamedTuple):
+    """One travel of the measurement, set points at the SYNC period, (n,) each."""
+
+    position_m: Array
+    force_n: Array
+    first: int
+    """Sample with which the first whole period begins that is evaluated."""
+
+
+def multisine(period_s: float) -> Multisine:
+    """A multisine with the phases of Schroeder (1970): its peak is low for its power.
+
+    The amplitudes grow with the root of the frequency: the plant falls with its square, the noise does not.
+    """
+    count = 2 ** math.ceil(math.log2(SECONDS / period_s))
+    every = np.arange(1, int(HIGHEST_SHARE * 0.5 * count) + 1)
+    frequency_hz = every / (count * period_s)
+    lines, following_hz = [], 0.0
+    for line, at_hz in zip(every.tolist(), frequency_hz.tolist(), strict=True):
+        if at_hz >= max(LOWEST_HZ, following_hz):
+            lines.append(line)
+            following_hz = at_hz * RATIO if at_hz > DENSE_TO_HZ else 0.0
+    index = np.array(lines)
+    amplitude = np.sqrt(index / index[-1])
+    power = amplitude**2 / np.sum(amplitude**2)
+    # the group delay of a line is the share of the power below it, so that the lines follow one another
+    before = np.concatenate(([0.0], np.cumsum(power)[:-1]))
+    phase = -2.0 * math.pi * np.cumsum(np.diff(index, prepend=index[0]) * before)
+    spectrum = np.zeros(count // 2 + 1, dtype=np.complex128)
+    spectrum[index] = amplitude * np.exp(1j * phase)
+    values = np.fft.irfft(spectrum, count)
+    return Multisine(values / np.abs(values).max(), index)
+
+
+def travel(
+    force: Multisine, amplitude_n: float, periods: int, speed_m_s: float, ramp_s: float, period_s: float
+) -> Travel:
+    """A travel from 0 in the direction of `speed_m_s`, with `periods` behind one in which it settles."""
+    ramp = max(2, round(ramp_s / period_s))
+    rise = _risen(ramp)
+    settling = round(SETTLING_S / period_s)
+    count = len(force.values)
+    cruise = settling + (periods + 1) * count
+    velocity_m_s = speed_m_s * np.concatenate((rise, np.ones(cruise), rise[::-1], [0.0]))
+    force_n = np.zeros(len(velocity_m_s))
+    start = ramp + settling
+    force_n[start : start + (periods + 1) * count] = amplitude_n * np.tile(force.values, periods + 1)
+    fade = count // 2
+    force_n[start : start + fade] *= _risen(fade)
+    return Travel(np.cumsum(velocity_m_s) * period_s, force_n, start + count)
+
+
+def _risen(count: int) -> Array:
+    """From 0 to 1 with a continuous first derivative, (n,)."""
+    return np.asarray(0.5 * (1.0 - np.cos(math.pi * (np.arange(count) + 0.5) / count)))
+
+
+def travel_time_s(periods: int, ramp_s: float, period_s: float) -> float:
+    """How long a travel is at speed, its two ramps as one."""
+    count = 2 ** math.ceil(math.log2(SECONDS / period_s))
+    return float(SETTLING_S + (periods + 1) * count * period_s + ramp_s)

@@ -1,0 +1,70 @@
+"""The files of a tuning: report.html, tuned.toml, tune.json."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from servo_ctrl.files.whole_file import write_text_whole
+from servo_ctrl.report.html_page import page
+from servo_ctrl.tuning.machine_file import section_text
+from servo_ctrl.tuning.pictures import report_of
+from servo_ctrl.tuning.session import Setting, TuneResult
+from servo_ctrl.tuning.words import lines_of
+
+HTML_FILE, TOML_FILE, JSON_FILE = "report.html", "tuned.toml", "tune.json"
+
+
+def write_files(result: TuneResult, out: Path) -> list[Path]:
+    """Write them, and return where they are. Raises OSError."""
+    out.mkdir(parents=True, exist_ok=True)
+    comments = "".join(f"# {line}\n" for line in lines_of(result))
+    texts = {
+        HTML_FILE: page(report_of(result)),
+        TOML_FILE: comments + section_text(result.axis, result.sections),
+        JSON_FILE: json.dumps(figures_of(result), indent=2, allow_nan=False) + "\n",
+    }
+    for name, text in texts.items():
+        write_text_whole(out / name, text)
+    return [out / name for name in texts]
+
+
+def figures_of(result: TuneResult) -> dict[str, Any]:
+    """All figures, SI units; null where there is none."""
+    model = result.model
+    return {
+        "machine": result.machine,
+        "axis": result.axis,
+        "stated_ms": result.ms,
+        "measured_ms": result.measured_ms,
+        "proved": result.proved,
+        "excitation_n": result.plan.amplitude_n,
+        "speed_m_s": result.plan.speed_m_s,
+        "plant": {
+            "mass_kg": model.mass_kg,
+            "delay_s": model.delay_s + model.period_s,
+            "relative_error": model.error,
+            "modes": [mode._asdict() for mode in model.modes],
+        },
+        "resonances": [
+            {"frequency_hz": mode.frequency_hz, "damping_ratio": mode.damping_ratio}
+            for mode in result.proposal.resonances
+        ],
+        "proposed": result.sections,
+        "before": _setting(result.before),
+        "after": _setting(result.after),
+        "notes": list(result.notes),
+    }
+
+
+def _setting(setting: Setting) -> dict[str, Any]:
+    figures = {
+        **setting.margins._asdict(),
+        "compliance_m_n": setting.compliance_m_n,
+        "remark": setting.remark,
+    }
+    trial = {} if setting.trial is None else setting.trial._asdict()
+    return {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in {**figures, **trial}.items()
+    }

@@ -1,0 +1,179 @@
+"""The loop of an axis from its measured plant and the law's exact transfer functions in z.
+
+    u = -N K (R y + W q),   L = N K (R P_y + W P_q)
+
+K proportional-integral velocity law, N notch, R position law on the feedback y, W velocity estimate on the
+motor position q; in csv the amplifier has the velocity loop, u is a velocity, and K W is not there. L is the
+loop at the set point of the amplifier, where all paths meet: one margin holds for all of them.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kernels.arrays import Array
+from servo_ctrl.control.compensation import notch
+from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.control.types import Output
+from servo_ctrl.tuning.frequency_response import FrequencyResponse, Response
+from servo_ctrl.tuning.modal_model import ModalModel
+
+LOWEST_HZ = 0.02
+"""Where the grid begins: far below any crossover. Chosen, as the numbers below."""
+POINTS = 900
+AROUND_MODES = np.sinh(np.linspace(-4.0, 4.0, 61)) / 4.0
+"""Further points around a mode, in half widths of its peak."""
+TRUSTED = 0.8
+"""Coherence from which a line corrects the model."""
+
+
+class Plant(NamedTuple):
+    """Responses on a grid that resolves the modes, (n,) each."""
+
+    frequency_hz: Array
+    motor: Response
+    feedback: Response
+    """Of what the position loop is closed on."""
+
+
+class Margins(NamedTuple):
+    """Robustness of a loop."""
+
+    stable: bool
+    """By the criterion of Nyquist."""
+    sensitivity_peak: float
+    """Ms."""
+    peak_hz: float
+    phase_margin_deg: float
+    """Least, of all crossovers."""
+    gain_margin_db: float
+    """By how much the gain may grow."""
+    crossover_hz: float
+    """The highest one."""
+
+
+def grid_hz(model: ModalModel) -> Array:
+    """Frequencies up to half the rate, dense around the modes, ascending."""
+    highest_hz = 0.5 / model.period_s
+    parts = [np.geomspace(LOWEST_HZ, highest_hz * (1.0 - 1e-6), POINTS)]
+    for mode in model.modes:
+        width = max(mode.damping_ratio, 1e-3) * mode.frequency_hz
+        parts.append(mode.frequency_hz + width * AROUND_MODES)
+    grid = np.unique(np.concatenate(parts))
+    return np.asarray(grid[(grid > LOWEST_HZ / 2.0) & (grid < highest_hz)])
+
+
+def plant_of(
+    model: ModalModel, measured: FrequencyResponse | None, *, scale_feedback: bool, shift: float = 1.0
+) -> Plant:
+    """The plant on the grid: the model, corrected by what was measured where that is coherent."""
+    frequency_hz = grid_hz(model)
+    motor, scale = model.motor(frequency_hz, shift), model.scale(frequency_hz, shift)
+    if measured is not None:
+        motor = motor * _correction(
+            frequency_hz,
+            measured,
+            measured.motor / model.motor(measured.frequency_hz),
+            measured.motor_coherence,
+        )
+        scale = scale * _correction(
+            frequency_hz,
+            measured,
+            measured.scale / model.scale(measured.frequency_hz),
+            measured.scale_coherence,
+        )
+    return Plant(frequency_hz, motor, scale if scale_feedback else motor)
+
+
+def _correction(
+    frequency_hz: Array, measured: FrequencyResponse, ratio: Response, coherence: Array
+) -> Response:
+    """Measured over model where it was measured well, 1 beyond."""
+    good = (coherence > TRUSTED) & (np.abs(np.log(np.abs(ratio))) < math.log(2.0))
+    if good.sum() < 2:
+        return np.ones(len(frequency_hz), dtype=np.complex128)
+    at = np.log(measured.frequency_hz[good])
+    size = np.interp(np.log(frequency_hz), at, np.log(np.abs(ratio[good])), left=0.0, right=0.0)
+    angle = np.interp(np.log(frequency_hz), at, np.angle(ratio[good]), left=0.0, right=0.0)
+    return np.asarray(np.exp(size + 1j * angle))
+
+
+def position_law(params: AxisParams, z: Response) -> Response:
+    """R: velocity set point per position error, 1/s."""
+    p, period_s = params.position_loop, params.period_s
+    change = p.derivative_blend * (1.0 - 1.0 / z) / period_s / (1.0 - (1.0 - p.derivative_blend) / z)
+    return np.asarray(p.kp_1_s + p.ki_1_s2 * period_s / (1.0 - 1.0 / z) + p.kd * change)
+
+
+def velocity_law(params: AxisParams, z: Response) -> Response:
+    """K: force per velocity error, N s/m."""
+    p = params.velocity_loop
+    return np.asarray(p.kv_n_s_m + p.ki_n_m * params.period_s / (1.0 - 1.0 / z))
+
+
+def velocity_estimate(params: AxisParams, z: Response) -> Response:
+    """W: estimated velocity per motor position, 1/s."""
+    p = params.velocity_loop
+    difference = (1.0 - z ** (-p.window_samples)) / (p.window_samples * params.period_s)
+    return np.asarray(difference * p.filter_blend / (1.0 - (1.0 - p.filter_blend) / z))
+
+
+def notch_response(p: notch.Params, z: Response) -> Response:
+    """N."""
+    if not p.enabled:
+        return np.ones(len(z), dtype=np.complex128)
+    return np.asarray((p.b0 + p.b1 / z + p.b2 / z**2) / (1.0 + p.b1 / z + p.a2 / z**2))
+
+
+def on_circle(frequency_hz: Array, period_s: float) -> Response:
+    """Z at these frequencies."""
+    return np.asarray(np.exp(2j * math.pi * frequency_hz * period_s))
+
+
+def loop_of(params: AxisParams, plant: Plant) -> Response:
+    """L on the grid of the plant."""
+    z = on_circle(plant.frequency_hz, params.period_s)
+    paths = position_law(params, z) * plant.feedback
+    if params.output == int(Output.FORCE):
+        paths = velocity_law(params, z) * (paths + velocity_estimate(params, z) * plant.motor)
+    return np.asarray(notch_response(params.notch, z) * paths)
+
+
+def velocity_loop_of(params: AxisParams, plant: Plant) -> Response:
+    """The velocity loop by itself, with the position loop open."""
+    z = on_circle(plant.frequency_hz, params.period_s)
+    inner = velocity_law(params, z) * velocity_estimate(params, z) * plant.motor
+    return np.asarray(notch_response(params.notch, z) * inner)
+
+
+def is_stable(loop: Response) -> bool:
+    """Nyquist's criterion for a loop whose only poles that are not stable are integrators.
+
+    The angle of 1 + L from the lowest frequency to half the rate must go from that of the integrators to 0:
+    `loop` begins where it is large, and its grid leaves no turn out.
+    """
+    angle = np.angle(1.0 + loop)
+    turned = float(np.sum((np.diff(angle) + math.pi) % (2.0 * math.pi) - math.pi))
+    start = float(angle[0]) if angle[0] <= 0.0 else float(angle[0]) - 2.0 * math.pi
+    return abs(start + turned) < 0.5 * math.pi
+
+
+def margins_of(loop: Response, frequency_hz: Array) -> Margins:
+    """Margins of a loop on its grid."""
+    sensitivity = 1.0 / np.abs(1.0 + loop)
+    peak = int(np.argmax(sensitivity))
+    size, angle = np.abs(loop), np.degrees(np.angle(loop))
+    crossings = np.flatnonzero((size[:-1] >= 1.0) != (size[1:] >= 1.0))
+    phase = min((180.0 - abs(float(angle[k])) for k in crossings), default=180.0)
+    imag = loop.imag
+    on_axis = np.flatnonzero((imag[:-1] * imag[1:] < 0.0) & (loop.real[:-1] < 0.0) & (size[:-1] < 1.0))
+    gain = float(np.max(size[on_axis])) if len(on_axis) else 0.0
+    return Margins(
+        stable=is_stable(loop),
+        sensitivity_peak=float(sensitivity[peak]),
+        peak_hz=float(frequency_hz[peak]),
+        phase_margin_deg=phase,
+        gain_margin_db=math.inf if gain == 0.0 else -20.0 * math.log10(gain),
+        crossover_hz=float(frequency_hz[crossings[-1]]) if len(crossings) else 0.0,
+    )

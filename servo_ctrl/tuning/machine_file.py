@@ -1,0 +1,96 @@
+"""A proposal as sections of the machine file, put into a machine in memory or into the text of its file."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from servo_ctrl.config.law_sections import SECTION_TYPES
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.control.compensation import notch
+from servo_ctrl.files.toml_text import toml_text
+from servo_ctrl.files.whole_file import write_text_whole
+from servo_ctrl.tuning.measurement import TuneError
+from servo_ctrl.tuning.proposal import NotchValues, Proposal
+
+Sections = dict[str, dict[str, Any]]
+
+
+def sections_of(proposal: Proposal, *, has_notch: bool) -> Sections:
+    """Section of the axis -> keys. A notch that the file has and the proposal has not is switched off."""
+    sections: Sections = {
+        "control": {
+            "kp_1_s": proposal.kp_1_s,
+            "kv_n_s_m": proposal.kv_n_s_m,
+            "ki_n_m": proposal.ki_n_m,
+            "velocity_feedforward": proposal.velocity_feedforward,
+            "acceleration_feedforward_kg": proposal.acceleration_feedforward_kg,
+        }
+    }
+    if proposal.notch is not None:
+        sections[notch.SECTION.name] = {"enabled": True, **proposal.notch._asdict()}
+    elif has_notch:
+        sections[notch.SECTION.name] = {"enabled": False}
+    return sections
+
+
+def with_sections(machine: MachineConfig, axis: str, sections: Sections) -> MachineConfig:
+    """The machine with these values."""
+    config = machine.axes[axis]
+    update: dict[str, Any] = {"control": config.control.model_copy(update=sections["control"])}
+    name = notch.SECTION.name
+    if name in sections:
+        present = getattr(config, name)
+        keys = {} if present is None else {key: getattr(present, key) for key in NotchValues._fields}
+        update[name] = SECTION_TYPES[name](**(keys | sections[name]))
+    return machine.model_copy(update={"axes": {**machine.axes, axis: config.model_copy(update=update)}})
+
+
+def with_control(machine: MachineConfig, axis: str, values: Mapping[str, Any]) -> MachineConfig:
+    """The machine with other keys of the control section."""
+    config = machine.axes[axis]
+    control = config.control.model_copy(update=dict(values))
+    changed = config.model_copy(update={"control": control})
+    return machine.model_copy(update={"axes": {**machine.axes, axis: changed}})
+
+
+def section_text(axis: str, sections: Sections) -> str:
+    """The sections as they stand in a machine file."""
+    return toml_text({"axis": {axis: sections}})
+
+
+def with_values(text: str, axis: str, sections: Sections) -> str:
+    """The text of a machine file with these values; all else stays as it is, comments too."""
+    for name, values in sections.items():
+        head = f"[axis.{axis}.{name}]"
+        lines = text.split("\n")
+        try:
+            first = next(k for k, line in enumerate(lines) if line.split("#")[0].strip() == head)
+        except StopIteration:
+            text = text.rstrip("\n") + f"\n\n{head}\n{toml_text(values)}"
+            continue
+        end = next((k for k in range(first + 1, len(lines)) if lines[k].lstrip().startswith("[")), len(lines))
+        while end > first + 1 and not lines[end - 1].strip():
+            end -= 1
+        body = lines[first + 1 : end]
+        for key, value in values.items():
+            written = toml_text({key: value}).strip()
+            at = next((k for k, line in enumerate(body) if re.match(rf"\s*{key}\s*=", line)), None)
+            if at is None:
+                body.append(written)
+            else:
+                _, hash_, comment = body[at].partition("#")
+                body[at] = f"{written}  # {comment.strip()}" if hash_ else written
+        text = "\n".join([*lines[: first + 1], *body, *lines[end:]])
+    return text
+
+
+def apply_to_file(file: Path, axis: str, sections: Sections) -> Path:
+    """Put the values into the machine file; the file as it was stays beside it. Returns where."""
+    text = file.read_text(encoding="utf-8")
+    kept = file.with_name(f"{file.name}.before-tune")
+    if kept.exists():
+        raise TuneError(f"{kept}: is there already, from an earlier tuning; move it away first")
+    write_text_whole(kept, text)
+    write_text_whole(file, with_values(text, axis, sections))
+    return kept

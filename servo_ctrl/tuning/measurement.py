@@ -1,0 +1,190 @@
+"""The motion that measures an axis, as steps of a program, and what its recording shows.
+
+The axis travels through the middle of its limits, there and back, at a speed at which it does not reverse.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kernels.arrays import Array
+from servo_ctrl.canopen.scaling import drive_scaling
+from servo_ctrl.config.model import AxisConfig, MachineConfig
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.tuning.excitation import Multisine, Travel, multisine, travel, travel_time_s
+from servo_ctrl.tuning.frequency_response import FrequencyResponse, Measured, frequency_response
+from servo_ctrl.units import MM
+
+SPEED_M_S, SPEED_SHARE = 0.01, 0.2
+"""Speed of a travel, and its share of the axis' limit at most; chosen, as the numbers below."""
+TRAVEL_SHARE = 0.8
+"""Of the travel between the limits, at most."""
+TO_START_SHARE = 0.2
+"""Of the speed limit, on the way to the start."""
+REST_S = 1.0
+"""At the start, before the first travel: does the axis stand?"""
+BETWEEN_S = 0.3
+ALIGNED_M = 1e-9
+
+
+class TuneError(ServoCtrlError):
+    """An axis that cannot be tuned; the message says why and what to do."""
+
+
+class Plan(NamedTuple):
+    """Travels of one measurement, one after the other."""
+
+    axis: str
+    start_m: float
+    speed_m_s: float
+    excitation: Multisine
+    periods: int
+    amplitude_n: float
+    travels: tuple[Travel, ...]
+    """Their positions are from `start_m` on."""
+
+
+def plan_measurement(machine: MachineConfig, axis: str, amplitude_n: float, periods: int) -> Plan:
+    """There and back with `periods` periods each. Raises TuneError where the travel is too short."""
+    config, period_s = machine.axes[axis], machine.period_s
+    limits = config.limits
+    low_m, high_m = (edge * MM for edge in limits.position_mm)
+    speed_m_s = min(SPEED_M_S, SPEED_SHARE * limits.velocity_mm_s * MM)
+    ramp_s = _ramp_s(config, speed_m_s)
+    length_m = speed_m_s * travel_time_s(periods, ramp_s, period_s)
+    room_m = TRAVEL_SHARE * (high_m - low_m)
+    if length_m > room_m:
+        speed_m_s *= room_m / length_m
+        length_m = room_m
+    count_m = config.transmission.lead_mm * MM / config.drive.counts_per_rev
+    if speed_m_s < 20.0 * count_m:
+        raise TuneError(
+            f"axis {axis}: between its limits there is room for {speed_m_s * 1e3:.3g} mm/s only, which the "
+            "encoder does not resolve"
+        )
+    excitation, travels, at_m = multisine(period_s), [], 0.0
+    for direction in (1.0, -1.0):
+        one = travel(excitation, amplitude_n, periods, direction * speed_m_s, ramp_s, period_s)
+        travels.append(one._replace(position_m=at_m + one.position_m))
+        at_m = float(travels[-1].position_m[-1])
+    start_m = 0.5 * (low_m + high_m) - 0.5 * length_m
+    return Plan(axis, start_m, speed_m_s, excitation, periods, amplitude_n, tuple(travels))
+
+
+def _ramp_s(config: AxisConfig, speed_m_s: float) -> float:
+    """Ramps of a raised cosine within half the limits of acceleration and jerk."""
+    by_acceleration = math.pi * speed_m_s / (config.limits.acceleration_mm_s2 * MM)
+    by_jerk = math.pi * math.sqrt(speed_m_s / (config.limits.jerk_mm_s3 * MM))
+    return max(0.1, by_acceleration, by_jerk)
+
+
+def measuring_steps(plan: Plan, machine: MachineConfig, folder: Path) -> list[dict[str, Any]]:
+    """Steps of a program file; their samples go into files of `folder`."""
+    limits = machine.axes[plan.axis].limits
+    feed = TO_START_SHARE * limits.velocity_mm_s * 60.0
+    steps: list[dict[str, Any]] = [
+        {
+            "kind": "move",
+            "label": "to the start",
+            "to_mm": {plan.axis: plan.start_m / MM},
+            "feed_mm_min": feed,
+        },
+        {"kind": "dwell", "label": "rest", "seconds": REST_S},
+    ]
+    for index, one in enumerate(plan.travels):
+        label = travel_label(index)
+        steps.append(
+            samples_step(
+                plan.axis, label, plan.start_m + one.position_m, one.force_n, machine.period_s, folder
+            )
+        )
+        steps.append({"kind": "dwell", "label": f"behind {label}", "seconds": BETWEEN_S})
+    return steps
+
+
+def samples_step(
+    axis: str, label: str, position_m: Array, force_n: Array, period_s: float, folder: Path
+) -> dict[str, Any]:
+    """A step of samples, which it writes into a file of `folder`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{label.replace(' ', '_')}.npz"
+    time_s = np.arange(len(position_m)) * period_s
+    np.savez(file, time_s=time_s, position_m=position_m, force_n=force_n)
+    return {
+        "kind": "samples",
+        "label": label,
+        "file": file,
+        "position": {axis: "position_m"},
+        "force_offset": {axis: "force_n"},
+    }
+
+
+def travel_label(index: int) -> str:
+    """How a travel is called in program and recording."""
+    return f"travel {index + 1}"
+
+
+def measured_travels(
+    plan: Plan, machine: MachineConfig, segments: Sequence[Mapping[str, Array]]
+) -> list[Measured]:
+    """The whole periods of each travel, from the columns of its step. Raises TuneError."""
+    config = machine.axes[plan.axis]
+    unit_n = drive_scaling(config).newton_per_permille
+    found = []
+    for index, (one, columns) in enumerate(zip(plan.travels, segments, strict=True)):
+        command_m = plan.start_m + one.position_m
+        seen_m = columns[f"{plan.axis}.position_command_m"]
+        if len(seen_m) != len(command_m) or not np.abs(seen_m - command_m).max() < ALIGNED_M:
+            raise TuneError(
+                f"{travel_label(index)} was not run as planned: cycles were missed, or it was held; "
+                "measure again on a computer that keeps the period"
+            )
+        stop = one.first + plan.periods * len(plan.excitation.values)
+        rows = slice(one.first, stop)
+        # what goes out is in whole per mille of the rated torque, each of the two by itself
+        added_n = np.rint(one.force_n[rows] / unit_n) * unit_n
+        loop_n = np.rint(columns[f"{plan.axis}.force_command_n"][rows] / unit_n) * unit_n
+        motor_m = columns[f"{plan.axis}.motor_position_m"][rows] - command_m[rows]
+        scale_m = columns[f"{plan.axis}.scale_position_m"][rows] - command_m[rows]
+        if not np.isfinite(motor_m).all():
+            raise TuneError(f"{travel_label(index)}: motor positions are missing in the recording")
+        if config.scale is None:
+            scale_m = motor_m
+        elif not np.isfinite(scale_m).all():
+            raise TuneError(f"{travel_label(index)}: scale positions are missing in the recording")
+        found.append(Measured(added_n, added_n + loop_n, motor_m, scale_m))
+    return found
+
+
+def response_of(plan: Plan, machine: MachineConfig, travels: Sequence[Measured]) -> FrequencyResponse:
+    """The frequency response that the travels of a plan show."""
+    return frequency_response(travels, len(plan.excitation.values), plan.excitation.lines, machine.period_s)
+
+
+class Reaction(NamedTuple):
+    """How strongly an axis reacts to the excitation."""
+
+    speed_m_s: float
+    """Largest change of its speed."""
+    position_m: float
+    """Largest deviation from the command."""
+    force_n: float
+    """Largest whole force."""
+
+
+def reaction(plan: Plan, machine: MachineConfig, travels: Sequence[Measured]) -> Reaction:
+    """Of the motor, by the lines of the excitation alone."""
+    count = len(plan.excitation.values)
+    periods = np.concatenate([one.motor_m.reshape(-1, count) for one in travels])
+    spectrum = np.zeros(count // 2 + 1, dtype=np.complex128)
+    lines = plan.excitation.lines
+    spectrum[lines] = np.fft.rfft(periods.mean(axis=0))[lines]
+    rate = 2j * math.pi * np.arange(len(spectrum)) / (count * machine.period_s)
+    return Reaction(
+        speed_m_s=float(np.abs(np.fft.irfft(rate * spectrum, count)).max()),
+        position_m=float(np.abs(np.fft.irfft(spectrum, count)).max()),
+        force_n=max(float(np.abs(one.whole).max()) for one in travels),
+    )

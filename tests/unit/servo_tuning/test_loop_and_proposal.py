@@ -1,0 +1,118 @@
+"""The loop in z against the compiled law, Nyquist against poles, and proposals."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.control.compensation import notch
+from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
+from servo_ctrl.control.types import AxisSample
+from servo_ctrl.metrology.loop_margins import sensitivity_peak
+from servo_ctrl.tuning import loop as loops
+from servo_ctrl.tuning.frequency_response import FrequencyResponse
+from servo_ctrl.tuning.modal_model import ModalModel, Mode
+from servo_ctrl.tuning.proposal import EncoderSteps, judged, propose
+
+PERIOD_S, MASS_KG = 1e-3, 70.0
+NO_STEPS = EncoderSteps(0.0, 0.0)
+
+
+@pytest.fixture
+def params(machines: Path) -> AxisParams:
+    return axis_params(load_machine(machines / "xy_table"), "x")
+
+
+def model(*modes: Mode, delay_s: float = 0.0) -> ModalModel:
+    return ModalModel(PERIOD_S, 1.0 / MASS_KG, 1.0 / MASS_KG, 0.5, delay_s, modes, 0.0)
+
+
+def measured(of: ModalModel) -> FrequencyResponse:
+    """A measurement without noise."""
+    hz = np.geomspace(1.0, 450.0, 300)
+    ones = np.ones(len(hz))
+    return FrequencyResponse(hz, of.motor(hz), of.scale(hz), ones + 0j, ones, ones, 8)
+
+
+def test_the_law_in_z_is_the_compiled_one(params: AxisParams) -> None:
+    p = params._replace(
+        notch=notch.biquad(60.0, 0.4, 0.1, PERIOD_S),
+        position_loop=params.position_loop._replace(kd=0.1, derivative_blend=0.5, ki_1_s2=30.0),
+        velocity_loop=params.velocity_loop._replace(filter_blend=0.6, window_samples=2),
+    )
+    hz, count = 47.0, 6000
+    w = 2.0 * math.pi * hz * PERIOD_S
+    state, force = initial_state(0.0), []
+    for k in range(count):
+        wave_m = 1e-6 * math.sin(w * k)
+        state, command = axis_tick(p, state, AxisSample(0.0, 0.0, 0.0, 0.0, wave_m, 0.5 * wave_m, math.nan))
+        force.append(command.force_n)
+    tail = slice(count - 2000, count)  # whole cycles
+    phasor = 2.0 * np.mean(np.array(force)[tail] * np.exp(-1j * w * np.arange(count)[tail])) / 1e-6 * 1j
+    z = loops.on_circle(np.array([hz]), PERIOD_S)
+    law = loops.velocity_law(p, z) * (0.5 * loops.position_law(p, z) + loops.velocity_estimate(p, z))
+    assert_allclose(-loops.notch_response(p.notch, z) * law, phasor, rtol=1e-3)
+
+
+def test_margins_of_a_rigid_mass_are_those_of_the_linear_analysis(params: AxisParams) -> None:
+    rigid = model()._replace(friction_1_s=0.0)
+    _, margins, _ = judged(params, rigid, measured(rigid))
+    assert margins.stable
+    assert_allclose(margins.sensitivity_peak, sensitivity_peak(params, MASS_KG), rtol=0.01)
+
+
+@pytest.mark.parametrize("kv_1_s", [100.0, 300.0, 600.0, 900.0, 1500.0, 2500.0])
+@pytest.mark.parametrize("kp_1_s", [10.0, 60.0, 300.0])
+def test_nyquist_agrees_with_the_poles(params: AxisParams, kv_1_s: float, kp_1_s: float) -> None:
+    ki_1_s = 40.0
+    p = params._replace(
+        position_loop=params.position_loop._replace(kp_1_s=kp_1_s),
+        velocity_loop=params.velocity_loop._replace(
+            kv_n_s_m=kv_1_s * MASS_KG, ki_n_m=ki_1_s * kv_1_s * MASS_KG
+        ),
+    )
+    rigid = model()._replace(friction_1_s=0.0)
+    plant = loops.plant_of(rigid, None, scale_feedback=False)
+    # (1 + ki T z / (z - 1)) (kp + (z - 1) / (T z)) kv T^2 (z + 1) / (2 (z - 1)^2) / z, as polynomials in z
+    t = PERIOD_S
+    integral = np.array([1.0 + ki_1_s * t, -1.0])
+    paths = np.array([kp_1_s + 1.0 / t, -1.0 / t])
+    top = 0.5 * kv_1_s * t * t * np.polymul(np.polymul(integral, paths), [1.0, 1.0])
+    bottom = np.polymul(np.poly([1.0, 1.0, 1.0]), [1.0, 0.0, 0.0])
+    poles = np.roots(np.polyadd(bottom, top))
+    assert loops.is_stable(loops.loop_of(p, plant)) == bool(np.all(np.abs(poles) < 1.0))
+
+
+@pytest.mark.parametrize("ms", [1.4, 2.0])
+def test_a_proposal_keeps_the_stated_ms_and_is_stiffer_where_it_may(params: AxisParams, ms: float) -> None:
+    rigid = model(delay_s=1e-3)
+    slow = params._replace(velocity_loop=params.velocity_loop._replace(kv_n_s_m=3000.0, ki_n_m=30000.0))
+    found = propose(slow, rigid, measured(rigid), ms, NO_STEPS)
+    assert found.notch is None
+    assert found.margins.stable
+    assert 0.9 * ms < found.margins.sensitivity_peak < 1.02 * ms
+    assert found.compliance_m_n < judged(slow, rigid, measured(rigid))[2]
+    assert_allclose(found.acceleration_feedforward_kg, MASS_KG)
+
+
+def test_a_notch_is_proposed_where_a_mode_of_the_scale_holds_the_gains_down(params: AxisParams) -> None:
+    mode = Mode(45.0, 0.003, 0.0004, -0.9 / MASS_KG)  # the scale sees it, the motor hardly
+    plant = model(mode)
+    _, before, _ = judged(params, plant, measured(plant))
+    assert not before.stable
+    found = propose(params, plant, measured(plant), 2.0, NO_STEPS)
+    assert found.margins.stable
+    assert found.margins.sensitivity_peak < 2.05
+    for shift in (0.93, 1.07):
+        other = loops.plant_of(plant, None, scale_feedback=True, shift=shift)
+        assert loops.is_stable(loops.loop_of(found.params, other))
+
+
+def test_what_cannot_be_kept_is_refused(params: AxisParams) -> None:
+    slow = model(delay_s=0.4)
+    with pytest.raises(ValueError, match="no gains keep Ms"):
+        propose(params, slow, measured(slow), 1.2, NO_STEPS)

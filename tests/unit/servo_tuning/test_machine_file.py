@@ -1,0 +1,67 @@
+"""A proposal in the text of a machine file, and in the machine."""
+
+from pathlib import Path
+
+import pytest
+
+from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.control.compensation import notch
+from servo_ctrl.tuning.machine_file import apply_to_file, with_sections, with_values
+from servo_ctrl.tuning.measurement import TuneError
+from servo_ctrl.tuning.session import TuneRun, objection
+
+SECTIONS = {
+    "control": {
+        "kp_1_s": 12.5,
+        "kv_n_s_m": 9000.0,
+        "ki_n_m": 1.0e5,
+        "velocity_feedforward": 1.0,
+        "acceleration_feedforward_kg": 71.0,
+    },
+    "notch": {"enabled": True, "frequency_hz": 41.0, "damping_ratio": 0.3, "depth": 0.2},
+}
+
+
+def test_the_text_with_the_values_is_the_machine_with_them(machines: Path, tmp_path: Path) -> None:
+    source = machines / "xy_table" / "controller.toml"
+    file = tmp_path / "machines" / "mine" / "controller.toml"
+    file.parent.mkdir(parents=True)
+    text = source.read_text(encoding="utf-8").replace("kp_1_s = 38.7\n", "kp_1_s = 38.7  # as published\n")
+    file.write_text(text, encoding="utf-8")
+    kept = apply_to_file(file, "x", SECTIONS)
+    assert kept.read_text(encoding="utf-8") == text
+    written = file.read_text(encoding="utf-8")
+    assert "kp_1_s = 12.5  # as published" in written
+    assert written.count("[axis.x.notch]") == 1
+    file.write_text(written.replace("../../eds", str(machines.parent / "eds")), encoding="utf-8")
+    loaded = load_machine(file)
+    expected = with_sections(load_machine(source), "x", SECTIONS)
+    assert repr(axis_params(loaded, "x")) == repr(axis_params(expected, "x"))
+    assert axis_params(loaded, "x").notch == notch.biquad(41.0, 0.3, 0.2, loaded.period_s)
+    assert repr(axis_params(loaded, "y")) == repr(axis_params(load_machine(source), "y"))
+    with pytest.raises(TuneError, match="from an earlier tuning"):
+        apply_to_file(file, "x", SECTIONS)
+
+
+def test_a_section_that_is_there_is_changed_in_its_place(machines: Path) -> None:
+    text = (machines / "precision_stage" / "controller_cst.toml").read_text(encoding="utf-8")
+    written = with_values(text, "x", SECTIONS)
+    assert written.count("[axis.x.notch]") == 1
+    assert "enabled = true  # against the arm that carries the reading head\nfrequency_hz = 41.0" in written
+    assert written.index("[axis.x.notch]") < written.index("[axis.x.fuzzy_pd]")
+    assert len(written.splitlines()) == len(text.splitlines()) + 2  # width and depth
+
+
+@pytest.mark.parametrize(
+    ("machine", "axis", "why"),
+    [
+        ("xy_table", "z", "has no axis z, only x, y"),
+        ("precision_stage", "x", "mode csp"),
+    ],
+)
+def test_what_cannot_be_tuned_is_refused(machines: Path, machine: str, axis: str, why: str) -> None:
+    config = load_machine(machines / machine)
+    assert why in objection(config, axis)
+    with pytest.raises(TuneError, match=why):
+        TuneRun(config, axis, "", "lockstep", Path(), ms=2.0, force_n=None, show=lambda _: None, tell=print)
