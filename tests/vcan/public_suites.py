@@ -8,6 +8,7 @@ description of its demo device.
     demoLinuxDevice       CANopenDemo's device, the node that is not ours
     bats                  runs CANopenDemo/test; its libraries are Debian's bats-assert and bats-support
     dcfchk, dcfgen        Lely
+    coctl                 Lely: its master, with the DCF of dcfgen
     cangen, tshark        can-utils, Wireshark
 """
 
@@ -159,6 +160,48 @@ def test_a_concise_dcf_of_lely_is_read(tmp_path: Path, turn: str) -> None:
     assert result.returncode == 0, result.stderr
     entries = read_concise_dcf(tmp_path / "x.bin")
     assert (0x6065, 0, (4242).to_bytes(4, "little")) in [(e.index, e.subindex, e.data) for e in entries]
+
+
+def coctl(folder: Path, *commands: str) -> list[str]:
+    """What Lely's master answers to each command, its number cut off."""
+    result = subprocess.run(
+        ["coctl", "-i", "200", INTERFACE, str(folder / "master.dcf")],
+        input="".join(f"{command}\n" for command in commands),
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+        check=False,
+        cwd=folder,
+    )
+    lines = [line for line in result.stdout.splitlines() if line.startswith("[")]
+    return [line.split("]", 1)[1].strip() for line in lines]
+
+
+@TWICE
+@installed("coctl", "dcfgen")
+def test_lely_masters_the_drive_by_a_dcf_of_its_generator(simulator: None, tmp_path: Path, turn: str) -> None:
+    """`init` starts its NMT service: before that it is no master yet, and every node is unsupported."""
+    del simulator, turn
+    (tmp_path / "bus.yml").write_text(
+        f"master:\n  node_id: 127\nx:\n  dcf: {EDS / 'servo_drive.eds'}\n  node_id: {DRIVE}\n"
+        "  mandatory: true\n  heartbeat_producer: 100\n"
+    )
+    assert run("dcfgen", "-d", str(tmp_path), "bus.yml", cwd=tmp_path).returncode == 0
+    answers = {
+        f"{DRIVE} read 0x1000 0 u32": "ERROR: 107 (Unsupported node)",
+        "init 0": "OK",
+        f"{DRIVE} read 0x1000  0 u32": "0x00020192",
+        f"{DRIVE} write 0x6065 0 u32 4242": "OK",
+        f"{DRIVE} read 0x6065 0 u32": "0x00001092",
+        f"{DRIVE} read 0x5FFF 0 u32": "ERROR: 06020000 (Object does not exist in the object dictionary)",
+        f"{DRIVE} preop": "OK",
+        "lss_switch_sel 0xFFFE 0x402 0x10000 0x10001": "OK",
+        "lss_get_node": f"{DRIVE}",
+        "lss_conf_bitrate 0 2": "OK",
+        "lss_conf_bitrate 0 8": "ERROR: 503 (LSS bit-rate not supported)",
+        "lss_switch_glob 0": "OK",
+    }
+    assert coctl(tmp_path, "set network 1", *answers) == ["OK", *answers.values()]
 
 
 @TWICE

@@ -19,6 +19,10 @@ here acts: `tests/unit/eds/test_every_object_is_tried.py` asks for a test of eac
 Range: what the EDS allows; no range is the whole range of the type. Some objects refuse more, by the state of
 the device or the hardware of the axis. Default: a value from the hardware of the machine has none in the EDS.
 PDO: r may be received, t transmitted. Access rww is a command or a set point: 1010h does not store it.
+
+Holding brake, rotary axis and largest motor speed: [states of the drive](drive_states.md#the-holding-brake).
+Not there: 1023h, as these devices have no command interface; 60EAh and 60EFh, of which no public manual or
+EDS that was found describes a behaviour.
 """
 
 
