@@ -1,4 +1,4 @@
-"""Frames in bursts through a bus that python-can has opened: below the CAN ports of both sides.
+"""Sends and receives bursts of frames through a python-can bus, below the CAN ports of both sides.
 
-May enter: how frames get through an interface. What they mean is a matter of the ports.
+May enter: the transport of frames through an interface. The ports interpret the frames.
 """

@@ -1,6 +1,6 @@
-"""Bursts of frames through a python-can bus: whole ones over localcan, its own socket for SocketCAN.
+"""Sends and receives bursts of frames through a python-can bus, with fast paths for localcan and SocketCAN.
 
-Every other interface of python-can takes and gives its frames one by one. Who waits does so on the bus' file.
+Every other python-can interface handles frames one by one. Callers wait on the file of the bus.
 """
 
 import errno
@@ -12,39 +12,39 @@ from typing import NamedTuple, Protocol
 from can_frames.frame import ERROR, EXTENDED, FRAME, FRAME_BYTES, IDENTIFIER_MASK, REMOTE
 from kernels.lean_import import as_if_absent
 
-with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas with it: 0.5 s of every start
+with as_if_absent("asammdf"):  # python-can loads it, and pandas, for MF4 logs: 0.5 s of every start
     import can
     from can.interfaces.socketcan import SocketcanBus
 
 PAUSE_S = 2e-4
-"""Before another try while a transmit queue is full: a frame and a half at 1 Mbit/s."""
+"""Pause before another try while a transmit queue is full: 1.5 frames at 1 Mbit/s."""
 FULL = frozenset({errno.ENOBUFS, errno.EAGAIN})
-"""SocketCAN has ten frames' room by default, and says the first where they are taken."""
+"""Error codes of a full transmit queue; SocketCAN, with ten frames by default, raises the first."""
 
 
 class Patience(NamedTuple):
-    """How long a send waits, seconds: for a full transmit queue, and within the interface (None: its own)."""
+    """Longest waits of a send, seconds: for a full queue, and in the interface (None: its default)."""
 
     queue_s: float
     interface_s: float | None
 
 
 class FrameBus(Protocol):
-    """What a CAN port reads from and writes to. All of it raises what python-can or the system raises."""
+    """The bus that a CAN port reads and writes. All methods raise the errors of python-can or the system."""
 
     @property
     def more(self) -> bool:
-        """Whether frames wait that make the file to wait on readable no more."""
+        """Whether frames wait although the file to wait on is not readable."""
 
     def waiting(self) -> Iterator[bytearray]:
-        """Bursts of what has come; what comes meanwhile may be among them or make the file readable again."""
+        """Yield the received bursts; later frames may be among them or make the file readable again."""
 
     def send(self, frames: bytes) -> None:
-        """Send the frames of a burst in their order."""
+        """Send the frames of a burst in order."""
 
 
 def frame_bus(bus: can.BusABC, patience: Patience) -> FrameBus:
-    """Find the way through this bus, which nobody else reads."""
+    """Return the fastest `FrameBus` for a bus that has no other reader."""
     if hasattr(bus, "start_bursts"):
         bus.start_bursts()
         return _BurstBus(bus, patience)
@@ -54,7 +54,7 @@ def frame_bus(bus: can.BusABC, patience: Patience) -> FrameBus:
 
 
 class _BurstBus:
-    """An interface that carries bursts itself, as localcan does."""
+    """An interface that transfers bursts itself, such as localcan."""
 
     def __init__(self, bus: can.BusABC, patience: Patience) -> None:
         self._bus = bus
@@ -75,7 +75,7 @@ class _BurstBus:
 
 
 class _SocketBus:
-    """SocketCAN: its socket gives and takes these very bytes, one frame a call."""
+    """SocketCAN, whose socket transfers exactly these bytes, one frame a call."""
 
     more = False
 
@@ -99,7 +99,7 @@ class _SocketBus:
 
 
 class _MessageBus:
-    """Any other interface: a message object a frame."""
+    """Any other interface, with a message object for each frame."""
 
     more = False
 
@@ -121,7 +121,7 @@ class _MessageBus:
 
 
 def _packed(message: can.Message) -> bytes:
-    """Pack a message; one of CAN FD, which CANopen has none of, as an extended frame without data."""
+    """Pack a message; a CAN FD message, unused by CANopen, becomes an extended frame without data."""
     header = message.arbitration_id & IDENTIFIER_MASK
     if message.is_fd:
         return FRAME.pack(header | EXTENDED, 0, b"")
@@ -130,7 +130,7 @@ def _packed(message: can.Message) -> bytes:
 
 
 def _send_patiently(send: Callable[[bytes], None], frame: bytes, patience_s: float) -> None:
-    """Send, waiting at most `patience_s` for room in a transmit queue that is full."""
+    """Send a frame, waiting at most `patience_s` for space in a full transmit queue."""
     deadline_s = 0.0
     while True:
         try:

@@ -1,4 +1,4 @@
-"""A CAN bus in user space: a hub on a Unix socket, and python-can's interface `localcan` to it.
+"""A CAN bus in user space: a hub on a Unix socket, and the python-can interface `localcan` to it.
 
-Reached by its interface name alone: no package of ours imports it, and it imports none of them.
+Other packages use it only by its interface name: none imports it, and it imports none of them.
 """

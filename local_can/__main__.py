@@ -41,14 +41,14 @@ def _count(text: str) -> int:
 
 
 def _schedule_as_batch() -> None:
-    """Run when the senders rest: to wake up for every frame of a burst costs a third more processor time."""
+    """Run only while senders pause, because waking up for every frame costs a third more processor time."""
     if hasattr(os, "SCHED_BATCH") and os.sched_getscheduler(0) == os.SCHED_OTHER:
-        with contextlib.suppress(OSError):  # a sandbox may forbid it: then it is slower, and no worse
+        with contextlib.suppress(OSError):  # a sandbox may forbid it, which only makes the hub slower
             os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 def main() -> int:
-    """Run a hub; the exit status is 0 after a signal and 1 if there can be no hub at the path."""
+    """Run a hub; return the exit status, 0 after a signal and 1 if no hub is possible at the path."""
     logging.basicConfig(level=logging.INFO, format="local_can: %(message)s")
     arguments = _arguments()
     for number in (signal.SIGTERM, signal.SIGINT):

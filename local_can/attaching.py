@@ -1,4 +1,4 @@
-"""The way onto the bus: to the hub of another process, or a hub of our own."""
+"""Attaches to the bus: to the hub of another process, or to a hub in this process."""
 
 import socket
 import time
@@ -9,17 +9,17 @@ from local_can.hub import HubError, HubPresentError
 from local_can.served_hub import ServedHub
 
 ATTACH_TIMEOUT_S = 5.0
-"""How long a hub may take to answer (chosen)."""
+"""Bounds the wait for a hub's answer (chosen)."""
 _CONNECT_AGAIN_S = 0.01
-"""Pause before another try while the hub's queue of connections is full (chosen)."""
+"""Pause before another try while the hub's connection queue is full (chosen)."""
 
 
 class AttachError(Exception):
-    """There is no hub that lets us on the bus; the message says why and what to do."""
+    """No hub attached this client; the message gives reason and remedy."""
 
 
 def _connect(client: socket.socket, channel: str, deadline_s: float) -> None:
-    """Connect, again while the hub's queue of connections is full."""
+    """Connect, with retries while the hub's connection queue is full."""
     while True:
         try:
             client.connect(channel)
@@ -32,7 +32,7 @@ def _connect(client: socket.socket, channel: str, deadline_s: float) -> None:
 
 
 def served_here(channel: str, packets: tuple[bytes, ...]) -> ServedHub | None:
-    """The hub at `channel`, in this process; None where another one is there already."""
+    """Return a hub at `channel` in this process; None if another hub serves it already."""
     try:
         return ServedHub(Path(channel), packets)
     except HubPresentError:
@@ -42,7 +42,7 @@ def served_here(channel: str, packets: tuple[bytes, ...]) -> ServedHub | None:
 
 
 def attached(channel: str, packets: tuple[bytes, ...], timeout_s: float) -> socket.socket:
-    """A non-blocking socket that the hub at `channel` has attached to the bus, at the request `packets`."""
+    """Send the request `packets` to the hub at `channel`; return the attached, non-blocking socket."""
     client = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     client.settimeout(timeout_s)
     try:

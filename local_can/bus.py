@@ -13,7 +13,7 @@ from local_can.served_hub import ServedHub
 
 _LOG = logging.getLogger(__name__)
 _SEND_TIMEOUT_S = 5.0
-"""How long a send without a timeout of its own waits for a busy hub (chosen)."""
+"""How long a send without a timeout waits for a busy hub (chosen)."""
 _FLAGS = wire.EXTENDED | wire.REMOTE | wire.ERROR
 _new_message = can.Message.__new__
 
@@ -21,11 +21,11 @@ _new_message = can.Message.__new__
 class LocalCanBus(can.BusABC):
     """A client of the hub at the socket `channel`.
 
-    Lost frames are never silent: `recv` returns the hub's error frame where they are missing (filters do not
-    hide it), `lost_frames` counts them, and a warning is logged. One thread may receive, any may send.
+    Lost frames are always reported: `recv` returns the hub's error frame in their place, despite filters,
+    `lost_frames` counts them, and a warning is logged. One thread may receive, any may send.
 
-    The hub filters, as an adapter does. Filters given here hold from the first frame on. With those set later
-    frames that are under way already still come, as they do with SocketCAN.
+    The hub filters like an adapter. Filters given here apply from the first frame on. After filters are set
+    later, frames already in transit still arrive, as with SocketCAN.
     """
 
     def __init__(
@@ -40,12 +40,13 @@ class LocalCanBus(can.BusABC):
     ) -> None:
         """Attach to the hub, waiting at most `attach_timeout_s` for its answer.
 
-        With `serve` the hub is in this process where nobody serves it yet, and passes frames on while this
-        bus is read; the file to wait on is readable for that too. What it is not readable for, `more` tells.
+        With `serve` the hub runs in this process unless another process serves it already. It then passes
+        frames on while this bus is read, for which the file to wait on also becomes readable; `more` tells of
+        frames for which it does not.
 
         Raises:
             can.CanInitializationError: No hub is at `channel`, it does not answer, none can be there, or `fd`
-                is asked for.
+            is set.
         """
         if fd:
             raise can.CanInitializationError("localcan carries classic CAN frames only, not CAN FD")
@@ -62,13 +63,13 @@ class LocalCanBus(can.BusABC):
         self._socket_send = self._socket.send
         self._receive_into = self._socket.recv_into
         self._buffer = bytearray(wire.MOST_FRAMES * wire.FRAME_BYTES)
-        super().__init__(channel, can_filters=can_filters, **kwargs)  # sends the hub the filters once more
+        super().__init__(channel, can_filters=can_filters, **kwargs)  # sends the filters to the hub again
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        """Next message that passes the filters, or None after `timeout` seconds (None waits for ever).
+        """Return the next message that passes the filters, or None after `timeout` s (None waits for ever).
 
-        This replaces python-can's `recv`: its deadlines use the wall clock, and its filtering, logging and
-        inner call cost more than the receiving itself.
+        It replaces python-can's `recv`, whose deadlines use the wall clock, and whose filtering, logging and
+        inner call cost more than the reception itself.
 
         Raises:
             can.CanOperationError: The hub has gone.
@@ -84,7 +85,7 @@ class LocalCanBus(can.BusABC):
                 return message
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Hand `msg` to the hub, waiting at most `timeout` seconds (None: 5 s) while the bus is too busy.
+        """Send `msg` to the hub, waiting at most `timeout` seconds (None: 5 s) while the bus is too busy.
 
         Raises:
             can.CanOperationError: The bus stayed too busy, the hub has gone, or it is no classic CAN frame.
@@ -92,13 +93,13 @@ class LocalCanBus(can.BusABC):
         self._hand_over(pack(msg), timeout)
 
     def start_bursts(self) -> None:
-        """Have the hub send several frames in one packet: `receive_burst` alone is called from now on."""
+        """Make the hub send several frames a packet; from now on only `receive_burst` may receive."""
         self._hand_over(wire.BURSTS, None)
 
     def receive_burst(self) -> bytearray:
-        """Frames as they lie on the wire, those of one packet of the hub; none where nothing waits.
+        """Return the frames of one packet of the hub in wire format; empty if none waits.
 
-        Filters beyond those that the hub accepts are not applied, and error frames are the reader's.
+        Filters beyond the number that the hub accepts are not applied; the reader handles error frames.
 
         Raises:
             can.CanOperationError: The hub has gone.
@@ -106,19 +107,19 @@ class LocalCanBus(can.BusABC):
         return self._buffer[: self._receive()]
 
     def send_burst(self, frames: bytes, timeout: float | None = None) -> None:
-        """Hand frames as they lie on the wire to the hub; `timeout` and errors are those of `send`."""
+        """Send frames in wire format to the hub; `timeout` and errors are those of `send`."""
         most_bytes = wire.MOST_FRAMES * wire.FRAME_BYTES
         for start in range(0, len(frames), most_bytes):
             self._hand_over(frames[start : start + most_bytes], timeout)
 
     @property
     def serves(self) -> bool:
-        """Whether the hub is in this process."""
+        """Whether the hub runs in this process."""
         return isinstance(self._socket, ServedHub)
 
     @property
     def more(self) -> bool:
-        """Whether frames wait that make the file readable no more: it is read until there are none."""
+        """Whether frames wait although the file is not readable; read until there are none."""
         return isinstance(self._socket, ServedHub) and self._socket.more
 
     def fileno(self) -> int:
@@ -131,12 +132,12 @@ class LocalCanBus(can.BusABC):
         self._socket.close()
 
     def _apply_filters(self, filters: CanFilters | None) -> None:
-        """Send the filters to the hub; more than it accepts are applied here, frame by frame."""
+        """Send the filters to the hub; if there are more than it accepts, filter here frame by frame."""
         self._filters_itself = filters is not None and len(filters) > wire.MOST_FILTERS
         self._hand_over(wire.pack_filters(hub_filters(filters)), None)
 
     def _hand_over(self, packet: bytes, timeout: float | None) -> None:
-        """Send `packet` to the hub as soon as it has room."""
+        """Send `packet` to the hub as soon as it has space."""
         deadline_s = None
         while True:
             try:
@@ -155,7 +156,7 @@ class LocalCanBus(can.BusABC):
                 return
 
     def _receive(self) -> int:
-        """Read a packet into the buffer; return its size, 0 where none waits."""
+        """Read a packet into the buffer; return its size, 0 if none waits."""
         try:
             size = self._receive_into(self._buffer)
         except BlockingIOError:
@@ -167,7 +168,7 @@ class LocalCanBus(can.BusABC):
         return size
 
     def _wait(self, event: int, deadline_s: float | None) -> bool:
-        """Wait until the socket is ready for `event` or the deadline has passed; whether it is ready."""
+        """Wait until the socket is ready for `event` or the deadline; return whether it is ready."""
         waiter = select.poll()
         waiter.register(self._socket, event)
         if deadline_s is None:
@@ -175,7 +176,7 @@ class LocalCanBus(can.BusABC):
         return bool(waiter.poll(max(0.0, deadline_s - time.monotonic()) * 1000.0))
 
     def _unpack(self) -> can.Message:
-        """Message in the buffer; the slots are filled here because `Message()` takes three times as long."""
+        """Return the message in the buffer, without calling `Message()`, which takes three times as long."""
         header, length, mark = wire.HEADER.unpack_from(self._buffer)
         message = _new_message(can.Message)
         message.timestamp = time.time()
@@ -206,10 +207,10 @@ class LocalCanBus(can.BusABC):
 
 
 def pack(message: can.Message) -> bytes:
-    """SocketCAN frame of `message`.
+    """Convert `message` to a SocketCAN frame.
 
     Raises:
-        can.CanOperationError: It is a CAN FD frame, has more than eight bytes or too great an identifier.
+        can.CanOperationError: It is a CAN FD frame, has more than eight bytes or a too large identifier.
     """
     header = message.arbitration_id
     if header > (wire.EXTENDED_ID_MASK if message.is_extended_id else wire.STANDARD_ID_MASK):
@@ -226,14 +227,14 @@ def pack(message: can.Message) -> bytes:
 
 
 def hub_filters(filters: CanFilters | None) -> wire.Filters:
-    """The hub's form of python-can's filters; all pass where there are more than the hub accepts."""
+    """Convert python-can's filters to the hub's; pass all if there are more than the hub accepts."""
     if filters is None or len(filters) > wire.MOST_FILTERS:
         return wire.PASS_ALL
     hub = []
     for each in filters:
         can_id, mask = each["can_id"], each["can_mask"]
         if can_id & mask & ~wire.EXTENDED_ID_MASK:
-            continue  # it requires a bit that no identifier has
+            continue  # no identifier has the required bit
         can_id, mask = can_id & wire.EXTENDED_ID_MASK, mask & wire.EXTENDED_ID_MASK
         if "extended" in each:
             can_id, mask = can_id | wire.EXTENDED * bool(each["extended"]), mask | wire.EXTENDED

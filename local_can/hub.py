@@ -1,4 +1,4 @@
-"""The hub: takes one frame at a time, the one that wins arbitration, and passes it to everyone else."""
+"""The hub: passes one frame at a time, the one that wins arbitration, to all other clients."""
 
 import contextlib
 import errno
@@ -30,32 +30,32 @@ from local_can.wire import (
 )
 
 _LOG = logging.getLogger(__name__)
-_BACKLOG = 64  # connections that may wait to be accepted (chosen)
+_BACKLOG = 64  # bounds the connections that wait to be accepted (chosen)
 IDLE_S = 0.5
-"""Bounds a wait: a signal that comes just before it begins is acted on after it (chosen)."""
-_PACKET_AND_MORE = FILTERS_BYTES + 1  # one byte more than the longest has, to notice one that is too long
+"""Bounds a wait, because a signal just before it is handled only after it (chosen)."""
+_PACKET_AND_MORE = FILTERS_BYTES + 1  # one byte more than the longest packet, to detect longer ones
 _MOST_ROUTES = 1024
-"""Bounds the memory of the routes (chosen)."""
+"""Bounds the number of kept routes (chosen)."""
 
 
 class HubError(Exception):
-    """The hub cannot be at that path."""
+    """No hub is possible at that path."""
 
 
 class HubPresentError(HubError):
-    """Another hub serves it already."""
+    """Another hub serves the path already."""
 
 
 class Hub:
     """A CAN bus at a Unix socket.
 
-    Of the frames at the heads of its clients' sockets the one with the lowest identifier goes first, then
-    the heads are looked at again. Frames of one packet go one by one too, and what goes to a client meanwhile
-    goes in one packet where the client takes that. At `bitrate` 0 the bus is as fast as its slowest reader; a
-    reader that makes the others wait longer than `patience_s` loses frames. At a set bitrate (bit/s) every
-    frame takes its exact length in bit times, and nobody waits for a reader whose `queue_frames` are full.
+    The hub passes the frame with the lowest identifier among the heads of its clients' sockets, then compares
+    the heads again. Frames of one packet also compete one by one; frames to one client share a packet if the
+    client accepts bursts. At `bitrate` 0 the bus is as fast as its slowest reader, but a reader that delays
+    the others by more than `patience_s` loses frames. At another bitrate (bit/s) every frame takes its exact
+    length in bit times, and the bus does not wait for a reader whose `queue_frames` are full.
 
-    As an adapter does, it hands each client only what passes that client's filters.
+    Like an adapter, it passes to each client only frames that match that client's filters.
     """
 
     def __init__(self, path: Path, bitrate: int, queue_frames: int, patience_s: float) -> None:
@@ -63,13 +63,13 @@ class Hub:
         self._bitrate = bitrate
         self._queue_frames = queue_frames
         self._patience_s = 0.0 if bitrate else patience_s
-        self._free_at_s = 0.0  # when the frame that is on the paced bus ends
+        self._free_at_s = 0.0  # end of the present frame on the paced bus
         self._ports: dict[int, Port] = {}
         self._parties: list[Party] = []  # in order of their connection
-        self._heads: dict[Party, deque[bytes]] = {}  # what each client wants to send, in order of arrival
-        self._due: list[Party] = []  # to be flushed: who got frames in this turn
-        self._contended = False  # whether the frames read next were waiting during the frame before
-        self._routes: dict[tuple[Party, bytes], tuple[Party, ...]] = {}  # to whom by sender and header
+        self._heads: dict[Party, deque[bytes]] = {}  # frames that each client sends, in order of arrival
+        self._due: list[Party] = []  # clients that got frames in this turn and need a flush
+        self._contended = False  # whether the frames read next waited during the previous frame
+        self._routes: dict[tuple[Party, bytes], tuple[Party, ...]] = {}  # receivers by sender and header
         self._listener = _listen(path)
         self._inode = path.stat().st_ino
         self._epoll = select.epoll()
@@ -81,24 +81,24 @@ class Hub:
             self.turn(IDLE_S)
 
     def fileno(self) -> int:
-        """A file that is readable while a client wants something."""
+        """Return a file descriptor that is readable while a client needs service."""
         return self._epoll.fileno()
 
     @property
     def busy(self) -> bool:
-        """Whether frames that have come wait for the next turn."""
+        """Whether received frames wait for the next turn."""
         return bool(self._heads)
 
     def waiting(self, party: Party) -> int:
-        """How many frames of a party wait for the next turns."""
+        """Return the number of frames of a client that wait for the next turns."""
         return len(self._heads.get(party, ()))
 
     def join(self, party: Party) -> None:
-        """Let somebody send packets, the first of which attach it to the bus."""
+        """Add a client, whose first packets attach it to the bus."""
         self._parties.append(party)
 
     def take(self, party: Party, packet: bytes) -> bool:
-        """Take what a party sends; return whether it was something."""
+        """Process a packet of a client; return whether it was valid."""
         if party.attached and (frames := frames_of(packet)) is not None:
             self._heads.setdefault(party, deque()).extend(frames)
         elif packet in {ATTACH, ATTACH_WITH_OWN} and not party.attached:
@@ -116,7 +116,7 @@ class Hub:
         return True
 
     def turn(self, wait_s: float) -> None:
-        """Read what clients send, waiting at most `wait_s` for it, and pass on until one may have more."""
+        """Read packets, waiting at most `wait_s`, and pass frames on until a client may have more."""
         heads, ports, paced = self._heads, self._ports, bool(self._bitrate)
         for fileno, event in self._epoll.poll(0 if self._contended else wait_s):
             port = ports.get(fileno)
@@ -136,12 +136,12 @@ class Hub:
         for party in self._due:
             party.flush()
         self._due.clear()
-        # On a paced bus a frame that is there at the end of the one before has waited for it, even one of
-        # the same client: the hub reads one packet of a client at a time.
+        # On a paced bus a frame present at the end of the previous one has waited for it, even a frame of
+        # the same client, because the hub reads one packet of a client at a time.
         self._contended = bool(heads) or (sending and paced)
 
     def close(self) -> None:
-        """Leave: close every connection and remove the socket, unless another hub has replaced it."""
+        """Close every connection and remove the socket, unless another hub has replaced it."""
         for party in self._parties:
             party.close()
         self._epoll.close()
@@ -151,7 +151,7 @@ class Hub:
                 self._path.unlink()
 
     def _transmit(self) -> bool:
-        """Pass on the frame that wins; return whether it was the last of its sender that is here."""
+        """Pass on the frame that wins arbitration; return whether its sender has no further frame here."""
         heads = self._heads
         sender = min(heads, key=self._rank) if len(heads) > 1 else next(iter(heads))
         frames = heads[sender]
@@ -164,7 +164,7 @@ class Hub:
         return not frames
 
     def _pass_on(self, sender: Party, frames: Collection[bytes]) -> None:
-        """Hand frames of one sender, which nobody competes with, to whom they are for."""
+        """Pass frames of one sender, already arbitrated, to their receivers."""
         routes, due = self._routes, self._due
         for frame in frames:
             route = routes.get((sender, frame[:4]))
@@ -181,9 +181,9 @@ class Hub:
             due.append(sender)
 
     def _find_route(self, sender: Party, frame: bytes) -> tuple[Party, ...]:
-        """All others, in order of their connection, whose filters `frame` passes.
+        """Return the other clients whose filters `frame` passes, in order of their connection.
 
-        It is kept until a filter or who is there changes: how many filters there are costs a frame nothing.
+        The route is kept until a filter or a client changes, so that many filters cost no time per frame.
         """
         header = HEADER.unpack_from(frame)[0]
         others = (party for party in self._parties if party.attached and party is not sender)
@@ -199,8 +199,8 @@ class Hub:
     def _occupy(self, frame: bytes) -> None:
         """Wait until `frame` has been on the bus for its bit times.
 
-        A frame that was waiting already starts where the last one ended, so lateness of this process does
-        not add up.
+        A frame that was waiting starts at the end of the previous one, so that delays of this process do not
+        accumulate.
         """
         now_s = time.monotonic()
         start_s = self._free_at_s if self._contended else max(self._free_at_s, now_s)
@@ -212,7 +212,7 @@ class Hub:
         try:
             sock, _ = self._listener.accept()
         except (BlockingIOError, ConnectionError):
-            return  # it went away before it was let in
+            return  # the client disconnected before it was accepted
         sock.setblocking(False)
         port = Port(sock, self._epoll, self._queue_frames, self._patience_s)
         self._ports[sock.fileno()] = port
@@ -223,7 +223,7 @@ class Hub:
         try:
             packet = port.sock.recv(_PACKET_AND_MORE)
         except (BlockingIOError, ConnectionResetError):
-            return  # a client that left without reading everything; what it sent before comes next
+            return  # the client left with unread data; its earlier packets follow
         if not self.take(port, packet):
             if packet:
                 begin = packet[: FRAME_BYTES + 1]
@@ -235,7 +235,7 @@ class Hub:
 
 
 def _listen(path: Path) -> socket.socket:
-    """Socket at `path`, mode 0600; it appears there only once it listens, so nobody finds it half ready."""
+    """Make a socket at `path`, mode 0600, which appears there only once it listens."""
     nascent = path.with_name(f"{path.name}.{os.getpid()}")
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     try:
@@ -259,10 +259,10 @@ def _listen(path: Path) -> socket.socket:
 
 
 def _refuse_to_replace(path: Path) -> None:
-    """Accept nothing at `path` but the socket of a hub that was killed.
+    """Accept at `path` nothing or the socket of a killed hub.
 
     Raises:
-        HubError: A hub answers there, or something is there that is no socket.
+        HubError: A hub answers there, or the file there is no socket.
     """
     try:
         mode = path.stat().st_mode

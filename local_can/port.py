@@ -1,4 +1,4 @@
-"""Who is on the bus: a party, and the one behind a socket with the queue of frames for it."""
+"""The clients of a hub: the interface `Party`, and a client behind a socket with its queue of frames."""
 
 import logging
 import select
@@ -13,41 +13,41 @@ _LOG = logging.getLogger(__name__)
 
 
 class Party(ABC):
-    """Somebody on the bus, or about to be."""
+    """A client of the bus, attached or not yet."""
 
     __slots__ = ("attached", "bursts", "filters", "lost_frames", "wants_own")
 
     def __init__(self) -> None:
         self.attached = False  # whether it is on the bus
-        self.wants_own = False  # whether its own frames go back to it too
-        self.bursts = False  # whether it takes several frames in one packet
-        self.filters = PASS_ALL  # of the frames that go to it
-        self.lost_frames = 0  # of the loss that is going on; 0 if there is none
+        self.wants_own = False  # whether it also receives its own frames
+        self.bursts = False  # whether it accepts several frames in one packet
+        self.filters = PASS_ALL  # select the frames that it receives
+        self.lost_frames = 0  # frames of the present loss; 0 without one
 
     @abstractmethod
     def deliver(self, frame: bytes) -> None:
-        """Keep `frame` for the next flush; count it as lost when there is no room."""
+        """Keep `frame` for the next flush, or count it as lost if there is no space."""
 
     @abstractmethod
     def answer(self, packet: bytes) -> None:
-        """Send what is no frame, ahead of all frames."""
+        """Send a packet that is no frame, before all frames."""
 
     @abstractmethod
     def flush(self) -> None:
-        """Hand over what was kept."""
+        """Send the kept frames."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let it go."""
+        """End the connection."""
 
 
 class Port(Party):
     """A client's socket with a bounded output queue.
 
-    Frames wait in the queue until the hub flushes it, or longer where the socket has no room. When the
-    queue is full, the whole bus waits for this reader up to `patience_s`; then the reader loses frames
-    until it has read all that was sent to it. The loss is logged, and the client gets an error frame that
-    counts it, at the place where the frames are missing.
+    Frames wait in the queue until the hub flushes it, or longer if the socket has no space. When the queue
+    is full, the whole bus waits for this reader up to `patience_s`; then the reader loses frames until it has
+    read all earlier ones. The loss is logged, and the client gets an error frame that counts it in the place
+    of the missing frames.
     """
 
     __slots__ = (
@@ -73,21 +73,21 @@ class Port(Party):
         self._waits_for_room = False
 
     def deliver(self, frame: bytes) -> None:
-        """Queue `frame` for the client; count it as lost when there is no room."""
+        """Queue `frame` for the client, or count it as lost if there is no space."""
         if self.lost_frames or (len(self._queue) >= self._queue_frames and not self._make_room()):
             self.lost_frames += 1
         else:
             self._queue.append(frame)
 
     def answer(self, packet: bytes) -> None:
-        """Send what is no frame, ahead of all frames."""
+        """Send a packet that is no frame, before all frames."""
         try:
             self._send(packet)
         except OSError:
-            return  # it went away already
+            return  # the client has disconnected
 
     def flush(self) -> None:
-        """Send the queue as far as the socket has room, and report a loss once it is empty."""
+        """Send the queue as far as the socket has space, and report a loss once it is empty."""
         queue, most_frames = self._queue, MOST_FRAMES if self.bursts else 1
         try:
             while queue:
@@ -103,7 +103,7 @@ class Port(Party):
                 self._waits_for_room = True
             return
         except OSError:
-            queue.clear()  # the client went away; the hub learns so by reading, and closes the port there
+            queue.clear()  # the client disconnected; the hub detects it when reading, and closes the port
         if self.lost_frames:
             _LOG.warning("client %d lost %d frames, reading too late", self.sock.fileno(), self.lost_frames)
             self.lost_frames = 0
@@ -116,7 +116,7 @@ class Port(Party):
         self.sock.close()
 
     def _make_room(self) -> bool:
-        """Whether one more frame may wait; this is where the bus waits for a slow reader."""
+        """Wait for a slow reader if necessary; return whether one more frame may wait."""
         self.flush()
         if len(self._queue) < self._queue_frames:
             return True

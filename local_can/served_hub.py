@@ -1,4 +1,4 @@
-"""The hub in this process, and a party of it without a socket, which is used like a client's socket."""
+"""A hub in this process, used like a client's socket by the client of this process."""
 
 import errno
 import os
@@ -10,15 +10,15 @@ from local_can.port import Party
 from local_can.wire import FRAME_BYTES, MOST_FRAMES, overrun_frame
 
 QUEUE_FRAMES = 16384
-"""Frames that may wait, to a reader and from the party of this process; chosen."""
+"""Bounds the frames that wait for a reader, and from the client of this process; chosen."""
 PATIENCE_S = 0.25
 """How long the bus waits for a reader whose queue is full; chosen."""
 MOST_TURNS = 256
-"""Bounds how often others may win the bus while a packet of ours is sent; what is left goes later. Chosen."""
+"""Bounds the turns that others win while a packet of this process is sent; the rest follows later. Chosen."""
 
 
 class Inmate(Party):
-    """A party in the hub's process: frames for it wait here until they are taken."""
+    """The client in the hub's process, whose frames wait here until they are read."""
 
     __slots__ = ("inbox",)
 
@@ -27,7 +27,7 @@ class Inmate(Party):
         self.inbox = bytearray()
 
     def deliver(self, frame: bytes) -> None:
-        """Keep `frame`, or count it as lost while there is no room."""
+        """Keep `frame`, or count it as lost while there is no space."""
         if len(self.inbox) >= QUEUE_FRAMES * FRAME_BYTES:
             self.lost_frames += 1
             return
@@ -37,19 +37,19 @@ class Inmate(Party):
         self.inbox += frame
 
     def answer(self, packet: bytes) -> None:
-        """Nothing: who is here already need not be told."""
+        """Do nothing: this client needs no answer."""
 
     def flush(self) -> None:
-        """Nothing: it takes its frames when it looks."""
+        """Do nothing: this client reads its frames itself."""
 
     def close(self) -> None:
-        """Nothing: it leaves with the hub."""
+        """Do nothing: this client ends with the hub."""
 
 
 class ServedHub:
-    """Serves the bus at `path`; `send`, `recv_into`, `fileno` and `close` are those of a client's socket.
+    """Serves the bus at `path`; `send`, `recv_into`, `fileno`, `close` act like those of a client's socket.
 
-    The file is readable when any client wants something: to read serves them all.
+    The file is readable when any client needs service; reading serves all clients.
 
     Raises:
         HubError: See `Hub`.
@@ -64,11 +64,11 @@ class ServedHub:
 
     @property
     def more(self) -> bool:
-        """Whether frames wait here that make the file readable no more."""
+        """Whether frames wait although the file is not readable."""
         return bool(self._party.inbox) or self._hub.busy
 
     def send(self, packet: bytes) -> int:
-        """Put a packet on the bus. Raises BlockingIOError while too many frames of ours wait for it."""
+        """Send a packet to the bus. Raises BlockingIOError while too many of our frames wait for it."""
         if self._hub.waiting(self._party) > QUEUE_FRAMES:
             self._hub.turn(0.0)
             raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
@@ -80,7 +80,7 @@ class ServedHub:
         return len(packet)
 
     def recv_into(self, buffer: bytearray) -> int:
-        """Serve the bus, then take a packet of frames. Raises BlockingIOError where none has come."""
+        """Serve the bus, then read a packet of frames. Raises BlockingIOError if there is none."""
         inbox = self._party.inbox
         if not inbox:
             self._hub.turn(0.0)
@@ -96,5 +96,5 @@ class ServedHub:
         return self._hub.fileno()
 
     def close(self) -> None:
-        """End the bus."""
+        """End the hub."""
         self._hub.close()

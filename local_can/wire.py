@@ -1,13 +1,13 @@
 """The wire format: the 16-byte SocketCAN frame, its rank, its length in bits, filters and bursts.
 
-The layouts are `struct can_frame` and `struct can_filter` of Linux' `linux/can.h`. The bits of a frame are
-those of ISO 11898-1.
+The layouts are `struct can_frame` and `struct can_filter` of Linux's `linux/can.h`. ISO 11898-1 defines the
+bits of a frame.
 """
 
 import struct
 
 Filters = tuple[tuple[int, int], ...]
-"""Identifier and mask of each, flags of the frame included."""
+"""Identifier and mask of each filter, including the flags of the frame."""
 
 FRAME_BYTES = 16
 # Identifier and flags, data length, mark, two reserved bytes, eight data bytes.
@@ -24,24 +24,24 @@ MARK_OWN = 1
 """Mark (a padding byte in SocketCAN) of a frame that returns to its sender."""
 
 ATTACH = b"a"
-"""A client's packet: put me on the bus."""
+"""Packet of a client: attach me to the bus."""
 ATTACH_WITH_OWN = b"o"
-"""The same, and send me my own frames too once they were on the bus."""
+"""Packet of a client: attach me, and also send me my own frames after they were on the bus."""
 ATTACHED = b"!"
-"""The hub's answer: from here on every frame that passes your filters comes to you."""
+"""Answer of the hub: from now on you receive every frame that passes your filters."""
 BURSTS = b"b"
-"""A client's packet: from here on several frames may come to me in one packet. Any client may send so."""
+"""Packet of a client: from now on send me several frames in one packet. Any client may send bursts."""
 MOST_FRAMES = 64
-"""Bounds a packet of frames, one behind the other (chosen)."""
+"""Bounds the frames of a packet (chosen)."""
 FILTERS = b"f"
-"""Begins a client's packet of filters, which replace those it had; before `ATTACH` or at any time."""
+"""Start of a client's packet of filters, which replace its earlier ones; before `ATTACH` or later."""
 FILTER = struct.Struct("=II")
 MOST_FILTERS = 512
 """Bounds a packet of filters: CAN_RAW_FILTER_MAX of `linux/can/raw.h`."""
 FILTERS_BYTES = len(FILTERS) + MOST_FILTERS * FILTER.size
 PASS_ALL: Filters = ((0, 0),)
 
-# linux/can/error.h: a controller problem, namely that its receive buffer ran over.
+# linux/can/error.h: a controller problem, namely an overflow of its receive buffer.
 _ERROR_CONTROLLER = 0x004
 _RECEIVE_OVERFLOW = 0x01
 _MOST_LOST = 0xFF_FFFF
@@ -52,10 +52,10 @@ _UNSTUFFED_BITS = 13  # CRC delimiter 1, acknowledgement 2, end of frame 7, inte
 
 
 def arbitration_rank(frame: bytes) -> int:
-    """Arbitration field of `frame` read as a number: the lowest wins the bus, as 0 is dominant.
+    """Return the arbitration field of `frame` as a number; the lowest wins, because 0 is dominant.
 
     A standard frame beats the extended one with the same first eleven bits, and a data frame beats the
-    remote frame with the same identifier. An error frame destroys whatever else is sent, so it comes first.
+    remote frame with the same identifier. An error frame destroys any other frame, so it comes first.
     """
     header: int = HEADER.unpack_from(frame)[0]
     if header & ERROR:
@@ -68,7 +68,7 @@ def arbitration_rank(frame: bytes) -> int:
 
 
 def frame_bits(frame: bytes) -> int:
-    """Bits that `frame` takes on the wire, interframe space and stuff bits included.
+    """Return the bits of `frame` on the wire, including interframe space and stuff bits.
 
     Without stuff bits this is 47 + 8 n for a standard frame of n data bytes and 67 + 8 n for an extended
     one. An error frame is an error flag and its delimiter.
@@ -90,11 +90,11 @@ def frame_bits(frame: bytes) -> int:
 
 
 def _stuffed_length(bits: int, count: int) -> int:
-    """Length of `bits` (`count` of them) and their CRC with a stuff bit behind every five equal ones.
+    """Return the length of `bits` (`count` of them) and their CRC, with a stuff bit after five equal bits.
 
-    Both go byte by byte through tables, since a full bus carries 8,000 frames a second. What fills the first
-    byte changes nothing: zeros leave the CRC as it is, and alternating bits up to a recessive one lengthen no
-    run.
+    Both are computed byte by byte from tables, because a full bus carries 8,000 frames a second. The filling
+    of the first byte has no effect: zeros do not change the CRC, and alternating bits that end recessive
+    extend no run.
     """
     crc = 0
     for byte in bits.to_bytes((count + 7) // 8, "big"):
@@ -118,7 +118,7 @@ def _crc_of(byte: int) -> int:
 
 
 def _stuffed_by(run: tuple[int, int], byte: int) -> tuple[int, tuple[int, int]]:
-    """Stuff bits within `byte` behind a run (bit and length), and the run at its end."""
+    """Return the stuff bits within `byte` after a run (bit and length), and the run at its end."""
     stuffed, (previous, length) = 0, run
     for shift in range(7, -1, -1):
         bit = byte >> shift & 1
@@ -126,7 +126,7 @@ def _stuffed_by(run: tuple[int, int], byte: int) -> tuple[int, tuple[int, int]]:
         previous = bit
         if length == 5:
             stuffed += 1
-            previous, length = 1 - bit, 1  # the stuff bit itself counts in the next run
+            previous, length = 1 - bit, 1  # the stuff bit itself starts the next run
     return stuffed, (previous, length)
 
 
@@ -142,12 +142,12 @@ def passes(header: int, filters: Filters) -> bool:
 
 
 def pack_filters(filters: Filters) -> bytes:
-    """Packet of at most `MOST_FILTERS`; without any, nothing passes but error frames."""
+    """Return a packet of at most `MOST_FILTERS` filters; without any, only error frames pass."""
     return FILTERS + b"".join(FILTER.pack(can_id, mask) for can_id, mask in filters)
 
 
 def unpack_filters(packet: bytes) -> Filters | None:
-    """Filters of a packet; None where it is none, or has SocketCAN's inverted or error filters."""
+    """Return the filters of a packet; None if it is another packet or has inverted or error filters."""
     body = packet[1:]
     if packet[:1] != FILTERS or len(body) % FILTER.size or len(packet) > FILTERS_BYTES:
         return None
@@ -156,7 +156,7 @@ def unpack_filters(packet: bytes) -> Filters | None:
 
 
 def frames_of(packet: bytes) -> list[bytes] | None:
-    """The frames of a packet; None where it is none of frames, or has a frame that says more than 8 bytes."""
+    """Return the frames of a packet; None if it is no packet of frames, or a frame claims over 8 bytes."""
     if not packet or len(packet) % FRAME_BYTES or len(packet) > MOST_FRAMES * FRAME_BYTES:
         return None
     if max(packet[4::FRAME_BYTES]) > 8:
@@ -165,10 +165,10 @@ def frames_of(packet: bytes) -> list[bytes] | None:
 
 
 def overrun_frame(lost_frames: int) -> bytes:
-    """SocketCAN error frame that reports to a client how many frames it lost by reading too late.
+    """Return a SocketCAN error frame that reports how many frames a client lost by reading too late.
 
-    The number is in the last three data bytes, which `linux/can/error.h` leaves to the controller; it stays
-    at 2^24 - 1 if more were lost.
+    The last three data bytes, which `linux/can/error.h` leaves to the controller, hold the number, at most
+    2^24 - 1.
     """
     lost = min(lost_frames, _MOST_LOST).to_bytes(3, "big")
     data = bytes((0, _RECEIVE_OVERFLOW, 0, 0, 0)) + lost
@@ -176,7 +176,7 @@ def overrun_frame(lost_frames: int) -> bytes:
 
 
 def lost_frames(header: int, data: bytes | bytearray) -> int:
-    """Frames that an error frame reports as lost; 0 if it reports something else."""
+    """Return the number of lost frames that an error frame reports; 0 for other error frames."""
     if header & ERROR and header & _ERROR_CONTROLLER and len(data) == 8 and data[1] & _RECEIVE_OVERFLOW:
         return int.from_bytes(data[5:8], "big")
     return 0
