@@ -42,12 +42,17 @@ class Accounted(NamedTuple):
     @property
     def is_noise(self) -> bool:
         """Whether what is left is sensor noise, rounding, or less than matters."""
-        return self.left <= max(NOISE_RATIO * self.noise, self.matters, self.rounding)
+        return self.left <= max(NOISE_RATIO * self.noise, self.least)
+
+    @property
+    def least(self) -> float:
+        """Below this nothing without a name is spoken of: what matters, or the rounding, N or m."""
+        return max(self.matters, self.rounding)
 
     def matter(self, effect: str) -> bool:
         """Whether an effect of the catalogue gives as much as matters, `unknown` as much as rounding too."""
         if effect == "unknown":
-            return self.effects.get(UNNAMED, math.inf) >= max(self.matters, self.rounding)
+            return self.effects.get(UNNAMED, math.inf) >= self.least
         return self.effects.get(effect, math.inf) >= self.matters
 
     def as_json(self, unit: str) -> dict[str, Any]:

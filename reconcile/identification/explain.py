@@ -16,7 +16,7 @@ from reconcile.identification.term_search import FoundTerms, TermSearch
 from reconcile.identification.unexplained_residual import unexplained_residual
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.regression_problem import RegressionProblem
-from reconcile.regression.residual import Residual, residuals
+from reconcile.regression.residual import Residual, residuals, rms
 from reconcile.regression.residual_noise import noise_floor
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules, paired, threshold
 from reconcile.selection.left_out import Withdrawn
@@ -147,8 +147,13 @@ def _explained(found: FoundTerms) -> Explanation:
         noise=floor,
         share=rules.matters,
     )
-    large = [f for f in reported.findings if sizes.matter(f.effect)]
-    if not any(finding.effect == "unknown" for finding in large):
+    nothing_matters = is_force and rms(found_residuals, "refitted") < sizes.least
+    large = [
+        f
+        for f in reported.findings
+        if sizes.matter(f.effect) and not (f.effect == "unknown" and nothing_matters)
+    ]
+    if not nothing_matters and not any(finding.effect == "unknown" for finding in large):
         resolution_m = max(axis.encoder_resolution_m or 0.0, axis.scale_resolution_m or 0.0)
         alone = not large and not any(extra)
         extra.append(unexplained_residual(found_residuals, channel, sizes, resolution_m, alone=alone))

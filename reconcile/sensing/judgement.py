@@ -53,9 +53,9 @@ class Judge(NamedTuple):
         where = (self.recording.source, self.recording.axis, channel, start_s, end_s)
         return SensorFinding(check, severity, *where, size, unit, message, remedy)
 
-    def entry(self, channel: str, factor: float) -> str:
-        """An entry of `--map` that makes a channel `factor` times what it was read as."""
-        return entry_of(self.recording.origins, self.recording.axis, channel, factor)
+    def entry(self, channel: str, factor: float, source: str = "") -> str:
+        """An entry of `--map` that makes a channel `factor` times what it, or `source`, was read as."""
+        return entry_of(self.recording.origins, self.recording.axis, channel, factor, source)
 
     def exchanged(self, first: str, second: str) -> str:
         """Entries of `--map` that exchange two channels."""

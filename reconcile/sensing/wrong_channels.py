@@ -1,10 +1,11 @@
-"""Channels that are not what they were read as: a current without its sign, the force of another axis.
+"""Channels that are not what they were read as: unsigned current, another axis' force, a force as position.
 
 What decides is how much of a force a rigid axis with friction, springs and gravity explains from the motion:
 of the right channel most, of a wrong one hardly any. Recovering a lost sign alternates between the sign of
 the fit and the fit itself (Fienup 1982, error reduction).
 """
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -13,7 +14,7 @@ from kernels.arrays import Array
 from reconcile.formats.column_origin import entry_of
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding
-from reconcile.sensing.units import RigidColumns, rigid_columns
+from reconcile.sensing.units import RigidColumns, rigid_columns, rigid_fit
 
 LARGEST_OTHER_SIGN = 0.05
 """Largest value of the other sign in a channel without sign, as a share of the largest one: its noise."""
@@ -24,6 +25,11 @@ UNSIGNED_RATIO = 0.25
 ITERATIONS = 20
 UNEXPLAINED, EXPLAINED = 0.5, 0.2
 """Shares of the variance left by the axis' own force and by the other's from which on they are exchanged."""
+MASS_DECADES, NEARER_DECADES = 1.5, 1.0
+"""Largest distance of the model's mass from the one that the exchanged channels give, and by how much that of
+the channels as they were read must be farther off; no force in newtons moves as a position in metres does."""
+LEFT_EXCHANGED = 0.5
+"""Share of the variance that the exchanged channels leave, at most."""
 
 
 def is_unsigned(columns: RigidColumns) -> bool:
@@ -44,6 +50,40 @@ def is_unsigned(columns: RigidColumns) -> bool:
         if left < best:
             best, turned = left, min(float(np.mean(sign < 0.0)), float(np.mean(sign > 0.0)))
     return best < UNSIGNED_RATIO * plain and turned > LEAST_TURNED_SHARE
+
+
+def exchanged_position(recording: AxisRecording, mass_kg: float) -> float | None:
+    """Factor that makes the force, as it was read, the position; None where the two are not exchanged.
+
+    The columns may have kept their own units, or have been read in each other's:
+    that of both is taken which gives the mass nearer to the model's.
+    """
+    own = rigid_columns(recording.motor_m, recording.force_n, recording.period_s)
+    crossed = rigid_columns(recording.force_n, recording.motor_m, recording.period_s)
+    if own is None or crossed is None:
+        return None
+    as_read, fit = rigid_fit(own), rigid_fit(crossed)
+    if fit.left_share > LEFT_EXCHANGED:
+        return None
+    # the work of a cycle changes its sign with the exchange: friction would drive
+    if fit.friction_w <= 0.0 or as_read.friction_w >= 0.0 or fit.mass_kg <= 0.0:
+        return None
+    factor = _factor_of(recording, "position") / _factor_of(recording, "force")
+    nearest = min((1.0, factor), key=lambda one: _decades(fit.mass_kg / one**2, mass_kg))
+    off = _decades(fit.mass_kg / nearest**2, mass_kg)
+    is_nearer = off < MASS_DECADES and off + NEARER_DECADES < _decades(as_read.mass_kg, mass_kg)
+    return nearest if is_nearer else None
+
+
+def _decades(found_kg: float, mass_kg: float) -> float:
+    """Distance of two masses in decades."""
+    return abs(math.log10(found_kg / mass_kg)) if found_kg > 0.0 else math.inf
+
+
+def _factor_of(recording: AxisRecording, role: str) -> float:
+    """What made the column of a role SI."""
+    origin = recording.origins.get(role)
+    return abs(origin.factor) if origin and origin.factor else 1.0
 
 
 def exchanged_forces(recordings: Sequence[AxisRecording]) -> Iterator[tuple[SensorFinding, str]]:

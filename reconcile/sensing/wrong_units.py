@@ -14,7 +14,7 @@ from reconcile.sensing.units import (
     rigid_fit,
     slope,
 )
-from reconcile.sensing.wrong_channels import is_unsigned
+from reconcile.sensing.wrong_channels import exchanged_position, is_unsigned
 
 SLOPE_NOTED, SLOPE_REFUSED, SLOPE_OF_DAMAGED = 0.005, 0.2, 0.5
 """Deviations from a slope of 1 of two positions: reported, refused, reported of a damaged channel."""
@@ -83,6 +83,13 @@ def _force(judge: Judge) -> Iterator[SensorFinding]:
     recording, model = judge.recording, judge.model
     columns = rigid_columns(recording.motor_m, recording.force_n, recording.period_s)
     if columns is None:
+        return
+    factor = exchanged_position(recording, model.mass_kg)
+    if factor is not None:
+        message = "position and force are exchanged: what was read as the position pushes the other"
+        first = judge.entry("motor_m", factor, "force_n")
+        remedy = f"map each to its column: --map {first},{judge.entry('force_n', 1.0 / factor, 'motor_m')}"
+        yield judge.finding("exchanged", "unusable", "motor_m", factor, "1", message, remedy)
         return
     if is_unsigned(columns):
         message = "the force has no sign, though the axis is driven both ways: it is a magnitude"

@@ -7,7 +7,7 @@ import pytest
 from nominal_model_text import WITHOUT_SCALE
 
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.identification.explain import Explanation, explain
+from reconcile.identification.explain import Explanation, explain, with_terms
 from reconcile.identification.term_search import TermSearch
 from reconcile.nominal_model.model_file import load_model
 from reconcile.proof.model_variants import AS_FOUND, VARIANTS, variants_of
@@ -55,3 +55,37 @@ def test_beside_it_all_that_was_found_stays(explanation: Explanation) -> None:
     kept = {c.key for c in explanation.found.terms if not c.per_recording}
     assert kept <= {c.key for c in made.found.terms}
     assert len(made.found.terms) > len(kept)
+
+
+def test_a_table_over_the_travel_is_fitted_beside_the_friction_and_is_no_finding(
+    explanation: Explanation,
+) -> None:
+    made = VARIANTS["textbook friction and a table over the travel"](explanation, True)
+    assert made.found is not None
+    assert "unknown:position" in {c.effect for c in made.found.terms}
+    named = {f.effect for f in explanation.findings}
+    assert {f.effect for f in made.findings} <= named
+    assert VARIANTS["textbook friction and a weight"](explanation, True) is explanation  # no joint
+
+
+def test_a_force_over_the_places_competes_only_where_another_recording_judges_it(
+    explanation: Explanation,
+) -> None:
+    assert not [name for name in variants_of(explanation) if name.endswith(("weight", "travel"))]
+
+
+def test_nothing_without_a_name_is_reported_where_a_rigid_model_leaves_less_than_matters(
+    explanation: Explanation,
+) -> None:
+    found = explanation.found
+    assert found is not None
+    assert explanation.accounted is not None
+    share = explanation.refitted.train / explanation.accounted.measured
+
+    def reported(matters: float) -> set[str]:
+        of = found.of._replace(rules=SelectionRules(matters=matters))
+        nameless = found.without({c.effect for c in found.terms})._replace(of=of)
+        return {f.effect for f in with_terms(explanation, nameless).findings}
+
+    assert reported(0.9 * share) == {"unknown"}
+    assert reported(1.1 * share) == set()

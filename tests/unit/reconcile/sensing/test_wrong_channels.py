@@ -99,6 +99,24 @@ def test_forces_of_two_axes_that_are_exchanged_are_told(tmp_path: Path) -> None:
     assert [f for f in findings if f.severity != "note" and f.check in {"sign", "unit", "exchanged"}] == []
 
 
+@pytest.mark.parametrize(
+    ("mapping", "position", "mended"),
+    [
+        ("position=F,force=q", 1.0, "x.position=q*1,x.force=F*1"),
+        ("position=F*0.001,force=q", 1e3, "x.position=q*0.001,x.force=F*1"),
+    ],
+    ids=["each in its unit", "each in the other's unit"],
+)
+def test_position_and_force_that_are_exchanged_are_told(
+    mapping: str, position: float, mended: str, tmp_path: Path
+) -> None:
+    path = written(tmp_path / "run.csv", "t,q,F", CLEAN.time_s, CLEAN.motor_m * position, CLEAN.force_n)
+    said = refused(path, f"time=t,{mapping}")
+    assert "position and force are exchanged" in said
+    assert f"--map {mended}" in said
+    assert warned(path, f"time=t,{mended}") == []
+
+
 def test_a_motor_ahead_of_its_command_is_told(tmp_path: Path) -> None:
     assert CLEAN.reference_m is not None
     path = written(
