@@ -168,6 +168,7 @@ def _explained(found: FoundTerms) -> Explanation:
         timing=reported.timing,
         timing_s=reported.timing_s,
         parameters_matter=_rms_between(before, refitted) >= sizes.matters
+        and refitted.heldout <= before.heldout  # of what was left out the nominal values are not worse
         and _nominal_values_refuted(equations, *models[0], train, rules),
         residuals=found_residuals,
         rigid=dict(zip(found.problem.baseline_names, fitted.tolist(), strict=True)) if is_force else None,

@@ -17,6 +17,7 @@ Flags = NDArray[np.bool_]
 
 COMPLETE_ROLES = ("position", "force", "scale", "reference")
 """Roles that must have a value in every row, if the recording has them."""
+REQUIRED_ROLES = ("position", "force")
 POSITIONS = ("position", "scale")
 FIELDS = {"position": "motor_m", "scale": "scale_m", "force": "force_n", "reference": "reference_m"}
 ENABLED_MASK, ENABLED = 0x6F, 0x27
@@ -25,6 +26,8 @@ HOMING_MODE = 6
 """modes_of_operation of homing (CiA 402-2)."""
 MOST_JUMPS = 10
 """Jumps of a position beyond which the file is refused: the column is wrong."""
+LEAST_PRESENT = 0.5
+"""Share of the rows in which a channel must have a value; with fewer it is taken as not recorded."""
 FEWEST_ROWS = 100
 """Rows of a piece below which it is dropped: too few to judge the evenness of."""
 
@@ -90,7 +93,7 @@ def _valid_rows(channels: dict[str, Array]) -> Flags:
     valid = np.ones(len(channels["position"]), dtype=np.bool_)
     for role in COMPLETE_ROLES:
         present = np.isfinite(channels[role]) if role in channels else valid
-        if present.any():
+        if role in REQUIRED_ROLES or present.mean() >= LEAST_PRESENT:
             valid = valid & present
     if "statusword" in channels:
         status = np.nan_to_num(channels["statusword"]).astype(np.int64)

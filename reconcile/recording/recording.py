@@ -18,13 +18,14 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.formats.readers import read_table
 from reconcile.formats.table import Table, short_list
 from reconcile.recording import time_column
-from reconcile.recording.pieces import Piece, pieces_of
+from reconcile.recording.pieces import LEAST_PRESENT, Piece, pieces_of
 from reconcile.recording.sensor_finding import SensorFinding, Severity
 
 NOTED_SHARE = 0.1
 """Share of a recording in stretches that are too short, from which on that is a warning."""
-SHORTEST_S, FEWEST_SAMPLES = 0.5, 200
-"""Least duration (s) and samples of a piece; shorter ones are dropped."""
+SHORTEST_S, SHORTEST_ALONE_S, FEWEST_SAMPLES = 0.5, 0.25, 200
+"""Least durations (s) and samples of a piece; shorter ones are dropped. The second duration holds where no
+piece lasts as long as the first."""
 
 
 class AxisRecording(NamedTuple):
@@ -123,13 +124,15 @@ def _axis_recordings(table: Table, channels: Channels, axis: str, model: Nominal
         raise missing(roles, axis, table)
     stamps = time_column.read_time_column(channels.time_s, table.source, table.first_row)
     pieces = pieces_of(table.source, axis, channels.time_s, stamps, roles, model)
-    is_usable = [
-        len(p.grid.time_s) >= FEWEST_SAMPLES and float(np.ptp(p.grid.time_s)) >= SHORTEST_S for p in pieces
+    lasting_s = [
+        float(np.ptp(p.grid.time_s)) if len(p.grid.time_s) >= FEWEST_SAMPLES else 0.0 for p in pieces
     ]
+    least_s = SHORTEST_S if max(lasting_s, default=0.0) >= SHORTEST_S else SHORTEST_ALONE_S
+    is_usable = [one_s >= least_s for one_s in lasting_s]
     usable_pieces = [p for p, usable in zip(pieces, is_usable, strict=True) if usable]
     if not usable_pieces:
         longest_s = max((float(np.ptp(piece.grid.time_s)) for piece in pieces), default=0.0)
-        needed = f"{SHORTEST_S} s and {FEWEST_SAMPLES} samples"
+        needed = f"{SHORTEST_ALONE_S} s and {FEWEST_SAMPLES} samples"
         reason = f"has no unbroken stretch of {needed}; the longest is {longest_s:.3f} s"
         remedy = "are position and force valid (not NaN), and the drive switched on, in the same rows?"
         raise ReconcileError(table.source, f"axis {axis}", reason, remedy)
@@ -167,7 +170,7 @@ def _axis_recording(
             return None
         values = piece.repaired.get(role, values) if of == axis else values
         values = values[piece.rows]
-        if np.isfinite(values).mean() < 0.5:
+        if np.isfinite(values).mean() < LEAST_PRESENT:
             return None
         return time_column.on_grid(grid, values, smooth=smooth)
 

@@ -77,6 +77,19 @@ def test_stretches_too_short_to_be_judged_are_left_out_and_said(tmp_path: Path) 
     assert "2 stretches between gaps" in short.message
 
 
+def test_a_recording_of_a_third_of_a_second_is_taken_and_one_shorter_is_refused(tmp_path: Path) -> None:
+    (recording,) = load(tmp_path, {name: values[1000:1370] for name, values in COLUMNS.items()})
+    assert len(recording.force_n) == 370
+    with pytest.raises(ReconcileError, match=r"0\.25 s and 200 samples; the longest is 0\.219 s"):
+        load(tmp_path, {name: values[1000:1220] for name, values in COLUMNS.items()})
+
+
+def test_a_scale_with_hardly_a_value_is_taken_as_not_recorded(tmp_path: Path) -> None:
+    (recording,) = load(tmp_path, changed("x.scale_position_m", slice(1, None), np.nan))
+    assert len(recording.motor_m) == 4000
+    assert recording.scale_m is None
+
+
 def test_an_encoder_rezeroed_during_the_run_splits_the_recording(tmp_path: Path) -> None:
     jump_m = -0.0123
     columns = changed("x.motor_position_m", slice(2500, None), CLEAN.motor_m[2500:] + jump_m)
