@@ -141,7 +141,7 @@ def trial(here: Bench) -> dict[str, Any]:
     where = ["--bus", BUS, "--pacing", "lockstep", "--record", f"{STATE}/learning"]
     here.compose("run", "--rm", "--no-deps", "servo-ctrl", "sh", "-c", " ".join([*learn, *where, "|| true"]))
     kept = here.inside("hil-sim", "find", STATE, "-type", "f").stdout.split()
-    seen["kept in the volume"] = sorted(kept)
+    seen["kept in the volume"] = sorted({str(Path(path).parent) for path in kept})
     names = {Path(path).name for path in kept}
     expect({"journal.jsonl", "recording.json"} <= names, f"learning kept only {kept}")
     return seen
