@@ -1,16 +1,21 @@
 """Matplotlib behind one file, for every picture that becomes a file: no screen is needed."""
 
-import matplotlib as mpl
+import os
+
+from servo_ctrl.plots.notebook_backend import forget_missing_backend
+
+forget_missing_backend(os.environ)
+import matplotlib as mpl  # noqa: E402  # behind what makes it importable
 
 mpl.use("Agg")  # the daemon's machine may have no screen
-from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib import pyplot as plt  # noqa: E402
+from matplotlib.axes import Axes  # noqa: E402
+from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages  # noqa: E402
+from matplotlib.collections import LineCollection  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.projections.polar import PolarAxes  # noqa: E402
+from matplotlib.ticker import LogLocator, NullFormatter  # noqa: E402
 
 __all__ = [
     "Axes",

@@ -16,12 +16,12 @@ import statistics
 import subprocess
 import sys
 import time
-import venv
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from tests.campaigns.environments import environment
 from tests.campaigns.fleet.scheduling import Fleet, simulated
 
 ROOT = Path(__file__).parents[3]
@@ -67,15 +67,6 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def programs(place: Path) -> Path:
-    """Return `bin` of an environment with our package, s3fs and moto; made once."""
-    if not (place / "bin" / "moto_server").exists():
-        venv.create(place, with_pip=True)
-        command = [str(place / "bin" / "pip"), "install", "--quiet", f"{ROOT}[fleet]", *PACKAGES]
-        subprocess.run(command, check=True)
-    return place / "bin"
-
-
 @contextlib.contextmanager
 def started(command: list[str], environment: dict[str, str], log: Path) -> Iterator[subprocess.Popen[bytes]]:
     """Keep a program running; it is killed at the end."""
@@ -110,7 +101,7 @@ def trial(out: Path, binaries: Path, machines: int) -> dict[str, Any]:
     """Run the fleet and kill a worker when the first axis is done. Raises SystemExit."""
     s3, dask = free_port(), free_port()
     address, python = f"tcp://127.0.0.1:{dask}", str(binaries / "python")
-    environment = {
+    variables = {
         **{name: value for name, value in os.environ.items() if not name.startswith("AWS_")},
         "AWS_ACCESS_KEY_ID": "nobody",
         "AWS_SECRET_ACCESS_KEY": "nothing",
@@ -128,14 +119,14 @@ def trial(out: Path, binaries: Path, machines: int) -> dict[str, Any]:
     with contextlib.ExitStack() as stack:
 
         def begin(name: str, command: list[str]) -> subprocess.Popen[bytes]:
-            return stack.enter_context(started(command, environment, out / f"{name}.log"))
+            return stack.enter_context(started(command, variables, out / f"{name}.log"))
 
         begin("s3", [str(binaries / "moto_server"), "-H", "127.0.0.1", "-p", str(s3)])
         begin("scheduler", [*scheduler, "--no-dashboard"])
         wait_for_port(s3)
         wait_for_port(dask)
         filled = [python, "-c", FILL, str(machines), str(STEP_S), *AXES]
-        subprocess.run(filled, env=environment, check=True, timeout=LIMIT_S)
+        subprocess.run(filled, env=variables, check=True, timeout=LIMIT_S)
         workers = [begin(f"worker-{number}", worker) for number in (1, 2)]
         start_s, others = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
         run = begin("fleet", [*fleet, "--out", str(results), "--scheduler", address])
@@ -206,7 +197,9 @@ def main() -> None:
     asked = parser.parse_args()
     out = asked.out.resolve()
     out.mkdir(parents=True, exist_ok=True)
-    seen = trial(out, programs(asked.environment or out / "environment"), asked.machines)
+    packages = (f"{ROOT}[fleet]", *PACKAGES)
+    binaries = asked.environment / "bin" if asked.environment else environment(out / "environment", packages)
+    seen = trial(out, binaries, asked.machines)
     found = figures(seen, asked.machines)
     print(json.dumps(found, indent=1))
     if asked.json:

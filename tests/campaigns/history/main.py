@@ -18,7 +18,6 @@ import time
 import urllib.error
 import urllib.parse
 import urllib.request
-import venv
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -28,6 +27,8 @@ sys.path.insert(0, str(ROOT / "tests" / "support"))
 
 from published_messages import messages  # noqa: E402  # where it is
 from telegraf_paths import points  # noqa: E402  # the same
+
+from tests.campaigns.environments import environment  # noqa: E402  # behind those
 
 PACKAGES = (
     "influxdb-client==1.50.0",
@@ -126,15 +127,6 @@ def found(address: str, query: str) -> int:
     return sum(any(value is not None for value in row[1:]) for row in rows)
 
 
-def programs(place: Path) -> Path:
-    """Return the Python of an environment with the vendors' packages; made once."""
-    python = place / "bin" / "python"
-    if not python.exists():
-        venv.create(place, with_pip=True)
-        subprocess.run([str(python), "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
-    return python
-
-
 def said(python: Path, program: str, document: object) -> str:
     """Return what a program prints for a document."""
     done = subprocess.run(
@@ -179,7 +171,7 @@ def main() -> None:
     wanted = parser.parse_args()
     if shutil.which("influxd") is None:
         parser.exit(1, "influxd is not installed: apt-get install influxdb\n")
-    seen = trial(programs(wanted.out.resolve() / "environment"))
+    seen = trial(environment(wanted.out.resolve() / "environment", PACKAGES) / "python")
     print(json.dumps(seen, indent=1))
     if wanted.json:
         wanted.json.write_text(json.dumps(seen, indent=1) + "\n", encoding="utf-8")

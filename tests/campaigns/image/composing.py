@@ -4,13 +4,12 @@ import contextlib
 import json
 import os
 import subprocess
-import sys
 import time
-import venv
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from tests.campaigns.environments import environment
 from tests.campaigns.image.building import ENVIRONMENT, IMAGE
 
 PACKAGE = "podman-compose==1.6.0"
@@ -38,10 +37,10 @@ def engine(place: Path) -> dict[str, str]:
     configuration = place / "containers.conf"
     configuration.write_text(CONFINED, encoding="utf-8")
     said = []
-    for environment in (ENVIRONMENT, ENVIRONMENT | {"CONTAINERS_CONF": str(configuration)}):
-        done = podman("run", "--rm", "--network", "host", IMAGE, "true", environment=environment)
+    for variables in (ENVIRONMENT, ENVIRONMENT | {"CONTAINERS_CONF": str(configuration)}):
+        done = podman("run", "--rm", "--network", "host", IMAGE, "true", environment=variables)
         if done.returncode == 0:
-            return environment
+            return variables
         said.append(done.stderr)
     raise SystemExit("podman starts no process here:\n" + "\n".join(said))
 
@@ -98,13 +97,9 @@ class Bench(NamedTuple):
 @contextlib.contextmanager
 def bench(place: Path, project: Path, files: tuple[str, ...], **variables: str) -> Iterator[Bench]:
     """Have podman-compose in an environment of its own; what is up at the end is removed with its volumes."""
-    binaries = place / "environment" / "bin"
-    if not (binaries / "podman-compose").exists():
-        venv.create(binaries.parent, with_pip=True)
-        subprocess.run([str(binaries / "pip"), "install", "--quiet", PACKAGE], check=True, stdout=sys.stderr)
+    binaries = environment(place / "environment", (PACKAGE,))
     path = f"{binaries}{os.pathsep}{os.environ['PATH']}"
-    environment = {**engine(place), **variables, "PATH": path}
-    found = Bench(project, binaries / "podman-compose", environment, files)
+    found = Bench(project, binaries / "podman-compose", {**engine(place), **variables, "PATH": path}, files)
     try:
         yield found
     finally:

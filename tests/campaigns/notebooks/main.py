@@ -10,10 +10,10 @@ import json
 import os
 import subprocess
 import sys
-import sysconfig
 import tempfile
-import venv
 from pathlib import Path
+
+from tests.campaigns.environments import environment
 
 ROOT = Path(__file__).parents[3]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
@@ -45,18 +45,6 @@ def printed_by(notebook: Path) -> str:
     return "".join("".join(output["text"]) for output in outputs)
 
 
-def jupyter(place: Path) -> Path:
-    """Return the Python of an environment with Jupyter's client and kernel; made once."""
-    python = place / "bin" / "python"
-    if not python.exists():
-        venv.create(place, with_pip=True, symlinks=True)
-        packages = Path(sysconfig.get_path("purelib", vars={"base": str(place)}))
-        ours = f"import site; site.addsitedir({sysconfig.get_path('purelib')!r})\n"
-        (packages / "ours.pth").write_text(ours, encoding="utf-8")
-        subprocess.run([str(python), "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
-    return python
-
-
 def execute(python: Path, notebook: Path, data: Path) -> None:
     """Execute a notebook and write it back with what it printed. Raises CalledProcessError."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
@@ -64,8 +52,8 @@ def execute(python: Path, notebook: Path, data: Path) -> None:
         (Path(place) / "data").symlink_to(data)
         executed = Path(place) / notebook.name
         command = [str(python), "-c", EXECUTE, str(notebook), str(executed)]
-        environment = {**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1"}
-        subprocess.run(command, cwd=place, check=True, env=environment)
+        variables = {**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1"}
+        subprocess.run(command, cwd=place, check=True, env=variables)
         notebook.write_text(executed.read_text(encoding="utf-8"), encoding="utf-8")
 
 
@@ -76,7 +64,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared" / "data")
     parser.add_argument("--out", type=Path, default=Path("out/notebooks"))
     wanted = parser.parse_args()
-    python = jupyter(wanted.out.resolve() / "environment")
+    python = environment(wanted.out.resolve() / "environment", PACKAGES, ours=True) / "python"
     for notebook in NOTEBOOKS:
         if notebook.stem in wanted.names:
             print(f"== {notebook.name}", flush=True)
