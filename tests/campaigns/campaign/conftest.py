@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 EMERGENCY = "emergency message"
 FAST_M_S = 0.02
+EARLIEST_CYCLE = 120
+"""So that a current may have been at its limit for long enough before."""
 
 
 def moving_run() -> Evidence:
@@ -32,7 +34,8 @@ def moving_run() -> Evidence:
             assert judgement.reaction is not None
             assert evidence.happened is not None
             then = evidence.truth.cycle == evidence.happened[1]
-            if np.abs(evidence.truth.velocity_m_s[then]).min() > FAST_M_S:
+            fast = np.abs(evidence.truth.velocity_m_s[then]).min() > FAST_M_S
+            if fast and evidence.happened[1] > EARLIEST_CYCLE:
                 return evidence
             shutil.rmtree(evidence.folder)
     raise AssertionError("no such run")

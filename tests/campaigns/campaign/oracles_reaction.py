@@ -85,6 +85,8 @@ def reaction(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
     """The reaction and its bound; None where there is to be none, or nothing to see of it."""
     if evidence.plan.fault.kills in {"controller", "task"}:
         return alone(evidence)
+    if evidence.plan.fault.event == "bus off" and wanted(evidence):
+        return alone(evidence)  # nothing at all is sent
     seen, problems = answered(evidence)
     if evidence.plan.fault.event in SILENCED and wanted(evidence):
         orphaned, more = alone(evidence)  # what was sent has not arrived: drives stop by themselves

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 class Views(NamedTuple):
-    """`first` is None where the second fault has made an end before the first was to be answered."""
+    """`first` is None where the second fault has made an end before the first was to be answered.
+
+    `second` is None without one, and where nothing of ours reaches the bus behind the first.
+    """
 
     first: Evidence | None
     second: Evidence | None
@@ -36,7 +39,8 @@ def views(evidence: Evidence) -> Views:
     if other.axis == evidence.axis:  # the first to show is reported, and ends the search
         evidence, other = _reported_as_either(evidence, other), _reported_as_either(other, evidence)
     ended = bool(plan.second.kills) or plan.second.event in SILENCED
-    return Views(None if ended or _silenced(evidence, other) else evidence, other, both)
+    first = None if ended or _silenced(evidence, other) else evidence
+    return Views(first, None if plan.fault.event in SILENCED else other, both)
 
 
 def _silenced(evidence: Evidence, other: Evidence) -> bool:
