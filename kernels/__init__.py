@@ -1,4 +1,4 @@
-"""What every package stands on: the compiler, quantities with units and bounds, records, lean imports.
+"""The basis of every package: the compiler, quantities with units and bounds, records, lean imports.
 
-Domain-free, and a leaf: it imports numpy, numba and the standard library, and no package of ours.
+It contains nothing of the domain and imports only numpy, numba and the standard library.
 """

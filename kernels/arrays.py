@@ -1,9 +1,9 @@
-"""The array types that nearly every numerical file names; a docstring says the shape."""
+"""The array types of numerical files; docstrings give the shapes."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-"""Floats of double precision; a docstring says the shape, as in `(samples, axes)`."""
+"""Array of double-precision floats."""
 Index = NDArray[np.int64]
-"""Places in another array."""
+"""Array of indices into another array."""

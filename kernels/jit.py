@@ -1,10 +1,10 @@
-"""The one decorator of compiled functions: pure functions, the same for one call and for a batch.
+"""The decorator of compiled functions, which are pure and equal for a single call and a batch.
 
-Numba's disk cache looks at the file of the cached function alone: after a change in a file that it calls,
-the old machine code would go on running. Therefore the folder of the cache is named after the content of
-every file that a kernel can reach: those of its own room, and of the rooms that these import, and so on.
-A room is a folder two levels down (`servo_ctrl/control`), or the loose files of a package (`kernels`).
-Of the folders of earlier contents the last used few stay.
+Numba's disk cache checks only the file of the cached function: after a change in a file that the function
+calls, the old machine code would still run. So the cache folder is named after the contents of every file
+that a kernel can reach: the files of its room, of the rooms that these import, and so on. A room is a folder
+two levels down (`servo_ctrl/control`), or the files directly in a package (`kernels`). The last used folders
+of earlier contents stay.
 """
 
 import contextlib
@@ -19,16 +19,16 @@ from typing import Any, TypeVar, cast
 
 from kernels.lean_import import as_if_absent
 
-with as_if_absent("scipy"):  # for linear algebra within kernels, of which there is none: 17 MB and 0.4 s
+with as_if_absent("scipy"):  # only for linear algebra in kernels, which is unused: 17 MB and 0.4 s
     import numba
     import numba.np.arraymath
 
 F = TypeVar("F", bound="Callable[..., Any]")
 
 HOUSE = ("kernels", "servo_ctrl", "hil_sim", "twin", "reconcile", "studies")
-"""Packages whose files are part of the content; a library's version is numba's own concern."""
+"""Packages whose files determine the cache folder; numba itself checks the versions of libraries."""
 KEPT = 3
-"""Folders of earlier contents that stay: of another branch, or of a process that still runs."""
+"""Number of earlier folders that stay, for another branch or a process that still runs."""
 _SETTINGS: Any = numba.config
 _IMPORTED = re.compile(rf"^(?:from|import) ((?:{'|'.join(HOUSE)})\b[\w.]*)", re.MULTILINE)
 
@@ -36,24 +36,24 @@ _IMPORTED = re.compile(rf"^(?:from|import) ((?:{'|'.join(HOUSE)})\b[\w.]*)", re.
 def kernel(function: F) -> F:
     """Compile `function`, cached on disk, with numpy's arithmetic (x / 0 is inf).
 
-    To the type checker the kernel stays the function it was. There is no fast-math: the daemon, the
+    For the type checker the kernel is the original function. Fast-math is off, because the daemon, the
     simulator and the batch twin must give the same bits.
     """
     return _compiled(function, nogil=False)
 
 
 def threaded_kernel(function: F) -> F:
-    """Compile likewise, for long calls: other Python threads run meanwhile."""
+    """Compile like `kernel`, without the interpreter lock, so that other threads run during long calls."""
     return _compiled(function, nogil=True)
 
 
 def uncached_kernel(function: F) -> F:
-    """Compile a closure over other kernels, for this process alone."""
+    """Compile a closure over other kernels, without cache."""
     return cast("F", numba.njit(error_model="numpy")(function))
 
 
 def signatures(function: Callable[..., Any]) -> int:
-    """Number of combinations of argument types that a kernel is compiled for; more than one is a slip."""
+    """Return for how many combinations of argument types a kernel is compiled; it should be one."""
     return len(cast("Any", function).signatures)
 
 
@@ -69,7 +69,7 @@ def _compiled(function: F, *, nogil: bool) -> F:
 
 
 def _room_of(function: Callable[..., Any]) -> tuple[Path, Path]:
-    """The folder that holds our packages, and the room of a function in it."""
+    """Return the folder of our packages, and the room of a function in it."""
     file = Path(function.__code__.co_filename)
     root = file.parents[function.__module__.count(".")]
     return root, _room(root, function.__module__)
@@ -82,7 +82,7 @@ def _room(root: Path, module: str) -> Path:
 
 
 def _files(root: Path, room: Path) -> list[Path]:
-    """Of a room and the folders in it, but for caches: another process may be deleting folders there."""
+    """Return the files of a room and its folders, except caches, which another process may delete."""
     if room.parent == root:
         return sorted(room.glob("*.py"))
     found = []
@@ -98,7 +98,7 @@ def _text(file: Path) -> bytes:
 
 
 def reachable_files(root: Path, room: Path) -> list[Path]:
-    """Every file of `room` and of the rooms that it imports at run time, directly or by another one."""
+    """Return every file of `room` and of the rooms that it imports, directly or indirectly."""
     found = {room: _files(root, room)}
     waiting = [room]
     while waiting:
@@ -111,14 +111,14 @@ def reachable_files(root: Path, room: Path) -> list[Path]:
 
 
 def _imported_rooms(root: Path, file: Path) -> Iterator[Path]:
-    """Rooms of the imports at the beginning of a line: those within a function run nothing by being there."""
+    """Yield the rooms of a file's imports at the start of a line; imports in functions do not count."""
     for module in _IMPORTED.findall(_text(file).decode()):
         yield _room(root, module)
 
 
 @cache
 def _cache_folder(root: Path, room: Path) -> Path | None:
-    """Where the machine code of a room is kept; None where nothing can be written."""
+    """Return the folder for the machine code of a room; None if no folder is writable."""
     digest = hashlib.sha256()
     for file in reachable_files(root, room):
         digest.update(_text(file))
@@ -134,7 +134,7 @@ def _cache_folder(root: Path, room: Path) -> Path | None:
 
 
 def _cache_places(room: Path) -> Iterator[Path]:
-    """NUMBA_CACHE_DIR if set, else beside the files, else (where these are read-only) the user's cache."""
+    """Yield NUMBA_CACHE_DIR if set, else the folder of the files, then the user's cache folder."""
     if _SETTINGS.CACHE_DIR:
         yield Path(_SETTINGS.CACHE_DIR)
         return
@@ -144,12 +144,12 @@ def _cache_places(room: Path) -> Iterator[Path]:
 
 
 def forget_old_caches(present: Path, prefix: str, kept: int) -> None:
-    """Mark the folder `present` as used, and remove its elder siblings but the `kept` last used.
+    """Mark the folder `present` as used, and remove all older ones except the `kept` last used.
 
-    A process that still runs an earlier version has loaded its kernels, or finds its folder among the kept.
-    The parent may be shared with others, hence the `prefix`.
+    A process that still runs an earlier version has loaded its kernels or finds its folder among the kept.
+    The `prefix` identifies our folders in a shared parent.
     """
-    with contextlib.suppress(OSError):  # another process is doing the same
+    with contextlib.suppress(OSError):  # another process removes the same folders
         os.utime(present)
         others = [folder for folder in present.parent.glob(f"{prefix}*") if folder != present]
         others.sort(key=lambda folder: folder.stat().st_mtime)

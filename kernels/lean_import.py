@@ -1,4 +1,4 @@
-"""Imports of a library without an optional package that it would load beside itself."""
+"""Imports a library without an optional package that it would also load."""
 
 import sys
 from collections.abc import Iterator
@@ -7,15 +7,15 @@ from contextlib import contextmanager
 
 @contextmanager
 def as_if_absent(package: str) -> Iterator[None]:
-    """Import within it as if `package` were not installed; where it is loaded already, nothing changes.
+    """Within the block, import as if `package` were not installed, unless it is loaded already.
 
     A None in `sys.modules` makes an import fail with ModuleNotFoundError (Python reference, 5.3.1 The module
-    cache), which a library expects of a package that is optional to it.
+    cache), which a library expects from an optional package.
     """
     if package in sys.modules:
         yield
         return
-    sys.modules[package] = None  # type: ignore[assignment]  # typeshed leaves the documented None out
+    sys.modules[package] = None  # type: ignore[assignment]  # typeshed omits the documented None
     try:
         yield
     finally:

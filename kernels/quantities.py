@@ -1,8 +1,8 @@
-"""Quantities: unit and bounds of every parameter, beside the parameter itself.
+"""Quantities: declares unit and bounds of every parameter beside the parameter.
 
-A file declares `Params(NamedTuple)` with `Annotated[float, Quantity(...)]` fields, SI inside. From that
-one declaration come the TOML keys with their units (mm, um, N), the check of the bounds, and the record
-that the compiled plant reads.
+A file declares `Params(NamedTuple)` with `Annotated[float, Quantity(...)]` fields in SI units. This one
+declaration gives the TOML keys with their units (mm, um, N), the check of the bounds, and the record that the
+compiled plant reads.
 """
 
 import math
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 AXIS = "axis"
-"""The "unit" of a number that stands for another axis; the file has that axis' name."""
+"""The "unit" of a number that stands for another axis; the file has the name of that axis."""
 # (SI unit, unit in the TOML file) -> factor from the file's number to SI.
 FILE_UNITS = {
     ("m", "mm"): 1e-3,
@@ -35,7 +35,7 @@ OFFSETS = {("K", "degC"): 273.15}
 
 
 class Quantity(NamedTuple):
-    """Unit, inclusive bounds in SI, the unit in TOML ("" = SI too), and a list's length (0 = a number)."""
+    """Unit, inclusive bounds in SI, unit in TOML ("" = SI), and length of a list (0 = a number)."""
 
     unit: str
     lower: float
@@ -45,12 +45,12 @@ class Quantity(NamedTuple):
     length: int = 0
 
     def to_si(self, value: float) -> float:
-        """A number of the TOML file in SI."""
+        """Convert a number of the TOML file to SI."""
         key = (self.unit, self.file_unit)
         return value * FILE_UNITS[key] + OFFSETS.get(key, 0.0) if self.file_unit else value
 
     def from_si(self, value: float) -> float:
-        """An SI number in the unit of the TOML file."""
+        """Convert an SI number to the unit of the TOML file."""
         key = (self.unit, self.file_unit)
         return (value - OFFSETS.get(key, 0.0)) / FILE_UNITS[key] if self.file_unit else value
 
@@ -64,14 +64,14 @@ class Field(NamedTuple):
 
 
 def suffix_of(unit: str) -> str:
-    """Unit as the end of a name: "N/um" -> "_n_um", "" -> ""."""
+    """Return a unit as the suffix of a name: "N/um" -> "_n_um", "" -> ""."""
     slug = "".join(c if c.isalnum() else "_" for c in unit.lower())
     words = [word for word in slug.split("_") if word]
     return "".join(f"_{word}" for word in words)
 
 
 def fields_of(params: type[Any]) -> list[Field]:
-    """The fields of a `Params` class in order.
+    """Return the fields of a `Params` class in order.
 
     Raises:
         TypeError: a field without a `Quantity`, or whose name does not end in its unit.
@@ -92,7 +92,7 @@ def fields_of(params: type[Any]) -> list[Field]:
 
 
 def record_dtype(params: type[Any]) -> np.dtype[Any]:
-    """C-aligned record of a `Params` class: `enabled` (0 or 1), then its fields, numbers as float64."""
+    """Return the C-aligned record of a `Params` class: `enabled` (0 or 1), then its fields as float64."""
     layout: list[tuple[str, DTypeLike]] = [("enabled", np.int64)]
     for field in fields_of(params):
         length = field.quantity.length
@@ -101,5 +101,5 @@ def record_dtype(params: type[Any]) -> np.dtype[Any]:
 
 
 def section_of(module: ModuleType) -> str:
-    """The name of what a file declares: file, TOML section and catalogue entry are one word."""
+    """Return the section name of an effect's file, which is also its TOML section and catalogue entry."""
     return module.__name__.rpartition(".")[2]

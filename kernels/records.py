@@ -1,12 +1,12 @@
-"""Records: the memory layout that a NamedTuple declares, and its values out of it and into it.
+"""Records: the memory layout that a NamedTuple declares, and the reading and writing of its values.
 
-A kernel is a pure function of NamedTuples; what lasts from call to call lies in records, numpy's structured
-arrays. Both come from one declaration. `read` and `write` do the same in Python and in a compiled function,
-where they become plain loads and stores: passing one array from Python costs a tenth of passing a nested
-tuple, and nobody counts places.
+A kernel is a pure function of NamedTuples; values that persist between calls are in records, numpy's
+structured arrays. One declaration gives both. `read` and `write` work equally in Python and in compiled
+functions, where they become plain loads and stores: to pass one array from Python costs a tenth of passing a
+nested tuple, and no code depends on positions in a tuple.
 
 A field is a `float`, `int` or `bool`, another NamedTuple, or a `Table`. Tables have no fixed size: their
-numbers lie in one pool beside the records, and a record says where.
+numbers are in one pool beside the records, and a record holds the place in the pool.
 """
 
 import struct
@@ -29,11 +29,11 @@ T = TypeVar("T")
 Table = NDArray[np.float64]
 """(rows, columns), C-contiguous."""
 Pool = NDArray[np.float64]
-"""(n,): the numbers of every table of some records."""
+"""(n,): the numbers of all tables of several records."""
 
 
 class Place(NamedTuple):
-    """Where a table lies in the pool."""
+    """The place of a table in the pool."""
 
     start: int
     rows: int
@@ -50,7 +50,7 @@ _TABLE = types.Array(types.float64, 2, "C")
 
 @cache
 def kinds_of(declaration: Any) -> dict[str, Any]:
-    """Field -> `float`, `int`, `bool`, `Table` or another declaration, in order.
+    """Return the type of each field in order: `float`, `int`, `bool`, `Table` or another declaration.
 
     Raises:
         TypeError: a field is none of these.
@@ -69,7 +69,7 @@ def _is_declaration(kind: Any) -> bool:
 
 @cache
 def record_type(declaration: Any) -> np.dtype[Any]:
-    """C-aligned layout of a declaration, field by field under the same names."""
+    """Return the C-aligned layout of a declaration, with the same field names."""
     layout: list[tuple[str, Any]] = []
     for name, kind in kinds_of(declaration).items():
         if kind in _SCALARS:
@@ -80,7 +80,7 @@ def record_type(declaration: Any) -> np.dtype[Any]:
 
 
 def store(records: NDArray[Any], values: Sequence[tuple[Any, ...]]) -> Pool:
-    """Write one value into each of the records (n,); returns the pool of their tables."""
+    """Write one value into each of the records (n,); return the pool of their tables."""
     tables: list[Table] = []
     for index, value in enumerate(values):
         records[index] = _numbers(value, tables)
@@ -88,7 +88,7 @@ def store(records: NDArray[Any], values: Sequence[tuple[Any, ...]]) -> Pool:
 
 
 def _numbers(value: Any, tables: list[Table]) -> tuple[Any, ...]:
-    """The value as numpy fills a record from it; its tables go to the end of `tables`."""
+    """Convert a value to nested tuples that numpy can write to a record; append its tables to `tables`."""
     declaration: Any = type(value)
     numbers: list[Any] = []
     for name, kind in kinds_of(declaration).items():
@@ -103,13 +103,13 @@ def _numbers(value: Any, tables: list[Table]) -> tuple[Any, ...]:
 
 
 def read(record: Any, declaration: type[T], pool: Pool | None = None) -> T:
-    """The value in a record, or in an array of one; its tables are views of the pool."""
+    """Return the value in a record, or in an array of one; its tables are views of the pool."""
     value: T = _value(record.item(), declaration, pool)
     return value
 
 
 def _value(numbers: Any, declaration: Any, pool: Any) -> Any:
-    """The value of a record's numbers, which come as nested tuples."""
+    """Return the value of a record's numbers, given as nested tuples."""
     if is_flat(declaration):
         return declaration._make(numbers)
     fields = []
@@ -126,23 +126,23 @@ def _value(numbers: Any, declaration: Any, pool: Any) -> Any:
 
 @cache
 def is_flat(declaration: Any) -> bool:
-    """Whether a declaration has numbers only: then numpy gives and takes its values as they are."""
+    """Whether a declaration has only numbers, so that numpy reads and writes its values directly."""
     return all(kind in _SCALARS for kind in kinds_of(declaration).values())
 
 
 def write(record: Any, value: tuple[Any, ...]) -> None:
-    """Put a value without tables into a record, in place."""
+    """Write a value without tables into a record, in place."""
     for name, number in zip(record.dtype.names, _numbers(value, []), strict=True):
         record[name] = number
 
 
 def flat_layout(record: np.dtype[Any], fields: Sequence[str]) -> tuple[struct.Struct, int]:
-    """How to pack and unpack fields that lie behind one another as flat numbers, and where they begin, bytes.
+    """Return how to pack and unpack adjacent fields as flat numbers, and their offset, bytes.
 
-    That is quicker than through numpy, which walks the tree of a nested field at each call.
+    This is faster than numpy, which traverses a nested field at each call.
 
     Raises:
-        ValueError: something else lies between the fields, or they are in another order.
+        ValueError: another field is between the fields, or they are in another order.
 
     """
     names = record.names or ()
@@ -158,7 +158,7 @@ def flat_layout(record: np.dtype[Any], fields: Sequence[str]) -> tuple[struct.St
 
 
 def _leaves(record: np.dtype[Any], offset: int) -> Iterator[tuple[str, int, int]]:
-    """The `struct` character of each number in a record, where it lies, and its size, bytes."""
+    """Yield the `struct` character, offset and size in bytes of each number in a record."""
     places: Any = record.fields
     for name in record.names or ():
         field, at = places[name][:2]
@@ -185,7 +185,7 @@ def _overload_write(record: Any, value: Any) -> Any:  # noqa: ARG001  # the same
 
 
 def _compiled_type(declaration: Any) -> Any:
-    """Numba's type of a value, the one that it gives a value from Python."""
+    """Return numba's type of a value, equal to that of a value from Python."""
     kinds = kinds_of(declaration).values()
     fields = [
         _SCALARS[kind][1] if kind in _SCALARS else _TABLE if kind == Table else _compiled_type(kind)
@@ -212,7 +212,7 @@ _load: Any = intrinsic(_typed_load)
 
 
 def _load_fields(context: Any, builder: Any, record: Any, memory: Any, declaration: Any, pool: Any) -> Any:
-    """Machine code for the fields of `record`, which lies at `memory`, as a tuple."""
+    """Generate code that loads the fields of `record` at `memory` as a tuple."""
     values = []
     for name, kind in kinds_of(declaration).items():
         inner, place = record.typeof(name), cgutils.pointer_add(builder, memory, record.offset(name))
@@ -228,7 +228,7 @@ def _load_fields(context: Any, builder: Any, record: Any, memory: Any, declarati
 
 
 def _view(context: Any, builder: Any, place: Any, pool: Any) -> Any:
-    """Machine code for the table at a `Place` of the pool; it owns nothing, the caller holds the pool."""
+    """Generate code for a view of the table at a `Place` of the pool, which the caller keeps alive."""
     start, rows, columns = (builder.extract_value(place, index) for index in range(3))
     size = context.get_constant(types.intp, np.dtype(np.float64).itemsize)
     table = context.make_array(_TABLE)(context, builder)
@@ -249,7 +249,7 @@ _store: Any = intrinsic(_typed_store)
 
 
 def _store_fields(context: Any, builder: Any, record: Any, memory: Any, value: Any, held: Any) -> None:
-    """Machine code that puts the fields of a tuple of the type `value` into `record` at `memory`."""
+    """Generate code that stores a tuple of the type `value` into `record` at `memory`."""
     for index, (name, kind) in enumerate(kinds_of(value.instance_class).items()):
         inner, place = record.typeof(name), cgutils.pointer_add(builder, memory, record.offset(name))
         field = builder.extract_value(held, index)

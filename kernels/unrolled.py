@@ -1,7 +1,7 @@
-"""Loops over modules, written once and unrolled before they are compiled.
+"""Unrolls loops over modules before compilation.
 
-Numba compiles no loop over modules, for each has functions and records of its own types. So the loop is
-unrolled in the source: a function with
+Numba compiles no loop over modules, because each module has functions and records of its own types. So the
+loop is unrolled in the source: a function with
 
     for effect in EFFECTS:
         if p[effect].enabled:
@@ -12,8 +12,8 @@ becomes, for each module of the tuple EFFECTS in turn,
         if p.cogging.enabled:
             force += cogging.force_n(p.cogging, position_m)
 
-`p[effect]` is the field that is named after the module's file. `s[effect]` likewise, but a call leaves the
-argument out for a module that declares no `State`. The order of the tuple is the order of the arithmetic.
+`p[effect]` becomes the field with the name of the module's file. So does `s[effect]`, but calls omit this
+argument for a module without `State`. The order of the tuple is the order of the arithmetic.
 """
 
 import ast
@@ -30,13 +30,13 @@ F = TypeVar("F", bound="Callable[..., Any]")
 
 
 STATE = "s"
-"""The name of the record that only some modules have a part of: those that declare `State`."""
+"""The name of the state record, of which only modules with `State` have a part."""
 
 
 def unrolled(function: F) -> F:
-    """`function` with every loop over a global tuple of modules unrolled; its lines stay those of the file.
+    """Return `function` with every loop over a global tuple of modules unrolled; line numbers are kept.
 
-    The modules must be importable by the compiler, that is, global; `kernel` goes around this decorator.
+    The modules must be global, so that the compiler finds them; apply `kernel` outside this decorator.
     """
     lines, first = inspect.getsourcelines(function)
     tree = ast.parse(textwrap.dedent("".join(lines)))
@@ -52,7 +52,7 @@ def unrolled(function: F) -> F:
 
 
 def _unroll(definition: ast.FunctionDef, names: dict[str, Any]) -> dict[str, ModuleType]:
-    """Unroll the loops of a definition in place; the modules by the names that it has for them now."""
+    """Unroll the loops of a definition in place; return the modules by their names in it."""
     modules: dict[str, ModuleType] = {}
 
     class Loops(ast.NodeTransformer):
@@ -73,21 +73,21 @@ def _unroll(definition: ast.FunctionDef, names: dict[str, Any]) -> dict[str, Mod
 
 
 class _OneModule(ast.NodeTransformer):
-    """Puts one module in the place of the loop's variable."""
+    """Replaces the loop variable by one module."""
 
     def __init__(self, variable: str, name: str, module: ModuleType) -> None:
         self._variable, self._name = variable, name
         self._section, self._has_state = section_of(module), hasattr(module, "State")
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:  # ast's name
-        """`p[effect]` is a field of the record."""
+        """Replace `p[effect]` by a field of the record."""
         self.generic_visit(node)
         if isinstance(node.slice, ast.Name) and node.slice.id == self._name:
             return ast.Attribute(node.value, self._section, node.ctx)
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:  # ast's name
-        """A module without a state is not handed one."""
+        """Remove the state argument for a module without `State`."""
         if not self._has_state:
             node.args = [argument for argument in node.args if not self._is_state(argument)]
         return self.generic_visit(node)  # type: ignore[return-value]  # ast.NodeTransformer.generic_visit
@@ -102,5 +102,5 @@ class _OneModule(ast.NodeTransformer):
         )
 
     def visit_Name(self, node: ast.Name) -> ast.Name:  # ast's name
-        """The module itself."""
+        """Replace the loop variable by the module."""
         return ast.Name(self._name, node.ctx) if node.id == self._variable else node

@@ -1,4 +1,4 @@
 """The batch twin: control law and plant in one compiled loop, without a bus.
 
-Sees servo_ctrl's laws and hil_sim's plant; neither sees it. Nothing here knows a study or a published figure.
+It imports servo_ctrl's laws and hil_sim's plant; neither imports it. No study or published figure may enter.
 """

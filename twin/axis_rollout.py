@@ -1,8 +1,8 @@
-"""One axis in the batch twin: control law and plant in one compiled loop, cycle by cycle as on the bus.
+"""One axis in the batch twin: control law and plant in one compiled loop, with the cycle of the bus.
 
-SYNC k: the plant advances one period under the set points in force; those buffered since SYNC k - 1
-take effect; positions are latched in counts; the controller ticks; its set points go out in per mille
-and counts and are buffered (transmission type 1: one period of delay) or take effect at once (255).
+At SYNC k the plant advances one period under the active set points; the set points buffered since SYNC k - 1
+take effect; positions are latched in counts; the controller ticks; its set points, in per mille and counts,
+are buffered (transmission type 1: one period of delay) or take effect at once (255).
 """
 
 import math
@@ -21,30 +21,30 @@ from servo_ctrl.recording.channels import AXIS_CHANNELS
 from twin.wiring import Wires
 
 COLUMNS = tuple(channel.name for channel in AXIS_CHANNELS if channel.dtype == "float64")
-"""Per axis, named and filled as in a recording; the twin has no statusword."""
+"""Columns of an axis, as in a recording; the twin has no statusword."""
 ROW = np.dtype([(name, np.float64) for name in COLUMNS])
 Rows = np.ndarray[Any, np.dtype[np.void]]
 """(n,) of `ROW`."""
 
 
 class Carried(NamedTuple):
-    """What the loop hands from one cycle to the next, beside the plant's state."""
+    """State of the loop between cycles, besides the plant's state."""
 
     state: AxisState
     engaged: bool
-    """The drive is on, and the axis has its zero."""
+    """Whether the drive is on and the axis has its zero."""
     origin: int
-    """Encoder counts there."""
+    """Encoder counts at that zero."""
     scale_offset_m: float
     buffered: SetPointCounts
-    """Sent last, and not in force yet."""
+    """Set points sent last, not active yet."""
 
 
 class AxisRollout:
-    """One axis, piece after piece: each goes on where the one before ended. `plant` is advanced in place.
+    """Simulates one axis piece by piece, each from the end of the previous one; advances `plant` in place.
 
     Raises:
-        ValueError: the axis follows another one, and here each runs by itself.
+        ValueError: the axis depends on another one, but here each axis runs alone.
 
     """
 
@@ -59,11 +59,11 @@ class AxisRollout:
         self._carried = Carried(at_rest(0.0), False, 0, 0.0, SetPointCounts(0, 0, 0, 0, 0))
 
     def change_params(self, params: AxisParams) -> None:
-        """Other parameters, from the next cycle on."""
+        """Change the parameters from the next cycle on."""
         self._params = params
 
     def rows(self, reference: Array, off_cycles: int = 0) -> Rows:
-        """Rows (n,) for the next commands (n, 4); in the first `off_cycles` without power."""
+        """Return rows (n,) for the next commands (n, 4); the first `off_cycles` are without power."""
         rows = np.full((len(reference), len(COLUMNS)), np.nan).view(ROW)[:, 0]
         commands = np.ascontiguousarray(reference, dtype=np.float64)
         self._carried = _run_axis(self._params, *self._constant, commands, off_cycles, self._carried, rows)
@@ -72,7 +72,7 @@ class AxisRollout:
 
 @kernel
 def _take_effect(output: int, wires: Wires, sp: Any, origin: int, sent: SetPointCounts) -> None:
-    """Set points of the bus into the plant's record, as the drive's cyclic modes put them there."""
+    """Write set points of the bus into the plant's record, like the drive's cyclic modes."""
     sp.loop = output + 1
     if output == 0:
         total = min(max(sent.torque + sent.torque_offset, -wires.max_torque), wires.max_torque)
@@ -88,7 +88,7 @@ def _take_effect(output: int, wires: Wires, sp: Any, origin: int, sent: SetPoint
         sp.velocity_offset_m_s = sent.velocity_offset * wires.drive_metre_per_s_per_unit
 
 
-@threaded_kernel  # several axes, machines or variants at once in threads
+@threaded_kernel  # several axes, machines or variants run at once in threads
 def _run_axis(
     params: AxisParams,
     wires: Wires,
@@ -107,7 +107,7 @@ def _run_axis(
         wires.newton_per_permille,
         wires.metre_per_count,
         wires.metre_per_s_per_unit,
-        wires.torque_offset_mapped,  # what has no object of its own goes with the set point
+        wires.torque_offset_mapped,  # an offset without its own object is part of the set point
         wires.velocity_offset_mapped,
     )
     for k in range(len(reference)):

@@ -1,4 +1,4 @@
-"""Read the plant of a machine for the twin, with the errors of the controller's side."""
+"""Reads the plant of a machine for the twin, with the error types of servo_ctrl."""
 
 from pathlib import Path
 

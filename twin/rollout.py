@@ -1,8 +1,8 @@
 """The batch twin: the daemon's control law and the simulator's plant in one compiled loop, without a bus.
 
-The order of operations and every rounding to integers are those of the two processes on the bus, so that a
-rollout gives the same bits as a recording (`axis_rollout`). Axes do not act on one another yet, so each runs
-its whole program by itself.
+Order of operations and rounding to integers are those of the two processes on the bus, so that a rollout
+gives the same bits as a recording (`axis_rollout`). Axes do not influence each other yet, so each runs its
+whole program alone.
 """
 
 import math
@@ -25,13 +25,13 @@ def rollout(
     *,
     off_cycles: int = 0,
 ) -> dict[str, Array]:
-    """Columns of a recording (n,) for the commands `reference[axis]`, (n, 4) at the SYNC period.
+    """Return the columns of a recording (n,) for the commands `reference[axis]`, (n, 4) at the SYNC period.
 
-    `reference`: position m, velocity m/s, acceleration m/s^2, force offset N. For the first `off_cycles` of
-    the n the drives have no power; then each axis takes where it stands as its zero (homing method 37).
+    `reference`: position m, velocity m/s, acceleration m/s^2, force offset N. During the first `off_cycles`
+    the drives have no power; then the position of each axis becomes its zero (homing method 37).
 
     Raises:
-        ValueError: the period is no whole number of substeps, or the axes differ.
+        ValueError: the period is no whole number of substeps, or machine, plant and reference differ in axes.
 
     """
     substeps = substeps_of(machine, plant_config)
@@ -51,10 +51,10 @@ def rollout(
 
 
 def substeps_of(machine: MachineConfig, plant_config: PlantConfig) -> int:
-    """Substeps of the plant in one SYNC period.
+    """Return the substeps of the plant in one SYNC period.
 
     Raises:
-        ValueError: not a whole number.
+        ValueError: it is no whole number.
 
     """
     substeps = round(machine.bus.sync_period_us / plant_config.substep_us)

@@ -1,4 +1,4 @@
-"""What the integers on the bus stand for: the scalings of both sides, for the batch twin."""
+"""The scalings of the integers on the bus, of both sides, for the batch twin."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ IMMEDIATE_TYPES = (254, 255)
 
 
 class Wires(NamedTuple):
-    """What the integers on the bus stand for on either side, as the two processes compute it."""
+    """Scalings of the integers on the bus, as each of the two processes computes them."""
 
     metre_per_count: float
     newton_per_permille: float
@@ -33,7 +33,7 @@ class Wires(NamedTuple):
 
 
 def wires_of(control: AxisConfig, plant: AxisPlant) -> Wires:
-    """The wiring of one axis; the expressions are those of `canopen.scaling` and of the drive's axis port."""
+    """Return the scalings of one axis, with the expressions of `canopen.scaling` and of the drive's port."""
     unit = drive_scaling(control)
     motor = plant.motor
     max_torque, max_current = force_limit_permille(control)

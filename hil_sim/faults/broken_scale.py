@@ -1,8 +1,8 @@
 """Broken scale: the reading head stands still while the table moves on.
 
-The node goes on sending what it read last, without an error: a dirty grating, a torn tape. A controller that
+The node continues to send its last reading, without an error: a dirty grating, a torn tape. A controller that
 closes its loop on the scale pushes the table further and further.
-Confused with: slipped_coupling, the same two readings drifting apart -> here the motor follows its force.
+Confused with: slipped_coupling, where the readings also drift apart -> here the motor follows its force.
 """
 
 from typing import NamedTuple
@@ -11,16 +11,16 @@ from hil_sim.faults.fault_target import FaultError, FaultTarget
 
 
 class Params(NamedTuple):
-    """Nothing to choose."""
+    """The fault has no parameters."""
 
 
 def check(target: FaultTarget, _p: Params) -> None:
-    """Raises FaultError where the axis has no scale."""
+    """Raise FaultError if the axis has no scale."""
     if target.scale is None:
         raise FaultError(f"axis {target.name} has no scale")
 
 
 def begin(target: FaultTarget, _p: Params) -> None:
-    """The head freezes."""
+    """Freeze the reading."""
     if target.scale is not None:
         target.scale.frozen = True

@@ -1,6 +1,6 @@
 """Brown-out: the supply voltage of one amplifier drops; it reports under-voltage and goes into fault.
 
-The drive performs its fault reaction (605Eh) and sends EMCY 3220h; a reset works once the supply is back.
+The drive performs its fault reaction (605Eh) and sends EMCY 3220h; a reset succeeds after the supply returns.
 """
 
 from typing import NamedTuple
@@ -9,13 +9,13 @@ from hil_sim.faults.fault_target import FaultTarget
 
 UNDER_VOLTAGE = 0x3220
 VOLTAGE = 4
-"""Bit of the error register."""
+"""Voltage bit of the error register (1001h)."""
 
 
 class Params(NamedTuple):
-    """Nothing to choose."""
+    """The fault has no parameters."""
 
 
 def begin(target: FaultTarget, _p: Params) -> None:
-    """The drive detects the under-voltage."""
+    """Make the drive detect the under-voltage."""
     target.drive.fault(UNDER_VOLTAGE, VOLTAGE)

@@ -1,4 +1,4 @@
-"""What a simulated fault acts on: the nodes of one axis and its records in the plant."""
+"""The target of a simulated fault: the nodes of one axis and its records in the plant."""
 
 from typing import Any, NamedTuple
 
@@ -7,11 +7,11 @@ from hil_sim.scale.encoder_device import LinearScale
 
 
 class FaultError(ValueError):
-    """A fault that an axis cannot have, or that cannot be read; the message says why."""
+    """An axis cannot have a fault, or its text is invalid; the message gives the reason."""
 
 
 class FaultTarget(NamedTuple):
-    """One axis. `params` and `state` are views: the plant reads what is written there."""
+    """One axis. `params` and `state` are views, so that the plant sees changes."""
 
     name: str
     drive: Drive

@@ -1,7 +1,7 @@
 """Jammed axis: something holds the table, and the current goes up to its limit.
 
-Law: the Coulomb level becomes `level_n`; with a presliding law the table still gives, like a spring.
-Confused with: lost lubrication, which raises the level by a factor -> a jam stands whatever the force.
+Law: the Coulomb level becomes `level_n`; with a presliding law the table still yields like a spring.
+Confused with: lost lubrication, which raises the level by a factor -> a jam stands at any force.
 """
 
 from typing import Annotated, NamedTuple
@@ -11,13 +11,13 @@ from kernels.quantities import Quantity
 
 
 class Params(NamedTuple):
-    """How firmly it is held."""
+    """Holding force of the jam."""
 
     level_n: Annotated[float, Quantity("N", 0.0, 1e7, "friction level of the jam")] = 1e5
 
 
 def begin(target: FaultTarget, p: Params) -> None:
-    """The table is held from now on."""
+    """Hold the table from now on."""
     coulomb = target.params["coulomb_friction"]
     coulomb["enabled"] = 1
     coulomb["coulomb_n"] = p.level_n

@@ -1,6 +1,6 @@
 """Limit switch: it closes where it should not, by a chip in it or a broken wire.
 
-The drive sees it in 60FDh (bit 0 negative, bit 1 positive side), brakes, and goes no further to that side.
+The drive reads it in 60FDh (bit 0 negative, bit 1 positive side), brakes, and moves no further to that side.
 """
 
 from typing import Annotated, NamedTuple
@@ -10,11 +10,11 @@ from kernels.quantities import Quantity
 
 
 class Params(NamedTuple):
-    """Which of the two."""
+    """The side of the switch."""
 
     side: Annotated[float, Quantity("", -1.0, 1.0, "positive or negative switch")] = 1.0
 
 
 def begin(target: FaultTarget, p: Params) -> None:
-    """The switch closes and stays closed."""
+    """Close the switch permanently."""
     target.drive.port.close_switch(positive=p.side > 0.0)

@@ -1,6 +1,6 @@
 """Mute node: a drive's CAN controller is off the bus for a while, then recovers and sends EMCY 8140h.
 
-It still receives: only the frames that it sends are lost.
+It still receives; only its own frames are lost.
 """
 
 from typing import Annotated, NamedTuple
@@ -11,18 +11,18 @@ from kernels.quantities import Quantity
 
 
 class Params(NamedTuple):
-    """How long."""
+    """Duration of the silence."""
 
     duration_s: Annotated[float, Quantity("s", 0.0, 1e6, "until it recovers")] = 0.5
 
 
 def begin(target: FaultTarget, _p: Params) -> None:
-    """The node stops sending."""
+    """Stop the node from sending."""
     target.drive.slave.mute = True
 
 
 def end(target: FaultTarget, _p: Params) -> None:
-    """The node sends again."""
+    """Let the node send again."""
     slave = target.drive.slave
     slave.mute = False
     slave.emergency.report(emcy.BUS_OFF_RECOVERED, emcy.COMMUNICATION)

@@ -1,7 +1,7 @@
 """Death of a node: from one cycle to the next it neither sends nor acts.
 
-The drive of the axis, whose motor coasts then; or with `scale` its linear scale.
-Confused with: a lost frame -> nothing follows, no heartbeat either.
+The node is the drive of the axis, whose motor then coasts, or with `scale` its linear scale.
+Confused with: a lost frame -> after a death no frame follows, not even a heartbeat.
 """
 
 from typing import Annotated, NamedTuple
@@ -11,19 +11,19 @@ from kernels.quantities import Quantity
 
 
 class Params(NamedTuple):
-    """Which node of the axis."""
+    """The node of the axis."""
 
     scale: Annotated[float, Quantity("", 0.0, 1.0, "1 = the scale dies, 0 = the drive")] = 0.0
 
 
 def check(target: FaultTarget, p: Params) -> None:
-    """Raises FaultError where the axis has no scale to die."""
+    """Raise FaultError if the scale shall die and the axis has none."""
     if p.scale and target.scale is None:
         raise FaultError(f"axis {target.name} has no scale")
 
 
 def begin(target: FaultTarget, p: Params) -> None:
-    """The node is dead from now on."""
+    """Stop the node permanently."""
     if p.scale and target.scale is not None:
         target.scale.slave.die()
         return

@@ -1,8 +1,8 @@
 """Runaway sign: the motor pushes the other way than the amplifier assumes.
 
-Law: the force constant changes its sign, and with it the sense of the amplifier's own velocity loop, which
-divides by it. Two motor phases exchanged, or an encoder whose tracks are. Every loop closed on the axis,
-the controller's and the drive's, has positive feedback; the reported current is what the amplifier assumes.
+Law: the force constant changes its sign, and so does the gain of the amplifier's velocity loop, which divides
+by it. The cause is an exchange of two motor phases or of the encoder's tracks. Every loop closed on the axis,
+in controller and drive, has positive feedback; the reported current is the one that the amplifier assumes.
 """
 
 from typing import NamedTuple
@@ -11,11 +11,11 @@ from hil_sim.faults.fault_target import FaultTarget
 
 
 class Params(NamedTuple):
-    """Nothing to choose."""
+    """The fault has no parameters."""
 
 
 def begin(target: FaultTarget, _p: Params) -> None:
-    """The force constant changes its sign."""
+    """Change the sign of the force constant."""
     target.params["mechanics"]["force_constant_n_a"] *= -1.0
     amplifier = target.params["amplifier"]
     amplifier["velocity_gain_n_s_m"] *= -1.0

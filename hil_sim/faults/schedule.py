@@ -1,4 +1,4 @@
-"""Which fault begins on which axis at which time: read from the command line, run by the bench's time."""
+"""Reads scheduled faults from the command line, and starts and ends them by the bench's time."""
 
 import math
 import pkgutil
@@ -14,7 +14,7 @@ from kernels.quantities import fields_of
 
 
 def fault_kinds() -> dict[str, ModuleType]:
-    """The files of this room that declare a fault, by name."""
+    """Return the modules of this room that declare a fault, by name."""
     names = sorted(info.name for info in pkgutil.iter_modules(faults.__path__))
     modules = {name: import_module(f"{faults.__name__}.{name}") for name in names}
     return {name: module for name, module in modules.items() if hasattr(module, "Params")}
@@ -31,7 +31,7 @@ class Fault(NamedTuple):
 
 
 def read_fault(text: str) -> Fault:
-    """From "KIND:AXIS@SECONDS[,KEY=NUMBER...]", as "mute_node:x@3.2,duration_s=0.5". Raises FaultError."""
+    """Read "KIND:AXIS@SECONDS[,KEY=NUMBER...]", like "mute_node:x@3.2,duration_s=0.5". Raises FaultError."""
     kind, colon, rest = text.partition(":")
     axis, at, rest = rest.partition("@")
     if not (colon and at and axis):
@@ -67,7 +67,7 @@ def _number(text: str, number: str) -> float:
 
 
 class Schedule:
-    """Pending starts and ends of faults, by time. Raises FaultError for a fault that an axis cannot have."""
+    """Starts and ends faults by time. Raises FaultError for a fault that an axis cannot have."""
 
     def __init__(self, scheduled: Sequence[Fault], axes: Mapping[str, FaultTarget]) -> None:
         kinds = fault_kinds() if scheduled else {}
@@ -87,7 +87,7 @@ class Schedule:
         self._update()
 
     def run(self, now_us: int) -> None:
-        """Start and end the faults that are due."""
+        """Start and end all due faults."""
         while now_us >= self.due_us:
             _, act, target, params = self._pending.pop(0)
             act(target, params)

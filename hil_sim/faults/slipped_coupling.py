@@ -1,7 +1,7 @@
 """Slipped coupling: the motor turns, and the table hardly follows.
 
 Law: stiffness and damping of `drive_compliance` are multiplied by `passed`.
-Confused with: broken_scale, the same two readings drifting apart -> here the motor has lost the table's mass.
+Confused with: broken_scale, where the readings also drift apart -> here the motor has lost the table's mass.
 """
 
 from typing import Annotated, NamedTuple
@@ -11,19 +11,19 @@ from kernels.quantities import Quantity
 
 
 class Params(NamedTuple):
-    """How firm it still is."""
+    """Remaining share of the coupling's stiffness and damping."""
 
     passed: Annotated[float, Quantity("", 0.0, 1.0, "share of stiffness and damping that is left")] = 1e-4
 
 
 def check(target: FaultTarget, _p: Params) -> None:
-    """Raises FaultError where motor and table are one mass."""
+    """Raise FaultError if motor and table are one mass."""
     if not target.params["drive_compliance"]["enabled"]:
         raise FaultError(f"axis {target.name} has no drive_compliance: motor and table are one mass")
 
 
 def begin(target: FaultTarget, p: Params) -> None:
-    """The coupling slips from now on."""
+    """Reduce stiffness and damping of the coupling permanently."""
     compliance = target.params["drive_compliance"]
     compliance["stiffness_n_m"] *= p.passed
     compliance["damping_n_s_m"] *= p.passed

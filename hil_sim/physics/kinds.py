@@ -1,20 +1,20 @@
-"""The kinds of effects: where one acts in the plant, and the functions with which it does.
+"""The kinds of effects: the place in the plant where an effect acts, and its functions.
 
-An effect's module has `KIND`, `Params`, `NEUTRAL` (the values that change nothing, or None where no values
-can) and the functions of its kind. With memory it also has `State`, its own record in the plant's state: the
-defaults are the values at power-up; where these depend on the parameters, `powered_up(p)` makes them.
+An effect's module has `KIND`, `Params`, `NEUTRAL` (values without effect, or None if there are none) and the
+functions of its kind. An effect with memory also has `State`, its record in the plant's state: the defaults
+are the values at power-up; if these depend on the parameters, `powered_up(p)` returns them.
 
-`p` is a `Params` tuple in a test and a record in the plant, `s` the effect's own state record, changed in
-place. Only the functions of an effect that declares `State` take `s`.
+`p` is a `Params` tuple in a test and a record in the plant, `s` the effect's state record, which functions
+change in place. Only the functions of an effect with `State` take `s`.
 
-The plant applies the effects of a kind by the registry, so that a new effect needs no line in the plant.
-`ORDER` (0 where a module has none) says in which order, and then the name: sums keep their bits by it, and a
-current passes from the set point to the iron. `COMMON = True` marks what nearly every axis has: the plant
-asks for it at every substep, and for the others only if an axis has any of their group.
+The plant finds the effects of a kind in the registry, so that a new effect needs no line in the plant. It
+applies them by `ORDER` (default 0), then by name: so sums keep their bits, and a current passes from the set
+point to the iron. `COMMON = True` marks effects of nearly every axis, which the plant evaluates at every
+substep; it evaluates the others only if an axis has any of their group.
 
-`NEEDS` names the section without which a plant file with this one is refused; `LIST_ENDS_AT` the list whose
-first zero ends the lists of the effect. `problems(p, axis)` yields (key, reason) for values that make sense
-one by one and cannot be simulated together; an empty key is the section.
+`NEEDS` names a section that a plant file with this effect must have; `LIST_ENDS_AT` names the list whose
+first zero ends the effect's lists. `problems(p, axis)` yields (key, reason) for values that are valid
+individually but cannot be simulated together; an empty key means the section.
 """
 
 from collections.abc import Mapping
@@ -23,23 +23,23 @@ from typing import Any, NamedTuple
 
 
 class AxisContext(NamedTuple):
-    """The axis of a plant file that an effect is checked against, by `problems(p, axis)` of its module."""
+    """The axis of a plant file, for the check `problems(p, axis)` of an effect."""
 
     effects: Mapping[str, Any]
     """`Params` of all effects of the axis, by section."""
     moved_kg: float
-    """Mass of the table, and of what is rigidly coupled to it."""
+    """Mass of the table and of everything rigidly coupled to it."""
     dt_s: float
-    """Substep."""
+    """Duration of a substep."""
 
 
 class Role(NamedTuple):
-    """Where a kind acts, and the functions with their arguments; `turn_rad_m` is 2 pi / lead."""
+    """The place where a kind acts, and its functions with arguments; `turn_rad_m` is 2 pi / lead."""
 
     acts: str
     functions: tuple[tuple[str, str], ...]
     memory: tuple[tuple[str, str], ...] = ()
-    """Functions that only an effect with `State` has: they advance it by `dt_s`."""
+    """Functions of an effect with `State`, which advance it by `dt_s`."""
 
 
 _ERROR = (("error_m", "p s position_m turn_rad_m"),)
@@ -49,7 +49,7 @@ _CONTACT = (("force_and_damping", "p s velocity_m_s level"), ("slide", "p s velo
 
 
 class Kind(Enum):
-    """Kind of an effect. Of a WINDING, COUPLING, GAP or SENSOR the plant knows each by name."""
+    """Kind of an effect. The plant names each effect of the kinds WINDING, COUPLING, GAP and SENSOR."""
 
     WINDING = Role("voltage to current", (("current_a", "p current voltage_v back_emf_v dt_s"),))
     CURRENT_PATH = Role(

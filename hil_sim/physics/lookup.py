@@ -1,4 +1,4 @@
-"""Tables of evenly spaced values, for what has no law: linear between, held beyond."""
+"""Tables of evenly spaced values, for effects without a law: linear between points, constant beyond."""
 
 from typing import Any
 
@@ -8,18 +8,18 @@ POINTS = 33
 """Largest number of points of a table."""
 
 LEAST_SPAN = 1e-12
-"""Of a table's points: less is refused by its file's check, and must not end in a division by zero."""
+"""Least span of a table's points, which prevents a division by zero; the file check refuses less."""
 
 
 @kernel
 def share_of(place: float, first: float, last: float) -> float:
-    """Where a place is on the way from the first point to the last, 0 to 1 between them."""
+    """Return the relative position of `place` between the first point (0) and the last (1)."""
     return (place - first) / max(last - first, LEAST_SPAN)
 
 
 @kernel
 def interpolated(values: Any, points: float, share: float) -> float:
-    """Value of the first `points` of `values` (at least two) at a share, 0 to 1, of the way along them."""
+    """Interpolate the first `points` of `values` (at least two) at the relative position `share`, 0 to 1."""
     last = int(points) - 1
     place = min(1.0, max(0.0, share)) * last
     first = min(int(place), last - 1)

@@ -1,4 +1,4 @@
-"""Every effect, found in the packages: a module of a kind's package with a `Params` class."""
+"""Finds every effect: a module in the packages of this room with a `Params` class."""
 
 import pkgutil
 from importlib import import_module
@@ -18,13 +18,13 @@ def _found() -> list[ModuleType]:
 
 
 EFFECTS = _found()
-"""The effects, motor to sensor, by name within a kind."""
+"""All effects, from motor to sensor, by name within a package."""
 
 
 def of_kind(*kinds: Kind, common: bool | None = None) -> tuple[ModuleType, ...]:
-    """The effects of these kinds as the plant applies them: by kind, then `ORDER`, then name.
+    """Return the effects of these kinds in the plant's order: by kind, then `ORDER`, then name.
 
-    `common`: only those that nearly every axis has, or only the others.
+    `common`: True = only effects of nearly every axis, False = only the others, None = all.
     """
     found = [
         module
@@ -36,5 +36,5 @@ def of_kind(*kinds: Kind, common: bool | None = None) -> tuple[ModuleType, ...]:
 
 
 def with_state(modules: tuple[ModuleType, ...]) -> tuple[ModuleType, ...]:
-    """Those of the modules that have memory."""
+    """Return the modules whose effects have memory."""
     return tuple(module for module in modules if hasattr(module, "State"))

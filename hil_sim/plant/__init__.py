@@ -1,5 +1,5 @@
-"""The plant: records of axes, and the kernels that compose the effects into one substep and many.
+"""The plant: records of axes, and the kernels that compose the effects into substeps.
 
-No effect is named here but those that make up the mechanics (couplings, play, sensors); all others join by
+Files here name only the effects that form the mechanics (couplings, backlash, sensors); all others join by
 their kind.
 """

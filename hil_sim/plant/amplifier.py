@@ -1,15 +1,14 @@
-"""Amplifier: current loop, and the velocity and position loops it closes in CSV, CSP and the profile modes.
+"""Amplifier: current loop, and its velocity and position loops in CSV, CSP and the profile modes.
 
-All loops run at every substep (20 kHz). Gains of the outer loops are in linear units (N s/m, N/m, 1/s), the
-same as the controller's, so one can compare them. Symbols: Kf force constant N/A (also the back-EMF in V
-s/m), h substep s.
+All loops run at every substep (20 kHz). Gains of the outer loops are in linear units (N s/m, N/m, 1/s), like
+the controller's, for comparison. Symbols: Kf force constant N/A (also the back-EMF in V s/m), h substep s.
 
-Current loop, one of two:
-- `current_bandwidth_hz`: u = kp (i* - i) + ki int(i* - i). With kp = L w, ki = R w the closed loop is the
-  first-order lag of bandwidth w, once the integral part has the back-EMF. The voltage limit stops the
-  integral part by back-calculation.
-- `current_gain_v_a`: Xia et al., equations (2) and (3) as they stand, u = Kcp (i* - i), proportional alone.
-  The closed loop is a first-order lag too, of bandwidth (Kcp + R) / L, but its current ends at
+The current loop is one of two:
+- `current_bandwidth_hz`: u = kp (i* - i) + ki int(i* - i). With kp = L w, ki = R w the closed loop is a
+  first-order lag of bandwidth w, once the integral part equals the back-EMF. Back-calculation limits the
+  integral part at the voltage limit.
+- `current_gain_v_a`: Xia et al., equations (2) and (3), u = Kcp (i* - i), only proportional.
+  The closed loop is also a first-order lag, of bandwidth (Kcp + R) / L, but its current settles at
   (Kcp i* - Ke v) / (Kcp + R). Their velocity loop i* = Kvp (Vc - theta') is `velocity_gain_n_s_m` =
   Kvp Kt (2 pi / lead)^2 without an integral part.
 """
@@ -22,11 +21,11 @@ from kernels.jit import kernel
 from kernels.quantities import Quantity
 
 OFF, CURRENT, VELOCITY, POSITION = 0, 1, 2, 3  # SETPOINT["loop"]
-NEGLIGIBLE_M_S = 1e-15  # below it the estimate is zero: denormal numbers would slow the kernel down tenfold
+NEGLIGIBLE_M_S = 1e-15  # less becomes zero, because denormal numbers slow the kernel down tenfold
 
 
 class Params(NamedTuple):
-    """Limits and gains of the amplifier; of the two for the current loop, one is given, the other 0."""
+    """Limits and gains of the amplifier; one of the two parameters of the current loop is 0."""
 
     voltage_limit_v: Annotated[float, Quantity("V", 1.0, 2e3, "largest winding voltage")]
     peak_current_a: Annotated[float, Quantity("A", 1e-3, 1e4, "largest current")]
@@ -41,7 +40,7 @@ class Params(NamedTuple):
 
 @kernel
 def estimate_velocity(p: Any, s: Any, resolution_m: float, counts: int, dt_s: float) -> None:
-    """Take this substep's encoder counts and low-pass their difference into `s.encoder_velocity_m_s`."""
+    """Take the encoder counts of a substep, and low-pass their difference into `s.encoder_velocity_m_s`."""
     raw_m_s = (counts - s.encoder_counts) * resolution_m / dt_s
     corner = 2.0 * math.pi * p.velocity_filter_hz * dt_s
     estimate_m_s = s.encoder_velocity_m_s + corner / (1.0 + corner) * (raw_m_s - s.encoder_velocity_m_s)
@@ -51,7 +50,7 @@ def estimate_velocity(p: Any, s: Any, resolution_m: float, counts: int, dt_s: fl
 
 @kernel
 def enter_loop(s: Any, setpoint: Any, force_constant_n_a: float) -> None:
-    """On a change of loop: start interpolating at the new set point, take the force over without a bump."""
+    """Change the loop: start interpolation at the new set point, and keep the force continuous."""
     s.position_setpoint_m = setpoint.position_m
     s.velocity_setpoint_m_s = setpoint.velocity_m_s
     if setpoint.loop <= CURRENT or s.loop <= CURRENT:
@@ -75,7 +74,7 @@ def current_reference_a(
     dt_s: float,
     span_s: float,
 ) -> float:
-    """Current set point (A) of the active loop; `fraction` (0..1] of the call's `span_s` has passed."""
+    """Return the current set point (A) of the active loop after `fraction` (0..1] of the call's `span_s`."""
     limit_a = min(setpoint.current_limit_a, p.peak_current_a)
     high_a = limit_a - setpoint.current_cut_positive_a
     low_a = setpoint.current_cut_negative_a - limit_a
@@ -101,7 +100,7 @@ def current_reference_a(
 
 @kernel
 def drive_current(p: Any, p_winding: Any, s: Any, reference_a: float, back_emf_v: float, dt_s: float) -> None:
-    """One substep of current loop and winding; without a winding the current is the reference."""
+    """Advance current loop and winding by a substep; without a winding the current is the reference."""
     if p_winding.enabled == 0:
         s.current_a = reference_a
         return

@@ -1,17 +1,17 @@
-"""Holding brake of an axis: closed by springs, opened by a coil, each after its time.
+"""Holding brake of an axis: springs close it, a coil opens it, each after a delay.
 
-Law: closed, it adds its torque to the Coulomb level of the table (like a jam, see `faults/jammed_axis`), so
-it holds a standing axis and slows a moving one down. It acts at the ticks of the drive, not in between.
+Law: a closed brake adds its force to the Coulomb level of the table (like a jam, see `faults/jammed_axis`),
+so that it holds a standing axis and decelerates a moving one. It acts only at the ticks of the drive.
 """
 
 from typing import Any
 
 
 class HoldingBrake:
-    """A brake of `force_n` at the table, none with 0; it opens in `release_ms` and closes in `engage_ms`.
+    """A brake of `force_n` at the table, 0 = none; it opens in `release_ms` and closes in `engage_ms`.
 
-    `coulomb`: the `coulomb_friction` record of its axis, which it changes. `moving`: its armature is under
-    way, so that `run` is due every tick.
+    `coulomb`: the `coulomb_friction` record of its axis, which it changes. `moving`: whether its armature
+    moves, so that every tick must call `run`.
     """
 
     def __init__(self, coulomb: Any, force_n: float, release_ms: float, engage_ms: float) -> None:
@@ -26,7 +26,7 @@ class HoldingBrake:
             self._act()
 
     def drive(self, *, close: bool, now_us: int) -> None:
-        """Switch the coil: off closes the brake, on opens it."""
+        """Switch the coil, off to close the brake, on to open it."""
         if close == self._wanted or not self._force_n:
             return
         self._wanted = close
@@ -35,7 +35,7 @@ class HoldingBrake:
         self.run(now_us)
 
     def run(self, now_us: int) -> None:
-        """Let the armature arrive when its time is over."""
+        """Complete the motion of the armature after its delay."""
         if self.moving and now_us >= self._due_us:
             self.moving, self._closed = False, self._wanted
             self._act()

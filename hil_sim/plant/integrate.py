@@ -1,4 +1,4 @@
-"""Time: all axes of a plant advanced by a number of substeps, in place."""
+"""Advances all axes of a plant by a number of substeps, in place."""
 
 from typing import Any
 
@@ -13,14 +13,14 @@ from kernels.jit import kernel
 def advance(params: Any, state: Any, setpoint: Any, substeps: int, dt_s: float) -> None:
     """Advance `state` (axes, AXIS_STATE) by `substeps` of `dt_s` (s) towards `setpoint` (axes, SETPOINT).
 
-    Position and velocity set points are reached linearly over the call. Nothing is random: the same
-    arguments give the same bits, whoever calls.
+    Position and velocity set points are interpolated linearly over the call. Nothing is random: equal
+    arguments give equal bits for every caller.
     """
     for axis in range(len(params)):
         advance_axis(params[axis], state[axis], setpoint[axis], substeps, dt_s)
     for axis in range(len(params)):
         p, s = params[axis], state[axis]
-        if p.cross_axis_coupling.enabled:  # all positions are of this instant now: read again
+        if p.cross_axis_coupling.enabled:  # all positions are now of the same instant: read again
             other = int(p.cross_axis_coupling.other)
             s.cross_axis_coupling.other_position_m = measured_point_m(params[other], state[other])
             s.scale_counts = readings.scale_counts(p, s) - s.scale_origin_counts
@@ -28,7 +28,7 @@ def advance(params: Any, state: Any, setpoint: Any, substeps: int, dt_s: float) 
 
 @kernel
 def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
-    """One axis of `advance`, for one that follows no other: `cross_axis_coupling` is of `advance` alone."""
+    """Advance one axis like `advance`, without `cross_axis_coupling`."""
     force_constant_n_a = p.mechanics.force_constant_n_a
     resolution_m = p.encoder.resolution_m
     span_s = substeps * dt_s

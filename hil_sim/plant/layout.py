@@ -1,7 +1,7 @@
-"""The plant's records: parameters, state and set point of an axis, as C-aligned numpy structures.
+"""The records of the plant: parameters, state and set point of an axis, as C-aligned numpy structures.
 
-Every effect has its own nested record (`params[a].cogging.amplitude_n[k]` in a kernel), built from its
-`Params`; an effect that is absent has `enabled` 0 and is skipped.
+Every effect has its own nested record (`params[a].cogging.amplitude_n[k]` in a kernel), made from its
+`Params`; `enabled` is 0 for an absent effect.
 """
 
 import math
@@ -20,7 +20,7 @@ from kernels.quantities import Quantity, record_dtype, section_of
 
 
 class Mechanics(NamedTuple):
-    """What every axis has: masses, screw, force constant, and where it stands at power-up."""
+    """Parameters of every axis: masses, screw, force constant, and position at power-up."""
 
     lead_m: Annotated[float, Quantity("m", 1e-5, 10.0, "travel per turn of the screw", "mm")]
     motor_mass_kg: Annotated[float, Quantity("kg", 0.0, 1e6, "rotating inertia J (2 pi / lead)^2")]
@@ -32,7 +32,7 @@ class Mechanics(NamedTuple):
 
 
 def state_dtype(state: type[Any]) -> np.dtype[Any]:
-    """C-aligned record of a `State` class: every field as its default is, a number or a list of numbers."""
+    """Return the C-aligned record of a `State` class; defaults give the types, numbers or lists."""
     defaults = {name: np.asarray(value) for name, value in state._field_defaults.items()}
     return np.dtype([(name, value.dtype, value.shape) for name, value in defaults.items()], align=True)
 
@@ -62,7 +62,7 @@ AXIS_STATE = np.dtype(
         ("motor_velocity_m_s", np.float64),
         ("table_position_m", np.float64),
         ("table_velocity_m_s", np.float64),
-        ("carried_position_m", np.float64),  # of the mass of structural_mode; unused without it
+        ("carried_position_m", np.float64),  # mass of structural_mode; unused without it
         ("carried_velocity_m_s", np.float64),
         ("encoder_counts", np.int64),  # from the power-up origin
         ("encoder_origin_counts", np.int64),
@@ -85,7 +85,7 @@ SETPOINT = np.dtype(
         ("velocity_offset_m_s", np.float64),
         ("current_offset_a", np.float64),
         ("current_limit_a", np.float64),
-        ("current_cut_positive_a", np.float64),  # how much lower the limit of this sign is
+        ("current_cut_positive_a", np.float64),  # reduction of the limit of this sign
         ("current_cut_negative_a", np.float64),
     ],
     align=True,
@@ -99,7 +99,7 @@ def remember(record: Any, values: Any) -> None:
 
 
 def state_record(effect: ModuleType) -> Any:
-    """The state of one effect at power-up, by itself."""
+    """Return a separate record with the state of one effect at power-up."""
     record = np.zeros(1, state_dtype(effect.State))[0]
     remember(record, effect.State())
     return record
@@ -113,7 +113,7 @@ def fill(record: Any, values: Any) -> None:
 
 
 def power_up(params: NDArray[Any]) -> NDArray[Any]:
-    """State (axes,) of a plant that has stood still at its start position for long, currents zero."""
+    """Return the state (axes,) of a plant after a long rest at its start position, with zero currents."""
     state = np.zeros(len(params), AXIS_STATE)
     for p, s in zip(params, state, strict=True):
         for effect in with_state(tuple(EFFECTS)):

@@ -1,6 +1,6 @@
-"""The measured point of an axis: where the scale reads, and a laser interferometer would.
+"""The measured point of an axis, where the scale reads and a laser interferometer would read.
 
-It is the table, or the mass of `structural_mode` that the table carries.
+It is the table, or the mass of `structural_mode` on the table.
 """
 
 from typing import Any
@@ -10,10 +10,10 @@ from kernels.jit import kernel
 
 @kernel
 def measured_point_m(p: Any, s: Any) -> float:
-    """True position (m) of the measured point from the machine's zero, of one AXIS_PARAMS and AXIS_STATE."""
+    """Return the true position (m) of the measured point from the machine's zero, for one axis."""
     return float(s.carried_position_m if p.structural_mode.enabled else s.table_position_m)
 
 
 def velocity_field(p: Any) -> str:
-    """Name of the field of AXIS_STATE that is the measured point's velocity, of one AXIS_PARAMS."""
+    """Return the name of the AXIS_STATE field with the measured point's velocity, for one AXIS_PARAMS."""
     return "carried_velocity_m_s" if p["structural_mode"]["enabled"] else "table_velocity_m_s"

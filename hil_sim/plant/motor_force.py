@@ -1,6 +1,6 @@
-"""Force of the motor: from the commanded and reported current to the force on the screw.
+"""Computes the motor force on the screw from the reported current.
 
-What the bus reports is `current_a`, ahead of all that follows here.
+The bus reports `current_a`, before the effects of this file.
 """
 
 from typing import Any
@@ -18,7 +18,7 @@ MOTOR_FORCES = of_kind(Kind.MOTOR_FORCE)
 @kernel
 @unrolled
 def acting_current_a(p: Any, s: Any, turn_rad_m: float, dt_s: float) -> float:
-    """Current (A) that makes force at the nominal constant: what is left of the reported one, and when."""
+    """Return the force-producing current (A) at the nominal force constant, after losses and delays."""
     current = s.current_a
     back_emf_v = p.mechanics.force_constant_n_a * s.motor_velocity_m_s
     for effect in CURRENT_PATH:
@@ -33,7 +33,7 @@ def acting_current_a(p: Any, s: Any, turn_rad_m: float, dt_s: float) -> float:
 @kernel
 @unrolled
 def motor_force_n(p: Any, s: Any, changes_current: bool, turn_rad_m: float, dt_s: float) -> float:
-    """Sum of the forces on the motor side (N)."""
+    """Return the sum of the forces on the motor side (N)."""
     current = acting_current_a(p, s, turn_rad_m, dt_s) if changes_current else s.current_a
     force = p.mechanics.force_constant_n_a * current
     for effect in MOTOR_FORCES:

@@ -1,4 +1,4 @@
-"""Which groups of less common effects an axis has: found once a call, so that their absence costs nothing."""
+"""Finds once a call which groups of less common effects an axis has, so that absent groups cost nothing."""
 
 from typing import Any, NamedTuple
 
@@ -34,7 +34,7 @@ ENCODER = of_kind(Kind.ENCODER_READING)
 
 
 class Presence(NamedTuple):
-    """Whether any effect of the group is there; the groups are the places where they are composed."""
+    """Whether any effect of each group is present; a group is a place where effects are composed."""
 
     current_path: bool
     friction: bool
@@ -45,7 +45,7 @@ class Presence(NamedTuple):
 @kernel
 @unrolled
 def presence_of(p: Any) -> Presence:
-    """The groups of one AXIS_PARAMS."""
+    """Return the present groups of one AXIS_PARAMS."""
     current_path, friction, load, encoder = 0, 0, 0, 0
     for effect in CURRENT_PATH:
         current_path += p[effect].enabled

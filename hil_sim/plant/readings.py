@@ -1,4 +1,4 @@
-"""What encoder and scale read: the positions with the errors of the sensors, in counts."""
+"""Computes the readings of encoder and scale: positions with the errors of the sensors, in counts."""
 
 import math
 from typing import Any
@@ -18,7 +18,7 @@ CROSS_ERRORS = of_kind(Kind.CROSS_READING)
 @kernel
 @unrolled
 def encoder_counts(p: Any, s: Any) -> int:
-    """Counts of the motor encoder from the machine's zero."""
+    """Return the counts of the motor encoder from the machine's zero."""
     position_m = s.motor_position_m
     turn_rad_m = 2.0 * math.pi / p.mechanics.lead_m
     for effect in ENCODER_ERRORS:
@@ -30,7 +30,7 @@ def encoder_counts(p: Any, s: Any) -> int:
 @kernel
 @unrolled
 def scale_counts(p: Any, s: Any) -> int:
-    """Counts of the scale from the machine's zero."""
+    """Return the counts of the scale from the machine's zero."""
     point_m = measured_point_m(p, s)
     position_m = point_m
     turn_rad_m = 2.0 * math.pi / p.mechanics.lead_m

@@ -1,8 +1,8 @@
-"""Friction on the table: levels, damping and presliding, composed into the velocity after a substep.
+"""Friction on the table: composes levels, damping and presliding into the velocity after a substep.
 
-The levels add up, and either a presliding law or the stick-or-slide rule turns their sum into a force. What
-changes friction with use multiplies the levels and the viscous damping; stiffness and damping of presliding
-belong to the contact's springs and stay.
+The levels add up, and a presliding law or the stick-or-slide rule converts their sum to a force. Changes by
+use multiply the levels and the viscous damping, but not the stiffness and damping of presliding, which belong
+to the contact's springs.
 """
 
 import math
@@ -14,7 +14,7 @@ from hil_sim.physics.registry import of_kind
 from kernels.jit import kernel
 from kernels.unrolled import unrolled
 
-NEGLIGIBLE_M_S = 1e-15  # slower is standing: denormal numbers would slow the kernel down tenfold
+NEGLIGIBLE_M_S = 1e-15  # a lower speed becomes zero, because denormal numbers slow the kernel down tenfold
 
 LEVELS = of_kind(Kind.FRICTION_LEVEL, common=True)
 DAMPINGS = of_kind(Kind.DAMPING, common=True)
@@ -33,7 +33,7 @@ CONTACTS_WITH_LEVEL = of_kind(Kind.PRESLIDING_LEVEL)
 
 
 class LessCommon(NamedTuple):
-    """What the less common effects add to the sums; the spring is that of contacts with a level."""
+    """Contributions of the less common effects; the spring is that of contacts with their own level."""
 
     level_n: float
     damping_n_s_m: float
@@ -43,7 +43,7 @@ class LessCommon(NamedTuple):
 @kernel
 @unrolled
 def friction_level_n(p: Any, s: Any, speed_m_s: float) -> float:
-    """Sum of the common friction levels (N) at a sliding speed (m/s)."""
+    """Return the sum of the common friction levels (N) at a sliding speed (m/s)."""
     level = 0.0
     for effect in LEVELS:
         if p[effect].enabled:
@@ -54,7 +54,7 @@ def friction_level_n(p: Any, s: Any, speed_m_s: float) -> float:
 @kernel
 @unrolled
 def less_common_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
-    """Sum of the less common friction levels (N) at a velocity (m/s)."""
+    """Return the sum of the less common friction levels (N) at a velocity (m/s)."""
     level = 0.0
     direction = 0.0 if velocity_m_s == 0.0 else math.copysign(1.0, velocity_m_s)
     for effect in LESS_COMMON_LEVELS:
@@ -75,7 +75,7 @@ def less_common_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
 @kernel
 @unrolled
 def further_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
-    """Sum of the friction levels (N) over the velocity (m/s), over the load, and of changes in time."""
+    """Return the sum of the friction levels (N) by velocity (m/s), by load and by time."""
     level = 0.0
     for effect in SPEED_LEVELS:
         if p[effect].enabled:
@@ -92,7 +92,7 @@ def further_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
 @kernel
 @unrolled
 def less_common_friction(p: Any, s: Any, velocity_m_s: float, level_factor: float) -> LessCommon:
-    """Sums of the less common levels, dampings and springs at a velocity (m/s)."""
+    """Return the sums of the less common levels, dampings and springs at a velocity (m/s)."""
     damping, spring = 0.0, 0.0
     for effect in LESS_COMMON_DAMPINGS:
         if p[effect].enabled:
@@ -128,7 +128,7 @@ def slide_less_common(p: Any, s: Any, velocity_m_s: float, level_factor: float, 
 @kernel
 @unrolled
 def friction_factors(p: Any, s: Any) -> tuple[float, float]:
-    """Products of the factors by which friction has changed: on the levels, on the damping."""
+    """Return the products of the friction factors, on the levels and on the damping."""
     level, damping = 1.0, 1.0
     for effect in CHANGES:
         if p[effect].enabled:
@@ -142,9 +142,9 @@ def friction_factors(p: Any, s: Any) -> tuple[float, float]:
 def slide(
     p: Any, s: Any, has_less_common: bool, mass_kg: float, velocity_m_s: float, force_n: float, dt_s: float
 ) -> float:
-    """Velocity (m/s) of the table after `dt_s` under `force_n` (N) and friction, whose states advance.
+    """Advance friction by `dt_s` under `force_n` (N); return the velocity (m/s) of the table afterwards.
 
-    `has_less_common`: there are effects of `less_common_friction`.
+    `has_less_common`: whether any effect of `less_common_friction` is present.
     """
     level_factor, damping_factor = friction_factors(p, s)
     level_n = friction_level_n(p, s, abs(velocity_m_s))

@@ -1,12 +1,12 @@
-"""One axis, one substep: the effects composed in a fixed order.
+"""Advances one axis by one substep: composes the effects in a fixed order.
 
-Semi-implicit Euler: forces from the positions of step n, velocities with damping taken implicitly, positions
-with the new velocities. An effect joins the sum of its kind by being in the registry.
+The method is semi-implicit Euler: forces from the positions of step n, velocities with implicit damping,
+positions with the new velocities. An effect in the registry joins the sum of its kind.
 
 Friction acts on the table (Xia et al., equation 5), see `sliding`; the motor's force is in `motor_force`.
 
-Lead errors and growth shift the table against the screw: the coupling acts on the shifted distance, and by
-virtual work on the motor with the same ratio.
+Lead errors and expansion shift the table against the screw: the coupling acts on the shifted distance, and,
+by virtual work, on the motor with the same ratio.
 """
 
 import math
@@ -36,7 +36,7 @@ CHANGED_BY_USE = with_state(of_kind(Kind.POSITION_ERROR, Kind.FRICTION_CHANGE))
 @kernel
 @unrolled
 def load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
-    """Sum of the forces from outside on the table (N)."""
+    """Return the sum of the common external forces on the table (N)."""
     force = 0.0
     for effect in TABLE_FORCES:
         if p[effect].enabled:
@@ -47,7 +47,7 @@ def load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
 @kernel
 @unrolled
 def less_common_load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
-    """Sum of the less common of them (N)."""
+    """Return the sum of the less common external forces on the table (N)."""
     force = 0.0
     for effect in LESS_COMMON_FORCES:
         if p[effect].enabled:
@@ -67,7 +67,7 @@ def less_common_load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
 @kernel
 @unrolled
 def added_mass_kg(p: Any, s: Any) -> float:
-    """Sum of the masses on the table beside its own (kg)."""
+    """Return the sum of the added masses on the table (kg)."""
     mass = 0.0
     for effect in MASSES:
         if p[effect].enabled:
@@ -84,7 +84,7 @@ def added_mass_kg(p: Any, s: Any) -> float:
 @kernel
 @unrolled
 def remember_motion(p: Any, s: Any, dt_s: float) -> None:
-    """Advance the forces that have a memory by a substep of `dt_s` (s)."""
+    """Advance the forces with memory by a substep of `dt_s` (s)."""
     for effect in MEMORY_FORCES:
         if p[effect].enabled:
             effect.slide(p[effect], s[effect], s.table_velocity_m_s, dt_s)
@@ -92,7 +92,7 @@ def remember_motion(p: Any, s: Any, dt_s: float) -> None:
 
 @kernel
 def swing(p: Any, s: Any, dt_s: float) -> float:
-    """Force (N) of the carried mass on the table; the mass' velocity advances by `dt_s` (s)."""
+    """Advance the velocity of the carried mass by `dt_s` (s); return its force (N) on the table."""
     deflection_m = s.carried_position_m - s.table_position_m
     rate_m_s = s.carried_velocity_m_s - s.table_velocity_m_s
     force = structural_mode.force_n(p.structural_mode, deflection_m, rate_m_s)
@@ -104,7 +104,7 @@ def swing(p: Any, s: Any, dt_s: float) -> float:
 @kernel
 @unrolled
 def nominal_error(p: Any, s: Any, position_m: float, turn_rad_m: float) -> tuple[float, float]:
-    """Sum of the screw's position errors (m) at a motor position, and its derivative by the position."""
+    """Return the sum of the screw's position errors (m) at a motor position, and its derivative."""
     error_m = 0.0
     slope = 0.0
     for effect in POSITION_ERRORS:
@@ -117,7 +117,7 @@ def nominal_error(p: Any, s: Any, position_m: float, turn_rad_m: float) -> tuple
 @kernel
 @unrolled
 def advance_by_use(p: Any, s: Any, dt_s: float) -> None:
-    """Advance what changes with heat and distance by a substep of `dt_s` (s)."""
+    """Advance the effects of heat and distance by a substep of `dt_s` (s)."""
     friction_w = s.friction_n * s.table_velocity_m_s
     speed_m_s = abs(s.table_velocity_m_s)
     for effect in CHANGED_BY_USE:
@@ -127,7 +127,7 @@ def advance_by_use(p: Any, s: Any, dt_s: float) -> None:
 
 @kernel
 def transmitted_force_n(p: Any, gap_m: float, rate_m_s: float) -> float:
-    """Force (N) from screw to table across the gap (m) between them, opening at `rate_m_s`."""
+    """Return the force (N) from screw to table across the gap (m), which opens at `rate_m_s`."""
     if not p.backlash.enabled:
         return drive_compliance.force_n(p.drive_compliance, gap_m, rate_m_s)
     deflection_m = backlash.deflection_m(p.backlash, gap_m)
@@ -161,7 +161,7 @@ def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
         s.motor_position_m += dt_s * s.motor_velocity_m_s
         s.table_position_m += dt_s * s.table_velocity_m_s
     else:
-        # one mass; the ratio 1 + slope differs from 1 by 1e-4 and is left out of the balance of forces
+        # one mass; the balance of forces neglects the slope, about 1e-4
         mass_kg = m.motor_mass_kg + table_kg
         velocity_m_s = slide(p, s, has.friction, mass_kg, s.motor_velocity_m_s, motor_n + load_n, dt_s)
         s.transmitted_n = motor_n - m.motor_mass_kg * (velocity_m_s - s.motor_velocity_m_s) / dt_s

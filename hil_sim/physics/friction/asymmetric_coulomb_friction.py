@@ -1,14 +1,14 @@
 """Asymmetric Coulomb friction: friction is higher in one direction than in the other.
 
-Law: level += h sgn(v), so that Fc+ = Fc + h and Fc- = Fc - h; at rest level += |h|, in whichever direction
-    it is pushed. The sum of the levels is never below zero.
+Law: level += h sgn(v), so that Fc+ = Fc + h and Fc- = Fc - h; at rest level += |h| for a push in either
+    direction. The sum of the levels is never below zero.
 Source: mismatch catalogue, entry asymmetric_coulomb_friction (Fc+ / Fc-); Armstrong-Helouvry, Dupont,
     Canudas de Wit (1994); on the EMPS axis, Janot, Gautier, Brunot (2019), from the wear of the screw.
 Symbols: h `half_difference_n` half of Fc+ less Fc- N; v sliding velocity m/s.
-Valid: sliding, with causes that need sliding (a lip of a seal, a worn flank); that the contact at rest has no
-    side, and holds with the higher level, is chosen.
-Confused with: constant_force, identical while moving -> breakaway from rest both ways: a constant force
-    shifts both breakaway forces, here they are alike.
+Valid: sliding, with causes that need sliding (a lip of a seal, a worn flank); that the contact at rest has
+    no direction and holds with the higher level is chosen.
+Confused with: constant_force, identical while moving -> breakaway from rest in both directions: a constant
+    force shifts the two breakaway forces apart, here they are equal.
 """
 
 from typing import Annotated, Any, NamedTuple
@@ -32,7 +32,7 @@ NEUTRAL = Params(half_difference_n=0.0)
 
 @kernel
 def level_n(p: Any, direction: float) -> float:
-    """What the friction level has more (N) in this direction: 1, -1, or 0 at rest."""
+    """Return the addition to the friction level (N) in this direction: 1, -1, or 0 at rest."""
     if direction == 0.0:
         return float(abs(p.half_difference_n))
     return float(p.half_difference_n * direction)

@@ -5,7 +5,7 @@ Source: mismatch catalogue, entry asymmetric_viscous_friction (Fv+ / Fv-); Armst
     Canudas de Wit (1994).
 Symbols: F friction force N; h `half_difference_n_s_m` half of Fv+ less Fv- N s/m; v velocity m/s.
 Valid: as viscous_friction.
-Confused with: asymmetric_coulomb_friction -> several speeds, its difference is the same at each.
+Confused with: asymmetric_coulomb_friction -> move at several speeds: its difference is equal at all speeds.
 """
 
 from typing import Annotated, Any, NamedTuple
@@ -29,5 +29,5 @@ NEUTRAL = Params(half_difference_n_s_m=0.0)
 
 @kernel
 def damping_n_s_m(p: Any, velocity_m_s: float) -> float:
-    """What the damping has more (N s/m) in the direction of this velocity (m/s)."""
+    """Return the addition to the damping (N s/m) in the direction of this velocity (m/s)."""
     return float(p.half_difference_n_s_m if velocity_m_s > 0.0 else -p.half_difference_n_s_m)

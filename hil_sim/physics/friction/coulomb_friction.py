@@ -6,8 +6,8 @@ Source: Xia et al., equations (5) and (8), the terms F and Fc; the time step is 
     dt.
 Symbols: F friction force N; Fc `coulomb_n` N; v sliding velocity m/s; m mass kg; dt time step s.
 Valid: dry or boundary-lubricated guides above presliding displacements (> 10-100 um after a reversal).
-Confused with: constant_force (one direction only looks the same) -> move both ways, friction is odd in v;
-    presliding_hysteresis -> strokes below 10 um show a spring, pure Coulomb shows a wall.
+Confused with: constant_force, equal in one direction -> move in both directions: friction is odd in v;
+    presliding_hysteresis -> strokes below 10 um show a spring, pure Coulomb friction does not move.
 """
 
 import math
@@ -32,16 +32,16 @@ NEUTRAL = Params(coulomb_n=0.0)
 
 @kernel
 def level_n(p: Any, _speed_m_s: float) -> float:
-    """Friction level Fc (N) at a sliding speed |v| (m/s): it does not depend on the speed."""
+    """Return the friction level Fc (N), which does not depend on the sliding speed."""
     return float(p.coulomb_n)
 
 
 @kernel
 def stick_or_slide_m_s(velocity_m_s: float, level: float, mass_kg: float, dt_s: float) -> float:
-    """Velocity (m/s) after the friction impulse of one step; exactly 0.0 while the body sticks.
+    """Return the velocity (m/s) after the friction impulse of one step; exactly 0.0 while the body sticks.
 
-    `velocity_m_s` is the velocity that all other forces would give, `level` the friction level (N).
-    The sign is taken at the end of the step, so nothing chatters about zero.
+    `velocity_m_s` is the velocity from all other forces, `level` the friction level (N). The sign is that at
+    the end of the step, so that the velocity does not chatter about zero.
     """
     remaining = abs(velocity_m_s) - level * dt_s / mass_kg
     return math.copysign(remaining, velocity_m_s) if remaining > 0.0 else 0.0

@@ -1,15 +1,15 @@
 """Dwell-dependent breakaway: the longer the axis rests, the more force it takes to set it going again.
 
 Law: level += D a;  da/dt = (1 - a) / tau - |v| a / d. At rest a = 1 - exp(-t / tau), so that the breakaway
-    force is Fs_inf - D exp(-t / tau); moving, it is lost over the travel d.
+    force is Fs_inf - D exp(-t / tau); motion removes it over the travel d.
 Source: mismatch catalogue, entry dwell_dependent_breakaway; ageing and slip of the contact, Dieterich (1979)
     and Ruina (1983); in machines, Armstrong-Helouvry, Dupont, Canudas de Wit (1994), the rising static
     friction.
 Symbols: D `growth_n` N; a age of the contact, 0 fresh to 1; tau `time_s` s; d `way_m` m; v velocity m/s; t
     time at rest s.
-Valid: boundary lubrication, rest of 0.1 to 1000 s. At power-up the axis has rested for long, a = 1.
-Confused with: thermal drifts (temperature_dependent_friction), also more friction after a pause -> vary the
-    dwell alone; stribeck_friction, the same bump of low speeds whatever the rest -> vary the dwell.
+Valid: boundary lubrication, rest of 0.1 to 1000 s. At power-up the axis has rested long, a = 1.
+Confused with: temperature_dependent_friction, also more friction after a pause -> vary only the dwell;
+    stribeck_friction, a bump at low speeds that does not depend on the rest -> vary the dwell.
 """
 
 import math
@@ -24,7 +24,7 @@ NEEDS = "coulomb_friction"
 
 
 class Params(NamedTuple):
-    """Growth, and how fast it comes and goes."""
+    """Growth of the breakaway force, and the scales of its rise and loss."""
 
     growth_n: Annotated[float, Quantity("N", 0.0, 1e4, "growth D of the breakaway force")]
     time_s: Annotated[float, Quantity("s", 1e-3, 1e5, "time constant tau of the rest")]
@@ -32,7 +32,7 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """Age of the contact: at power-up the axis has rested for long."""
+    """Age of the contact; 1 at power-up, because the axis has rested long."""
 
     contact_age: float = 1.0
 
@@ -42,13 +42,13 @@ NEUTRAL = Params(growth_n=0.0, time_s=1.0, way_m=1e-5)
 
 @kernel
 def level_n(p: Any, s: Any) -> float:
-    """What the friction level has more (N) at the contact's age `s.contact_age`."""
+    """Return the addition to the friction level (N) at the contact's age `s.contact_age`."""
     return float(p.growth_n * s.contact_age)
 
 
 @kernel
 def slide(p: Any, s: Any, velocity_m_s: float, dt_s: float) -> None:
-    """Age or renew the contact for `dt_s` (s) at constant velocity: exact for any step."""
+    """Advance the age of the contact by `dt_s` (s) at constant velocity; exact for any step."""
     rate_1_s = 1.0 / p.time_s + abs(velocity_m_s) / p.way_m
     final = 1.0 / (p.time_s * rate_1_s)
     s.contact_age = final + (s.contact_age - final) * math.exp(-rate_1_s * dt_s)

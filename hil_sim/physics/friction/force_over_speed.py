@@ -1,13 +1,13 @@
 """Table of friction over velocity: each direction has a curve of its own, which has no law or no name.
 
-Law: level += s T(v), T linear between points that are evenly spaced from v1 to v2, held beyond them; s the
+Law: level += s T(v), T linear between points evenly spaced from v1 to v2, constant beyond them; s the
     direction of motion; the sum of the levels is never below zero.
 Source: a look-up table; friction is measured speed by speed (Armstrong-Helouvry 1991).
-Symbols: T `force_n` N, what the motor needs more at a velocity, its first `points` values; v velocity m/s; v1
+Symbols: T `force_n` N, additional motor force at a velocity, its first `points` values; v velocity m/s; v1
     `first_m_s` m/s, of the fastest motion backwards; v2 `last_m_s` m/s.
-Valid: at the speeds it was found at. At rest it holds like the higher of its values to either side.
+Valid: at the speeds where it was identified. At rest it holds with the higher value of both directions.
 Confused with: asymmetric_viscous_friction, quadratic_viscous_friction, stribeck_friction -> these have laws;
-    friction_over_speed -> alike in both directions, and fine at low speeds.
+    friction_over_speed -> equal in both directions, with fine resolution at low speeds.
 """
 
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ NEEDS = "coulomb_friction"
 
 
 class Params(NamedTuple):
-    """Points at even distances."""
+    """A table of evenly spaced points."""
 
     first_m_s: Annotated[float, Quantity("m/s", -100.0, 100.0, "velocity v1 of the first point", "mm/s")]
     last_m_s: Annotated[float, Quantity("m/s", -100.0, 100.0, "velocity v2 of the last point", "mm/s")]
@@ -37,14 +37,14 @@ NEUTRAL = Params(first_m_s=-1.0, last_m_s=1.0, points=2.0, force_n=(0.0,) * POIN
 
 
 def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """The points go upwards."""
+    """Yield a problem unless the points rise."""
     if p.last_m_s <= p.first_m_s:
         yield "last_m_s", "must be above that of the first point"
 
 
 @kernel
 def level_n(p: Any, velocity_m_s: float) -> float:
-    """What the friction level has more (N) at a velocity (m/s)."""
+    """Return the addition to the friction level (N) at a velocity (m/s)."""
     force = interpolated(p.force_n, p.points, share_of(velocity_m_s, p.first_m_s, p.last_m_s))
     if velocity_m_s == 0.0:
         return abs(force)

@@ -1,11 +1,11 @@
 """Table of friction over speed, alike in both directions: a curve that has no law or no name.
 
-Law: level += T(|v|), T linear over the logarithm of the speed between points that are evenly spaced over it
-    from v1 to v2, held beyond them; the sum of the levels is never below zero.
-Source: a look-up table; the curve of Stribeck (1902) is drawn over such an axis because what happens to a
-    lubricant's film happens within decades of the speed.
+Law: level += T(|v|), T linear over the logarithm of the speed between points evenly spaced over it from v1
+    to v2, constant beyond them; the sum of the levels is never below zero.
+Source: a look-up table; the curve of Stribeck (1902) has a logarithmic speed axis because a lubricant film
+    changes over decades of the speed.
 Symbols: T `level_n` N, its first `points` values; v velocity m/s; v1 `first_m_s` m/s; v2 `last_m_s` m/s.
-Valid: at the speeds it was found at.
+Valid: at the speeds where it was identified.
 Confused with: stribeck_friction, quadratic_viscous_friction -> these have laws, with fewer numbers.
 """
 
@@ -23,7 +23,7 @@ NEEDS = "coulomb_friction"
 
 
 class Params(NamedTuple):
-    """Points at even distances of the speed's logarithm."""
+    """A table of points evenly spaced over the logarithm of the speed."""
 
     first_m_s: Annotated[float, Quantity("m/s", 1e-9, 100.0, "speed v1 of the first point", "mm/s")]
     last_m_s: Annotated[float, Quantity("m/s", 1e-9, 100.0, "speed v2 of the last point", "mm/s")]
@@ -37,14 +37,14 @@ NEUTRAL = Params(first_m_s=1e-3, last_m_s=1.0, points=2.0, level_n=(0.0,) * POIN
 
 
 def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """The points go upwards."""
+    """Yield a problem unless the points rise."""
     if p.last_m_s <= p.first_m_s:
         yield "last_m_s", "must be above that of the first point"
 
 
 @kernel
 def level_n(p: Any, velocity_m_s: float) -> float:
-    """What the friction level has more (N) at a velocity (m/s)."""
+    """Return the addition to the friction level (N) at a velocity (m/s)."""
     place = math.log(max(abs(velocity_m_s), p.first_m_s))
     share = share_of(place, math.log(p.first_m_s), math.log(p.last_m_s))
     return interpolated(p.level_n, p.points, share)

@@ -1,12 +1,12 @@
 """Table of friction over position: what was measured along the travel and has no law or no name.
 
-Law: level += T(x), T linear between points that are evenly spaced from x1 to x2, held beyond them; the sum of
+Law: level += T(x), T linear between points evenly spaced from x1 to x2, constant beyond them; the sum of
     the levels is never below zero.
 Source: a look-up table, as drives hold them for compensation; friction along the travel of a robot's joints,
     Armstrong-Helouvry (1991).
 Symbols: T `level_n` N, its first `points` values; x position m; x1 `first_m` m; x2 `last_m` m.
-Valid: along the travel it was found on.
-Confused with: force_table -> back and forth over the same places: friction changes its sign with the
+Valid: along the travel where it was identified.
+Confused with: force_table -> move back and forth over the same travel: friction changes its sign with the
     direction, a force does not.
 """
 
@@ -23,7 +23,7 @@ NEEDS = "coulomb_friction"
 
 
 class Params(NamedTuple):
-    """Points at even distances."""
+    """A table of evenly spaced points."""
 
     first_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x1 of the first point", "mm")]
     last_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x2 of the last point", "mm")]
@@ -37,12 +37,12 @@ NEUTRAL = Params(first_m=-0.1, last_m=0.1, points=2.0, level_n=(0.0,) * POINTS)
 
 
 def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """The points go upwards."""
+    """Yield a problem unless the points rise."""
     if p.last_m <= p.first_m:
         yield "last_m", "must be above that of the first point"
 
 
 @kernel
 def level_n(p: Any, position_m: float) -> float:
-    """What the friction level has more (N) at a position (m)."""
+    """Return the addition to the friction level (N) at a position (m)."""
     return interpolated(p.level_n, p.points, share_of(position_m, p.first_m, p.last_m))

@@ -1,13 +1,13 @@
 """Lubrication loss: from one moment on the contact runs dry, and friction goes over to another level.
 
-Law: f = 1 + (F - 1) clip((t - t0) / Td, 0, 1), one F for the levels, one for the damping.
-Source: Feng et al. (2015), section 1 (friction that has changed greatly); that boundary friction is a
-    multiple of that of the film is the curve of Stribeck (1902). The linear transition is chosen.
+Law: f = 1 + (F - 1) clip((t - t0) / Td, 0, 1), with one F for the levels and one for the damping.
+Source: Feng et al. (2015), section 1 (greatly changed friction); by the curve of Stribeck (1902) boundary
+    friction is a multiple of film friction. The linear transition is chosen.
 Symbols: f factor on friction; t time since power-up s; t0 `start_s` s; Td `transition_s` s, a jump when it
     is short; F `level_factor` and `damping_factor`.
-Valid: one event; what the film was thinned by before it broke is left out.
-Confused with: friction_ageing -> stops at rest; temperature_dependent_friction -> comes back with
-    cooling; a payload, which adds inertia too -> accelerate.
+Valid: one event, without the thinning of the film before it.
+Confused with: friction_ageing -> stops at rest; temperature_dependent_friction -> returns with cooling; a
+    payload, which also adds inertia -> accelerate.
 """
 
 from typing import Annotated, Any, NamedTuple
@@ -18,11 +18,11 @@ from kernels.quantities import Quantity
 
 KIND = Kind.FRICTION_CHANGE
 NEEDS = "coulomb_friction"
-ORDER = 2  # the factors multiply in this order
+ORDER = 2  # place in the product of the factors
 
 
 class Params(NamedTuple):
-    """When, how fast and how far."""
+    """Start, duration and size of the change."""
 
     start_s: Annotated[float, Quantity("s", 0.0, 1e7, "time since power-up at which it begins t0")]
     transition_s: Annotated[float, Quantity("s", 1e-3, 1e6, "time it takes Td")]
@@ -35,6 +35,6 @@ NEUTRAL = Params(start_s=0.0, transition_s=1.0, level_factor=1.0, damping_factor
 
 @kernel
 def factors(p: Any, time_s: float) -> tuple[float, float]:
-    """Factors on the friction levels and on the damping at a time since power-up (s)."""
+    """Return the factors on the friction levels and on the damping at a time since power-up (s)."""
     passed = min(1.0, max(0.0, (time_s - p.start_s) / p.transition_s))
     return float(1.0 + (p.level_factor - 1.0) * passed), float(1.0 + (p.damping_factor - 1.0) * passed)

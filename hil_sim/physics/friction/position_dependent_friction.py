@@ -1,15 +1,15 @@
 """Position-dependent friction: preload, wear and misalignment make friction differ along the travel.
 
-Law: level += c1 u + c2 u^2 + c3 u^3 + A sin(2 pi x / L + p), u = (x - x0) / X held within -1 to 1; the sum of
+Law: level += c1 u + c2 u^2 + c3 u^3 + A sin(2 pi x / L + p), u = (x - x0) / X limited to -1 to 1; the sum of
     the levels is never below zero.
-Source: mismatch catalogue, entry position_dependent_friction (s Fc(x), 5-50 %); Armstrong-Helouvry
-    (1991), who measured it along the travel of a robot's joints.
+Source: mismatch catalogue, entry position_dependent_friction (s Fc(x), 5-50 %); measured along the travel of
+    robot joints by Armstrong-Helouvry (1991).
 Symbols: c1 c2 c3 `power_1_n` `power_2_n` `power_3_n` N; x position m; x0 `centre_m` middle of the travel m;
     X `half_travel_m` half of it m; A `wave_n` N, L `wave_length_m` m, p `wave_phase_rad` rad: a ripple of
     friction, as from the pitch of the balls.
-Valid: along the travel it was found on; beyond it, held.
-Confused with: position_dependent_force -> back and forth over the same places: friction changes its sign
-    with the direction, a force does not.
+Valid: along the travel where it was identified; constant beyond it.
+Confused with: position_dependent_force -> move back and forth over the same travel: friction changes its
+    sign with the direction, a force does not.
 """
 
 import math
@@ -41,7 +41,7 @@ NEUTRAL = Params(centre_m=0.0, half_travel_m=0.1)
 
 @kernel
 def level_n(p: Any, position_m: float) -> float:
-    """What the friction level has more (N) at a position (m)."""
+    """Return the addition to the friction level (N) at a position (m)."""
     u = min(1.0, max(-1.0, (position_m - p.centre_m) / p.half_travel_m))
     ripple = p.wave_n * math.sin(2.0 * math.pi * position_m / p.wave_length_m + p.wave_phase_rad)
     return float(u * (p.power_1_n + u * (p.power_2_n + u * p.power_3_n)) + ripple)

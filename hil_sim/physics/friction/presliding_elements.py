@@ -1,17 +1,17 @@
 """Presliding of any curve: elements in parallel, each of which builds up over a distance of its own.
 
 Law: dz_i/dx = (1 - z_i s)^n_i / d_i,  F = L sum a_i z_i; s the direction of motion. n = 1 is Dahl's
-    exponential; n = 0 an elastic spring that slips at once, Jenkins' element, and several of these Maxwell
-    slip; n = 2 a long creep. For constant v each step is exact: (1 - z s)^(1 - n) is linear in the distance.
+    exponential; n = 0 is Jenkins' element, a spring that slips abruptly, several of which are Maxwell slip;
+    n = 2 is a long creep. For constant v each step is exact: (1 - z s)^(1 - n) is linear in the distance.
 Source: Dahl (1968) with its exponent; Iwan (1966), springs that slip in parallel, the elements of GMS
     (Al-Bender, Lampaert, Swevers 2005) without frictional lag.
-Symbols: F friction force N, beside that of the other levels; L `level_n` N; a_i `share`, sum 1; w_i `way_m`
-    m, within which 63 % of an element build up from rest; d_i = w_i (1 - n) / (1 - exp(n - 1)), w_i for
+Symbols: F friction force N, added to the other levels; L `level_n` N; a_i `share`, sum 1; w_i `way_m`
+    m, distance from rest for 63 % of an element; d_i = w_i (1 - n) / (1 - exp(n - 1)), w_i for
     n = 1; n_i `exponent`; z_i `deflection`, -1 to 1; x position m; v velocity m/s.
-Valid: up to eight elements. With n = 0 inner loops close; with others they drift, as those of
-    presliding_hysteresis do.
-Confused with: backlash (the loop is in force, not in position) -> encoder against scale; presliding_gms,
-    which shapes all of the other levels, and follows the level with a lag.
+Valid: up to eight elements. Inner loops close with n = 0; otherwise they drift, as in
+    presliding_hysteresis.
+Confused with: backlash (the loop is in force, not in position) -> compare encoder and scale; presliding_gms,
+    which shapes all other levels and follows them with a lag.
 """
 
 import math
@@ -25,10 +25,10 @@ from kernels.quantities import Quantity
 KIND = Kind.PRESLIDING_LEVEL
 ELEMENTS = 8
 LIST_ENDS_AT = "share"
-SHARE_TOLERANCE = 1e-6  # of their sum, from rounding in the file
-NEGLIGIBLE_N = 1e-9  # a level below it is none
-EXPONENTIAL = 1e-9  # as near to 1 the exponent is
-SHORTEST_M = 1e-12  # far below any contact: keeps a division finite
+SHARE_TOLERANCE = 1e-6  # of the sum of the shares, for rounding in the file
+NEGLIGIBLE_N = 1e-9  # a smaller level counts as none
+EXPONENTIAL = 1e-9  # an exponent closer to 1 counts as 1
+SHORTEST_M = 1e-12  # far below any contact; keeps a division finite
 
 
 class Params(NamedTuple):
@@ -45,7 +45,7 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """Deflection of each element, in that at which it slips."""
+    """Deflection of each element, as a share of the deflection at slip."""
 
     deflection: tuple[float, ...] = (0.0,) * ELEMENTS
 
@@ -59,7 +59,7 @@ NEUTRAL = Params(
 
 
 def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """The shares are those of one level, and each element has a distance."""
+    """Yield a problem unless the shares add up to 1 and each element has a distance."""
     total = math.fsum(p.share)
     if abs(total - 1.0) > SHARE_TOLERANCE:
         yield "", f"the shares add up to {total:g}, not 1"
@@ -68,7 +68,7 @@ def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
 
 
 def sticking_stiffness_n_m(p: Params) -> float:
-    """Largest stiffness (N/m), behind a reversal, where the curve is steepest."""
+    """Return the largest stiffness (N/m): after a reversal the curve is steepest."""
     elements = zip(p.share, p.way_m, p.exponent, strict=True)
     return math.fsum(
         2.0**n * share * p.level_n / reach_m(way, n) for share, way, n in elements if share * way > 0.0
@@ -77,14 +77,14 @@ def sticking_stiffness_n_m(p: Params) -> float:
 
 @kernel
 def reach_m(way_m: float, exponent: float) -> float:
-    """Distance d (m) of an element by that of 63 % of it."""
+    """Return the distance d (m) of an element from its 63 % distance."""
     power = 1.0 - exponent
     return way_m if abs(power) < EXPONENTIAL else way_m * power / -math.expm1(-power)
 
 
 @kernel
 def deflected(deflection: float, step_m: float, distance_m: float, exponent: float) -> float:
-    """Deflection, -1 to 1, after a step (m) of an element of this distance (m)."""
+    """Return the deflection, -1 to 1, of an element with this distance (m) after a step (m)."""
     if step_m == 0.0:
         return deflection
     towards = 1.0 if step_m > 0.0 else -1.0
@@ -100,7 +100,7 @@ def deflected(deflection: float, step_m: float, distance_m: float, exponent: flo
 
 @kernel
 def force_and_damping(p: Any, s: Any, _velocity_m_s: float, level: float) -> tuple[float, float]:
-    """Force (N) of the elements; no damping. `level` (N) is L as changed with use."""
+    """Return the force (N) of the elements, and no damping; `level` (N) is L as changed by use."""
     if level < NEGLIGIBLE_N:
         return 0.0, 0.0
     force = 0.0
@@ -113,7 +113,7 @@ def force_and_damping(p: Any, s: Any, _velocity_m_s: float, level: float) -> tup
 
 @kernel
 def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> None:
-    """Move the elements for `dt_s` at constant velocity; the spring of an element is that of its level."""
+    """Move the elements for `dt_s` at constant velocity; an element keeps its spring stiffness."""
     for i in range(ELEMENTS):
         if p.share[i] == 0.0:
             break

@@ -12,8 +12,8 @@ Valid: hysteresis with nonlocal memory (closed inner loops) and frictional lag.
     The slip law is bounded so that an element is never pushed faster than it is dragged: it always
     dissipates.
 Catalogue: presliding_hysteresis.
-Confused with: backlash (the loop is in force, not in position) -> encoder against scale; LuGre, whose inner
-    loops drift -> small strokes on top of a large one.
+Confused with: backlash (the loop is in force, not in position) -> compare encoder and scale; LuGre, whose
+    inner loops drift -> small strokes on top of a large one.
 """
 
 import math
@@ -28,8 +28,8 @@ KIND = Kind.PRESLIDING
 NEEDS = "coulomb_friction"
 ELEMENTS = 8
 LIST_ENDS_AT = "share"
-SHARE_TOLERANCE = 1e-6  # of their sum, from rounding in the file
-NEGLIGIBLE_N = 1e-9  # a friction level below it is none
+SHARE_TOLERANCE = 1e-6  # of the sum of the shares, for rounding in the file
+NEGLIGIBLE_N = 1e-9  # a smaller friction level counts as none
 
 
 class Params(NamedTuple):
@@ -54,24 +54,24 @@ class State(NamedTuple):
 
 
 NEUTRAL = None
-"""No values make the springs vanish: absent, the friction level is a wall (see coulomb_friction)."""
+"""No values remove the springs: without the section the contact is rigid (see coulomb_friction)."""
 
 
 def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """The shares are those of one level."""
+    """Yield a problem unless the shares add up to 1."""
     total = math.fsum(p.share)
     if abs(total - 1.0) > SHARE_TOLERANCE:
         yield "", f"the shares add up to {total:g}, not 1"
 
 
 def sticking_stiffness_n_m(p: Params) -> float:
-    """Stiffness (N/m) while every element sticks."""
+    """Return the stiffness (N/m) while every element sticks."""
     return math.fsum(p.stiffness_n_m)
 
 
 @kernel
 def force_and_damping(p: Any, s: Any, _velocity_m_s: float, _level: float) -> tuple[float, float]:
-    """Sum of the element forces (N), and the damping of those that stick (N s/m)."""
+    """Return the sum of the element forces (N), and the damping of sticking elements (N s/m)."""
     force = 0.0
     sticking = 0.0
     for i in range(ELEMENTS):
@@ -85,7 +85,7 @@ def force_and_damping(p: Any, s: Any, _velocity_m_s: float, _level: float) -> tu
 
 @kernel
 def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> None:
-    """Move the elements `s.element_n` (N), `s.slipping` (0, 1) for `dt_s` at constant velocity and level."""
+    """Advance `s.element_n` (N) and `s.slipping` (0, 1) by `dt_s` at constant velocity and level."""
     if level < NEGLIGIBLE_N:
         for i in range(ELEMENTS):
             s.element_n[i] = 0.0
@@ -106,7 +106,7 @@ def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> Non
         if reversed_motion or s.slipping[i] == 0:
             over = (stuck - bound) * direction > 0.0
             s.slipping[i] = 1 if over else 0
-            # beyond the bound with the level falling: slip takes over from where the element is
+            # beyond the bound while the level falls: slip starts from the present force
             s.element_n[i] = stuck if not over else _dragged(s.element_n[i], stuck, bound, direction)
         else:
             relaxed = s.element_n[i] + blend * (bound - s.element_n[i])
@@ -115,7 +115,7 @@ def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> Non
 
 @kernel
 def _dragged(before: float, stuck: float, bound: float, direction: float) -> float:
-    """Force of an element that begins to slip: the bound, or where it was if the bound has fallen below."""
+    """Return the force of an element that begins to slip: the bound, or its force if that is beyond."""
     if (before - bound) * direction > 0.0:
         return before
     return bound if (stuck - bound) * direction > 0.0 else stuck

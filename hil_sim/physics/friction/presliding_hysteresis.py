@@ -1,16 +1,16 @@
 """Presliding hysteresis: a part of friction that builds up over the distance since the reversal.
 
-Law: dz/dt = v - |v| z / d,  F = L z / d; after a reversal F goes over to +-L as L (1 - 2 exp(-x / d)),
-    from rest as L (1 - exp(-x / d)). For constant v the step is exact: z = zs + (z0 - zs) exp(-|v| dt /
-    d), zs = d sgn(v).
+Law: dz/dt = v - |v| z / d,  F = L z / d; after a reversal F approaches +-L as L (1 - 2 exp(-x / d)), from
+    rest as L (1 - exp(-x / d)). For constant v the step is exact: z = zs + (z0 - zs) exp(-|v| dt / d), zs =
+    d sgn(v).
 Source: Dahl (1968), with exponent 1; mismatch catalogue, entry presliding_hysteresis.
-Symbols: F friction force N, beside that of the other levels; L `level_n` N; d `way_m` m, within which 63 % of
-    it build up; z deflection m, at most d; x distance since the reversal m; v velocity m/s.
-Valid: the shape of one reversal; its inner loops do not close, and it does not follow the level's fall with
-    speed. presliding_lugre and presliding_gms are the richer siblings: they shape all of the other levels,
-    this one adds its own, and sharp levels may remain beside it.
-Confused with: backlash (the loop is in force, not in position) -> encoder against scale; a smoothed sign
-    function, which has no memory of the distance -> sub-10 um strokes at several speeds.
+Symbols: F friction force N, added to the other levels; L `level_n` N; d `way_m` m, distance from rest for
+    63 % of L; z deflection m, at most d; x distance since the reversal m; v velocity m/s.
+Valid: the shape of one reversal; inner loops do not close, and it does not follow the fall of the level with
+    speed. The richer models presliding_lugre and presliding_gms shape all other levels; this one adds its
+    own level, and levels without presliding may remain.
+Confused with: backlash (the loop is in force, not in position) -> compare encoder and scale; a smoothed sign
+    function, which has no memory of the distance -> strokes below 10 um at several speeds.
 """
 
 import math
@@ -21,7 +21,7 @@ from kernels.jit import kernel
 from kernels.quantities import Quantity
 
 KIND = Kind.PRESLIDING_LEVEL
-NEGLIGIBLE_N = 1e-9  # a level below it is none
+NEGLIGIBLE_N = 1e-9  # a smaller level counts as none
 
 
 class Params(NamedTuple):
@@ -41,13 +41,13 @@ NEUTRAL = Params(level_n=0.0, way_m=1e-5)
 
 
 def sticking_stiffness_n_m(p: Params) -> float:
-    """Stiffness (N/m) while the contact sticks."""
+    """Return the stiffness (N/m) while the contact sticks."""
     return p.level_n / p.way_m
 
 
 @kernel
 def force_and_damping(p: Any, s: Any, _velocity_m_s: float, level: float) -> tuple[float, float]:
-    """Force (N) of the deflection `s.built_up_m`; no damping. `level` (N) is L as changed with use."""
+    """Return the force (N) of `s.built_up_m`, and no damping; `level` (N) is L as changed by use."""
     if level < NEGLIGIBLE_N:
         return 0.0, 0.0
     return float(p.level_n / p.way_m * s.built_up_m), 0.0
@@ -55,7 +55,7 @@ def force_and_damping(p: Any, s: Any, _velocity_m_s: float, level: float) -> tup
 
 @kernel
 def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> None:
-    """Move the deflection for `dt_s` at constant velocity; a change of the level leaves the spring."""
+    """Advance the deflection by `dt_s` at constant velocity; a change of the level keeps the stiffness."""
     if level < NEGLIGIBLE_N or p.level_n < NEGLIGIBLE_N:
         s.built_up_m = 0.0
         return

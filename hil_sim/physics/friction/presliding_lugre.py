@@ -7,11 +7,11 @@ Source: Canudas de Wit, Olsson, Astrom, Lischinsky (1995), equations (1) to (3);
     friction levels, with Coulomb and Stribeck friction the curve of Xia et al., equation (8).
 Symbols: z bristle deflection m; sigma0 `stiffness_n_m` N/m; sigma1 `bristle_damping_n_s_m` N s/m; g level
     N; v m/s.
-Valid: one reversal at a time; inner loops of the hysteresis do not close (drift), use presliding_gms where
-    that matters.
+Valid: one reversal at a time; inner loops of the hysteresis do not close (drift), use presliding_gms if that
+    matters.
 Catalogue: presliding_hysteresis.
-Confused with: backlash (the loop is in force, not in position) -> encoder against scale; a smoothed sign
-    function, which has no memory of the distance -> sub-10 um strokes at several speeds.
+Confused with: backlash (the loop is in force, not in position) -> compare encoder and scale; a smoothed sign
+    function, which has no memory of the distance -> strokes below 10 um at several speeds.
 """
 
 import math
@@ -23,11 +23,11 @@ from kernels.quantities import Quantity
 
 KIND = Kind.PRESLIDING
 NEEDS = "coulomb_friction"
-NEGLIGIBLE_N = 1e-9  # a friction level below it is none
+NEGLIGIBLE_N = 1e-9  # a smaller friction level counts as none
 
 
 class Params(NamedTuple):
-    """The bristle."""
+    """Stiffness and damping of the bristle."""
 
     stiffness_n_m: Annotated[float, Quantity("N/m", 1e3, 1e9, "bristle stiffness sigma0", "N/um")]
     bristle_damping_n_s_m: Annotated[float, Quantity("N s/m", 0.0, 1e6, "bristle damping sigma1")]
@@ -40,19 +40,19 @@ class State(NamedTuple):
 
 
 NEUTRAL = None
-"""No values make a bristle vanish: absent, the friction level is a wall (see coulomb_friction)."""
+"""No values remove the bristle: without the section the contact is rigid (see coulomb_friction)."""
 
 
 def sticking_stiffness_n_m(p: Params) -> float:
-    """Stiffness (N/m) while the contact sticks."""
+    """Return the stiffness (N/m) while the contact sticks."""
     return p.stiffness_n_m
 
 
 @kernel
 def force_and_damping(p: Any, s: Any, velocity_m_s: float, level: float) -> tuple[float, float]:
-    """Bristle force (N), and the damping (N s/m) with which sigma1 dz/dt grows with the velocity.
+    """Return the bristle force (N), and the damping (N s/m) of sigma1 dz/dt by the velocity.
 
-    The damping is never negative, so the bristle cannot feed energy into the table at any sigma1.
+    The damping is never negative, so that the bristle adds no energy to the table at any sigma1.
     """
     if level < NEGLIGIBLE_N:
         return 0.0, 0.0

@@ -1,13 +1,13 @@
 """Stribeck friction: what friction at rest has above the kinetic level, lost as the lubricant film builds up.
 
 Law: level += (Fs - Fc) exp(-(v / vs)^2).
-Source: Xia et al., equation (8), the term in Fs - Fc. Below zero, down to -Fc, friction falls towards
-    rest, as the recordings of the EMPS axis show it (Janot, Gautier, Brunot 2019).
+Source: Xia et al., equation (8), the term in Fs - Fc. If it is negative, down to -Fc, friction falls towards
+    rest, as in the recordings of the EMPS axis (Janot, Gautier, Brunot 2019).
 Symbols: Fs breakaway force N; Fc kinetic friction N; Fs - Fc `stribeck_n` N; vs `stribeck_m_s` m/s; v
     sliding speed m/s.
-Valid: steady sliding; the delay with which the film follows the speed is GMS's attraction.
-Confused with: presliding_hysteresis, also a bump at reversals -> slow constant speeds show Stribeck alone;
-    dwell_dependent_breakaway -> vary the dwell before the reversal.
+Valid: steady sliding; presliding_gms models the delay of the film with its attraction.
+Confused with: presliding_hysteresis, also a bump at reversals -> slow constant speeds show only Stribeck
+    friction; dwell_dependent_breakaway -> vary the dwell before the reversal.
 """
 
 import math
@@ -21,7 +21,7 @@ from kernels.quantities import Quantity
 KIND = Kind.FRICTION_LEVEL
 NEEDS = "coulomb_friction"
 COMMON = True
-NEGLIGIBLE_EXPONENT = 36.0  # exp(-36) is below one part in 2^51: the exponential may be skipped
+NEGLIGIBLE_EXPONENT = 36.0  # exp(-36) is below one part in 2^51, so the exponential may be skipped
 
 
 class Params(NamedTuple):
@@ -35,7 +35,7 @@ NEUTRAL = Params(stribeck_n=0.0, stribeck_m_s=1e-2)
 
 
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """Friction at rest is not below zero."""
+    """Yield a problem if friction at rest is below zero."""
     if NEEDS in axis.effects and axis.effects[NEEDS].coulomb_n + p.stribeck_n < 0.0:
         at_rest_n = axis.effects[NEEDS].coulomb_n + p.stribeck_n
         yield "stribeck_n", f"friction at rest would be {at_rest_n:g} N, below 0"
@@ -43,7 +43,7 @@ def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
 
 @kernel
 def level_n(p: Any, speed_m_s: float) -> float:
-    """Friction level above the kinetic one (N) at a sliding speed |v| (m/s)."""
+    """Return the friction level above the kinetic one (N) at a sliding speed |v| (m/s)."""
     ratio = speed_m_s / p.stribeck_m_s
     exponent = ratio * ratio
     return float(p.stribeck_n * math.exp(-exponent)) if exponent < NEGLIGIBLE_EXPONENT else 0.0

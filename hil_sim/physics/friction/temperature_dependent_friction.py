@@ -1,15 +1,15 @@
 """Temperature-dependent friction: the lubricant thins as friction heats it, so friction falls when warm.
 
-Law: f = w + (1 - w) exp(-T / T0), one w for the levels, one for the damping;  C dT/dt = P - T / R.
+Law: f = w + (1 - w) exp(-T / T0), with one w for the levels and one for the damping;  C dT/dt = P - T / R.
 Source: Bittencourt, Wernholt, Sander-Tavallaey, Brogardh (2010), a constant and an exponentially falling
     part, after the viscosity law of Reynolds (1886); the lumped heat balance is Newton's law of cooling.
 Symbols: f factor on friction; T `temperature_rise_k` excess temperature of the lubricant over its
     surroundings K; T0 `warmth_scale_k` K; w `warm_level_share` and `warm_damping_share`, what a hot axis
     keeps of its cold friction, above 1 where friction rises; C `heat_capacity_j_k` J/K; R `resistance_k_w`
     K/W; P friction power W.
-Valid: one temperature for all of the lubricant, cold at power-up, far below its boiling.
-Confused with: friction_ageing, also a drift with use -> let it cool and repeat, wear stays; lubrication_loss
-    -> goes on at rest.
+Valid: one temperature of all lubricant, cold at power-up, far below its boiling point.
+Confused with: friction_ageing, also a drift with use -> let the axis cool and repeat: wear stays;
+    lubrication_loss -> continues at rest.
 """
 
 import math
@@ -21,11 +21,11 @@ from kernels.quantities import Quantity
 
 KIND = Kind.FRICTION_CHANGE
 NEEDS = "coulomb_friction"
-ORDER = 1  # the factors multiply in this order
+ORDER = 1  # place in the product of the factors
 
 
 class Params(NamedTuple):
-    """What friction is when hot, and how fast it gets there."""
+    """Friction of the hot axis, and the thermal parameters of the change."""
 
     warm_level_share: Annotated[float, Quantity("", 0.0, 20.0, "share of the cold friction levels left hot")]
     warm_damping_share: Annotated[float, Quantity("", 0.0, 20.0, "share of the cold damping left hot")]
@@ -51,7 +51,7 @@ NEUTRAL = Params(
 
 @kernel
 def factors(p: Any, s: Any, _time_s: float) -> tuple[float, float]:
-    """Factors on the friction levels and on the damping at the temperature of the lubricant."""
+    """Return the factors on the friction levels and on the damping at the temperature of the lubricant."""
     cold = math.exp(-s.temperature_rise_k / p.warmth_scale_k)
     return (
         float(p.warm_level_share + (1.0 - p.warm_level_share) * cold),
@@ -61,9 +61,9 @@ def factors(p: Any, s: Any, _time_s: float) -> tuple[float, float]:
 
 @kernel
 def advance(p: Any, s: Any, friction_w: float, _speed_m_s: float, dt_s: float) -> None:
-    """Warm the lubricant for `dt_s` (s, far below R C) at constant friction power (W).
+    """Advance the temperature by `dt_s` (s, far below R C) at constant friction power (W).
 
-    Power that presliding gives back is no heat, but it is as good as nothing; it never cools below zero.
+    Power that presliding returns is no heat, but it is negligible; the rise never becomes negative.
     """
     flow_w = friction_w - s.temperature_rise_k / p.resistance_k_w
     s.temperature_rise_k = max(0.0, s.temperature_rise_k + flow_w * dt_s / p.heat_capacity_j_k)

@@ -1,12 +1,12 @@
 """Change along the travel: damping and mass that differ by the place, and have no law or no name.
 
-Law: b += B(x), m += M(x), each linear between points that are evenly spaced from x1 to x2, held beyond them.
+Law: b += B(x), m += M(x), each linear between points evenly spaced from x1 to x2, constant beyond them.
 Source: a look-up table; inertia and damping over the configuration of a mechanism, Armstrong-Helouvry (1991).
 Symbols: B `damping_n_s_m` N s/m; M `mass_kg` kg, the first `points` values of each; x table position m;
-    x1 `first_m` m; x2 `last_m` m. Damping and mass are never below zero in sum.
-Valid: along the travel it was found on. What a mechanism has beside its changing mass, a force of
-    M'(x) v^2 / 2, is no part of it.
-Confused with: friction_table -> does not grow with the speed; force_table -> is there at rest, too.
+    x1 `first_m` m; x2 `last_m` m. The sums of damping and mass are never below zero.
+Valid: along the travel where it was identified. It excludes the force M'(x) v^2 / 2 of a mechanism with
+    changing inertia.
+Confused with: friction_table -> does not grow with the speed; force_table -> also acts at rest.
 """
 
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ KIND = Kind.CHANGE_WITH_POSITION
 
 
 class Params(NamedTuple):
-    """Points at even distances."""
+    """A table of evenly spaced points."""
 
     first_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x1 of the first point", "mm")]
     last_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x2 of the last point", "mm")]
@@ -38,7 +38,7 @@ NEUTRAL = Params(first_m=-0.1, last_m=0.1, points=2.0)
 
 
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """The points go upwards, and the mass stays above zero."""
+    """Yield a problem unless the points rise and the mass stays positive."""
     if p.last_m <= p.first_m:
         yield "last_m", "must be above that of the first point"
     if min(p.mass_kg) <= -axis.moved_kg:
@@ -47,11 +47,11 @@ def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
 
 @kernel
 def damping_n_s_m(p: Any, position_m: float) -> float:
-    """What the damping has more (N s/m) at a position (m)."""
+    """Return the addition to the damping (N s/m) at a position (m)."""
     return interpolated(p.damping_n_s_m, p.points, share_of(position_m, p.first_m, p.last_m))
 
 
 @kernel
 def added_kg(p: Any, position_m: float) -> float:
-    """What the mass on the table has more (kg)."""
+    """Return the addition to the mass on the table (kg)."""
     return interpolated(p.mass_kg, p.points, share_of(position_m, p.first_m, p.last_m))

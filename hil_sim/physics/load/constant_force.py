@@ -3,9 +3,9 @@
 Law: F = F0.
 Source: the offset of the EMPS reference model (Janot, Gautier, Brunot 2019); gravity m g sin(slope).
 Symbols: F force on the table N, positive towards positive positions; F0 `force_n` N.
-Valid: no change over the travel (a cable chain or a spring is position_dependent_force).
-Confused with: asymmetric_coulomb_friction, identical while moving -> the breakaway forces of both
-    directions from rest: a constant force shifts both, those of asymmetric friction are alike.
+Valid: constant over the travel (a cable chain or a spring is position_dependent_force).
+Confused with: asymmetric_coulomb_friction, identical while moving -> compare the breakaway forces of both
+    directions from rest: a constant force shifts them apart, with asymmetric friction they are equal.
 """
 
 from typing import Annotated, Any, NamedTuple
@@ -19,7 +19,7 @@ COMMON = True
 
 
 class Params(NamedTuple):
-    """The force, signed."""
+    """The force with its sign."""
 
     force_n: Annotated[float, Quantity("N", -1e4, 1e4, "force on the table F0")]
 
@@ -29,5 +29,5 @@ NEUTRAL = Params(force_n=0.0)
 
 @kernel
 def force_n(p: Any, _position_m: float, _turn_rad_m: float) -> float:
-    """Force on the table (N)."""
+    """Return the force on the table (N)."""
     return float(p.force_n)

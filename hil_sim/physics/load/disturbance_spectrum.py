@@ -3,11 +3,11 @@
 Law: F = sum_k A_k sin(2 pi f_k t + p_k), the phases p_k even over a turn, drawn from a seed.
 Source: spectral representation of a random process, Shinozuka and Deodatis (1991): lines of amplitude
     sqrt(2 S df) with random phases have the spectrum S.
-Symbols: F force on the table N; A_k `amplitude_n` N; f_k `frequency_hz` Hz; t time since power-up s; p_k of
-    the seed `seed`.
-Valid: stationary; it repeats after the inverse of the lines' common distance. It is as large as what was
-    recorded, and not the same.
-Confused with: periodic_disturbance -> one line, whose phase is known.
+Symbols: F force on the table N; A_k `amplitude_n` N; f_k `frequency_hz` Hz; t time since power-up s; p_k
+    from the seed `seed`.
+Valid: stationary; it repeats after the inverse of the lines' common spacing. It has the size of the recorded
+    disturbance, but not its course.
+Confused with: periodic_disturbance -> one line with a known phase.
 """
 
 import math
@@ -21,7 +21,7 @@ KIND = Kind.FORCE_IN_TIME
 LINES = 16
 LIST_ENDS_AT = "amplitude_n"
 GOLDEN = 0.6180339887498949
-"""Multiples of it fill a turn evenly (Weyl); the seed and the line's number make the multiple."""
+"""Golden ratio - 1, whose multiples fill a turn evenly (Weyl); seed and line give the multiple."""
 
 
 class Params(NamedTuple):
@@ -37,14 +37,14 @@ NEUTRAL = Params(frequency_hz=(1.0,) * LINES, amplitude_n=(0.0,) * LINES)
 
 @kernel
 def phase_rad(seed: float, line: int) -> float:
-    """Phase of a line (rad), 0 to 2 pi."""
+    """Return the phase of a line (rad), 0 to 2 pi."""
     turns = GOLDEN * (1.0 + line) * (1.0 + line) * (7.0 + seed) + GOLDEN * line
     return 2.0 * math.pi * (turns - math.floor(turns))
 
 
 @kernel
 def force_n(p: Any, time_s: float) -> float:
-    """Force on the table (N) at a time since power-up (s)."""
+    """Return the force on the table (N) at a time since power-up (s)."""
     force = 0.0
     for k in range(LINES):
         if p.amplitude_n[k] == 0.0:

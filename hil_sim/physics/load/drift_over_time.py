@@ -2,12 +2,12 @@
 
 Law: F = T(t), level += L(t), b += B(t), m += M(t), each linear between points that are evenly spaced from
     t1 to t2, held beyond them.
-Source: a look-up table; a slow disturbance that is only recorded has no other model.
+Source: a look-up table, the only model of a slow disturbance known only from a recording.
 Symbols: F force on the table N; T `force_n` N; L `level_n` N; B `damping_n_s_m` N s/m;
     M `mass_kg` kg, the first `points` values of each; t time since power-up s; t1 `first_s` s; t2 `last_s` s.
-    Levels, dampings and masses are never below zero in sum.
-Valid: in the run that it was found in; another run has another drift.
-Confused with: temperature_dependent_friction -> comes back with cooling; step_in_time -> at one moment.
+    The sums of levels, dampings and masses are never below zero.
+Valid: in the run where it was identified; another run has another drift.
+Confused with: temperature_dependent_friction -> returns with cooling; step_in_time -> changes at one moment.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ KIND = Kind.CHANGE_IN_TIME
 
 
 class Params(NamedTuple):
-    """Points at even distances."""
+    """A table of evenly spaced points."""
 
     first_s: Annotated[float, Quantity("s", 0.0, 1e7, "time since power-up t1 of the first point")]
     last_s: Annotated[float, Quantity("s", 0.0, 1e7, "time since power-up t2 of the last point")]
@@ -45,7 +45,7 @@ NEUTRAL = Params(first_s=0.0, last_s=1.0, points=2.0)
 
 
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """The points go upwards, and the mass stays above zero."""
+    """Yield a problem unless the points rise and the mass stays positive."""
     if p.last_s <= p.first_s:
         yield "last_s", "must be above that of the first point"
     if min(p.mass_kg) <= -axis.moved_kg:
@@ -54,23 +54,23 @@ def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
 
 @kernel
 def force_n(p: Any, time_s: float) -> float:
-    """Force on the table (N) at a time since power-up (s)."""
+    """Return the force on the table (N) at a time since power-up (s)."""
     return interpolated(p.force_n, p.points, share_of(time_s, p.first_s, p.last_s))
 
 
 @kernel
 def level_n(p: Any, time_s: float) -> float:
-    """What the friction level has more (N)."""
+    """Return the addition to the friction level (N)."""
     return interpolated(p.level_n, p.points, share_of(time_s, p.first_s, p.last_s))
 
 
 @kernel
 def damping_n_s_m(p: Any, time_s: float) -> float:
-    """What the damping has more (N s/m)."""
+    """Return the addition to the damping (N s/m)."""
     return interpolated(p.damping_n_s_m, p.points, share_of(time_s, p.first_s, p.last_s))
 
 
 @kernel
 def added_kg(p: Any, time_s: float) -> float:
-    """What the mass on the table has more (kg)."""
+    """Return the addition to the mass on the table (kg)."""
     return interpolated(p.mass_kg, p.points, share_of(time_s, p.first_s, p.last_s))

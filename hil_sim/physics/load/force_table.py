@@ -1,12 +1,12 @@
 """Table of force over position: what was measured along the travel and has no law or no name.
 
-Law: F = T(x), T linear between points that are evenly spaced from x1 to x2, held beyond them.
+Law: F = T(x), T linear between points evenly spaced from x1 to x2, constant beyond them.
 Source: a look-up table, as drives hold them for compensation.
 Symbols: F force on the table N, positive towards positive positions; x table position m; x1 `first_m` m;
     x2 `last_m` m; T `force_n` N, its first `points` values.
-Valid: along the travel it was found on. It depends on the position alone, so it makes no energy over a closed
-    path.
-Confused with: friction_table -> back and forth over the same places: a force is the same in both directions.
+Valid: along the travel where it was identified. It depends only on the position, so it adds no energy over a
+    closed path.
+Confused with: friction_table -> move back and forth over the same travel: a force is equal both ways.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ KIND = Kind.TABLE_FORCE
 
 
 class Params(NamedTuple):
-    """Points at even distances."""
+    """A table of evenly spaced points."""
 
     first_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x1 of the first point", "mm")]
     last_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x2 of the last point", "mm")]
@@ -34,7 +34,7 @@ NEUTRAL = Params(first_m=-0.1, last_m=0.1, points=2.0, force_n=(0.0,) * POINTS)
 
 
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """The points go upwards, and the steepest slope is a stiffness that the substep must resolve."""
+    """Yield a problem unless the points rise and the substep resolves the steepest slope, a stiffness."""
     if p.last_m <= p.first_m:
         yield "last_m", "must be above that of the first point"
         return
@@ -46,5 +46,5 @@ def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
 
 @kernel
 def force_n(p: Any, position_m: float, _turn_rad_m: float) -> float:
-    """Force on the table (N)."""
+    """Return the force on the table (N)."""
     return interpolated(p.force_n, p.points, share_of(position_m, p.first_m, p.last_m))

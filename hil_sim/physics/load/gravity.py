@@ -2,12 +2,12 @@
 
 Law: F = A sin(k x + p).
 Source: the moment of a weight about an axis, m g r sin(angle); the pendulum.
-Symbols: F force on the table N, positive towards positive positions; A `amplitude_n` N, m g r at the lever of
-    the coordinate (N m where 1 m stands for 1 rad); x position m; k `angle_rad_m` angle of the axis by the
-    coordinate rad/m; p `phase_rad` rad, at the position zero.
+Symbols: F force on the table N, positive towards positive positions; A `amplitude_n` N, m g r divided by the
+    lever of the coordinate (N m if 1 m stands for 1 rad); x position m; k `angle_rad_m` angle of the axis per
+    coordinate rad/m; p `phase_rad` rad, at position zero.
 Valid: a rigid load on an axis that does not tilt. On a linear axis gravity is a constant_force.
-Confused with: position_dependent_force, over less than half a turn alike -> a weight repeats after a turn;
-    constant_force, about the horizontal.
+Confused with: position_dependent_force, similar over less than half a turn -> gravity repeats after a turn;
+    constant_force, similar near the horizontal -> move over a larger angle.
 """
 
 import math
@@ -21,7 +21,7 @@ KIND = Kind.TABLE_FORCE
 
 
 class Params(NamedTuple):
-    """Moment of the weight, and where it hangs."""
+    """Moment and angle of the weight."""
 
     amplitude_n: Annotated[float, Quantity("N", -1e6, 1e6, "amplitude A")]
     phase_rad: Annotated[float, Quantity("rad", -7.0, 7.0, "phase p at the position zero", "deg")]
@@ -33,5 +33,5 @@ NEUTRAL = Params(amplitude_n=0.0, phase_rad=0.0)
 
 @kernel
 def force_n(p: Any, position_m: float, _turn_rad_m: float) -> float:
-    """Force on the table (N)."""
+    """Return the force on the table (N)."""
     return float(p.amplitude_n * math.sin(p.angle_rad_m * position_m + p.phase_rad))

@@ -5,8 +5,8 @@ Source: mismatch catalogue, entry payload_mass; Newton's second law.
 Symbols: m moving mass kg; mp `mass_kg` kg.
 Valid: clamped to the table; carried elastically it is structural_mode. On a vertical axis its weight is a
     constant_force.
-Confused with: a lower torque constant, the same missing force in an acceleration -> friction and gravity
-    would look changed too; a known added mass tells.
+Confused with: a lower torque constant, which also lacks force in accelerations -> it also changes apparent
+    friction and gravity; a known added mass decides.
 """
 
 from typing import Annotated, Any, NamedTuple
@@ -29,5 +29,5 @@ NEUTRAL = Params(mass_kg=0.0)
 
 @kernel
 def added_kg(p: Any) -> float:
-    """Mass on the table beside its own (kg)."""
+    """Return the added mass on the table (kg)."""
     return float(p.mass_kg)

@@ -4,8 +4,8 @@ Law: F = A sin(2 pi f t + p).
 Source: mismatch catalogue, entry periodic_disturbance, A sin(2 pi f t).
 Symbols: F force on the table N; A `amplitude_n` N; f `frequency_hz` Hz; p `phase_rad` at power-up rad; t time
     since power-up s.
-Valid: a source that the axis does not act back upon.
-Confused with: cogging, fixed in space -> change the speed: its frequency follows, this one stays.
+Valid: a source that the axis does not influence.
+Confused with: cogging, fixed in space -> change the speed: the frequency of cogging follows, this one stays.
 """
 
 import math
@@ -19,7 +19,7 @@ KIND = Kind.FORCE_IN_TIME
 
 
 class Params(NamedTuple):
-    """One frequency."""
+    """One sinusoid."""
 
     amplitude_n: Annotated[float, Quantity("N", -1e4, 1e4, "amplitude A")]
     frequency_hz: Annotated[float, Quantity("Hz", 0.0, 2e3, "frequency f")]
@@ -31,5 +31,5 @@ NEUTRAL = Params(amplitude_n=0.0, frequency_hz=1.0, phase_rad=0.0)
 
 @kernel
 def force_n(p: Any, time_s: float) -> float:
-    """Force on the table (N) at a time since power-up (s)."""
+    """Return the force on the table (N) at a time since power-up (s)."""
     return float(p.amplitude_n * math.sin(2.0 * math.pi * p.frequency_hz * time_s + p.phase_rad))

@@ -1,13 +1,13 @@
 """Position-dependent force: a spring, a cable chain, an incline that changes along the travel.
 
-Law: F = c1 u + c2 u^2 + c3 u^3, u = (x - x0) / X held within -1 to 1.
+Law: F = c1 u + c2 u^2 + c3 u^3, u = (x - x0) / X limited to -1 to 1.
 Source: mismatch catalogue, entry position_dependent_force (c0 + c1 x; c0 is constant_force).
 Symbols: F force on the table N, positive towards positive positions; c1 c2 c3 `power_1_n` `power_2_n`
     `power_3_n` N; x table position m; x0 `centre_m` middle of the travel m; X `half_travel_m` half of it m.
-Valid: along the travel it was found on; beyond it, held. It depends on the position alone, so it makes no
-    energy over a closed path.
-Confused with: position_dependent_friction -> back and forth over the same places: a force is the same in both
-    directions, friction changes its sign.
+Valid: along the travel where it was identified; constant beyond it. It depends only on the position, so it
+    adds no energy over a closed path.
+Confused with: position_dependent_friction -> move back and forth over the same travel: a force is equal in
+    both directions, friction changes its sign.
 """
 
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ NEUTRAL = Params(centre_m=0.0, half_travel_m=0.1)
 
 
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """Its largest slope, bounded from above, is a stiffness that the substep must resolve."""
+    """Yield a problem unless the substep resolves the largest slope, a stiffness bounded from above."""
     steepest_n = abs(p.power_1_n) + 2.0 * abs(p.power_2_n) + 3.0 * abs(p.power_3_n)
     if steepest_n / p.half_travel_m * axis.dt_s**2 > axis.moved_kg:
         yield "", "too steep for the table at this substep"
@@ -42,6 +42,6 @@ def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
 
 @kernel
 def force_n(p: Any, position_m: float, _turn_rad_m: float) -> float:
-    """Force on the table (N)."""
+    """Return the force on the table (N)."""
     u = min(1.0, max(-1.0, (position_m - p.centre_m) / p.half_travel_m))
     return float(u * (p.power_1_n + u * (p.power_2_n + u * p.power_3_n)))

@@ -1,12 +1,12 @@
 """Step in time: at one moment force, friction, damping or mass changes, and stays changed.
 
-Law: F = dF h, level += dL h, damping += dB h, m += dm h; h = -1/2 before t0 and +1/2 from it on, so that the
-    other sections hold the mean of before and after.
-Source: an event, and no law: a load is set down, a brake drags, a lubricator stops, a coupling slips.
+Law: F = dF h, level += dL h, damping += dB h, m += dm h; h = -1/2 before t0 and +1/2 from t0 on, so that the
+    other sections hold the mean of the values before and after.
+Source: an event without a law: a load is set down, a brake drags, a lubricator stops, a coupling slips.
 Symbols: F force on the table N; dF `force_n` N; dL `level_n` N; dB `damping_n_s_m` N s/m; dm `mass_kg` kg; t
-    time since power-up s; t0 `moment_s` s. Levels, dampings and masses are never below zero in sum.
-Valid: one event, shorter than a sample. Motion goes on with the velocity that it has.
-Confused with: lubrication_loss, which multiplies friction and takes its time; temperature_dependent_friction
+    time since power-up s; t0 `moment_s` s. The sums of levels, dampings and masses are never below zero.
+Valid: one event, shorter than a sample. The velocity is continuous.
+Confused with: lubrication_loss, which multiplies friction over a transition; temperature_dependent_friction
     -> a drift.
 """
 
@@ -21,7 +21,7 @@ KIND = Kind.CHANGE_IN_TIME
 
 
 class Params(NamedTuple):
-    """When, and by how much."""
+    """Time and size of the changes."""
 
     moment_s: Annotated[float, Quantity("s", 0.0, 1e7, "time since power-up t0")]
     force_n: Annotated[float, Quantity("N", -1e4, 1e4, "change dF of the force on the table")] = 0.0
@@ -34,7 +34,7 @@ NEUTRAL = Params(moment_s=0.0)
 
 
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """The mass stays above zero."""
+    """Yield a problem unless the mass stays positive."""
     if 0.5 * abs(p.mass_kg) >= axis.moved_kg:
         yield "mass_kg", f"is more than twice what moves ({axis.moved_kg:g} kg)"
 
@@ -46,23 +46,23 @@ def _half(p: Any, time_s: float) -> float:
 
 @kernel
 def force_n(p: Any, time_s: float) -> float:
-    """Force on the table (N) at a time since power-up (s)."""
+    """Return the force on the table (N) at a time since power-up (s)."""
     return float(p.force_n * _half(p, time_s))
 
 
 @kernel
 def level_n(p: Any, time_s: float) -> float:
-    """What the friction level has more (N)."""
+    """Return the addition to the friction level (N)."""
     return float(p.level_n * _half(p, time_s))
 
 
 @kernel
 def damping_n_s_m(p: Any, time_s: float) -> float:
-    """What the damping has more (N s/m)."""
+    """Return the addition to the damping (N s/m)."""
     return float(p.damping_n_s_m * _half(p, time_s))
 
 
 @kernel
 def added_kg(p: Any, time_s: float) -> float:
-    """What the mass on the table has more (kg)."""
+    """Return the addition to the mass on the table (kg)."""
     return float(p.mass_kg * _half(p, time_s))

@@ -1,16 +1,16 @@
 """Structural mode: a mass carried elastically on the table, which swings on after every jump of acceleration.
 
-Law: mc xc'' = -F, on the table +F, with F = mc (w^2 d + 2 zeta w d'), d = xc - x, w = 2 pi f.
+Law: mc xc'' = -F, and +F on the table, with F = mc (w^2 d + 2 zeta w d'), d = xc - x, w = 2 pi f.
 Source: the oscillator of one degree of freedom on a moving base; a jump of its acceleration by a leaves an
     amplitude of a / w^2 that decays with zeta w. Its excitation by trapezoidal motion is what Wang et al.
     2014, section 3, smooth; residual vibration of moved structures: Singer and Seering (1990).
 Symbols: mc `mass_kg` kg, besides the table's; f `frequency_hz` Hz, with the table held; zeta
     `damping_ratio`; xc position of the carried mass m; x table position m; d deflection m; F force N.
 Valid: one mode in the direction of motion, small deflections: a slide, a fixture, the bracket of a reading
-    head. The scale and whoever measures the axis read xc. Absent = nothing is carried, they read the table.
-Confused with: drive_compliance, the same ringing -> there the motor encoder swings against the scale with the
-    amplifier's gains, here the frequency stays and the motor is at rest; a velocity loop on the verge of
-    instability -> ringing at standstill too.
+    head. Scale and external measurements read xc; without the section they read the table.
+Confused with: drive_compliance, similar ringing -> there the motor encoder oscillates against the scale and
+    the frequency depends on the amplifier's gains, here the frequency is fixed and the motor is at rest; a
+    velocity loop near instability -> also rings at standstill.
 """
 
 import math
@@ -25,7 +25,7 @@ KIND = Kind.COUPLING
 
 
 class Params(NamedTuple):
-    """The carried mass, and how it swings."""
+    """The carried mass, its frequency and damping."""
 
     mass_kg: Annotated[float, Quantity("kg", 1e-7, 1e4, "carried mass mc, besides the table's")]
     frequency_hz: Annotated[float, Quantity("Hz", 0.1, 2e3, "natural frequency f, table held")]
@@ -33,11 +33,14 @@ class Params(NamedTuple):
 
 
 NEUTRAL = None
-"""No values make its spring rigid: absent, all that moves is the table."""
+"""No values make its spring rigid: without the section no mass is carried."""
 
 
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """Semi-implicit Euler holds k dt^2 + 2 c dt < 4 m; a quarter keeps the error of the frequency small."""
+    """Yield a problem unless k dt^2 + 2 c dt < m.
+
+    Semi-implicit Euler is stable up to 4 m; a quarter keeps the frequency error small.
+    """
     w_dt = 2.0 * math.pi * p.frequency_hz * axis.dt_s
     if (w_dt**2 + 4.0 * p.damping_ratio * w_dt) * (1.0 + p.mass_kg / axis.moved_kg) > 1.0:
         yield "", "too stiff for the table at this substep: lower frequency_hz or mass_kg"
@@ -45,6 +48,6 @@ def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
 
 @kernel
 def force_n(p: Any, deflection_m: float, rate_m_s: float) -> float:
-    """Force on the table (N) of a mass `deflection_m` (m) ahead of it, which moves away at `rate_m_s`."""
+    """Return the force on the table (N) of a mass `deflection_m` ahead that moves away at `rate_m_s`."""
     w = 2.0 * math.pi * p.frequency_hz
     return float(p.mass_kg * (w * w * deflection_m + 2.0 * p.damping_ratio * w * rate_m_s))

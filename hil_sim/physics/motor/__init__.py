@@ -1,1 +1,1 @@
-"""From the commanded current to the motor's force. One effect, one file."""
+"""Effects between the commanded current and the motor force. One effect, one file."""

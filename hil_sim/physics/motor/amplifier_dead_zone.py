@@ -2,12 +2,12 @@
 
 Law: i' = 0 for |i| < it, else i - it sgn(i).
 Source: mismatch catalogue, entry amplifier_dead_zone; the dead-zone element of control theory; crossover of a
-    linear output stage, dead time of a switched one without current control.
-Symbols: i commanded current, which the amplifier reports, A; i' current that makes force A; it
-    `threshold_a` A.
-Valid: amplifiers without a measured current around zero.
-Confused with: coulomb_friction, also a force that is lost -> cross zero force while moving: the dead zone
-    steps at zero force, friction at zero speed.
+    linear output stage, dead time of a switched stage without current control.
+Symbols: i commanded current, which the amplifier reports, A; i' force-producing current A; it `threshold_a`
+    A.
+Valid: amplifiers without current measurement around zero.
+Confused with: coulomb_friction, also a lost force -> cross zero force while moving: the dead zone steps at
+    zero force, friction at zero speed.
 """
 
 import math
@@ -18,7 +18,7 @@ from kernels.jit import kernel
 from kernels.quantities import Quantity
 
 KIND = Kind.CURRENT_PATH
-ORDER = 1  # of the output stage
+ORDER = 1  # the output stage
 
 
 class Params(NamedTuple):
@@ -32,7 +32,7 @@ NEUTRAL = Params(threshold_a=0.0)
 
 @kernel
 def passed_a(p: Any, current: float, _back_emf_v: float, _dt_s: float) -> float:
-    """Current (A) that makes force."""
+    """Return the force-producing current (A)."""
     if abs(current) <= p.threshold_a:
         return 0.0
     return float(current - math.copysign(p.threshold_a, current))

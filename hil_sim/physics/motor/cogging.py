@@ -5,8 +5,8 @@ Source: mismatch catalogue, entry cogging (sum A_k sin(k 2 pi x / lead + phase))
     torque of permanent-magnet motors, Hwang and Lieu (1994).
 Symbols: F force on the motor side N; phi = x `turn_rad_m` angle of the screw rad; n_k `harmonic` periods
     per turn; A_k `amplitude_n` N; p_k `phase_rad` rad.
-Valid: any speed and current. Shallow where the motor has skewed magnets or a coreless winding.
-Confused with: torque_ripple, which scales with the current -> repeat with a load;
+Valid: any speed and current. Small in motors with skewed magnets or a coreless winding.
+Confused with: torque_ripple, which is proportional to the current -> repeat with a load;
     position_dependent_friction, which changes its sign with the direction of motion.
 """
 
@@ -35,7 +35,7 @@ NEUTRAL = Params(harmonic=(1.0,) * TERMS, amplitude_n=(0.0,) * TERMS, phase_rad=
 
 @kernel
 def force_n(p: Any, position_m: float, turn_rad_m: float) -> float:
-    """Force on the motor side (N)."""
+    """Return the force on the motor side (N)."""
     force = 0.0
     turn_rad = position_m * turn_rad_m
     for k in range(TERMS):

@@ -3,11 +3,11 @@
 Law: tau di'/dt = i - i', solved exactly over a step of constant i.
 Source: mismatch catalogue, entry current_loop_lag (first order, 0.2-8 ms); a closed current loop of bandwidth
     1 / tau, see plant/amplifier.
-Symbols: i commanded current, which the amplifier reports, A; i' current that makes force A; tau `time_s` s.
-Valid: an amplifier that reports its set point, or a current measured ahead of eddy currents in solid iron.
-    The lag of a modelled winding is in the reported current already.
-Confused with: transport_delay -> residual in proportion to the force's slope here, to its jumps there: a jump
-    of current is followed at once, and slowly; a delay answers late, and sharply.
+Symbols: i commanded current, which the amplifier reports, A; i' force-producing current A; tau `time_s` s.
+Valid: an amplifier that reports its set point, or a current measured before eddy currents in solid iron.
+    The reported current already contains the lag of a modelled winding.
+Confused with: transport_delay -> apply a jump of the current: a lag responds at once but slowly, a delay late
+    but sharply.
 """
 
 import math
@@ -18,7 +18,7 @@ from kernels.jit import kernel
 from kernels.quantities import Quantity
 
 KIND = Kind.CURRENT_PATH
-ORDER = 3  # the loop that follows it
+ORDER = 3  # the current loop, after the voltage limit
 
 
 class Params(NamedTuple):
@@ -28,7 +28,7 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """Its memory."""
+    """The lagged current (A)."""
 
     lagged_a: float = 0.0
 
@@ -38,6 +38,6 @@ NEUTRAL = Params(time_s=0.0)
 
 @kernel
 def passed_a(p: Any, s: Any, current: float, _back_emf_v: float, dt_s: float) -> float:
-    """Current (A) that makes force after `dt_s` (s) at constant `current`."""
+    """Return the force-producing current (A) after `dt_s` (s) at constant `current`."""
     s.lagged_a = current + (s.lagged_a - current) * math.exp(-dt_s / p.time_s)
     return float(s.lagged_a)

@@ -6,7 +6,7 @@ Source: mismatch catalogue, entry torque_ripple; harmonics of flux and winding a
 Symbols: F motor force N; i current A; Kf force constant N/A; phi = x `turn_rad_m` angle of the screw rad; n_k
     `harmonic` periods per turn; A_k `amplitude` as a share; p_k `phase_rad` rad.
 Valid: field-oriented current, below saturation.
-Confused with: cogging, which is there without current too -> repeat with another load;
+Confused with: cogging, which also acts without current -> repeat with another load;
     position_dependent_friction.
 """
 
@@ -35,7 +35,7 @@ NEUTRAL = Params(harmonic=(1.0,) * TERMS, amplitude=(0.0,) * TERMS, phase_rad=(0
 
 @kernel
 def share(p: Any, position_m: float, turn_rad_m: float) -> float:
-    """What the force has more at a motor position (m), as a share of itself."""
+    """Return the relative change of the force at a motor position (m)."""
     more = 0.0
     turn_rad = position_m * turn_rad_m
     for k in range(TERMS):

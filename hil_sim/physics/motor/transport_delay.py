@@ -3,11 +3,11 @@
 Law: i'(t) = i(t - tau), tau rounded to whole substeps.
 Source: mismatch catalogue, entry transport_delay, exp(-s tau): calculation, transmission, pulse-width
     modulation.
-Symbols: i commanded current, which the amplifier reports, A; i' current that makes force A; tau `delay_s` s.
-Valid: up to 512 substeps, which the machine file's check holds.
-Confused with: current_loop_lag -> a jump of the current shows the one as a delay, the other as a slope;
-    half a sample of a recording's hold, which is no physics -> it does not change with the cycle of the
-    controller.
+Symbols: i commanded current, which the amplifier reports, A; i' force-producing current A; tau `delay_s` s.
+Valid: up to 512 substeps, which the check of the plant file enforces.
+Confused with: current_loop_lag -> apply a jump of the current: a delay shifts it, a lag gives a slope; the
+    half-sample hold of a recording, which is no physics -> a physical delay does not change with the
+    controller's cycle.
 """
 
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from kernels.quantities import Quantity
 KIND = Kind.CURRENT_PATH
 ORDER = 4  # between drive and motor
 LONGEST = 512
-"""Substeps."""
+"""Longest delay, in substeps."""
 
 
 class Params(NamedTuple):
@@ -30,7 +30,7 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """The currents under way, one a substep, and the index of the oldest."""
+    """The delayed currents, one a substep, and the index of the oldest."""
 
     delayed_a: tuple[float, ...] = (0.0,) * LONGEST
     oldest: int = 0
@@ -40,14 +40,14 @@ NEUTRAL = Params(delay_s=0.0)
 
 
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """The currents under way fit into the state."""
+    """Yield a problem if the delay exceeds the state's length."""
     if p.delay_s > LONGEST * axis.dt_s:
         yield "delay_ms", f"more than {LONGEST} substeps"
 
 
 @kernel
 def passed_a(p: Any, s: Any, current: float, _back_emf_v: float, dt_s: float) -> float:
-    """Current (A) that makes force."""
+    """Return the force-producing current (A)."""
     steps = int(p.delay_s / dt_s + 0.5)
     if steps == 0:
         return current

@@ -1,11 +1,11 @@
 """Voltage saturation: at speed the back-EMF leaves less voltage for the current.
 
-Law: i' = i held within (-Umax - Ke v) / R and (Umax - Ke v) / R: u = R i + Ke v stays within +-Umax.
+Law: i' = i limited to (-Umax - Ke v) / R and (Umax - Ke v) / R, so that u = R i + Ke v stays within +-Umax.
 Source: mismatch catalogue, entry voltage_saturation, u <= Umax - Ke v; Xia et al., equation (1) at rest.
-Symbols: i commanded current, which the amplifier reports, A; i' current that makes force A; Umax
+Symbols: i commanded current, which the amplifier reports, A; i' force-producing current A; Umax
     `voltage_limit_v` V; R `resistance_v_a` V/A; Ke v back-EMF V, Ke the force constant.
-Valid: without the winding's inductance; with `winding` the amplifier's own voltage limit does this.
-Confused with: torque_constant_saturation -> a high force at low speed shows that one alone.
+Valid: without the winding's inductance; with `winding` the amplifier's voltage limit has this effect.
+Confused with: torque_constant_saturation -> a high force at low speed shows only that effect.
 """
 
 from collections.abc import Iterator
@@ -16,11 +16,11 @@ from kernels.jit import kernel
 from kernels.quantities import Quantity
 
 KIND = Kind.CURRENT_PATH
-ORDER = 2  # what the supply allows
+ORDER = 2  # the supply
 
 
 class Params(NamedTuple):
-    """Largest voltage, and what a current takes of it."""
+    """Largest voltage, and winding resistance."""
 
     voltage_limit_v: Annotated[float, Quantity("V", 1.0, 1e6, "largest voltage Umax")]
     resistance_v_a: Annotated[float, Quantity("V/A", 1e-3, 1e3, "winding resistance R", "ohm")]
@@ -30,14 +30,14 @@ NEUTRAL = Params(voltage_limit_v=1e6, resistance_v_a=1e-3)
 
 
 def problems(_p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
-    """A modelled winding has its own limit."""
+    """Yield a problem with a modelled winding, which has its own limit."""
     if "winding" in axis.effects:
         yield "", "winding has the amplifier's voltage_limit_v: remove one of the two"
 
 
 @kernel
 def passed_a(p: Any, current: float, back_emf_v: float, _dt_s: float) -> float:
-    """Current (A) that the voltage allows."""
+    """Return the current (A) that the voltage allows."""
     lowest = (-p.voltage_limit_v - back_emf_v) / p.resistance_v_a
     highest = (p.voltage_limit_v - back_emf_v) / p.resistance_v_a
     return float(max(lowest, min(highest, current)))

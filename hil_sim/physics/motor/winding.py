@@ -5,10 +5,10 @@ Law: u = L di/dt + R i + Ke v, solved exactly over a step of constant u and v:
 Source: Xia et al., equations (1) and (3); Ke acts on the motor's linear velocity, Ke = Kt 2 pi / lead
     (a lossless motor, equal constants in SI).
 Symbols: u voltage V; i current A; L `inductance_h` H; R `resistance_v_a` V/A; Ke V s/m; v velocity m/s; dt s.
-Valid: quadrature axis of a field-oriented permanent-magnet motor without saturation. Absent = the amplifier
-    is an ideal current source.
-Confused with: current_loop_lag, which is what the closed current loop shows outside -> the lag shortens
-    with the loop's gain; voltage_saturation -> only at high speed times force.
+Valid: quadrature axis of a field-oriented permanent-magnet motor without saturation. Without the section the
+    amplifier is an ideal current source.
+Confused with: current_loop_lag, the behaviour of the closed current loop -> its lag shortens with the loop's
+    gain; voltage_saturation -> only at high speed and force together.
 """
 
 import math
@@ -29,11 +29,11 @@ class Params(NamedTuple):
 
 
 NEUTRAL = None
-"""No values make a winding vanish: absent, the current is the commanded one."""
+"""No values remove a winding: without the section the current is the commanded one."""
 
 
 @kernel
 def current_a(p: Any, current: float, voltage_v: float, back_emf_v: float, dt_s: float) -> float:
-    """Current (A) after `dt_s` at constant voltage and back-EMF (V): exact for any dt R / L."""
+    """Return the current (A) after `dt_s` at constant voltage and back-EMF (V); exact for any dt R / L."""
     final = (voltage_v - back_emf_v) / p.resistance_v_a
     return float(final + (current - final) * math.exp(-p.resistance_v_a * dt_s / p.inductance_h))

@@ -1,1 +1,1 @@
-"""What the nodes report of the positions: encoder and grating scale. One effect, one file."""
+"""Effects on the measured positions: encoder and grating scale. One effect, one file."""

@@ -4,8 +4,8 @@ Law: e = q xo + b xo^2.
 Source: mismatch catalogue, entry cross_axis_coupling; location errors C0Z and straightness EYX of ISO 230-1.
 Symbols: e error of the reading m; xo measured point of the axis `other` from the machine's zero m; q
     `squareness` angle between the guides less a right angle rad; b `bow_1_m` bow of the other guide 1/m.
-Valid: small angles. It moves the reading, not the table: no force goes from axis to axis.
-Confused with: lead_error_cumulative or thermal_expansion when both axes always move together -> move them one
+Valid: small angles. It shifts the reading, not the table: the axes exert no force on each other.
+Confused with: lead_error_cumulative or thermal_expansion if both axes always move together -> move them one
     after the other.
 """
 
@@ -19,7 +19,7 @@ KIND = Kind.CROSS_READING
 
 
 class Params(NamedTuple):
-    """Which axis, and the shape of its guide."""
+    """The other axis, and the shape of its guide."""
 
     other: Annotated[float, Quantity("", 0.0, 15.0, "the axis that is followed", "axis")]
     squareness: Annotated[float, Quantity("", -1e-1, 1e-1, "squareness q", "um/m")] = 0.0
@@ -37,5 +37,5 @@ NEUTRAL = Params(other=0.0)
 
 @kernel
 def error_m(p: Any, s: Any) -> float:
-    """Error of the reading (m) with the other axis where it was."""
+    """Return the error of the reading (m) for the last position of the other axis."""
     return float(s.other_position_m * (p.squareness + p.bow_1_m * s.other_position_m))

@@ -5,8 +5,8 @@ Source: a uniform quantiser (Widrow 1956); Wang et al. 2014, theta P / (2 pi), f
     table.
 Symbols: n counts; x motor position m (angle times lead / 2 pi); q `resolution_m` m per count; n0 count at
     power-up; `index_m` position of an index pulse m, repeated every lead.
-Valid: ideal graduation. An eccentric disc (once a turn) and interpolation errors are effects of their own.
-Confused with: low-speed stick-slip, which also moves in steps -> the steps of an encoder are one count high.
+Valid: ideal graduation. An eccentric disc (once a turn) and interpolation errors are separate effects.
+Confused with: low-speed stick-slip, which also moves in steps -> the steps of an encoder are one count.
 """
 
 import math
@@ -20,18 +20,18 @@ KIND = Kind.SENSOR
 
 
 class Params(NamedTuple):
-    """Resolution on the screw side, and where the index lies."""
+    """Resolution on the screw side, and position of the index."""
 
     resolution_m: Annotated[float, Quantity("m", 1e-12, 1e-2, "travel per count q", "um")]
     index_m: Annotated[float, Quantity("m", -10.0, 10.0, "position of an index pulse", "mm")]
 
 
 NEUTRAL = None
-"""A position is always read in counts; see the conformance test on the rounding error of half a count."""
+"""No values remove the quantisation; a conformance test bounds its error to half a count."""
 
 
 @kernel
 def counts(p: Any, position_m: float) -> int:
-    """Counts from the machine's zero at a motor position (m); the nearest count, halves upwards."""
+    """Return the nearest count from the machine's zero at a motor position (m), halves upwards."""
     count: int = math.floor(position_m / p.resolution_m + 0.5)
     return count

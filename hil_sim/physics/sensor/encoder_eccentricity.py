@@ -6,8 +6,8 @@ Source: mismatch catalogue, entry encoder_eccentricity; reading of an eccentric 
 Symbols: e error of the reading, at the table m; A `amplitude_m` m; phi = x `turn_rad_m` screw angle rad; p
     `phase_rad` rad.
 Valid: one reading head; two opposite ones cancel it.
-Confused with: lead_error_periodic, the same difference between encoder and scale -> the same class without a
-    third sensor: with the loop closed on the encoder the table wobbles in both.
+Confused with: lead_error_periodic, the same difference between encoder and scale -> only a third sensor
+    distinguishes them: with the loop closed on the encoder the table oscillates in both cases.
 """
 
 import math
@@ -21,7 +21,7 @@ KIND = Kind.ENCODER_READING
 
 
 class Params(NamedTuple):
-    """Once a turn."""
+    """One harmonic, once a turn."""
 
     amplitude_m: Annotated[float, Quantity("m", -1e-3, 1e-3, "amplitude A at the table", "um")]
     phase_rad: Annotated[float, Quantity("rad", -7.0, 7.0, "phase p", "deg")]
@@ -32,5 +32,5 @@ NEUTRAL = Params(amplitude_m=0.0, phase_rad=0.0)
 
 @kernel
 def error_m(p: Any, position_m: float, turn_rad_m: float) -> float:
-    """Error of the reading (m) at a motor position (m)."""
+    """Return the error of the reading (m) at a motor position (m)."""
     return float(p.amplitude_m * math.sin(turn_rad_m * position_m + p.phase_rad))

@@ -5,8 +5,8 @@ Source: a uniform quantiser (Widrow 1956); the role of the scale: Feng et al. 20
     feedback), and Wang et al. 2014 (0.5 um).
 Symbols: n counts; x table position m; q `resolution_m` m per count; n0 count at power-up;
     `reference_mark_m` position of the reference mark m.
-Valid: ideal grating. Periodic errors of the grating are `scale_cyclic_error`.
-Confused with: backlash of one step -> a scale's step stays at any force and speed.
+Valid: ideal grating. `scale_cyclic_error` models periodic errors of the grating.
+Confused with: backlash of one step -> a scale's step is equal at any force and speed.
 """
 
 import math
@@ -20,18 +20,18 @@ KIND = Kind.SENSOR
 
 
 class Params(NamedTuple):
-    """Resolution, and where the reference mark lies."""
+    """Resolution, and position of the reference mark."""
 
     resolution_m: Annotated[float, Quantity("m", 1e-12, 1e-2, "travel per count q", "um")]
     reference_mark_m: Annotated[float, Quantity("m", -10.0, 10.0, "position of the reference mark", "mm")]
 
 
 NEUTRAL = None
-"""A position is always read in counts; see the conformance test on the rounding error of half a count."""
+"""No values remove the quantisation; a conformance test bounds its error to half a count."""
 
 
 @kernel
 def counts(p: Any, position_m: float) -> int:
-    """Counts from the machine's zero at a table position (m); the nearest count, halves upwards."""
+    """Return the nearest count from the machine's zero at a table position (m), halves upwards."""
     count: int = math.floor(position_m / p.resolution_m + 0.5)
     return count

@@ -1,1 +1,1 @@
-"""From screw to table: compliance, backlash, lead errors, growth. One effect, one file."""
+"""Effects between screw and table: compliance, backlash, lead errors, expansion. One effect, one file."""

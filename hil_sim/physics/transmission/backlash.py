@@ -4,10 +4,10 @@ Law: the elastic contact acts on the deflection beyond the play, d = gap - b for
     -b, else 0; it pushes and never pulls. For a stiff contact and slow motion the table follows equation (9):
     x_out = x_in - b moving forwards, x_in + b moving backwards, else as it was.
 Source: Xia et al., equation (9); elastic form as in Nordin and Gutman (2002), section 2.
-Symbols: gap motor less table position m; b `play_m` half of the total play m; d contact deflection m.
-Valid: needs drive_compliance (the contact's stiffness). Impact losses are those of its damping.
-Confused with: drive_compliance -> a step of encoder less scale after a reversal, whatever the force;
-    presliding_hysteresis -> a loop in force, and the encoder-scale difference stays.
+Symbols: gap motor minus table position m; b `play_m` half of the total play m; d contact deflection m.
+Valid: needs drive_compliance (the contact's stiffness), whose damping gives the impact losses.
+Confused with: drive_compliance -> backlash steps encoder minus scale after a reversal at any force;
+    presliding_hysteresis -> a loop in force, while encoder minus scale stays constant.
 """
 
 from typing import Annotated, Any, NamedTuple
@@ -31,7 +31,7 @@ NEUTRAL = Params(play_m=0.0)
 
 @kernel
 def deflection_m(p: Any, gap_m: float) -> float:
-    """Deflection of the contact (m); zero inside the play."""
+    """Return the deflection of the contact (m); zero inside the play."""
     if gap_m > p.play_m:
         return float(gap_m - p.play_m)
     if gap_m < -p.play_m:
@@ -41,7 +41,7 @@ def deflection_m(p: Any, gap_m: float) -> float:
 
 @kernel
 def contact_n(p: Any, force: float, deflection: float) -> float:
-    """`force` (N) of spring and damper as the contact can transmit it: it pushes, and never pulls."""
+    """Return the force (N) of spring and damper that the contact transmits: it pushes and never pulls."""
     if p.play_m > 0.0 and force * deflection <= 0.0:
         return 0.0
     return force

@@ -1,13 +1,13 @@
 """Drive compliance: motor and table as two masses with the screw's stiffness and damping between them.
 
-Law: F = k d + c dd/dt, d the motor's position (through the screw) less the table's.
+Law: F = k d + c dd/dt, d the motor position (through the screw) minus the table position.
 Source: Xia et al., equations (4) and (5), k (Kbs theta - x) in linear units; the damping is ours (material
     and joints).
 Symbols: F force from screw to table N; k `stiffness_n_m` N/m; c `damping_n_s_m` N s/m; d deflection m.
 Valid: the first axial or torsional mode of the feed drive; a screw's k falls with the nut's distance from
-    its bearing. Absent = rigid: one mass, no extra state.
-Confused with: backlash -> encoder less scale against force is a slope here and a step there; sampling lag
-    -> repeat at another speed, lag grows with it.
+    its bearing. Without the section motor and table are one mass.
+Confused with: backlash -> encoder minus scale over force is a slope here and a step there; sampling lag ->
+    repeat at another speed: lag grows with the speed.
 """
 
 from typing import Annotated, Any, NamedTuple
@@ -27,10 +27,10 @@ class Params(NamedTuple):
 
 
 NEUTRAL = None
-"""No values make a spring rigid: absent, motor and table are one mass."""
+"""No values make a spring rigid: without the section motor and table are one mass."""
 
 
 @kernel
 def force_n(p: Any, deflection_m: float, rate_m_s: float) -> float:
-    """Force from screw to table (N)."""
+    """Return the force from screw to table (N)."""
     return float(p.stiffness_n_m * deflection_m + p.damping_n_s_m * rate_m_s)

@@ -3,12 +3,12 @@
 Law: e = alpha (T - T0) (x - x0);  C dT/dt = q P - (T - Ta) / R.
 Source: mismatch catalogue, entry thermal_expansion, alpha L dT; the lumped heat balance is Newton's law of
     cooling.
-Symbols: e table position less nominal m; alpha `expansion_1_k` 1/K; T screw temperature K; T0 `reference_k`
+Symbols: e table position minus nominal m; alpha `expansion_1_k` 1/K; T screw temperature K; T0 `reference_k`
     K, where the lead is nominal; x0 `fixed_end_m` m; C `heat_capacity_j_k` J/K; q `heat_share` of the
     friction power P W that goes into the screw; Ta `ambient_k` K; R `resistance_k_w` K/W; `start_k`
     temperature at power-up K.
 Valid: one temperature for the whole screw, fixed at one end.
-Confused with: lead_error_cumulative, the same shape -> this one drifts with run time.
+Confused with: lead_error_cumulative, the same shape -> thermal expansion drifts with the run time.
 """
 
 from typing import Annotated, Any, NamedTuple
@@ -54,24 +54,24 @@ NEUTRAL = Params(
 
 
 def powered_up(p: Any) -> State:
-    """The screw at power-up."""
+    """Return the state of the screw at power-up."""
     return State(float(p["start_k"]))
 
 
 @kernel
 def error_m(p: Any, s: Any, position_m: float, _turn_rad_m: float) -> float:
-    """Error of the table's position (m)."""
+    """Return the error of the table position (m)."""
     return float(p.expansion_1_k * (s.temperature_k - p.reference_k) * (position_m - p.fixed_end_m))
 
 
 @kernel
 def slope(p: Any, s: Any, _position_m: float, _turn_rad_m: float) -> float:
-    """Derivative of the error by the position."""
+    """Return the derivative of the error by the position."""
     return float(p.expansion_1_k * (s.temperature_k - p.reference_k))
 
 
 @kernel
 def advance(p: Any, s: Any, friction_w: float, _speed_m_s: float, dt_s: float) -> None:
-    """Warm the screw for `dt_s` (s, far below R C) at constant friction power (W)."""
+    """Advance the temperature by `dt_s` (s, far below R C) at constant friction power (W)."""
     flow_w = p.heat_share * friction_w - (s.temperature_k - p.ambient_k) / p.resistance_k_w
     s.temperature_k = s.temperature_k + flow_w * dt_s / p.heat_capacity_j_k
