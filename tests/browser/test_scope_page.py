@@ -72,6 +72,30 @@ def test_a_single_picture_of_a_reversal_is_measured_and_saved(
     assert len(download.value.path().read_text().splitlines()) == 201
 
 
+def test_a_set_with_a_computed_channel_is_kept_for_others_and_events_are_marked(
+    visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
+) -> None:
+    page = visit("/scope")
+    page.get_by_test_id("scope-math").click()
+    page.get_by_test_id("scope-expression").fill("abs(x.position_error_m) * 2e6 [nm]")
+    page.get_by_test_id("scope-expression-add").click()
+    measured = page.get_by_test_id("scope-measured")
+    expect(measured.get_by_role("row", name="abs(x.position_error_m)")).to_contain_text("10.000")
+    page.get_by_test_id("scope-set-name").fill("errors")
+    page.get_by_test_id("scope-set-keep").click()
+    expect(page.get_by_text("Set errors is kept.")).to_be_visible()
+    events = [{"cycle": 100 * number, "text": "made up", "time": ""} for number in range(2000)]
+    stub.status(events=events)
+    expect(page.get_by_test_id("scope-events")).to_contain_text("made up")
+    picture(page, "scope_computed")
+    page.reload()
+    expect(page.get_by_test_id("scope-expressions")).to_be_empty()
+    choose(page.get_by_test_id("scope-set"), "errors")
+    expect(measured.get_by_role("row", name="abs(x.position_error_m)")).to_be_visible()
+    page.get_by_test_id("scope-set-delete").click()
+    expect(page.get_by_text("is deleted")).to_be_visible()
+
+
 def test_hold_keeps_the_picture(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/scope")
     wait_for_more_frames(page, 3)

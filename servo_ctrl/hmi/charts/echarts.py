@@ -50,6 +50,6 @@ def line_series(
     }
 
 
-def trace(identifier: str, x: int, y: int, factors: tuple[float, float]) -> Trace:
-    """Draw the series from the arrays at places `x` and `y`, multiplied by the factors."""
-    return {"id": identifier, "x": x, "y": y, "fx": factors[0], "fy": factors[1]}
+def trace(identifier: str, x: int, y: int, factors: tuple[float, float], offset: float = 0.0) -> Trace:
+    """Draw the series from the arrays at places `x` and `y`, times the factors, y plus the offset."""
+    return {"id": identifier, "x": x, "y": y, "fx": factors[0], "fy": factors[1], "oy": offset}

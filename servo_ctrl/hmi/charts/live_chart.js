@@ -43,7 +43,23 @@ export default {
         if (before[k]) Object.assign(zoom, { start: before[k].start, end: before[k].end });
       });
       this.chart.setOption(options, { notMerge: true });
+      this.drawMarks();
       this.draw();
+    },
+    marks(marks, panes) {
+      this.eventMarks = { marks, panes };
+      this.drawMarks();
+    },
+    drawMarks() {
+      if (!this.chart || !this.eventMarks) return;
+      const { marks, panes } = this.eventMarks;
+      const series = [];
+      for (let pane = 0; pane < panes; pane++) {
+        const data = marks.map(([x, text]) => ({ xAxis: x, label: { formatter: text, show: pane === 0 } }));
+        const line = { silent: true, symbol: "none", lineStyle: { type: "dotted", color: "#888f99" }, data };
+        series.push({ id: `events ${pane}`, type: "line", xAxisIndex: pane, yAxisIndex: pane, data: [], markLine: line });
+      }
+      this.chart.setOption({ series });
     },
     whole() {
       this.chart?.dispatchAction({ type: "dataZoom", dataZoomIndex: 0, start: 0, end: 100 });
@@ -80,7 +96,7 @@ export default {
         const data = new Float64Array(2 * x.length);
         for (let i = 0; i < x.length; i++) {
           data[2 * i] = (x[i] - this.origin) * trace.fx;
-          data[2 * i + 1] = y[i] * trace.fy;
+          data[2 * i + 1] = y[i] * trace.fy + trace.oy;
         }
         series.push({ id: trace.id, data, dimensions: ["x", "y"] });
       }

@@ -9,7 +9,7 @@ event of our own too: an event of NiceGUI costs more than the frame.
 import json
 import math
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Any
 
 from nicegui import Client, core, ui
@@ -65,6 +65,10 @@ class LiveChart(EChart, component="live_chart.js"):
         # as text: NiceGUI would watch every number of a dictionary for changes, milliseconds for a thousand
         self._props["look"] = json.dumps({"options": options, "traces": traces})
         self.update()
+
+    def show_marks(self, marks: Sequence[tuple[float, str]], panes: int) -> None:
+        """Draw vertical lines at these x, each with a short text, through the panes; in place of others."""
+        self.run_method("marks", [list(mark) for mark in marks], panes)
 
     def show_whole(self) -> None:
         """End the zoom."""

@@ -29,11 +29,24 @@ class ShownChannel(NamedTuple):
     unit: DisplayUnit
     limits: tuple[float, float] | None = None
     """Fixed lower and upper end of its own axis, as shown; None: fitted with the others of its pane."""
+    scale: float = 1.0
+    offset: float = 0.0
+    """How it is drawn: the shown value times `scale` plus `offset`. Readings are not changed by them."""
 
     @property
     def title(self) -> str:
         """What an operator calls it."""
         return channel_title(self.name)
+
+    @property
+    def drawn_title(self) -> str:
+        """The same with scale and offset, where it has some."""
+        scale = f" \N{MULTIPLICATION SIGN}{self.scale:g}" if self.scale != 1.0 else ""
+        return f"{self.title}{scale}{f' {self.offset:+g}' if self.offset else ''}"
+
+    def drawn(self, shown: float) -> float:
+        """Where a shown value is drawn."""
+        return shown * self.scale + self.offset
 
 
 class ScopeLayout(NamedTuple):
@@ -73,7 +86,7 @@ def scope_options(
     """ECharts options, and the traces of frames with the row numbers and the channels."""
     theme, time, panes = layout.theme, time_unit(layout.span_s), panes_of(channels)
     fixed = [channel for channel in channels if channel.limits is not None]
-    options = chart_options(theme, [channel.title for channel in channels])
+    options = chart_options(theme, [channel.drawn_title for channel in channels])
     height = (100.0 - LEGEND_PERCENT - TIME_AXIS_PERCENT + GAP_PERCENT) / max(len(panes), 1)
     begin = -layout.before_s * time.factor
     line = {"axisLine": {"show": True, "lineStyle": {"color": theme.grid}}}
@@ -100,12 +113,12 @@ def scope_options(
             own = {"position": "right", "offset": 60 * fixed.index(channel), "min": low, "max": high}
             own |= {"axisLine": {"show": True, "lineStyle": {"color": colour}}, "splitLine": {"show": False}}
             options["yAxis"].append(value_axis(theme, "", 0, gridIndex=pane) | own)
-        series = line_series(channel.name, channel.title, colour, 1.4, (pane, y_axis))
+        series = line_series(channel.name, channel.drawn_title, colour, 1.4, (pane, y_axis))
         if layout.level is not None and layout.level[0] == channel.name:
-            series["markLine"] = _level_line(layout.level[1])
+            series["markLine"] = _level_line(channel.drawn(layout.level[1]))
         options["series"].append(series)
-        factors = (period_s * time.factor, channel.unit.factor)
-        traces.append(trace(channel.name, 0, place + 1, factors))
+        factors = (period_s * time.factor, channel.unit.factor * channel.scale)
+        traces.append(trace(channel.name, 0, place + 1, factors, channel.offset))
     options["series"] += [_cursor_lines(pane, layout, time) for pane in range(len(panes))]
     return options, traces
 

@@ -67,7 +67,8 @@ def save_capture(
             directory.mkdir(parents=True)
             # integer columns cannot hold NaN: their missing values are 0
             whole = [np.issubdtype(np.dtype(channel.dtype), np.integer) for channel in channels]
-            values = np.where(np.array(whole) & ~np.isfinite(rows.values), 0.0, rows.values)
+            recorded = rows.values[:, : len(channels)]  # what the scope computes is drawn, and not recorded
+            values = np.where(np.array(whole) & ~np.isfinite(recorded), 0.0, recorded)
             write_part(directory / PART_FILE, channels, values)
             named = {c.name: values[:, place].astype(c.dtype) for place, c in enumerate(channels)}
             write_csv(directory / CSV_FILE, named)

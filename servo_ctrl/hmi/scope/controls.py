@@ -1,6 +1,7 @@
 """The settings of the scope as a visitor chooses them, with their fields, and the scales of the channels."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,11 +11,12 @@ from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.scope.appearance import MAX_CHANNELS, ShownChannel, channel_unit, time_unit
 from servo_ctrl.hmi.scope.capture import CaptureSettings, TriggerMode
+from servo_ctrl.hmi.scope.math_channels import ExpressionError, MathChannel, math_channel
 from servo_ctrl.hmi.scope.trigger import Trigger, TriggerKind
 from servo_ctrl.hmi.shell.channel_names import channel_small_print, channel_title
 from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.parts import choice, div, faint, named, with_small_print
-from servo_ctrl.hmi.shell.units import UnitSystem
+from servo_ctrl.hmi.shell.units import DisplayUnit, UnitSystem
 
 SPANS_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)
 KINDS: dict[TriggerKind, str] = {
@@ -46,6 +48,10 @@ class ScopeChoices:
     before_percent: float = 25.0
     mode: TriggerMode = "auto"
     limits: dict[str, tuple[float, float]] = field(default_factory=dict)
+    adjusted: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Scale and offset by channel."""
+    expressions: list[str] = field(default_factory=list)
+    """Of the channels that are computed."""
     cursors: dict[str, float] = field(default_factory=dict)
 
     def settings(self, period_s: float) -> CaptureSettings:
@@ -75,13 +81,26 @@ class ScopeChoices:
 
     def shown_channels(self, hello: Hello, units: UnitSystem) -> list[ShownChannel]:
         """The channels that are drawn; those that the machine lacks are left out."""
-        known = {channel.name: (place, channel.unit) for place, channel in enumerate(hello.channels)}
+        known = {
+            channel.name: (place, channel_unit(channel.name, channel.unit, units))
+            for place, channel in enumerate(hello.channels)
+        }
+        for number, math in enumerate(self.math(hello)):
+            known[math.expression] = (len(hello.channels) + number, DisplayUnit(math.unit, 1.0, 3))
+        names = [*self.channels, *(text for text in self.expressions if text not in self.channels)]
         return [
-            ShownChannel(
-                name, known[name][0], channel_unit(name, known[name][1], units), self.limits.get(name)
-            )
-            for name in [name for name in self.channels if name in known][:MAX_CHANNELS]
+            ShownChannel(name, *known[name], self.limits.get(name), *self.adjusted.get(name, (1.0, 0.0)))
+            for name in [name for name in names if name in known][:MAX_CHANNELS]
         ]
+
+    def math(self, hello: Hello) -> list[MathChannel]:
+        """The computed channels; expressions that do not fit the machine are left out."""
+        names = {channel.name: place for place, channel in enumerate(hello.channels)}
+        found = []
+        for text in self.expressions:
+            with suppress(ExpressionError):
+                found.append(math_channel(text, names))
+        return found
 
 
 def axis_of(source: str, hello: Hello) -> str:
@@ -218,3 +237,21 @@ class FixedScales:
             number.style("width: 140px").bind_enabled_from(fixed, "value")
             ends.append(number.mark(f"scope-{name}-{channel.name}"))
         fixed.on_value_change(change)
+
+        def adjust() -> None:
+            scale, offset = (float(one.value) if one.value is not None else 0.0 for one in adjusters)
+            self._choices.adjusted[channel.name] = (scale or 1.0, offset)
+            self._on_change()
+
+        adjusters = [
+            named(
+                ui.number(label, value=value, format="%.6g", on_change=adjust)
+                .style("width: 110px")
+                .mark(f"scope-{mark}-{channel.name}"),
+                f"{channel.title} {label}",
+            )
+            for mark, label, value in (
+                ("scale", tr("scale"), channel.scale),
+                ("offset", tr("offset"), channel.offset),
+            )
+        ]

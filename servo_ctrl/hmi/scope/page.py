@@ -2,6 +2,7 @@
 
 import asyncio
 import time
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from functools import partial
 
@@ -13,13 +14,16 @@ from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.charts.frames import payloads_of
 from servo_ctrl.hmi.charts.live_chart import LiveChart, refresh_paced
 from servo_ctrl.hmi.languages.texts import tr, word
-from servo_ctrl.hmi.scope.appearance import ScopeLayout, scope_options
+from servo_ctrl.hmi.scope.appearance import ScopeLayout, ShownChannel, panes_of, scope_options, time_unit
 from servo_ctrl.hmi.scope.capture_files import save_capture
-from servo_ctrl.hmi.scope.controls import FixedScales, ScopeFields, first_choices
+from servo_ctrl.hmi.scope.controls import FixedScales, ScopeChoices, ScopeFields, first_choices
 from servo_ctrl.hmi.scope.cursors import CursorReadings
-from servo_ctrl.hmi.scope.measurements import MeasurementTable
-from servo_ctrl.hmi.scope.stream import ScopeStream, clock_text, missing_cycles
-from servo_ctrl.hmi.shell.live_content import REFRESH_S, connected_content
+from servo_ctrl.hmi.scope.event_marks import event_marks, marks_text
+from servo_ctrl.hmi.scope.measurements import MeasurementTable, between
+from servo_ctrl.hmi.scope.set_controls import MathFields, SetFields
+from servo_ctrl.hmi.scope.spectrum import spectrum_figure
+from servo_ctrl.hmi.scope.stream import CapturedRows, ScopeStream, clock_text, missing_cycles
+from servo_ctrl.hmi.shell.live_content import REFRESH_S, Plot, connected_content
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Pill, button, card, div, errors_notified, faint, note, panel
 from servo_ctrl.hmi.shell.plots import Look
@@ -29,16 +33,45 @@ TITLE = word("Scope")
 
 def build(page: OpenPage) -> None:
     """Build the content of the page, anew when a machine with other channels answers."""
-    content = connected_content(page, lambda hello: Scope(page, hello).refresh, lambda hello: hello.channels)
+    content = connected_content(
+        page, lambda hello: ScopeContent(page, hello).refresh, lambda hello: hello.channels
+    )
     refresh_paced(content)
+
+
+class ScopeContent:
+    """The scope on one machine, built anew with the choices of another channel set."""
+
+    def __init__(self, page: OpenPage, hello: Hello) -> None:
+        self._page, self._hello = page, hello
+        self._place = div("bench-column")
+        self._show(first_choices(hello))
+
+    async def refresh(self, status: MachineStatus) -> None:
+        """Refresh the scope that is shown."""
+        await self._scope.refresh(status)
+
+    def _show(self, choices: ScopeChoices, name: str = "") -> None:
+        self._place.clear()
+        with self._place:
+            self._scope = Scope(
+                self._page, self._hello, choices, partial(SetFields, on_load=self._show, shown=name)
+            )
 
 
 class Scope:
     """One open scope on one machine."""
 
-    def __init__(self, page: OpenPage, hello: Hello) -> None:
-        self._page, self._hello = page, hello
-        self._choices = first_choices(hello)
+    def __init__(
+        self,
+        page: OpenPage,
+        hello: Hello,
+        choices: ScopeChoices,
+        add_sets: Callable[[OpenPage, ScopeChoices], object],
+    ) -> None:
+        self._page, self._hello, self._choices = page, hello, choices
+        self._marks: tuple[object, ...] = ()
+        """The event marks that are drawn."""
         self._stream = ScopeStream(payloads_of(page.link))
         self._readings_s = time.monotonic()
         """When the readings were refreshed last."""
@@ -57,9 +90,13 @@ class Scope:
                 self._rate = faint().classes("num").mark("scope-rate")
                 self._clock = faint().classes("num").mark("scope-clock")
                 button(tr("Whole picture"), self._end_zoom, "scope-whole", look="flat")
+            add_sets(page, choices)
+            MathFields(hello, choices, self._on_math)
         with panel(tr("Scope")):
             self._chart = LiveChart("scope-chart", tr("Channels over time"), self._stream.resend)
             self._chart.style("width: 100%; height: max(360px, 58vh); touch-action: pan-y")
+            self._events = faint().classes("num").mark("scope-events")
+            self._events.style("white-space: pre-line; font-size: 12px; overflow-wrap: anywhere")
             self._gap = note("scope-gap")
             self._saved = div("bench-row")
         with panel(tr("Cursors and scales")):
@@ -67,8 +104,12 @@ class Scope:
             self._scales = FixedScales(self._choices, lambda: self._on_change("look"))
         with card(tr("Measured over the picture, or between the cursors"), "scope-measurements"):
             self._measured = MeasurementTable()
+            self._spectrum_open = ui.expansion(tr("Spectrum")).props("dense").mark("scope-spectrum")
+            with self._spectrum_open:
+                self._spectrum = Plot("scope-spectrum-plot", tr("Amplitude spectrum of the channels"), 300)
         self._chart.on_size(self._stream.set_width)
         self._chart.on_pick(self._cursors.pick)
+        self._on_math()
         self._on_change("capture")
 
     async def refresh(self, status: MachineStatus) -> None:
@@ -97,6 +138,10 @@ class Scope:
             self._cursors.rescale()
         self._drawn_for = None
 
+    def _on_math(self) -> None:
+        self._stream.compute(self._choices.math(self._hello), self._hello.period_s)
+        self._on_change("look")
+
     def _redraw(self) -> None:
         """Draw the chart anew where something other than its data has changed."""
         page, choices = self._page, self._choices
@@ -121,6 +166,15 @@ class Scope:
         self._cursors.refresh(rows, stream.origin, channels)
         period_s = self._hello.period_s
         self._measured.refresh(rows, stream.origin, channels, self._choices.cursors, period_s)
+        self._show_marks(rows, channels)
+        if self._spectrum_open.value:
+            values = between(rows, stream.origin, self._choices.cursors, period_s)
+            key = (rows.first, len(values), [channel.name for channel in channels], self._page.look)
+            self._spectrum.show(
+                str(key),
+                lambda: spectrum_figure(values, channels, period_s, self._page.look.theme),
+                at_most_every_s=1.0,
+            )
         self._clock.set_text(clock_text(self._page.link.status, ring, stream.origin, period_s))
         missing = missing_cycles(rows, ring.place("cycle"))
         gap = tr("{missing} cycles of this picture have no row: time is too short by them.", missing=missing)
@@ -129,6 +183,20 @@ class Scope:
         self._hold.set_text(tr("Go on") if stream.hold else tr("Hold"))
         self._hold.props(f"icon={'play_arrow' if stream.hold else 'pause'}")
         self._arm.set_visibility(not stream.settings.free)
+
+    def _show_marks(self, rows: CapturedRows, channels: Sequence[ShownChannel]) -> None:
+        """Mark the events within the picture; sent to the browser only where the marks have changed."""
+        status, period_s = self._page.link.status, self._hello.period_s
+        place = self._page.link.rows.place("cycle")
+        events = status.events if status is not None else ()
+        marks = event_marks(events, rows, self._stream.origin, place, period_s)
+        panes = len(panes_of(channels))
+        if (marks, panes) != self._marks:
+            self._marks = (marks, panes)
+            factor = time_unit(self._choices.span_s).factor
+            places = [(mark.at_s * factor, str(number)) for number, mark in enumerate(marks, start=1)]
+            self._chart.show_marks(places, panes)
+            self._events.set_text(marks_text(marks))
 
     def _end_zoom(self) -> None:
         self._chart.show_whole()

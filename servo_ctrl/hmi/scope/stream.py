@@ -1,5 +1,6 @@
 """The scope of one visitor without its elements: settings in; frames, rows and a state in words out."""
 
+from collections.abc import Sequence
 from datetime import datetime, timedelta
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from servo_ctrl.hmi.charts.frames import ChartContents, ChartFrame, ChartView, P
 from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.link.row_ring import RowRing
 from servo_ctrl.hmi.scope.capture import CaptureSettings, CaptureState, CaptureWindow, advance
+from servo_ctrl.hmi.scope.math_channels import MathChannel
 from servo_ctrl.hmi.scope.trigger import Trigger, TriggerState, find_triggers
 from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.recording.min_max import bucket_rows
@@ -37,7 +39,9 @@ class ScopeStream:
         self.width = WIDTHS[4]
         self.hold = False
         self.capture = CaptureState(0)
-        self._cache = cache
+        self._shared, self._cache = cache, cache
+        self._math: tuple[MathChannel, ...] = ()
+        self._period_s = 1.0
         self._trigger_state = TriggerState()
         self._searched = -1
         """Rows before this one were searched for triggers."""
@@ -57,6 +61,13 @@ class ScopeStream:
         self.capture, self._trigger_state = CaptureState(ring.end), TriggerState()
         self._searched, self._kept, self.hold = ring.end, None, False
         self._stops = ()
+
+    def compute(self, math: Sequence[MathChannel], period_s: float) -> None:
+        """Append these channels to the columns of every row from now on."""
+        self._math, self._period_s = tuple(math), period_s
+        # columns beyond those of the machine are others in another scope
+        self._cache = PayloadCache() if self._math else self._shared
+        self._kept, self._contents = None, None
 
     def resend(self) -> None:
         """Send all points with the next frame: the chart has lost its own."""
@@ -118,7 +129,7 @@ class ScopeStream:
         """The rows that are shown, at full rate; perhaps none."""
         window = self.capture.window
         if window is None:
-            return CapturedRows(ring.end, np.zeros((0, len(ring.names))))
+            return CapturedRows(ring.end, np.zeros((0, len(ring.names) + len(self._math))))
         first, end = self._span(window, ring)
         return CapturedRows(first, self._values(ring, first, max(end, first)))
 
@@ -149,10 +160,21 @@ class ScopeStream:
 
     def _values(self, ring: RowRing, begin: int, end: int) -> Array:
         """The rows [begin, end); those that were overwritten are NaN."""
+        if self._kept is None and self._math:
+            return self._computed(ring, self._recorded(ring, begin - 1, end))
+        return self._recorded(ring, begin, end)
+
+    def _computed(self, ring: RowRing, rows: Array) -> Array:
+        """The rows but the first, which is the row before, with the computed channels as further columns."""
+        places = {name: place for place, name in enumerate(ring.names)}
+        columns = [channel.values(rows, places, self._period_s) for channel in self._math]
+        return np.column_stack((rows[1:], *columns))
+
+    def _recorded(self, ring: RowRing, begin: int, end: int) -> Array:
         first, rows = self._kept or ring.since(begin)
         values = rows[max(begin - first, 0) : max(end - first, 0)]
         if begin < first:
-            gone = np.full((min(first, end) - begin, len(ring.names)), np.nan)
+            gone = np.full((min(first, end) - begin, rows.shape[1]), np.nan)
             values = np.concatenate((gone, values))
         return values
 
