@@ -18,8 +18,14 @@ Values = Mapping[tuple[int, int], int]
 ENCODER, GEAR, FEED, VELOCITY_FACTOR = 0x608F, 0x6091, 0x6092, 0x6096
 POSITION_UNIT, VELOCITY_UNIT, ACCELERATION_UNIT = 0x60A8, 0x60A9, 0x60AA
 RATIOS = (ENCODER, GEAR, FEED, VELOCITY_FACTOR)
+POSITION_RANGE = 0x607B
+WHOLE_RANGE = (-(1 << 31), (1 << 31) - 1)
+"""Positions that do not wrap before the type does."""
 UNITS = (POSITION_UNIT, VELOCITY_UNIT, ACCELERATION_UNIT)
-ADDRESSES = (*((index, sub) for index in RATIOS for sub in (1, 2)), *((index, 0) for index in UNITS))
+ADDRESSES = (
+    *((index, sub) for index in (*RATIOS, POSITION_RANGE) for sub in (1, 2)),
+    *((index, 0) for index in UNITS),
+)
 """All that is read."""
 _NUMERATOR = 0x00FF_0000
 INCREMENT, REVOLUTION, DEGREE, METRE = 0x00B5_0000, 0x00B4_0000, 0x0041_0000, 0x0001_0000
@@ -51,6 +57,12 @@ class DriveUnits(NamedTuple):
             above, below = (values[VELOCITY_FACTOR, subindex] for subindex in (1, 2))
             advice = f"set it to 1/1 and say its unit in {self.key}.velocity_unit"
             yield f"scales velocities by 6096h = {above}/{below}; {advice}"
+        low, high = (values.get((POSITION_RANGE, subindex), 0) for subindex in (1, 2))
+        if low < high and (low, high) != WHOLE_RANGE:
+            yield (
+                f"begins its positions anew at the ends of 607Bh = {low} to {high}, which no axis here does; "
+                f"set it to {WHOLE_RANGE[0]} and {WHOLE_RANGE[1]}"
+            )
         for index, text, code, key in (
             (VELOCITY_UNIT, self.velocity, self.velocity_code, "velocity_unit"),
             (ACCELERATION_UNIT, self.acceleration, self.acceleration_code, "acceleration_unit"),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from consecutive_runs import ConsecutiveRuns, Script
-from fault_scripts import jogged
+from fault_scripts import bus_off, bus_restarts, jogged
 from recovery_rows import NEW_RUN, ROWS, SWITCH_ON, RecoveryRow
 
 from servo_ctrl.commands.command import Command, CommandRequest
@@ -231,3 +231,19 @@ def test_new_run_finds_drives_still_under_control(table: Table) -> None:
     assert motion.powered
     assert not motion.stopping
     fresh_run(made)
+
+
+def test_enable_is_refused_while_the_interface_is_off_the_bus(table: Table) -> None:
+    made = table()
+
+    def script() -> Script:
+        yield from prepared(made)
+        yield from bus_off(made)
+        yield made.at(Stage.STANDBY)
+        verdict = made.stand.handler.execute(CommandRequest(Command.ENABLE))
+        assert not verdict.accepted
+        assert "bus-off; the interface restarts by itself where restart-ms is set" in verdict.reason
+        bus_restarts(made)
+        yield from switched_on(made)
+
+    assert not made.run(script).failed
