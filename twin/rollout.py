@@ -11,8 +11,10 @@ import numpy as np
 
 from hil_sim.config import PlantConfig, build_plant
 from kernels.arrays import Array
+from servo_ctrl.config.freeze import input_shaper
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.motion.input_shaper import shaped
 from twin.axis_rollout import COLUMNS, AxisRollout
 from twin.wiring import wires_of
 
@@ -44,7 +46,9 @@ def rollout(
         wires = wires_of(machine.axes[name], axis_plant)
         plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
         axis = AxisRollout(params[name], wires, plant, index, substeps, plant_config.dt_s)
-        rows = axis.rows(reference[name], off_cycles)
+        shaper = input_shaper(machine, name)
+        wanted = reference[name] if shaper is None else shaped(reference[name], shaper)
+        rows = axis.rows(wanted, off_cycles)
         columns.update({f"{name}.{column}": rows[column] for column in COLUMNS})
         length = len(rows)
     return {"time_s": np.arange(length, dtype=np.float64) * machine.period_s, **columns}

@@ -15,6 +15,7 @@ from servo_ctrl.control.parts import SECTIONS
 from servo_ctrl.control.section import AxisFacts, filter_blend
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.control.types import Output
+from servo_ctrl.motion.input_shaper import Taps, taps
 from servo_ctrl.motion.profile import MotionLimits
 from servo_ctrl.units import MM
 
@@ -119,6 +120,14 @@ def with_fuzzy(params: AxisParams, enabled: bool) -> AxisParams:
     """Return parameters with the fuzzy-PD law, or with the PID law."""
     table = surface(SURFACE_POINTS) if enabled else params.fuzzy.surface
     return params._replace(fuzzy=params.fuzzy._replace(enabled=enabled, surface=table))
+
+
+def input_shaper(machine: MachineConfig, axis: str) -> Taps | None:
+    """The shaper of the set points of an axis, None without one."""
+    config = machine.axes[axis].input_shaper
+    if config is None:
+        return None
+    return taps(config.kind, float(config.frequency_hz), float(config.damping_ratio), machine.period_s)
 
 
 def motion_limits(machine: MachineConfig) -> MotionLimits:

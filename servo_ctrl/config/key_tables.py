@@ -32,6 +32,7 @@ SECTIONS: dict[str, Any] = {
     "axis.NAME.transmission": model.Transmission,
     "axis.NAME.limits": model.Limits,
     "axis.NAME.control": model.Control,
+    "axis.NAME.input_shaper": model.InputShaper,
     **{f"axis.NAME.{name}": kind for name, kind in SECTION_TYPES.items()},
     "monitoring": learning_model.MonitoringConfig,
     "learning": learning_model.LearningConfig,

@@ -118,6 +118,17 @@ class Control(FileSection):
     """Time constant of a first-order low pass on that velocity; 0 = none."""
 
 
+class InputShaper(FileSection):
+    """Shapes the set points of the axis against a structure that swings."""
+
+    kind: Literal["zv", "zvd"] = "zv"
+    """zv: two impulses, half a cycle of delay; zvd: three, a whole cycle, forgiving a wrong frequency."""
+    frequency_hz: Annotated[float, Strict(), Field(ge=0.5, le=1000.0)]
+    """Frequency at which the structure swings while the axis is held, hertz."""
+    damping_ratio: Annotated[float, Strict(), Field(ge=0.0, le=0.7)] = 0.0
+    """Damping ratio of the swing."""
+
+
 class AxisConfig(FileSection):
     """One axis: its nodes, its mechanics, its limits and its loop."""
 
@@ -135,6 +146,8 @@ class AxisConfig(FileSection):
     """What may not be exceeded."""
     control: Control
     """Gains."""
+    input_shaper: InputShaper | None = None
+    """Against a structure that swings."""
     # The sections of the control law by name; each part of the law declares its section.
     __annotations__.update({name: kind | None for name, kind in SECTION_TYPES.items()})
     vars().update({name: Field(None, description=MEANINGS[name]) for name in SECTION_TYPES})

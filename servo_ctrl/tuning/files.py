@@ -8,6 +8,7 @@ from typing import Any
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.report.html_page import page
 from servo_ctrl.tuning.machine_file import section_text
+from servo_ctrl.tuning.modal_model import held_modes
 from servo_ctrl.tuning.pictures import report_of
 from servo_ctrl.tuning.session import Setting, TuneResult
 from servo_ctrl.tuning.words import lines_of
@@ -21,12 +22,22 @@ def write_files(result: TuneResult, out: Path) -> list[Path]:
     comments = "".join(f"# {line}\n" for line in lines_of(result))
     texts = {
         HTML_FILE: page(report_of(result)),
-        TOML_FILE: comments + section_text(result.axis, result.sections),
+        TOML_FILE: comments + section_text(result.axis, result.sections) + _shaper_text(result),
         JSON_FILE: json.dumps(figures_of(result), indent=2, allow_nan=False) + "\n",
     }
     for name, text in texts.items():
         write_text_whole(out / name, text)
     return [out / name for name in texts]
+
+
+def _shaper_text(result: TuneResult) -> str:
+    """The section of an input shaper as a comment."""
+    shaper = result.proposal.shaper
+    if shaper is None:
+        return ""
+    keys = "".join(f"# {key} = {value:g}\n" for key, value in shaper._asdict().items())
+    head = "\n# Moves excite what swings while the axis is held. On every axis of a path:\n"
+    return f'{head}# [axis.{result.axis}.input_shaper]\n# kind = "zv"\n{keys}'
 
 
 def figures_of(result: TuneResult) -> dict[str, Any]:
@@ -50,7 +61,9 @@ def figures_of(result: TuneResult) -> dict[str, Any]:
             {"frequency_hz": mode.frequency_hz, "damping_ratio": mode.damping_ratio}
             for mode in result.proposal.resonances
         ],
+        "held": [{"frequency_hz": hz, "damping_ratio": damping} for hz, damping in held_modes(model)],
         "proposed": result.sections,
+        "input_shaper": None if result.proposal.shaper is None else result.proposal.shaper._asdict(),
         "before": _setting(result.before),
         "after": _setting(result.after),
         "notes": list(result.notes),

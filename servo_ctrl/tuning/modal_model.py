@@ -90,6 +90,31 @@ def resonances(model: ModalModel) -> tuple[Mode, ...]:
     return tuple(found)
 
 
+def held_modes(model: ModalModel) -> tuple[tuple[float, float], ...]:
+    """Frequency (Hz) and damping ratio of what still swings while the motor is held: its antiresonances.
+
+    They are the zeros of the motor's response: r times the product of all D_k, and for each mode c_k
+    (s^2 + b s) times the product of the others, with D_k = s^2 + 2 z_k w_k s + w_k^2.
+    """
+    polynomials = []
+    for mode in model.modes:
+        w = 2.0 * math.pi * mode.frequency_hz
+        polynomials.append(np.array([1.0, 2.0 * mode.damping_ratio * w, w * w]))
+    zeros = np.array([model.motor_1_kg])
+    for own in polynomials:
+        zeros = np.polymul(zeros, own)
+    for index, mode in enumerate(model.modes):
+        term = mode.motor_1_kg * np.array([1.0, model.friction_1_s, 0.0])
+        for other, own in enumerate(polynomials):
+            if other != index:
+                term = np.polymul(term, own)
+        zeros = np.polyadd(zeros, term)
+    roots = [complex(root) for root in np.roots(zeros)]
+    found = [(abs(root) / (2.0 * math.pi), -root.real / abs(root)) for root in roots if root.imag > 0.0]
+    highest_hz = 0.5 / model.period_s
+    return tuple(sorted((hz, damping) for hz, damping in found if hz < highest_hz and 0.0 <= damping < 0.7))
+
+
 def _columns(
     frequency_hz: Array,
     period_s: float,

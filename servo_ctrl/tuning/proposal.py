@@ -27,7 +27,7 @@ from servo_ctrl.control.types import Output
 from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.frequency_response import FrequencyResponse, Response
 from servo_ctrl.tuning.loop import Margins, Plant
-from servo_ctrl.tuning.modal_model import ModalModel, Mode, resonances
+from servo_ctrl.tuning.modal_model import ModalModel, Mode, held_modes, resonances
 
 SHIFTS, SHIFTED_MS = (0.93, 1.07), 1.25
 LOADS, LOADED_MS = (1.0 / 0.7, 1.0 / 1.3), 1.5
@@ -35,6 +35,8 @@ VELOCITY_MS = 2.5
 NOISE_SHARE = 0.01
 STEP_S, STEP_POINTS = 0.3, 60
 """How long the axis is looked at behind a step of force, and at how many instants."""
+SWINGS_ON, SHAPED_TO_HZ = 0.1, 150.0
+"""Damping ratio and frequency up to which a shaper is worth its delay."""
 WORTH = 0.1
 """Of the cost, a logarithm, by which a notch must be better. Chosen, as the numbers above."""
 INFEASIBLE = 1e3
@@ -49,6 +51,13 @@ class NotchValues(NamedTuple):
     frequency_hz: float
     damping_ratio: float
     depth: float
+
+
+class ShaperValues(NamedTuple):
+    """Keys of the input shaper's section."""
+
+    frequency_hz: float
+    damping_ratio: float
 
 
 class Proposal(NamedTuple):
@@ -66,6 +75,8 @@ class Proposal(NamedTuple):
     compliance_m_n: float
     """Its peak."""
     resonances: tuple[Mode, ...]
+    shaper: ShaperValues | None
+    """Against what swings while the axis is held. Told, not applied: all axes of a path need the same."""
 
 
 class EncoderSteps(NamedTuple):
@@ -241,7 +252,16 @@ def _proposal(search: _Search, values: Array) -> Proposal:
         loops.margins_of(loop, search.plant.frequency_hz),
         search.compliance(loop),
         resonances(search.model),
+        _shaper(search.model),
     )
+
+
+def _shaper(model: ModalModel) -> ShaperValues | None:
+    """For the lowest mode that swings on while the motor is held; None where all die away quickly."""
+    for hz, damping in held_modes(model):
+        if damping < SWINGS_ON and hz < SHAPED_TO_HZ and resonances(model):
+            return ShaperValues(_rounded(hz), _rounded(damping))
+    return None
 
 
 def judged(

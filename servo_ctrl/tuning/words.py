@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from servo_ctrl.tuning.modal_model import held_modes
 from servo_ctrl.tuning.session import Setting, TuneResult
 from servo_ctrl.units import UM
 
@@ -18,6 +19,8 @@ def lines_of(result: TuneResult) -> Iterator[str]:
         yield f"  resonance {mode.frequency_hz:.2f} Hz, damping ratio {mode.damping_ratio:.4f}"
     if not proposal.resonances:
         yield "  no resonance stands out"
+    for hz, damping in held_modes(model):
+        yield f"  while the motor is held, {hz:.2f} Hz swings on with damping ratio {damping:.4f}"
     yield f"  before: {margins_line(result.before)}"
     measured = f"measured Ms {result.measured_ms:.2f}, stated {result.ms:g}"
     yield f"  after:  {margins_line(result.after)}; {measured}"

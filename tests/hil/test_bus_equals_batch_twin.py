@@ -122,6 +122,8 @@ def machine_in_mode(mode: str, folder: Path) -> Path:
         text = without_sections(text, *IMPOSSIBLE[mode])
         if mode != "csp" and name == "controller.toml":
             text += "\n[axis.y.notch]\nfrequency_hz = 80.0\n"
+        if mode == "csp" and name == "controller.toml":
+            text += '\n[axis.x.input_shaper]\nkind = "zvd"\nfrequency_hz = 33.0\n'
         (folder / name).write_text(text.replace(SETPOINTS["cst"], SETPOINTS[mode]))
     return folder
 

@@ -110,7 +110,7 @@ class MachineController(MachineFigures):
     def run(self, program: Reference) -> None:
         """Start a program; do nothing unless the machine is ready."""
         if self.stage is Stage.READY:
-            self._source.program = program
+            self._source.begin(program, self._drives.hold_positions_m)
             self.completed = False
             self.stage = Stage.RUNNING
 

@@ -1,6 +1,7 @@
 """The parts of a machine controller and the values that others read; `machine` changes them."""
 
 import math
+from collections.abc import Sequence
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.drives import AxisPlace, Drives
@@ -11,6 +12,7 @@ from servo_ctrl.daemon.cycle.missing_inputs import MissingInputs, Tolerance
 from servo_ctrl.daemon.cycle.setting_up import SettingUp
 from servo_ctrl.daemon.set_points.reference import Reference
 from servo_ctrl.daemon.set_points.set_point_source import SetPointSource
+from servo_ctrl.motion.input_shaper import Taps
 
 EVENT_AGAIN_S = 1.0
 """A text that was absent this long is a new event; chosen."""
@@ -35,6 +37,10 @@ class MachineFigures:
         self._disturbed_at = -math.inf
         """The last cycle with missed ticks or missing inputs."""
         self._source = SetPointSource([place.stop_acceleration_m_s2 for place in places], period_s)
+
+    def shape_set_points(self, shapers: Sequence[Taps | None]) -> None:
+        """Shape the set points of each axis from now on."""
+        self._source.shape(shapers)
 
     @property
     def failed(self) -> bool:

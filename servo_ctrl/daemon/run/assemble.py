@@ -11,7 +11,7 @@ from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.node_plan import LIMIT_SWITCHES, NodePlan, PdoPlan
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.freeze import axis_params, input_shaper
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.cycle.drives import AxisPlace
@@ -69,7 +69,9 @@ def build_machine(
     """Make the machine of these axes. Lockstep waits for each input and tolerates no missing one."""
     gap_cycles = 0 if lockstep else round(GAP_TOLERATED_S / config.period_s)
     tolerance = Tolerance(gap_cycles, config.bus.missed_per_1000)
-    return MachineController(places, input_names(plans), config.period_s, tolerance)
+    machine = MachineController(places, input_names(plans), config.period_s, tolerance)
+    machine.shape_set_points([input_shaper(config, name) for name in config.axes])
+    return machine
 
 
 def connect(

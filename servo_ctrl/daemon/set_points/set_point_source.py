@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.set_points.reference import Reference, Row, stop_ramp
+from servo_ctrl.motion.input_shaper import RowShaper, Taps
 
 
 class SetPointSource:
@@ -12,11 +13,18 @@ class SetPointSource:
     def __init__(self, stop_acceleration_m_s2: Sequence[float], period_s: float) -> None:
         self.program: Reference | None = None
         self.row: Row | None = None
-        """Set points of the last cycle; None: every axis holds where it was taken over."""
+        """Set points of the last cycle, shaped; None: every axis holds where it was taken over."""
         self.segment = -1
         """Number of the step of `row`, -1 outside a program."""
         self._limits, self._period_s = tuple(stop_acceleration_m_s2), period_s
         self._ramp: Iterator[Row] | None = None
+        self._wanted: Row | None = None
+        """The row before it is shaped."""
+        self._shaper = RowShaper((), REFERENCE_FIELDS)
+
+    def shape(self, shapers: Sequence[Taps | None]) -> None:
+        """Shape the set points of each axis from now on; the axes are at rest."""
+        self._shaper = RowShaper(shapers, REFERENCE_FIELDS)
 
     @property
     def stopping(self) -> bool:
@@ -25,30 +33,42 @@ class SetPointSource:
 
     @property
     def at_rest(self) -> bool:
-        """Whether the set points are at rest."""
-        return self.row is None or not any(self.row[1::REFERENCE_FIELDS])
+        """Whether the set points are at rest, with nothing on its way through a shaper."""
+        wanted = self._wanted
+        return wanted is None or (not any(wanted[1::REFERENCE_FIELDS]) and self._shaper.over)
 
     def set_points_m(self, hold_m: Sequence[float]) -> list[float]:
         """Return the position set points, metres by axis; `hold_m`: where the axes were taken over."""
-        return list(hold_m) if self.row is None else self.row[::REFERENCE_FIELDS]
+        return list(hold_m) if self._wanted is None else self._wanted[::REFERENCE_FIELDS]
+
+    def begin(self, program: Reference, hold_m: Sequence[float]) -> None:
+        """Follow a program, from rest; `hold_m`: where the axes were taken over."""
+        self.program = program
+        if self._wanted is None:
+            self._shaper.rest_at([value for at_m in hold_m for value in (at_m, 0.0, 0.0, 0.0)])
 
     def follow(self, cycle: int) -> bool:
         """Take the next row of the program; return False after its last row."""
         if self.program is None or (row := self.program.advance(cycle)) is None:
             return False
-        self.row, self.segment = row, self.program.step
+        self.segment = self.program.step
+        self._give(row)
         return True
 
     def stay(self) -> None:
         """Take the next row of a stop ramp, if one has begun; else keep the row."""
         self.segment = -1
-        if self._ramp is not None:
-            self.row = next(self._ramp, self.row)
+        wanted = self._wanted if self._ramp is None else next(self._ramp, self._wanted)
+        if wanted is not None and (wanted is not self._wanted or not self._shaper.over):
+            self._give(wanted)
+
+    def _give(self, row: Row) -> None:
+        self._wanted, self.row = row, self._shaper.shape(row)
 
     def ramp_down(self, hold_m: Sequence[float]) -> None:
         """Begin a stop ramp that brings all axes to rest in the same time."""
         if self._ramp is None:
-            last = self.row
+            last = self._wanted
             if last is None:
                 last = [value for position_m in hold_m for value in (position_m, 0.0, 0.0, 0.0)]
             self._ramp = stop_ramp(last, self._limits, self._period_s)
@@ -59,4 +79,5 @@ class SetPointSource:
 
     def let_go(self) -> None:
         """Forget program and set points: the axes lose control or are taken over anew."""
-        self.program = self._ramp = self.row = None
+        self.program = self._ramp = self.row = self._wanted = None
+        self._shaper.forget()

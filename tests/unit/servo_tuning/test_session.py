@@ -97,6 +97,8 @@ def test_the_command_measures_proposes_and_proves(machines: Path, twin_bus: Twin
     assert abs(first["frequency_hz"] - 62.6) < 0.3
     assert abs(first["damping_ratio"] - 0.0209) < 0.002
     assert abs(figures["plant"]["mass_kg"] - 76.0) < 3.0
+    assert abs(figures["held"][0]["frequency_hz"] - 60.0) < 0.3
+    assert abs(figures["input_shaper"]["frequency_hz"] - 60.0) < 0.3
     assert figures["after"]["compliance_m_n"] < figures["before"]["compliance_m_n"]
     assert figures["after"]["step_peak_m"] < 0.8 * figures["before"]["step_peak_m"]
     assert twin_bus.control[0].feedback == "motor"  # measured on the motor, proved as the file says

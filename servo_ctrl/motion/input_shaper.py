@@ -1,0 +1,115 @@
+"""Input shaping: set points as a sum of delayed copies, so that a swing that one excites the others cancel.
+
+    ZV:  impulses 1, K at 0, T/2;  ZVD:  1, 2 K, K^2 at 0, T/2, T;  each over their sum
+    K = exp(-zeta pi / sqrt(1 - zeta^2)),  T = 1 / (f sqrt(1 - zeta^2))
+
+Source: Singer and Seering (1990), Preshaping Command Inputs to Reduce System Vibration. ZV leaves nothing at
+f; ZVD nothing where f is right and little where it is 10 % off, for twice the delay. An impulse between two
+samples is shared by both. The amplitudes are positive and their sum is 1, so shaped set points keep every
+limit that the set points keep. All axes of a path need the same shaper: another delay on one bends it.
+"""
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from kernels.arrays import Array
+
+ShaperKind = Literal["zv", "zvd"]
+SHAPED_FIELDS = 3
+"""Position, velocity and acceleration, of the fields of a reference; a force offset passes as it is."""
+
+
+class Taps(NamedTuple):
+    """Whole delays in samples, ascending, behind the copy that is not delayed, and their shares."""
+
+    delays: tuple[int, ...]
+    shares: tuple[float, ...]
+
+    @property
+    def longest(self) -> int:
+        """Samples until a set point is through."""
+        return self.delays[-1] if self.delays else 0
+
+
+def impulses(kind: ShaperKind, frequency_hz: float, damping_ratio: float) -> tuple[list[float], list[float]]:
+    """Times (s) and shares of the impulses."""
+    damped = math.sqrt(1.0 - damping_ratio**2)
+    half_s = 0.5 / (frequency_hz * damped)
+    k = math.exp(-damping_ratio * math.pi / damped)
+    weights = [1.0, k] if kind == "zv" else [1.0, 2.0 * k, k * k]
+    return [half_s * index for index in range(len(weights))], [weight / sum(weights) for weight in weights]
+
+
+def taps(kind: ShaperKind, frequency_hz: float, damping_ratio: float, period_s: float) -> Taps:
+    """The shaper at the SYNC period."""
+    share_of: dict[int, float] = {}
+    for time_s, share in zip(*impulses(kind, frequency_hz, damping_ratio), strict=True):
+        whole = math.floor(time_s / period_s + 1e-9)
+        part = max(time_s / period_s - whole, 0.0)
+        share_of[whole] = share_of.get(whole, 0.0) + share * (1.0 - part)
+        if part > 1e-9:
+            share_of[whole + 1] = share_of.get(whole + 1, 0.0) + share * part
+    delays = tuple(delay for delay in sorted(share_of) if delay > 0)
+    return Taps(delays, tuple(share_of[delay] for delay in delays))
+
+
+def shaped(values: Array, shaper: Taps) -> Array:
+    """Set points (n, fields) of one axis, shaped; before the first one it was at rest there.
+
+    At rest the set points come out to the last bit as they went in.
+    """
+    out = np.array(values, dtype=np.float64)
+    fields = slice(0, SHAPED_FIELDS)
+    rest = np.zeros_like(values[:1])
+    rest[0, 0] = values[0, 0]
+    before = np.concatenate((np.repeat(rest, shaper.longest, axis=0), values))
+    for delay, share in zip(shaper.delays, shaper.shares, strict=True):
+        first = shaper.longest - delay
+        out[:, fields] += share * (before[first : first + len(values), fields] - values[:, fields])
+    return out
+
+
+class RowShaper:
+    """Shapes the rows of a cycle, all axes side by side; the same sums as `shaped`."""
+
+    def __init__(self, shapers: Sequence[Taps | None], fields: int) -> None:
+        self._shapers = [(index, one) for index, one in enumerate(shapers) if one is not None and one.delays]
+        self._fields = fields
+        self._longest = max((one.longest for _, one in self._shapers), default=0)
+        self._rows: deque[list[float]] = deque(maxlen=self._longest + 1)
+        self._still = 0
+
+    @property
+    def over(self) -> bool:
+        """What went in has come out."""
+        return self._still >= self._longest
+
+    def forget(self) -> None:
+        """The axes are led anew, from rest."""
+        self._rows.clear()
+        self._still = self._longest
+
+    def rest_at(self, row: list[float]) -> None:
+        """The axes are at rest in this row."""
+        self._rows.extend([row] * self._longest)
+
+    def shape(self, row: list[float]) -> list[float]:
+        """The row that goes out as this one comes in."""
+        if not self._shapers:
+            return row
+        if not self._rows:
+            self.rest_at([value if place % self._fields == 0 else 0.0 for place, value in enumerate(row)])
+        self._rows.append(row)
+        moves = any(row[1 :: self._fields]) or row[:: self._fields] != self._rows[-2][:: self._fields]
+        self._still = 0 if moves else self._still + 1
+        out = list(row)
+        for index, one in self._shapers:
+            for field in range(index * self._fields, index * self._fields + SHAPED_FIELDS):
+                value = row[field]
+                for delay, share in zip(one.delays, one.shares, strict=True):
+                    out[field] += share * (self._rows[-1 - delay][field] - value)
+        return out
