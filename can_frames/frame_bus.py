@@ -7,15 +7,19 @@ import errno
 import socket
 import time
 from collections.abc import Callable, Iterator
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
 from can_frames.frame import ERROR, EXTENDED, FRAME, FRAME_BYTES, IDENTIFIER_MASK, REMOTE
+from can_frames.message_batch import MOST_FRAMES, BatchSocket
 from kernels.lean_import import as_if_absent
 
 with as_if_absent("asammdf"):  # python-can loads it, and pandas, for MF4 logs: 0.5 s of every start
     import can
     from can.interfaces.socketcan import SocketcanBus
 
+T = TypeVar("T")
+
+MOST_BYTES = FRAME_BYTES * MOST_FRAMES
 PAUSE_S = 2e-4
 """Pause before another try while a transmit queue is full: 1.5 frames at 1 Mbit/s."""
 FULL = frozenset({errno.ENOBUFS, errno.EAGAIN})
@@ -75,27 +79,23 @@ class _BurstBus:
 
 
 class _SocketBus:
-    """SocketCAN, whose socket transfers exactly these bytes, one frame a call."""
+    """SocketCAN, whose socket transfers exactly these bytes, a batch of frames a call."""
 
     more = False
 
     def __init__(self, sock: socket.socket, patience: Patience) -> None:
-        self._receive, self._give, self._patience_s = sock.recv, sock.send, patience.queue_s
+        self._socket, self._patience_s = BatchSocket(sock), patience.queue_s
 
     def waiting(self) -> Iterator[bytearray]:
-        while True:
-            try:
-                frame = self._receive(FRAME_BYTES, socket.MSG_DONTWAIT)
-            except BlockingIOError:
-                return
-            yield bytearray(frame)
+        while burst := self._socket.receive():
+            yield burst
+            if len(burst) < MOST_BYTES:
+                return  # what comes meanwhile makes the file readable again
 
     def send(self, frames: bytes) -> None:
-        for start in range(0, len(frames), FRAME_BYTES):
-            _send_patiently(self._send_one, frames[start : start + FRAME_BYTES], self._patience_s)
-
-    def _send_one(self, frame: bytes) -> None:
-        self._give(frame, socket.MSG_DONTWAIT)
+        left = frames
+        while left:
+            left = left[FRAME_BYTES * _patiently(self._socket.send, left[:MOST_BYTES], self._patience_s) :]
 
 
 class _MessageBus:
@@ -112,7 +112,7 @@ class _MessageBus:
 
     def send(self, frames: bytes) -> None:
         for start in range(0, len(frames), FRAME_BYTES):
-            _send_patiently(self._send_one, frames[start : start + FRAME_BYTES], self._patience.queue_s)
+            _patiently(self._send_one, frames[start : start + FRAME_BYTES], self._patience.queue_s)
 
     def _send_one(self, frame: bytes) -> None:
         can_id, size, data = FRAME.unpack(frame)
@@ -129,20 +129,18 @@ def _packed(message: can.Message) -> bytes:
     return FRAME.pack(header | ERROR * message.is_error_frame, len(message.data), message.data)
 
 
-def _send_patiently(send: Callable[[bytes], None], frame: bytes, patience_s: float) -> None:
-    """Send a frame, waiting at most `patience_s` for space in a full transmit queue."""
+def _patiently(send: Callable[[bytes], T], frames: bytes, patience_s: float) -> T:
+    """Send frames, waiting at most `patience_s` for space in a full transmit queue; return what `send` does."""
     deadline_s = 0.0
     while True:
         try:
-            send(frame)
+            return send(frames)
         except (can.CanError, OSError) as error:
             now_s = time.monotonic()
             deadline_s = deadline_s or now_s + patience_s
             if error_code(error) not in FULL or now_s > deadline_s:
                 raise
             time.sleep(PAUSE_S)
-        else:
-            return
 
 
 def error_code(error: Exception) -> int:

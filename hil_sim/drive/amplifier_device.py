@@ -6,11 +6,15 @@ The runner calls `command_axis` before and `read_axis` after every advance of th
 
 from functools import partial
 from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
 
 from hil_sim.config import AxisPlant, Plant
+from hil_sim.cyclic.drive_record import NO_SET_POINT
 from hil_sim.drive import cia402_device as cia402
 from hil_sim.drive import stopping
-from hil_sim.drive.axis_port import AxisPort
+from hil_sim.drive.axis_port import AxisPort, store_fields
 from hil_sim.drive.brake_control import BrakeControl, brake_of
 from hil_sim.drive.cia402_device import Command, Event, State, Transition
 from hil_sim.drive.drive_dictionary import guard, hardware_values
@@ -21,11 +25,17 @@ from hil_sim.drive.stopping import Ramp
 from hil_sim.drive.touch_probe import TouchProbes
 from hil_sim.node import emcy
 from hil_sim.node.slave import NodeHost, Slave
+from kernels.arrays import Array
 
 CONNECTION_ERROR = 0x8100
 """Error code "communication, generic": the master stopped or reset a node in motion."""
-NO_SET_POINT = 1 << 31
-"""Where 60C1h:01 has been taken: out of its range, so that the same value may come again."""
+NEVER = -1
+"""State in which no controlword was executed yet."""
+TORQUE_LIMITS = (
+    *("acted_max_torque", "acted_max_current"),
+    *("acted_positive_torque", "acted_negative_torque"),
+)
+"""Fields of the record: 6072h, 6073h, 60E0h, 60E1h as the port has them."""
 FAULT, DISABLE_VOLTAGE, QUICK_STOP = 1, 2, 3
 """Abort connection option codes 6007h; 0 does nothing."""
 
@@ -48,11 +58,11 @@ class Drive:
         inside_eds: Path | None = None,
     ) -> None:
         self.objects = DriveObjects() if objects is None else objects
-        self.port = AxisPort(config, plant, index)
+        self.port = AxisPort(config, plant, index, self.objects)
         self.objects.sensors = self.port
         self.motion = Motion(self.objects, self.port)
         self._probes = TouchProbes(config, self.objects, self.port)
-        self.brake = BrakeControl(self.objects, brake_of(config, plant, index), host.clock)
+        self.brake = BrakeControl(self.objects, self.port, brake_of(config, plant, index), host.clock)
         self._clock = host.clock
         self._hardware_values = hardware_values(config)
         self._power_up()
@@ -61,10 +71,9 @@ class Drive:
 
     def _power_up(self) -> None:
         self.state = State.NOT_READY_TO_SWITCH_ON
-        self._controlword = 0
-        self._state_at_controlword: State | None = None  # in which the controlword was last executed
+        store_fields(self.port.record, acted_controlword=0, state=self.state, acted_state=NEVER)
         self._state_after_ramp: State | None = None  # while a ramp of 605Bh or 605Ch brakes the axis
-        self._torque_limits = (0, 0, 0, 0)  # 6072h, 6073h, 60E0h, 60E1h, as the port has them
+        store_fields(self.port.record, **dict.fromkeys(TORQUE_LIMITS, 0))
 
     # --- services for the slave -------------------------------------------------------------------
 
@@ -82,6 +91,7 @@ class Drive:
         self.set_polarity()
         self.limit_speed()
         self._probes.reset()
+        self.port.record["acted_probe_function"] = 0
         self.objects.interpolation_data_record = NO_SET_POINT
         self.last_set_point = 0
         self.take_range()
@@ -121,16 +131,19 @@ class Drive:
             self.push_set_point(objects.interpolation_data_record)
         if objects.touch_probe_function != self._probes.function:
             self._probes.follow()
+            self.port.record["acted_probe_function"] = self._probes.function
         if objects.modes_of_operation != objects.modes_of_operation_display:
             self.motion.select_mode(objects.modes_of_operation)
-        if self._wanted_torque_limits() != self._torque_limits:
+        record = self.port.record
+        if self._wanted_torque_limits() != tuple(record[name] for name in TORQUE_LIMITS):
             self._limit_torque()
         if (objects.physical_outputs, objects.bit_mask) != self.brake.outputs:
             self.brake.follow()
-        if objects.controlword != self._controlword or self._state_at_controlword is not self.state:
-            previous, self._controlword = self._controlword, objects.controlword
-            self._execute(self._controlword, previous)
-            self._state_at_controlword = self.state
+        previous, controlword = int(record["acted_controlword"]), objects.controlword
+        if controlword != previous or record["acted_state"] != self.state:
+            record["acted_controlword"] = controlword
+            self._execute(controlword, previous)
+            record["acted_state"] = self.state
             self._compose_statusword()
 
     def take_set_point(self) -> None:
@@ -151,8 +164,8 @@ class Drive:
     def take_range(self) -> None:
         """Follow the position range limit 607Bh."""
         objects = self.objects
-        self.port.range.take(objects.min_position_range_limit, objects.max_position_range_limit)
-        self.port.read(objects)
+        self.port.take_range(objects.min_position_range_limit, objects.max_position_range_limit)
+        self.port.read()
 
     def limit_speed(self) -> None:
         """Follow the max motor speed 6080h (1/min)."""
@@ -165,11 +178,23 @@ class Drive:
         return objects.max_torque, objects.max_current, *directions
 
     def _limit_torque(self) -> None:
-        self._torque_limits = self._wanted_torque_limits()
-        self.port.limit_torque(*self._torque_limits[:2])
-        self.port.limit_direction(*self._torque_limits[2:])
+        limits = self._wanted_torque_limits()
+        store_fields(self.port.record, **dict(zip(TORQUE_LIMITS, limits, strict=True)))
+        self.port.limit_torque(*limits[:2])
+        self.port.limit_direction(*limits[2:])
 
     # --- the tick ---------------------------------------------------------------------------------
+
+    @property
+    def follows_cycle(self) -> bool:
+        """Whether its tick is a cyclic mode's and nothing else, as `drives_in_step` has it for all drives."""
+        return bool(self.motion.led) and not self._probes.watching and not self.brake.brake.moving
+
+    def lie_in(self, record: NDArray[Any], numbers: Array) -> None:
+        """Have record (1,) and objects (values,) in the memory of the bench from now on."""
+        numbers[:] = self.objects.numbers
+        self.objects.move_to(numbers)
+        self.port.lie_in(record, self.objects.records)
 
     def command_axis(self, dt_s: float, share: float) -> None:
         """Command the axis for the next `dt_s`, which is a `share` of the communication cycle."""
@@ -178,7 +203,7 @@ class Drive:
     def read_axis(self, dt_s: float) -> None:
         """Read the axis back and supervise it."""
         motion = self.motion
-        self.port.read(self.objects)
+        self.port.read()
         if self.port.switches() != self.objects.digital_inputs:
             motion.read_switches()
         if self._probes.watching:
@@ -250,6 +275,7 @@ class Drive:
     def _enter(self, state: State) -> None:
         """Enter a state and switch power stage and brake accordingly; the caller starts a ramp."""
         self.state = state
+        self.port.record["state"] = state
         self._state_after_ramp = None
         if state is State.OPERATION_ENABLED:
             self.brake.order(close=False)

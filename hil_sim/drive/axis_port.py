@@ -7,131 +7,198 @@ where clients see them begin anew (607Bh).
 import math
 from typing import Any
 
+from numpy.typing import NDArray
+
 from hil_sim.config import AxisPlant, Plant
+from hil_sim.cyclic import drive_step
+from hil_sim.cyclic.drive_record import drive_records
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.position_range import PositionRange
-from hil_sim.plant.amplifier import CURRENT, OFF, POSITION, VELOCITY
-from hil_sim.plant.layout import SETPOINT
+from hil_sim.plant.amplifier import OFF
 from hil_sim.plant.measured_point import velocity_field
 
 POSITION_REVERSED, VELOCITY_REVERSED, TORQUE_REVERSED = 0x80, 0x40, 0x20  # polarity 607Eh
 SCALE_SENSOR = 1  # sensor selection code 606Ah
-HOME_SWITCH = 4  # digital inputs 60FDh
+CARRIED = "carried_velocity_m_s"
 PER_MILLE = 1000.0  # units of torque and current objects in the rated value
 
 
 class AxisPort:
-    """Commands to and feedback from axis `index` of the plant, by memory views (no numpy in the cycle)."""
+    """Commands to and feedback from axis `index` of the plant; its record and `objects` are the tick's."""
 
-    def __init__(self, config: AxisPlant, plant: Plant, index: int) -> None:
-        self._index = index
-        state = plant.state
-        self._setpoint: dict[str, Any] = {name: plant.setpoint[name].data for name in SETPOINT.names or ()}
-        self._counts: Any = state["encoder_counts"].data
-        self._encoder_velocity_m_s: Any = state["encoder_velocity_m_s"].data
-        self._measured_a: Any = state["current_measured_a"].data
-        self._table_position_m: Any = state["table_position_m"].data
-        self._scale_velocity_m_s: Any = state[velocity_field(plant.params[index])].data
-        self._scale_counts: Any = state["scale_counts"].data
+    def __init__(self, config: AxisPlant, plant: Plant, index: int, objects: DriveObjects) -> None:
+        own = slice(index, index + 1)
+        self._states, self._setpoints = plant.state[own], plant.setpoint[own]
+        self._state, self._setpoint = plant.state[index], plant.setpoint[index]
         self.counts_per_rev = config.encoder.counts_per_rev
-        self._m_per_count = config.lead_m / config.encoder.counts_per_rev
-        self._counts_per_m = config.encoder.counts_per_rev / config.lead_m
-        self._scale_counts_per_m = 1e6 / config.scale.resolution_um if config.scale else 0.0
-        self._negative_m = config.limit_switches.negative_mm * 1e-3
-        self._positive_m = config.limit_switches.positive_mm * 1e-3
-        home = config.home_switch
-        self._home_m = None if home is None else (home.from_mm * 1e-3, home.to_mm * 1e-3)
-        pulse_counts = round(config.encoder.index_mm * 1e-3 * self._counts_per_m)
-        self._pulse_counts = pulse_counts - int(state["encoder_origin_counts"][index])
+        counts_per_m = config.encoder.counts_per_rev / config.lead_m
+        pulse_counts = round(config.encoder.index_mm * 1e-3 * counts_per_m)
+        self._pulse_counts = pulse_counts - int(self._state["encoder_origin_counts"])
         motor = config.motor
         self._rated_current_a = motor.rated_current_ma * 1e-3
         rated_torque_nm = motor.rated_torque_mnm * 1e-3
         self._a_per_torque = rated_torque_nm / PER_MILLE / motor.torque_constant_nm_a
-        self._torque_per_a = 1.0 / self._a_per_torque
-        self._current_per_a = PER_MILLE / self._rated_current_a
         self._limit_a = self._peak_a = config.amplifier.peak_current_a
         self.has_scale = config.scale is not None
         self.position_gain_1_s: float = config.amplifier.position_gain_1_s
-        self.origin = 0  # user counts where the motor counts are zero
+        home = config.home_switch
+        self.lie_in(drive_records(1), objects.records)
+        store_fields(
+            self.record,
+            counts_per_m=counts_per_m,
+            m_per_count=config.lead_m / config.encoder.counts_per_rev,
+            a_per_torque=self._a_per_torque,
+            torque_per_a=1.0 / self._a_per_torque,
+            current_per_a=PER_MILLE / self._rated_current_a,
+            scale_counts_per_m=1e6 / config.scale.resolution_um if config.scale else 0.0,
+            carried=velocity_field(plant.params[index]) == CARRIED,
+            negative_m=config.limit_switches.negative_mm * 1e-3,
+            positive_m=config.limit_switches.positive_mm * 1e-3,
+            home_from_m=math.nan if home is None else home.from_mm * 1e-3,
+            home_to_m=math.nan if home is None else home.to_mm * 1e-3,
+        )
         self.range = PositionRange()
-        self.position = 0
-        """Actual position at the last `read`; 6064h shows it within the range."""
         self.set_polarity(0)
+
+    def warm_up(self) -> None:
+        """Compile what a drive calls by itself, or load it, before anything is on the bus; nothing moves."""
+        records, objects, setpoints = self._records.copy(), self._objects.copy(), self._setpoints.copy()
+        drive_step.read_axis(records, objects, self._states, 0)
+        drive_step.inputs_of(records, self._states, 0)
+        drive_step.check_following(records, objects, 0, 1.0)
+        drive_step.show_demand(records, objects, 0, 0.0, 0.0)
+        drive_step.clip_position(records, objects, 0, 0.0)
+        drive_step.clip_velocity(records, objects, 0, 0.0, 1.0, 1.0)
+        drive_step.clip_torque(records, objects, 0, 0.0)
+        drive_step.clip_step(records, 0, 0.0, 0.0, 1.0)
+        drive_step.shown(0, 0, 0)
+        drive_step.nearest(0, 0.0, 0.0)
+        drive_step.command_torque(records, setpoints, 0, 0.0)
+        drive_step.command_velocity(records, setpoints, 0, 0.0, 0.0)
+        drive_step.command_position(records, setpoints, 0, 0.0, 0.0, 0.0)
+
+    def lie_in(self, records: NDArray[Any], objects: NDArray[Any]) -> None:
+        """Have record and objects in memory (1,) of the bench from now on."""
+        if hasattr(self, "record"):
+            records[0] = self.record
+        self._records, self._objects = records, objects
+        self.record: Any = records[0]
+        """A `DriveRecord`."""
+
+    @property
+    def origin(self) -> int:
+        """User counts where the motor counts are zero."""
+        return int(self.record["origin"])
+
+    @origin.setter
+    def origin(self, counts: int) -> None:
+        self.record["origin"] = counts
+
+    @property
+    def position(self) -> int:
+        """Actual position at the last `read`; 6064h shows it within the range."""
+        return int(self.record["position"])
+
+    @property
+    def position_sign(self) -> int:
+        """Sign of a position by 607Eh."""
+        return int(self.record["position_sign"])
+
+    @property
+    def velocity_side(self) -> int:
+        """Sign of the position change at a positive velocity, in user units."""
+        return int(self.record["velocity_sign"] * self.record["position_sign"])
 
     def set_polarity(self, polarity: int) -> None:
         """Apply the signs of 607Eh; the actual position is mirrored at the origin."""
-        self.position_sign = -1 if polarity & POSITION_REVERSED else 1
-        self._velocity_sign = -1 if polarity & VELOCITY_REVERSED else 1
-        self._torque_sign = -1 if polarity & TORQUE_REVERSED else 1
-        # sign of the position change at a positive velocity, and under a positive torque, in user units
-        self.velocity_side = self._velocity_sign * self.position_sign
-        self.torque_side = self._torque_sign * self.position_sign
+        store_fields(
+            self.record,
+            position_sign=-1 if polarity & POSITION_REVERSED else 1,
+            velocity_sign=-1 if polarity & VELOCITY_REVERSED else 1,
+            torque_sign=-1 if polarity & TORQUE_REVERSED else 1,
+        )
 
-    def read(self, objects: DriveObjects) -> None:
-        """Write the actual values to the process objects."""
-        index = self._index
-        position = self.position = self.origin + self.position_sign * self._counts[index]
-        objects.position_actual_value = self.range.shown(position) if self.range.span else position
-        velocity = self._velocity_sign * self._encoder_velocity_m_s[index]
-        objects.velocity_actual_value = round(velocity * self._counts_per_m)
-        current_a = self._torque_sign * self._measured_a[index]
-        objects.current_actual_value = round(current_a * self._current_per_a)
-        objects.torque_actual_value = round(current_a * self._torque_per_a)
-        if self._scale_counts_per_m:
-            objects.additional_position_actual_value = self._scale_counts[index]
-            objects.additional_velocity_actual_value = round(
-                self._scale_velocity_m_s[index] * self._scale_counts_per_m
-            )
+    def read(self) -> None:
+        """Write the actual values to the process objects. Raises ValueError where there are none."""
+        if not drive_step.read_axis(self._records, self._objects, self._states, 0):
+            raise ValueError("the plant has no number for where an axis is: it is unstable")
 
-    def show_demand(self, objects: DriveObjects, position: float, velocity: float) -> None:
+    def show_demand(self, position: float, velocity: float) -> None:
         """Write the demand of the position loop: user counts; counts/s in the direction of the position."""
-        demand = round(position)
-        objects.position_demand_internal_value = demand
-        objects.position_demand_value = self.range.shown(demand) if self.range.span else demand
-        objects.velocity_demand_value = round(self.velocity_side * velocity)
+        drive_step.show_demand(self._records, self._objects, 0, float(position), float(velocity))
 
     def switches(self) -> int:
         """Digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch, bit 2 home switch."""
-        position_m = self._table_position_m[self._index]
-        negative, positive = position_m <= self._negative_m, position_m >= self._positive_m
-        inputs = int(negative) | int(positive) << 1
-        if self._home_m is not None and self._home_m[0] <= position_m <= self._home_m[1]:
-            inputs |= HOME_SWITCH
-        return inputs
+        return drive_step.inputs_of(self._records, self._states, 0)
+
+    def clip_position(self, wanted: float) -> float:
+        """Clip a position demand by the limits of travel."""
+        return drive_step.clip_position(self._records, self._objects, 0, float(wanted))
+
+    def clip_velocity(self, wanted: float, deceleration: float, dt_s: float) -> float:
+        """Clip a velocity demand (counts/s) likewise, so that braking at `deceleration` ends there."""
+        return drive_step.clip_velocity(
+            self._records, self._objects, 0, float(wanted), float(deceleration), dt_s
+        )
+
+    def clip_step(self, before: float, wanted: float, dt_s: float) -> float:
+        """Clip the next of a sequence of position demands to the speed of the motor, 6080h."""
+        return drive_step.clip_step(self._records, 0, float(before), float(wanted), dt_s)
+
+    def clip_torque(self, wanted: int) -> int:
+        """Clip a torque demand: none further into a limit switch, none beyond the speed of 6080h."""
+        return int(drive_step.clip_torque(self._records, self._objects, 0, float(wanted)))
+
+    def hold(self, value: float) -> None:
+        """Let a cyclic mode go on from `value`, without a ramp."""
+        store_fields(self.record, present=value, start=value, target=value, progress=1.0)
+
+    def lead(self, dt_s: float, share: float) -> None:
+        """Command the axis as its cyclic mode does."""
+        drive_step.lead_axes(self._records, self._objects, self._setpoints, dt_s, share)
+
+    def check_following(self, dt_s: float) -> bool:
+        """Update 60F4h; return whether the following error has been too large for too long."""
+        return drive_step.check_following(self._records, self._objects, 0, dt_s)
 
     def table_position_m(self) -> float:
         """Where the table is, for what stands at a place on the machine."""
-        return float(self._table_position_m[self._index])
+        return float(self._state["table_position_m"])
 
     def user_position(self, motor_counts: int) -> int:
         """Motor counts as a position that the user sees."""
         return self.range.shown(self.origin + self.position_sign * motor_counts)
 
+    def take_range(self, low: int, high: int) -> None:
+        """Follow the position range limit 607Bh."""
+        self.range.take(low, high)
+        store_fields(self.record, range_low=low, range_high=high, range_span=self.range.span)
+
     def into_range(self) -> int:
         """Put the zero where the actual position lies in its range; return by how much positions changed."""
         shift = self.range.shown(self.position) - self.position
         self.origin += shift
-        self.position += shift
+        self.record["position"] += shift
         return shift
 
     def close_switch(self, *, positive: bool) -> None:
         """Close one of the limit switches for good, wherever the table is."""
         if positive:
-            self._positive_m = -math.inf
+            self.record["positive_m"] = -math.inf
         else:
-            self._negative_m = math.inf
+            self.record["negative_m"] = math.inf
 
     def sensor_velocity(self, selection: int) -> int:
         """Velocity (increments/s of the sensor, without polarity) of encoder (0) or scale (1), by 606Ah."""
+        state, record = self._state, self.record
         if selection == SCALE_SENSOR:
-            velocity: float = self._scale_velocity_m_s[self._index] * self._scale_counts_per_m
-        else:
-            velocity = self._encoder_velocity_m_s[self._index] * self._counts_per_m
-        return round(velocity)
+            field = "carried_velocity_m_s" if record["carried"] else "table_velocity_m_s"
+            return round(float(state[field] * record["scale_counts_per_m"]))
+        return round(float(state["encoder_velocity_m_s"] * record["counts_per_m"]))
 
     def motor_counts(self) -> int:
         """Motor counts from the power-up origin, without polarity."""
-        return int(self._counts[self._index])
+        return int(self._state["encoder_counts"])
 
     def index_between(self, before: int, now: int) -> int | None:
         """Motor counts of the first index pulse passed between `before` and `now`, if any."""
@@ -144,43 +211,40 @@ class AxisPort:
 
     def off(self) -> None:
         """Switch the power stage off: no current, whatever the set points."""
-        self._setpoint["loop"][self._index] = OFF
+        self._setpoint["loop"] = OFF
 
     def limit_torque(self, max_torque: int, max_current: int) -> None:
         """Apply the limits 6072h and 6073h (per mille)."""
         by_torque_a = max_torque * self._a_per_torque
         by_current_a = max_current * self._rated_current_a / PER_MILLE
         self._limit_a = min(by_torque_a, by_current_a)
-        self._setpoint["current_limit_a"][self._index] = self._limit_a
+        self._setpoint["current_limit_a"] = self._limit_a
 
     def limit_direction(self, positive: int, negative: int) -> None:
         """Apply the limits 60E0h and 60E1h (per mille), below those of both directions."""
         limit_a = min(self._limit_a, self._peak_a)
         cuts_a = [max(0.0, limit_a - torque * self._a_per_torque) for torque in (positive, negative)]
-        if self._torque_sign < 0:
+        if self.record["torque_sign"] < 0:
             cuts_a.reverse()
-        self._setpoint["current_cut_positive_a"][self._index] = cuts_a[0]
-        self._setpoint["current_cut_negative_a"][self._index] = cuts_a[1]
+        self._setpoint["current_cut_positive_a"] = cuts_a[0]
+        self._setpoint["current_cut_negative_a"] = cuts_a[1]
 
     def command_torque(self, torque: int) -> None:
         """Torque set point (per mille)."""
-        index, setpoint = self._index, self._setpoint
-        setpoint["loop"][index] = CURRENT
-        setpoint["current_offset_a"][index] = 0.0
-        setpoint["current_a"][index] = self._torque_sign * torque * self._a_per_torque
+        drive_step.command_torque(self._records, self._setpoints, 0, float(torque))
 
     def command_velocity(self, velocity: float, torque_offset: int = 0) -> None:
         """Velocity set point (counts/s), reached linearly over the next advance."""
-        index, setpoint = self._index, self._setpoint
-        setpoint["loop"][index] = VELOCITY
-        setpoint["velocity_offset_m_s"][index] = 0.0
-        setpoint["current_offset_a"][index] = self._torque_sign * torque_offset * self._a_per_torque
-        setpoint["velocity_m_s"][index] = self._velocity_sign * velocity * self._m_per_count
+        drive_step.command_velocity(self._records, self._setpoints, 0, float(velocity), float(torque_offset))
 
-    def command_position(self, position: float, velocity_offset: int = 0, torque_offset: int = 0) -> None:
+    def command_position(self, position: float, torque_offset: int = 0) -> None:
         """Position set point (user counts), reached linearly over the next advance."""
-        index, setpoint = self._index, self._setpoint
-        setpoint["loop"][index] = POSITION
-        setpoint["velocity_offset_m_s"][index] = self._velocity_sign * velocity_offset * self._m_per_count
-        setpoint["current_offset_a"][index] = self._torque_sign * torque_offset * self._a_per_torque
-        setpoint["position_m"][index] = self.position_sign * (position - self.origin) * self._m_per_count
+        drive_step.command_position(
+            self._records, self._setpoints, 0, float(position), 0.0, float(torque_offset)
+        )
+
+
+def store_fields(record: Any, **values: float) -> None:
+    """Put values into fields of a record."""
+    for name, value in values.items():
+        record[name] = value

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable
 
 from hil_sim.config import AxisPlant, Plant
+from hil_sim.drive.axis_port import AxisPort, store_fields
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.node.nmt import Clock
 from hil_sim.plant.holding_brake import HoldingBrake
@@ -32,8 +33,8 @@ def brake_of(config: AxisPlant, plant: Plant, index: int) -> HoldingBrake:
 class BrakeControl:
     """The output of one drive. `wanted_set`: what the order with power asks for."""
 
-    def __init__(self, objects: DriveObjects, brake: HoldingBrake, clock: Clock) -> None:
-        self._objects = objects
+    def __init__(self, objects: DriveObjects, port: AxisPort, brake: HoldingBrake, clock: Clock) -> None:
+        self._objects, self._port = objects, port
         self._clock = clock
         self.brake = brake
         self.outputs = (0, 0)
@@ -57,6 +58,8 @@ class BrakeControl:
         """Drive the output: by the mask from 60FEh:01, else as ordered."""
         objects = self._objects
         self.outputs = objects.physical_outputs, objects.bit_mask
+        acted = dict(zip(("acted_physical_outputs", "acted_bit_mask"), self.outputs, strict=True))
+        store_fields(self._port.record, **acted)
         by_hand = objects.bit_mask & SET_BRAKE
         close = bool(objects.physical_outputs & SET_BRAKE) if by_hand else self.wanted_set
         self.is_set = close

@@ -1,6 +1,5 @@
 """Process objects of the CiA 402 drive. Units: counts of the encoder, counts/s, counts/s^2, per mille."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 from hil_sim.node.process_objects import Address, ProcessObjects, cia
@@ -19,7 +18,6 @@ class Sensors(Protocol):
         """Velocity of the sensor that 606Ah names."""
 
 
-@dataclass(slots=True)
 class DriveObjects(ProcessObjects):
     """One attribute per object that a PDO may map or the drive acts on; the EDS has types and limits."""
 

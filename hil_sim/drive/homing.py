@@ -6,7 +6,8 @@ at the end the user zero lies 607Ch to the positive side of it, so 6064h there r
 
 from collections.abc import Callable, Generator
 
-from hil_sim.drive.axis_port import HOME_SWITCH, AxisPort
+from hil_sim.cyclic.drive_step import HOME_SWITCH
+from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.homing_methods import (
     AT_PRESENT_POSITION,
@@ -87,7 +88,7 @@ class Homing(Mode):
         target = max(-fastest, min(fastest, self._target_velocity))
         self.velocity += max(-step, min(step, target - before))
         self.position += 0.5 * (before + self.velocity) * dt_s
-        self.port.show_demand(objects, self.position, self.velocity)
+        self.port.show_demand(self.position, self.velocity)
         self.port.command_position(self.position)
 
     def check(self, _dt_s: float) -> None:
@@ -136,8 +137,8 @@ class Homing(Mode):
         port.origin = origin
         self.homed = True
         self.status = ATTAINED | TARGET_REACHED
-        port.read(self.objects)
-        port.show_demand(self.objects, self.position, self.velocity)
+        port.read()
+        port.show_demand(self.position, self.velocity)
 
     # --- methods ----------------------------------------------------------------------------------
 

@@ -68,5 +68,5 @@ class InterpolatedPosition(Mode):
             wanted = self._from + (self._to - self._from) * share
             self.position = self.limits.step(before, wanted, dt_s)
         self.velocity = (self.position - before) / dt_s
-        self.port.show_demand(objects, self.position, self.velocity)
-        self.port.command_position(self.position, 0, objects.torque_offset)
+        self.port.show_demand(self.position, self.velocity)
+        self.port.command_position(self.position, objects.torque_offset)

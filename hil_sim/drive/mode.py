@@ -6,6 +6,7 @@ of the statusword.
 
 from enum import IntEnum
 
+from hil_sim.cyclic.drive_record import FOLLOWS_NOTHING
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.travel_limits import TravelLimits
@@ -31,6 +32,8 @@ class ModeCode(IntEnum):
 class Mode:
     """No mode of operation: an enabled axis stays at standstill. The others derive from it."""
 
+    led: int = FOLLOWS_NOTHING
+    """Its code, of a cyclic mode: what leads the axis in the compiled tick."""
     position_loop = False
     """Whether the amplifier closes the position loop, so that the following error counts."""
     generates_motion = False

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 
+from hil_sim.cyclic.drive_record import FOLLOWS_NOTHING
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.cyclic_modes import CyclicPosition, CyclicTorque, CyclicVelocity
 from hil_sim.drive.drive_objects import DriveObjects
@@ -65,7 +66,7 @@ class Motion:
         self._after_stop: Callable[[], None] | None = None
         self.mode.leave()
         self._following.clear()
-        self.tick: Callable[[float, float], None] = self._idle
+        self._command_by(self._idle)
         self._port.off()
 
     def follow(self) -> None:
@@ -77,7 +78,12 @@ class Motion:
             self.limits.shift(shift)
         self.limits.keep_position_beyond(float(self._port.position))
         self.mode.enter()
-        self.tick = self.mode.tick
+        self._command_by(self.mode.tick, self.mode.led)
+
+    def _command_by(self, tick: Callable[[float, float], None], led: int = FOLLOWS_NOTHING) -> None:
+        """From now on `tick(dt_s, share)` commands the axis, which is led by a cyclic mode of this code."""
+        self.tick, self.led = tick, led
+        self._port.record["led"] = led
 
     def select_mode(self, code: int) -> None:
         """Change the mode of operation; a code the drive does not have is ignored, 6061h shows it."""
@@ -92,7 +98,7 @@ class Motion:
         self.read_switches()
         if self.powered and not self.stopping:
             mode.enter()
-            self.tick = mode.tick
+            self._command_by(mode.tick, mode.led)
 
     def stop(self, ramp: Ramp, after: Callable[[], None] | None, *, in_position_loop: bool = True) -> None:
         """Brake on `ramp`, then call `after`; None holds standstill.
@@ -105,7 +111,7 @@ class Motion:
         self.powered = self.stopping = True
         self._halted = False
         self._after_stop = after
-        self.tick = self._ramp.tick
+        self._command_by(self._ramp.tick)
 
     def hold(self, after: Callable[[], None]) -> None:
         """Hold the present position under power, and call `after` every tick from the next on."""
@@ -113,7 +119,7 @@ class Motion:
         self.powered = self.stopping = True
         self._halted = False
         self._after_stop = after
-        self.tick = self._ramp.tick
+        self._command_by(self._ramp.tick)
 
     def _demand(self, in_position_loop: bool) -> tuple[float | None, float]:
         """Position demand to go on from, None outside the position loop, and velocity demand."""
@@ -150,7 +156,7 @@ class Motion:
         self.stopping = self._halted = False
         self._after_stop = None
         self.mode.resume(here)
-        self.tick = self.mode.tick
+        self._command_by(self.mode.tick, self.mode.led)
 
     def check(self, dt_s: float) -> bool:
         """Supervise after a tick; return whether the following error calls for a fault."""

@@ -13,6 +13,7 @@ from hil_sim.drive import cia402_device as cia402
 from hil_sim.drive.amplifier_device import Drive
 from hil_sim.drive.cia402_device import State
 from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.node.process_objects import FractionalValue
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 from hil_sim.node.slave import NodeHost
 
@@ -105,9 +106,9 @@ def _scaled_objects(ways: Personality) -> DriveObjects:
     """The objects of a drive, those of speed also as its clients see them."""
     units = dict.fromkeys(VELOCITIES, ways.velocity_counts_s)
     units |= dict.fromkeys(ACCELERATIONS, ways.acceleration_counts_s2)
-    there = {name: unit for name, unit in units.items() if name in DriveObjects.__slots__}
-    shown = {SHOWN + name: _scaled(name, unit) for name, unit in there.items()}
-    scaled: type[DriveObjects] = type("ScaledObjects", (DriveObjects,), shown)
+    shown = {SHOWN + name: _scaled(name, unit) for name, unit in units.items()}
+    inside = {name: FractionalValue(DriveObjects.VALUES[name].address) for name in units}
+    scaled: type[DriveObjects] = type("ScaledObjects", (DriveObjects,), shown | inside)
     return scaled()
 
 

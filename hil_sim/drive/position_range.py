@@ -6,6 +6,8 @@ point of theirs stands for the place nearest, or in the direction of 60F2h, of t
 
 import math
 
+from hil_sim.cyclic import drive_step
+
 WHOLE = (-(1 << 31), (1 << 31) - 1)
 """Default of 607Bh: every position there is, so that none wraps."""
 DIRECTION = 0xC0
@@ -26,13 +28,11 @@ class PositionRange:
 
     def shown(self, position: int) -> int:
         """A position as clients see it."""
-        return self.low + (position - self.low) % self.span if self.span else position
+        return drive_step.shown(self.low, self.span, position)
 
     def nearest(self, wanted: float, here: float) -> float:
         """The place that looks like `wanted` nearest to `here`; half a turn goes to the positive side."""
-        if not self.span:
-            return wanted
-        return wanted - self.span * math.ceil((wanted - here) / self.span - 0.5)
+        return drive_step.nearest(self.span, float(wanted), float(here))
 
     def towards(self, wanted: int, here: float, direction: int) -> float:
         """The place that looks like `wanted`, gone to from `here` by the direction option of 60F2h.

@@ -111,8 +111,8 @@ class ProfilePosition(Mode):
             self._start(self._current._replace(speed=speed))  # it was kept until there is a speed to go at
         if self._profile is not None:
             self._follow(self._profile, dt_s)
-        self.port.show_demand(objects, self.position, self.velocity)
-        self.port.command_position(self.position, 0, objects.torque_offset)
+        self.port.show_demand(self.position, self.velocity)
+        self.port.command_position(self.position, objects.torque_offset)
 
     def check(self, dt_s: float) -> None:
         """Target reached: demand at rest and actual position inside 6067h for 6068h."""

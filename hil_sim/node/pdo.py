@@ -66,7 +66,9 @@ class Rpdo:
         self._objects = objects
         self._on_length = on_length
         self._wrong_length = False
-        self._pending: bytes | None = None
+        self.mapping = tuple(mapping)
+        self.pending: bytes | None = None
+        """A frame that takes effect at the next SYNC."""
         self.event_timer_us = settings.event_timer_us
         self.deadline_us = NEVER_US
 
@@ -79,15 +81,15 @@ class Rpdo:
             if len(data) < size:
                 return False
             data = data[:size]
-        self._pending = data
+        self.pending = data
         return not self.synchronous and self.activate()
 
     def activate(self) -> bool:
         """Write the buffered frame to the process objects; return whether there was one."""
-        data = self._pending
+        data = self.pending
         if data is None:
             return False
-        self._pending = None
+        self.pending = None
         objects = self._objects
         for (name, low, high), value in zip(self._places, self._layout.unpack(data), strict=True):
             if low <= value <= high:
@@ -106,11 +108,11 @@ class Tpdo:
         send: Callable[[int, bytes], None],
     ) -> None:
         self.cob_id = settings.cob_id
-        self.settings = settings
+        self.settings, self.mapping = settings, tuple(mapping)
         kind = settings.transmission_type
         self.synchronous = kind <= LAST_SYNCHRONOUS or kind == SAMPLED_AT_SYNC
-        self._every = kind
-        self._syncs = 0
+        self.every = kind
+        self.syncs = 0
         self._layout = compile_struct(mapping)
         self._pack = self._layout.pack
         self._values = value_reader([item.attribute for item in mapping if item.attribute])
@@ -119,6 +121,16 @@ class Tpdo:
         self._sent: bytes | None = None
         self._free_at_us = 0
         self._timer_at_us = NEVER_US
+
+    @property
+    def cyclic(self) -> bool:
+        """Whether every n-th SYNC sends it, counted from when it was enabled."""
+        return type(self) is Tpdo and 0 < self.every <= LAST_SYNCHRONOUS
+
+    @property
+    def size(self) -> int:
+        """Bytes of its data."""
+        return self._layout.size
 
     def sample(self) -> bytes:
         """Return the frame of the present values; a value that does not fit wraps, as a counter does."""
@@ -134,11 +146,11 @@ class Tpdo:
 
     def on_sync(self) -> None:
         """Send at every n-th SYNC; type 0 only when a value has changed."""
-        if self._every:
-            self._syncs += 1
-            if self._syncs < self._every:
+        if self.every:
+            self.syncs += 1
+            if self.syncs < self.every:
                 return
-            self._syncs = 0
+            self.syncs = 0
             self._send(self.cob_id, self.sample())
             return
         frame = self.sample()

@@ -27,7 +27,7 @@ class PdoExchange:
         self._emergency = emergency
         self._send = send
         self.rpdos: list[Rpdo] = []
-        self._synchronous: list[Tpdo] = []
+        self.synchronous: list[Tpdo] = []
         self._event_driven: list[Tpdo] = []
         self.on_request: list[Tpdo] = []
         """TPDOs that answer a remote frame."""
@@ -37,7 +37,7 @@ class PdoExchange:
         self._emergency.clear(emcy.PDO_TOO_SHORT, emcy.PDO_TOO_LONG, emcy.RPDO_TIMEOUT)
         self.rpdos = self._configuration.rpdos(self._report_length) if operational else []
         tpdos = self._configuration.tpdos(self._send, sync_counter) if operational else []
-        self._synchronous = [tpdo for tpdo in tpdos if tpdo.synchronous]
+        self.synchronous = [tpdo for tpdo in tpdos if tpdo.synchronous]
         self._event_driven = [tpdo for tpdo in tpdos if tpdo.settings.transmission_type >= FIRST_EVENT_DRIVEN]
         self.on_request = [tpdo for tpdo in tpdos if tpdo.settings.remote]
 
@@ -57,7 +57,7 @@ class PdoExchange:
 
     def sample(self) -> None:
         """SYNC, inputs: send the synchronous TPDOs."""
-        for tpdo in self._synchronous:
+        for tpdo in self.synchronous:
             tpdo.on_sync()
 
     def run(self, now_us: int) -> None:

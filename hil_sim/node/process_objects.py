@@ -1,36 +1,87 @@
-"""Process objects as plain integer attributes: the cycle reads and writes no dictionary.
+"""Process objects as integer attributes in one memory: the cycle reads and writes no dictionary.
 
-A device declares a slotted dataclass whose fields name their CANopen object once:
+A device declares a class whose attributes name their CANopen object once:
 
-    @dataclass(slots=True)
     class ScaleObjects(ProcessObjects):
         position_value: int = cia(0x6004)
+
+They lie behind one another as float64, in which each is exact, so that a compiled cycle has them by name.
 """
 
-from dataclasses import dataclass, field, fields
+from functools import cache
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
 
-def cia(index: int, subindex: int = 0) -> Any:
-    """Dataclass field bound to one object; its start value comes from the EDS."""
-    return field(default=0, metadata={"object": (index, subindex)})
-
+from kernels.arrays import Array
 
 Address = tuple[int, int]
 """Index and subindex."""
 
 
-@dataclass(slots=True)
+class ObjectValue:
+    """The attribute of one object."""
+
+    def __init__(self, address: Address, place: int = 0) -> None:
+        self.address, self.place = address, place
+
+    def __get__(self, objects: "ProcessObjects | None", _owner: type) -> Any:
+        return self if objects is None else int(objects.memory[self.place])
+
+    def __set__(self, objects: "ProcessObjects", value: float) -> None:
+        objects.memory[self.place] = value
+
+
+class FractionalValue(ObjectValue):
+    """One that may lie between two whole numbers inside of the device."""
+
+    def __get__(self, objects: "ProcessObjects | None", _owner: type) -> Any:
+        return self if objects is None else objects.memory[self.place]
+
+
+def cia(index: int, subindex: int = 0) -> Any:
+    """Attribute bound to one object; its start value comes from the EDS."""
+    return ObjectValue((index, subindex))
+
+
 class ProcessObjects:
     """The process objects of every device."""
 
     COMPUTED: ClassVar[dict[Address, str]] = {}
     """Objects that are properties: computed when they are asked for, not in every cycle."""
+    VALUES: ClassVar[dict[str, ObjectValue]] = {}
+    """The others by their attribute, in the order in which they lie in memory."""
 
     error_register: int = cia(0x1001)
+
+    def __init_subclass__(cls) -> None:
+        classes = reversed(cls.__mro__)
+        named = (item for each in classes for item in vars(each).items())
+        cls.VALUES = {name: value for name, value in named if isinstance(value, ObjectValue)}
+        for place, value in enumerate(cls.VALUES.values()):
+            value.place = place
+
+    def __init__(self) -> None:
+        self.move_to(np.zeros(len(self.VALUES)))
+
+    def move_to(self, numbers: Array) -> None:
+        """Lie in this memory (values,) from now on, as zeros until the objects get their defaults."""
+        self.numbers = numbers
+        self.memory: Any = numbers.data
+
+    @classmethod
+    @cache  # one object for each class: a call of a kernel looks up its type by it
+    def record(cls) -> np.dtype[Any]:
+        """The layout of the memory, by the names of the attributes."""
+        return np.dtype([(name, np.float64) for name in cls.VALUES])
+
+    @property
+    def records(self) -> NDArray[Any]:
+        """The memory (1,) by the names of the attributes."""
+        return self.numbers.view(self.record())
 
 
 def attribute_names(objects: ProcessObjects | type[ProcessObjects]) -> dict[Address, str]:
     """Map (index, subindex) to the attribute that holds the object."""
-    stored = {item.metadata["object"]: item.name for item in fields(objects) if "object" in item.metadata}
-    return stored | objects.COMPUTED
+    return {value.address: name for name, value in objects.VALUES.items()} | objects.COMPUTED

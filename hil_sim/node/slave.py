@@ -93,7 +93,7 @@ class Slave:
         given = stored_lss(self._name_file)
         self.node_id = node_id = node_id if given.node_id is None else given.node_id
         self.rate = NodeRate(host.bus_rate, given.bit_rate_kbit_s)
-        self.mute = self.deaf = False
+        self._mute = self.deaf = False
         """Whether its frames are kept off the bus: by a fault; at another bit rate, when it hears nothing."""
         self.on_routes: Callable[[], None] = lambda: None
         self._device = device
@@ -144,6 +144,16 @@ class Slave:
         vendor, product, revision, serial = (self.dictionary.value(IDENTITY, sub) for sub in range(1, 5))
         return vendor, product, revision, serial
 
+    @property
+    def mute(self) -> bool:
+        """Whether a fault keeps its frames off the bus."""
+        return self._mute
+
+    @mute.setter
+    def mute(self, mute: bool) -> None:
+        self._mute = mute
+        self.on_routes()
+
     def may_be_named(self) -> bool:
         """Whether LSS is served (CiA 305): not while operational."""
         return self.nmt.alive and self.nmt.state != NmtState.OPERATIONAL
@@ -174,7 +184,7 @@ class Slave:
         self.on_routes()
 
     def _send(self, can_id: int, data: bytes) -> None:
-        if not (self.mute or self.deaf):
+        if not (self._mute or self.deaf):
             self._host.send(can_id, data)
 
     # --- the cycle --------------------------------------------------------------------------------

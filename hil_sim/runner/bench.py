@@ -4,11 +4,16 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from itertools import count
+from itertools import accumulate, count
 from pathlib import Path
 
+import numpy as np
+
+from can_frames.frame import FRAME
 from hil_sim.config import ConfigError, PlantConfig, build_plant
 from hil_sim.drive.amplifier_device import Drive
+from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.drives_in_step import DrivesInStep
 from hil_sim.drive.personality import PersonalDrive
 from hil_sim.faults.fault_target import FaultTarget
 from hil_sim.faults.schedule import Fault, Schedule
@@ -16,11 +21,13 @@ from hil_sim.node import lss_slave
 from hil_sim.node.bit_timing import BusRate
 from hil_sim.node.nmt import Clock
 from hil_sim.node.pdo import Rpdo
+from hil_sim.node.pdo_tables import PdoTables
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 from hil_sim.node.slave import NodeHost, Slave
 from hil_sim.node.storage import StoredParametersError
-from hil_sim.plant.integrate import advance
 from hil_sim.scale.encoder_device import LinearScale
+from hil_sim.scale.scale_objects import ScaleObjects
+from hil_sim.scale.scales_in_step import ScalesInStep
 
 CYCLE_PERIOD = 0x1006
 LONGEST_CYCLE_US = 100_000
@@ -67,6 +74,16 @@ class SimulatedMachine:
             self.fault_targets[name] = FaultTarget(
                 name, drive, scale, plant.params[index], plant.state[index]
             )
+        drives = [device for device in self.devices if isinstance(device, Drive)]
+        scales = [device for device in self.devices if isinstance(device, LinearScale)]
+        rows = (len(drives), len(DriveObjects.VALUES)), (len(scales), len(ScaleObjects.VALUES))
+        sizes = [count * values for count, values in rows]
+        self._numbers = np.zeros(sum(sizes))  # process objects of all devices
+        self._in_step = DrivesInStep(drives, self.plant, self._numbers[: sizes[0]].reshape(rows[0]))
+        self._scales = ScalesInStep(scales, self.plant, self._numbers[sizes[0] :].reshape(rows[1]))
+        in_order: list[Drive | LinearScale] = [*drives, *scales]
+        begins = accumulate((len(device.objects.VALUES) for device in in_order), initial=0)
+        self._first = dict(zip((device.slave for device in in_order), begins, strict=False))
         self.devices.sort(key=lambda device: device.slave.node_id)
         self._faults = Schedule(faults, self.fault_targets)
         self.slaves: list[Slave] = [device.slave for device in self.devices]
@@ -75,13 +92,18 @@ class SimulatedMachine:
         self.on_sync: Callable[[list[Slave]], None] = lambda _slaves: None
         self.on_async: Callable[[], None] = lambda: None
         self.cycle_us = 1000
+        self.send_burst: Callable[[bytes], None] = lambda burst: _send_each(burst, send)
+        """Puts frames that lie one behind the other on the bus."""
+        self._tables: PdoTables | None = None
         self.routes: dict[int, Callable[[bytes], None]] = {}
         self.remote_routes: dict[int, list[Callable[[], None]]] = {}
         for slave in self.slaves:
             slave.on_routes = self._route
             slave.dictionary.checks[CYCLE_PERIOD] = self._check_cycle
             slave.dictionary.followers[CYCLE_PERIOD] = partial(self._take_cycle, slave)
-        self._advance_plant(0, 0.0)  # compiles, or loads from the cache, before anything is on the bus
+        self._in_step.warm_up()  # before anything is on the bus
+        self._scales.read()
+        self._in_step.exchange(PdoTables((), self._numbers, (), self._in_step.slaves))
 
     def start(self) -> None:
         """Power up all nodes: they send their boot-up messages."""
@@ -105,27 +127,23 @@ class SimulatedMachine:
     def _tick(self, substeps: int) -> None:
         dt_us = substeps * self.substep_us
         dt_s = dt_us * 1e-6
-        share = dt_us / self.cycle_us
-        for drive in self._drives:
-            drive.command_axis(dt_s, share)
-        self._advance_plant(substeps, self.substep_us * 1e-6)
+        following = self._in_step.advance(substeps, self.substep_us * 1e-6, dt_s, dt_us / self.cycle_us)
         self._substeps += substeps
         self.clock.now_us = int(self._substeps * self.substep_us)
-        for device in self.devices:
-            device.read_axis(dt_s)
+        self._in_step.read(dt_s, following=following)
+        self._scales.read()
         if self.clock.now_us >= self._faults.due_us:
             self._faults.run(self.clock.now_us)
 
-    def _advance_plant(self, substeps: int, substep_s: float) -> None:
-        plant = self.plant
-        advance(plant.params, plant.state, plant.setpoint, substeps, substep_s)
-
     def synchronise(self, slaves: list[Slave]) -> None:
         """Serve a SYNC to `slaves` after the advance: outputs take effect, inputs are sent."""
-        for slave in slaves:
-            slave.activate()
-        for slave in slaves:
-            slave.pdos.sample()
+        if self._tables is not None:
+            self.send_burst(self._in_step.exchange(self._tables))
+        else:
+            for slave in slaves:
+                slave.activate()
+            for slave in slaves:
+                slave.pdos.sample()
         self.run_timers()
 
     def run_timers(self) -> None:
@@ -182,7 +200,21 @@ class SimulatedMachine:
             for node in slave.heartbeats.watched:
                 routes.setdefault(0x700 + node, []).append(partial(self._heartbeat, slave, node))
         self.routes = {can_id: single(handlers) for can_id, handlers in routes.items()}
+        if self._tables is not None:
+            self._tables.give_back()
+        self._tables = self._tables_of_all()
         self.remote_routes = remote
+
+    def _tables_of_all(self) -> PdoTables | None:
+        """The PDOs of all nodes for the compiled exchange; None where it cannot have one of them."""
+        alike = len({slave.sync_id for slave in self.slaves}) == 1
+        if not alike or any(slave.mute or slave.deaf for slave in self.slaves):
+            return None
+        try:
+            first = [self._first[slave] for slave in self.slaves]
+            return PdoTables(self.slaves, self._numbers, first, self._in_step.slaves)
+        except ValueError:
+            return None
 
     def _nmt(self, data: bytes) -> None:
         for slave in self.slaves:
@@ -234,6 +266,11 @@ class SimulatedMachine:
     def _take_cycle(self, slave: Slave, _subindex: int = 0) -> None:
         """Set the one cycle of the bench: the last period written to any node; 0 changes nothing."""
         self.cycle_us = slave.dictionary.value(CYCLE_PERIOD) or self.cycle_us
+
+
+def _send_each(burst: bytes, send: Callable[[int, bytes], None]) -> None:
+    for can_id, size, data in FRAME.iter_unpack(burst):
+        send(can_id, data[:size])
 
 
 @contextmanager

@@ -113,6 +113,10 @@ class CanPort:
         """Send a frame with the next `flush`."""
         self._burst.append(pack_frame(can_id, data))
 
+    def send_burst(self, frames: bytes) -> None:
+        """Send frames that lie one behind the other with the next `flush`."""
+        self._burst.append(frames)
+
     def flush(self) -> None:
         """Send what has come together; wait a bounded time for room. Raises BusError when it is refused."""
         if not self._burst:

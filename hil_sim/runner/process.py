@@ -43,6 +43,7 @@ async def serve(
     with contextlib.closing(open_port()) as port:
         port.on_overrun = bench.on_overrun
         port.on_remote = bench.handle_remote
+        bench.send_burst = port.send_burst
         port.on_restart = bench.on_restart
         pacing = RealTime(bench) if realtime else Lockstep(bench)
         if fifo:

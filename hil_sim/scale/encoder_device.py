@@ -2,18 +2,20 @@
 
 from typing import Any
 
+from numpy.typing import NDArray
+
 from hil_sim.config import AxisPlant, Plant
+from hil_sim.cyclic.scale_step import LARGEST_I16, read_scales, scale_records
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 from hil_sim.node.slave import NodeHost, Slave
 from hil_sim.plant.measured_point import velocity_field
 from hil_sim.scale.cams import Cams
 from hil_sim.scale.scale_objects import ScaleObjects
+from kernels.arrays import Array
 
 REVERSED = 1 << 3  # operating parameters 6000h: the position falls in the direction in which it rose
-SPEED_UNIT_M_S = 1e-5  # 0.01 mm/s
 ACCELERATION_UNIT_M_S2 = 1e-3  # 1 mm/s^2
 OPERATING_TIME_US = 360_000_000  # unit of 6508h, 0.1 h
-LARGEST_I16 = 32767
 
 
 class LinearScale:
@@ -35,16 +37,17 @@ class LinearScale:
         self._asked_us, self._asked_m_s, self._acceleration = 0, 0.0, 0
         self._resolution_nm = round(scale.resolution_um * 1e3)
         mark_counts = round(scale.reference_mark_mm * 1e3 / scale.resolution_um)
-        self._mark = mark_counts - int(plant.state["scale_origin_counts"][index])
-        self._index = index
-        self._counts: Any = plant.state["scale_counts"].data
-        self._velocity_m_s: Any = plant.state[velocity_field(plant.params[index])].data
-        self._raw = self._counts[index]
-        self._sign = 1
-        self._offset = 0
+        self._state: Any = plant.state[index]
+        self._all_states = plant.state
+        self._velocity_field = velocity_field(plant.params[index])
         self._switches = False  # whether there are cams to look after
-        self.frozen = False
-        """Whether the head has stopped reading (`faults.broken_scale`)."""
+        record = scale_records(1)
+        record["axis"], record["carried"] = index, self._velocity_field == "carried_velocity_m_s"
+        record["mark"] = mark_counts - int(self._state["scale_origin_counts"])
+        record["raw"] = self._state["scale_counts"]
+        self.record: Any = record[0]
+        """A `ScaleRecord`."""
+        self._records, self._own = record, self.objects.records
         self.slave = Slave(scale.node_id, scale.eds, self.objects, self, host)
         dictionary = self.slave.dictionary
         dictionary.followers[0x6003] = lambda _sub: self._preset(self.objects.preset_value)
@@ -68,8 +71,7 @@ class LinearScale:
 
     def reset(self) -> None:
         """Power up: the position counts from here, no reference mark has been passed."""
-        self._offset = 0
-        self._sign = self._chosen_sign()
+        self.record["offset"], self.record["sign"] = 0, self._chosen_sign()
         self._follow_cams()
 
     def process(self) -> None:
@@ -88,32 +90,37 @@ class LinearScale:
 
     # --- the tick ---------------------------------------------------------------------------------
 
-    def command_axis(self, dt_s: float, share: float) -> None:
-        """Do nothing: a scale commands no axis."""
+    @property
+    def frozen(self) -> bool:
+        """Whether the head has stopped reading (`faults.broken_scale`)."""
+        return bool(self.record["frozen"])
 
-    def read_axis(self, _dt_s: float) -> None:
-        """Read the counts and the speed of the head."""
-        if self.frozen:
-            return
-        objects = self.objects
-        raw = self._counts[self._index]
-        if raw != self._raw:
-            if self._raw < self._mark <= raw or raw < self._mark <= self._raw:
-                objects.reference_mark_passages += 1
-                objects.position_value_at_reference_mark = self._sign * self._mark + self._offset
-            self._raw = raw
-        position = self._sign * raw + self._offset
-        objects.position_value = objects.position_value_channel_1 = position
-        speed = round(self._sign * self._velocity_m_s[self._index] / SPEED_UNIT_M_S)
-        objects.speed_value_channel_1 = max(-LARGEST_I16, min(LARGEST_I16, speed))
-        if self._switches:
-            objects.cam_state_channel_1 = self._cams.state(position)
+    @frozen.setter
+    def frozen(self, frozen: bool) -> None:
+        self.record["frozen"] = frozen
+
+    def lie_in(self, record: NDArray[Any], numbers: Array) -> None:
+        """Have record (1,) and objects (values,) in the memory of the bench from now on."""
+        numbers[:] = self.objects.numbers
+        self.objects.move_to(numbers)
+        record[0] = self.record
+        self.record, self._records, self._own = record[0], record, self.objects.records
+
+    def read_axis(self) -> None:
+        """Read the counts and the speed of the head; for all scales `scales_in_step` does."""
+        read_scales(self._records, self._own, self._all_states)
+        self.look_at_cams()
+
+    def look_at_cams(self) -> None:
+        """Switch the cams by where the head is; nothing without any."""
+        if self._switches and not self.frozen:
+            self.objects.cam_state_channel_1 = self._cams.state(self.objects.position_value)
 
     def acceleration(self) -> int:
         """Acceleration since it was last asked for (mm/s^2); a PDO asks in every cycle."""
         now_us = self._clock.now_us
         if now_us != self._asked_us:
-            velocity_m_s = self._sign * float(self._velocity_m_s[self._index])
+            velocity_m_s = int(self.record["sign"]) * float(self._state[self._velocity_field])
             since_s = (now_us - self._asked_us) * 1e-6
             acceleration = round((velocity_m_s - self._asked_m_s) / since_s / ACCELERATION_UNIT_M_S2)
             self._acceleration = max(-LARGEST_I16, min(LARGEST_I16, acceleration))
@@ -125,20 +132,21 @@ class LinearScale:
         self._cams.follow()
         self._switches = self._cams.on
         self.objects.cam_state_channel_1 = 0
-        self.read_axis(0.0)
+        self.read_axis()
 
     def _preset(self, value: int) -> None:
         """Make the present position read `value`."""
-        self._offset = value - self._sign * self._raw
-        self.objects.offset_value = self._offset
-        self.read_axis(0.0)
+        record = self.record
+        record["offset"] = self.objects.offset_value = value - int(record["sign"] * record["raw"])
+        self.read_axis()
 
     def _reverse_direction(self) -> None:
         """Follow the counting direction of 6000h; the present position keeps its value."""
         sign = self._chosen_sign()
-        self._offset += (self._sign - sign) * self._raw
-        self._sign = sign
-        self.read_axis(0.0)
+        record = self.record
+        record["offset"] += (record["sign"] - sign) * record["raw"]
+        record["sign"] = sign
+        self.read_axis()
 
     def _chosen_sign(self) -> int:
         return -1 if self.objects.operating_parameters & REVERSED else 1

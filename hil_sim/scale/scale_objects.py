@@ -1,6 +1,5 @@
 """Process objects of the CiA 406 linear scale. Units: counts of 6005h.1 nm; speed 0.01 mm/s times 6005h.2."""
 
-from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 from hil_sim.node.process_objects import Address, ProcessObjects, cia
@@ -18,7 +17,6 @@ class Head(Protocol):
         """Acceleration since it was last asked for (mm/s^2)."""
 
 
-@dataclass(slots=True)
 class ScaleObjects(ProcessObjects):
     """One attribute per object; the EDS has types, limits and defaults."""
 

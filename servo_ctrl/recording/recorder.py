@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from kernels.arrays import Array
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.recording.channels import Channel
@@ -93,8 +94,8 @@ class Recorder:
             return f"{self.problem} ({self.rows_lost} rows lost)"
         return f"the disk was too slow, {self.rows_lost} rows lost" if self.rows_lost else ""
 
-    def record(self, values: Sequence[float]) -> None:
-        """Add one row, in channel order."""
+    def record(self, values: Sequence[float] | Array) -> None:
+        """Add one row, in channel order; an array is copied from memory to memory."""
         chunk = self._chunk
         if chunk is None:
             chunk = self._chunk = self._next_chunk()

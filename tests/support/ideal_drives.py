@@ -168,7 +168,7 @@ class OperatedStand(Stand):
         self.services = Services(
             self.config, motion, self.machine, servos, usual._replace(**options), lockstep=lockstep
         )
-        self.services.rows.record = self.rows.append
+        self.services.rows.stream = self.rows.append
         self.services.begin()
 
     @property

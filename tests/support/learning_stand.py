@@ -134,7 +134,7 @@ class LearningStand:
         self.lag_m = 5e-6
         self.lag_with_pulse_m = 1e-6
         self.rows: list[list[float]] = []
-        self.services.rows.record = self.rows.append
+        self.services.rows.stream = self.rows.append
         self.services.begin()
 
     @property

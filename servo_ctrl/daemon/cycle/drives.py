@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import NamedTuple
 
+from kernels.arrays import Array
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.cyclic import sequence
@@ -94,6 +95,11 @@ class Drives:
         """Return the recorded row of the last cycle."""
         values: list[float] = self._memory.row.tolist()
         return values
+
+    @property
+    def row_memory(self) -> Array:
+        """Where the row of the last cycle lies, and that of the next one will."""
+        return self._memory.row
 
     def take_events(self) -> list[tuple[AxisServo, Event, str]]:
         """Return the events of the last cycle, once."""

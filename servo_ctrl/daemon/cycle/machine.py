@@ -6,6 +6,7 @@ It turns inputs into payloads without clock, bus or asyncio, so that supervisor 
 from collections.abc import Callable, Iterable
 from collections.abc import Sequence as Several
 
+from kernels.arrays import Array
 from servo_ctrl.axis.fault_policy import REQUESTS, Event, Reaction
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.stage import Stage
@@ -27,6 +28,8 @@ class MachineController(MachineFigures):
         super().__init__(places, len(node_names), period_s, tolerance)
         self.record: Callable[[list[float]], None] = _ignore
         """Called with the recorded row of each cycle."""
+        self.keep_row: Callable[[Array], None] = _ignore
+        """Called with the same row as it lies in memory, where the next one overwrites it."""
         self.on_ready: Callable[[], None] = _ignore
         """Called when all axes follow set points."""
         self.on_enable: Callable[[bool], None] = _ignore
@@ -134,6 +137,7 @@ class MachineController(MachineFigures):
         self._lead(cycle)
         source, time_s = self._source, cycle * self._period_s
         payloads = self._drives.step(inputs, source.row, time_s, cycle, source.segment)
+        self.keep_row(self._drives.row_memory)
         self.record(self._drives.row())
         for servo, event, text in self._drives.take_events():
             self.event(event, text + self.doubt(cycle), servo)

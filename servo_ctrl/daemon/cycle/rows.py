@@ -1,4 +1,7 @@
-"""Distributes each cycle's row to recording, page, stream, and to monitoring or a learning stroke."""
+"""Distributes each cycle's row to page, stream, and to monitoring or a learning stroke.
+
+The recording takes it as it lies in memory (`MachineController.keep_row`).
+"""
 
 from collections.abc import Callable
 
@@ -9,7 +12,6 @@ class RowRouter:
     """`stroke` takes the rows of a learning stroke, `observe` all others; the other sinks take every row."""
 
     def __init__(self, observe: RowSink) -> None:
-        self.record: RowSink | None = None
         self.page: RowSink | None = None
         self.stream: RowSink | None = None
         self.stroke: RowSink | None = None
@@ -17,6 +19,6 @@ class RowRouter:
 
     def take(self, values: list[float]) -> None:
         """Pass the row of this cycle to its sinks."""
-        for sink in (self.record, self.page, self.stream, self.stroke or self._observe):
+        for sink in (self.page, self.stream, self.stroke or self._observe):
             if sink is not None:
                 sink(values)

@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from kernels.arrays import Array
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.run.report import Pacing, RunReport, recording_header, with_spans
@@ -43,8 +44,8 @@ class RunRecording:
             self._recorder = Recorder(directory, channels, self._now(()), wait_s=wait_s)
 
     @property
-    def record(self) -> Callable[[list[float]], None] | None:
-        """The function that records the row of each cycle; None without a recording."""
+    def record(self) -> Callable[[Array], None] | None:
+        """The function that records the row of each cycle from memory; None without a recording."""
         return self._recorder.record if self._recorder is not None else None
 
     @property

@@ -223,7 +223,8 @@ class _Supervisor:
             program=self._program.source if self._program else None,
             pacing=self._pacing,
         )
-        services.rows.record = recording.record
+        if recording.record is not None:
+            self._machine.keep_row = recording.record
         try:
             if self._record_dir is not None:
                 services.production.log_to(self._record_dir / REVERSALS_FILE)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from in_process_nodes import COUNTS_PER_MM, DRIVE, InProcessNodes, SdoDrive, counts, pack
 
-from hil_sim.drive.cyclic_modes import Interpolation
+from hil_sim.cyclic.drive_record import drive_records
+from hil_sim.cyclic.drive_step import interpolate
 
 ENABLED, LIMIT = 0x0F, 1 << 11
 FOLLOWS = 1 << 12
@@ -163,12 +164,12 @@ def test_long_cycle_is_interpolated(drive: SdoDrive) -> None:
 
 def test_set_points_are_reached_by_time_not_by_advance() -> None:
     """A cycle of 1 ms advanced as 0.4 and 0.6 ms, then one of 1.1 ms: the demand has no step in its slope."""
-    interpolation = Interpolation()
-    interpolation.hold(100.0)
-    assert [interpolation.step(200.0, 0.4), interpolation.step(200.0, 0.6)] == pytest.approx([140.0, 200.0])
-    assert interpolation.step(300.0, 0.9) == pytest.approx(290.0)
-    assert interpolation.step(400.0, 1.1) == 400.0
-    assert interpolation.step(400.0, 1.0) == 400.0
+    axis = drive_records(1)[0]
+    axis["present"] = axis["start"] = axis["target"] = 100.0
+    assert [interpolate(axis, 200.0, 0.4), interpolate(axis, 200.0, 0.6)] == pytest.approx([140.0, 200.0])
+    assert interpolate(axis, 300.0, 0.9) == pytest.approx(290.0)
+    assert interpolate(axis, 400.0, 1.1) == 400.0
+    assert interpolate(axis, 400.0, 1.0) == 400.0
 
 
 def test_the_scale_is_mirrored_as_additional_sensor(drive: SdoDrive) -> None:

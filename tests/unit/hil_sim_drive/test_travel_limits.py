@@ -1,26 +1,37 @@
 """Travel limits without a drive: clipping, braking distance, limit switches."""
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from in_process_nodes import IDEAL_AXIS
 
-from hil_sim.drive.position_range import PositionRange
+from hil_sim.config import build_plant, load_plant
+from hil_sim.drive.axis_port import TORQUE_REVERSED, VELOCITY_REVERSED, AxisPort
+from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.travel_limits import TravelLimits
 
+CONFIG = load_plant(IDEAL_AXIS)
+PLANT = build_plant(CONFIG)
 LOW, HIGH = -1000, 3000
 DT_S = 1e-3
 
 
 def limits(position: float = 0.0, velocity_side: int = 1, torque_side: int = 1) -> TravelLimits:
-    objects: Any = SimpleNamespace(min_position_limit=LOW, max_position_limit=HIGH, velocity_actual_value=0)
-    port: Any = SimpleNamespace(
-        velocity_side=velocity_side, torque_side=torque_side, position=position, range=PositionRange()
-    )
+    objects: Any = DriveObjects()
+    objects.min_position_limit, objects.max_position_limit = LOW, HIGH
+    port = AxisPort(CONFIG.axes["x"], PLANT, 0, objects)
+    turned = (VELOCITY_REVERSED if velocity_side < 0 else 0) | (TORQUE_REVERSED if torque_side < 0 else 0)
+    port.set_polarity(turned)
+    port.record["position"] = position
     return TravelLimits(objects, port)
+
+
+def ends(made: TravelLimits) -> tuple[float, float]:
+    """The smallest and the largest position allowed."""
+    return made.position(-math.inf), made.position(math.inf)
 
 
 @pytest.mark.parametrize(
@@ -44,22 +55,22 @@ def test_switch_narrows_the_travel_at_its_side_until_it_is_free() -> None:
     made = limits()
     assert (made.switched, made.blocks(1), made.blocks(-1)) == (False, False, False)
     made.block(1, 2000.0)
-    assert (made.low(), made.high()) == (LOW, 2000.0)
+    assert ends(made) == (LOW, 2000.0)
     assert (made.switched, made.blocks(1), made.blocks(-1)) == (True, True, False)
     made.block(-1, -10.0)
-    assert (made.low(), made.high()) == (-10.0, 2000.0)
+    assert ends(made) == (-10.0, 2000.0)
     made.release(1)
     assert (made.switched, made.blocks(1), made.blocks(-1)) == (True, False, True)
     made.release(-1)
     made.release(-1)
-    assert (made.low(), made.high(), made.switched) == (LOW, HIGH, False)
+    assert (*ends(made), made.switched) == (LOW, HIGH, False)
 
 
 @pytest.mark.parametrize(("direction", "place"), [(1, HIGH + 50.0), (-1, LOW - 50.0)])
 def test_switch_beyond_the_software_limit_widens_nothing(direction: int, place: float) -> None:
     made = limits()
     made.block(direction, place)
-    assert (made.low(), made.high()) == (LOW, HIGH)
+    assert ends(made) == (LOW, HIGH)
 
 
 @pytest.mark.parametrize("direction", [1, -1])

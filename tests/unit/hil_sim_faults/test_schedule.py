@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from hil_sim.config import load_plant
+from hil_sim.drive.amplifier_device import Drive
 from hil_sim.faults.fault_target import FaultError
 from hil_sim.faults.schedule import Fault, fault_kinds, read_fault
 from hil_sim.runner.bench import SimulatedMachine
@@ -66,7 +67,7 @@ def test_faults_begin_in_order_of_time_whatever_the_order_of_words() -> None:
         load_plant(ROOT / "machines" / "xy_table"), lambda can_id, _data: sent.append(can_id), None, faults
     )
     bench.start()
-    drives = {drive.slave.node_id: drive for drive in bench._drives}
+    drives = {device.slave.node_id: device for device in bench.devices if isinstance(device, Drive)}
     muted, closed = [], []
     for _ in range(8):
         bench.advance_cycle()

@@ -59,15 +59,15 @@ def test_brief_gaps_are_bridged_by_straight_lines_and_no_others(values: list[flo
         start = stop + 1
 
 
-def test_rows_are_recorded_always_and_observed_outside_of_strokes(machine_file: Path) -> None:
+def test_rows_are_streamed_always_and_observed_outside_of_strokes(machine_file: Path) -> None:
     observed: list[list[float]] = []
-    recorded: list[list[float]] = []
+    streamed: list[list[float]] = []
     rows = RowRouter(observed.append)
     rows.take(row(0, (0.0, 0.0), (0.0, 0.0)))
-    rows.record = recorded.append
+    rows.stream = streamed.append
     rows.stroke = StrokeCollector(load_machine(machine_file), "x").take
     rows.take(row(1, (0.0, 0.0), (0.0, 0.0)))
     rows.stroke = None
     rows.take(row(2, (0.0, 0.0), (0.0, 0.0)))
     assert [values[1] for values in observed] == [0, 2]
-    assert [values[1] for values in recorded] == [1, 2]
+    assert [values[1] for values in streamed] == [1, 2]

@@ -1,0 +1,107 @@
+"""Several messages of a socket in one system call: recvmmsg(2), sendmmsg(2), which Python's `socket` lacks.
+
+Each message is a frame of `FRAME_BYTES`; a burst is such messages one behind the other in memory.
+"""
+
+import ctypes
+import os
+import socket
+
+from can_frames.frame import FRAME_BYTES
+
+MOST_FRAMES = 64
+"""In one call; chosen, as many as the controller's port takes before timers get their turn."""
+
+
+class _Span(ctypes.Structure):
+    """`struct iovec`."""
+
+    _fields_ = (("base", ctypes.c_void_p), ("size", ctypes.c_size_t))
+
+
+class _Header(ctypes.Structure):
+    """`struct msghdr`."""
+
+    _fields_ = (
+        ("name", ctypes.c_void_p),
+        ("name_size", ctypes.c_uint),
+        ("spans", ctypes.POINTER(_Span)),
+        ("span_count", ctypes.c_size_t),
+        ("control", ctypes.c_void_p),
+        ("control_size", ctypes.c_size_t),
+        ("flags", ctypes.c_int),
+    )
+
+
+class _Message(ctypes.Structure):
+    """`struct mmsghdr`: with how many bytes the call has moved."""
+
+    _fields_ = (("header", _Header), ("moved", ctypes.c_uint))
+
+
+class MessageBatch:
+    """Memory for `MOST_FRAMES` messages of a socket, and the system call that fills or sends it.
+
+    Raises:
+        AttributeError: the C library has no such call.
+    """
+
+    def __init__(self, sock: socket.socket, call: str) -> None:
+        library = ctypes.PyDLL(None, use_errno=True)  # with the interpreter lock: it never waits
+        self._call = getattr(library, call)
+        self._call.argtypes = (
+            *(ctypes.c_int, ctypes.c_void_p, ctypes.c_uint, ctypes.c_int),
+            *((ctypes.c_void_p,) if call == "recvmmsg" else ()),
+        )
+        self._rest = (None,) if call == "recvmmsg" else ()
+        self._sock = sock
+        self.memory = (ctypes.c_char * (FRAME_BYTES * MOST_FRAMES))()
+        """The frames, one behind the other."""
+        begin = ctypes.addressof(self.memory)
+        self._spans = (_Span * MOST_FRAMES)(
+            *(_Span(begin + FRAME_BYTES * place, FRAME_BYTES) for place in range(MOST_FRAMES))
+        )
+        self._messages = (_Message * MOST_FRAMES)()
+        for message, span in zip(self._messages, self._spans, strict=True):
+            message.header.spans, message.header.span_count = ctypes.pointer(span), 1
+        self._begin = ctypes.addressof(self._messages)
+
+    def move(self, count: int) -> int:
+        """Move at most `count` messages; return how many went, without waiting. Raises OSError."""
+        moved: int = self._call(self._sock.fileno(), self._begin, count, socket.MSG_DONTWAIT, *self._rest)
+        if moved < 0:
+            code = ctypes.get_errno()
+            raise OSError(code, os.strerror(code))
+        return moved
+
+
+class BatchSocket:
+    """A socket's frames, as many a system call as wait or go."""
+
+    def __init__(self, sock: socket.socket) -> None:
+        self._received, self._sent = MessageBatch(sock, "recvmmsg"), MessageBatch(sock, "sendmmsg")
+        self._send_one = sock.send
+
+    def receive(self) -> bytearray:
+        """Frames that have come, `MOST_FRAMES` at most; none where nothing waits. Raises OSError."""
+        batch = self._received
+        try:
+            count = batch.move(MOST_FRAMES)
+        except BlockingIOError:
+            return bytearray()
+        return bytearray(memoryview(batch.memory)[: FRAME_BYTES * count])
+
+    def send(self, frames: bytes) -> int:
+        """Send as many of at most `MOST_FRAMES` frames as there is room for; return how many.
+
+        One thread may send bursts, any may send a single frame.
+
+        Raises:
+            OSError: not even the first could be sent; a full queue is one of ENOBUFS or EAGAIN.
+        """
+        if len(frames) == FRAME_BYTES:
+            self._send_one(frames, socket.MSG_DONTWAIT)
+            return 1
+        batch = self._sent
+        ctypes.memmove(batch.memory, frames, len(frames))
+        return batch.move(len(frames) // FRAME_BYTES)

@@ -1,0 +1,84 @@
+"""What a drive keeps from tick to tick beside its objects, declared once; kernels and Python look at it."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.records import record_type
+
+FOLLOWS_NOTHING = 0
+"""`led` while no cyclic mode has the axis: the code of its mode (6060h) otherwise."""
+
+NO_SET_POINT = 1 << 31
+"""Where 60C1h:01 has been taken: out of its range, so that the same value may come again."""
+
+
+class DriveRecord(NamedTuple):
+    """One axis. Positions of the user in counts: motor counts times a sign, plus `origin`."""
+
+    led: int = FOLLOWS_NOTHING
+    origin: int = 0
+    """User counts where the motor counts are zero; homing moves it."""
+    position: float = 0.0
+    """Actual position, which runs on where clients see it begin anew."""
+    range_low: int = 0
+    range_high: int = 0
+    range_span: int = 0
+    """Position range 607Bh and how many counts it has, 0 without one."""
+    position_sign: int = 1
+    velocity_sign: int = 1
+    torque_sign: int = 1
+    """Signs of polarity 607Eh."""
+    counts_per_m: float = 0.0
+    m_per_count: float = 0.0
+    a_per_torque: float = 0.0
+    torque_per_a: float = 0.0
+    current_per_a: float = 0.0
+    scale_counts_per_m: float = 0.0
+    """0 without a scale."""
+    carried: bool = False
+    """The scale sees the mass that a structural mode carries."""
+    negative_m: float = -math.inf
+    positive_m: float = math.inf
+    """Where the table closes the limit switches."""
+    home_from_m: float = math.nan
+    home_to_m: float = math.nan
+    """Where it closes the home switch, NaN without one."""
+    blocked_low: float = -math.inf
+    blocked_high: float = math.inf
+    """User counts at which the axis stopped at a switch, infinite where none blocks."""
+    motor_speed: float = math.inf
+    """Largest speed of the motor, counts/s, from 6080h."""
+    clipped: bool = False
+    """A limit of travel or speed has changed the last demand."""
+    present: float = 0.0
+    start: float = 0.0
+    target: float = 0.0
+    progress: float = 1.0
+    """Interpolation within a communication cycle: see `drive_step.interpolate`."""
+    outside_us: int = 0
+    """For how long the following error has been outside of its window."""
+    state: int = 0
+    acted_state: int = -1
+    """State of the power drive system, and the one in which the drive has acted on its controlword."""
+    acted_controlword: int = 0
+    acted_max_torque: int = 0
+    acted_max_current: int = 0
+    acted_positive_torque: int = 0
+    acted_negative_torque: int = 0
+    acted_probe_function: int = 0
+    acted_physical_outputs: int = 0
+    acted_bit_mask: int = 0
+    """What the drive has acted on, of the objects of these names."""
+
+
+DRIVE_RECORD = record_type(DriveRecord)
+
+
+def drive_records(count: int) -> NDArray[Any]:
+    """Records (count,) of drives at power-up."""
+    records = np.zeros(count, DRIVE_RECORD)
+    records[:] = tuple(DriveRecord())
+    return records

@@ -1,0 +1,130 @@
+"""PDOs of all nodes at a SYNC: what was received takes effect on the objects, what they are now is sent.
+
+`numbers` (n,) are the process objects of all devices; an entry of a mapping is a `MappedPlace` among them.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hil_sim.cyclic.drive_record import NO_SET_POINT
+from kernels.arrays import Array, Index
+from kernels.jit import kernel
+from kernels.records import record_type, store
+
+Bytes = NDArray[np.uint8]
+DATA_AT = 8
+"""Where a frame of 16 bytes has its data."""
+DRIVES_ACT = -1
+"""No frame is made yet."""
+
+
+class MappedPlace(NamedTuple):
+    """An object in a PDO: where it lies there and among the numbers. Little-endian."""
+
+    pdo: int
+    start: int
+    size: int
+    signed: bool
+    place: int
+    low: float
+    high: float
+
+
+def mapped_places(entries: list[MappedPlace]) -> NDArray[Any]:
+    """Records (entries,) for the kernels."""
+    places = np.zeros(len(entries), record_type(MappedPlace))
+    store(places, entries)
+    return places
+
+
+@kernel
+def exchange(
+    numbers: Array,
+    axes: Any,
+    objects: Any,
+    received: Any,
+    data: Bytes,
+    came: NDArray[np.bool_],
+    drive_of: Index,
+    acts: NDArray[np.bool_],
+    sent: Any,
+    headers: Bytes,
+    turns: Index,
+    frames: Bytes,
+) -> int:
+    """Let RPDOs `data` (RPDOs, 8) take effect where they `came` (RPDOs,), then do as `fill` does.
+
+    `drive_of` (RPDOs,) says whose each is, -1 of no drive. Returns how many frames there are; `DRIVES_ACT`
+    where a drive has something to act on first (`must_act`), as `acts` (drives,) says of each.
+    """
+    for entry in range(len(received)):
+        at = received[entry]
+        if came[at["pdo"]]:
+            value = integer(data[at["pdo"]], at)
+            if at["low"] <= value <= at["high"]:
+                numbers[at["place"]] = value
+    acts[:] = False
+    anything = False
+    for rpdo in range(len(drive_of)):
+        drive = drive_of[rpdo]
+        if came[rpdo] and drive >= 0 and must_act(axes[drive], objects[drive]):
+            acts[drive] = anything = True
+    return DRIVES_ACT if anything else fill(numbers, sent, headers, turns, frames)
+
+
+@kernel
+def integer(data: Bytes, at: Any) -> int:
+    """The integer at a place of a PDO."""
+    value = 0
+    for byte in range(at["size"]):
+        value |= int(data[at["start"] + byte]) << (8 * byte)
+    if at["signed"] and value >> (8 * at["size"] - 1):
+        value -= 1 << (8 * at["size"])
+    return value
+
+
+@kernel
+def must_act(axis: Any, own: Any) -> bool:
+    """Whether a drive has objects that it did not act on yet; set points it reads in its tick."""
+    return bool(
+        own["controlword"] != axis["acted_controlword"]
+        or axis["state"] != axis["acted_state"]
+        or own["modes_of_operation"] != own["modes_of_operation_display"]
+        or own["max_torque"] != axis["acted_max_torque"]
+        or own["max_current"] != axis["acted_max_current"]
+        or own["positive_torque_limit_value"] != axis["acted_positive_torque"]
+        or own["negative_torque_limit_value"] != axis["acted_negative_torque"]
+        or own["physical_outputs"] != axis["acted_physical_outputs"]
+        or own["bit_mask"] != axis["acted_bit_mask"]
+        or own["touch_probe_function"] != axis["acted_probe_function"]
+        or own["interpolation_data_record"] != NO_SET_POINT
+    )
+
+
+@kernel
+def fill(numbers: Array, sent: Any, headers: Bytes, turns: Index, frames: Bytes) -> int:
+    """Put the TPDOs of this SYNC one behind the other into `frames` (TPDOs, 16); return how many there are.
+
+    `headers` (TPDOs, 8) begin them. `turns` (TPDOs, 2): each goes out at every how many SYNCs, and how many
+    have passed. A value that does not fit wraps, as a counter does.
+    """
+    count, last = 0, -1
+    due = False
+    for entry in range(len(sent)):
+        at = sent[entry]
+        if at["pdo"] != last:
+            last = at["pdo"]
+            turns[last, 1] += 1
+            due = turns[last, 1] >= turns[last, 0]
+            if due:
+                turns[last, 1] = 0
+                frames[count] = 0
+                frames[count, :DATA_AT] = headers[last]
+                count += 1
+        if due:
+            value, first = int(numbers[at["place"]]), DATA_AT + at["start"]
+            for byte in range(at["size"]):
+                frames[count - 1, first + byte] = (value >> (8 * byte)) & 0xFF
+    return count

@@ -1,0 +1,91 @@
+"""All drives of a bench in one tick: compiled where each of them follows the bus, one by one elsewhere."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil_sim.config import Plant
+from hil_sim.cyclic.drive_record import drive_records
+from hil_sim.cyclic.drive_step import follow_axes, lead_axes
+from hil_sim.drive import cia402_device as cia402
+from hil_sim.drive.amplifier_device import Drive
+from hil_sim.drive.cia402_device import State
+from hil_sim.drive.cyclic_modes import FOLLOWS_COMMAND
+from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.node.pdo_tables import PdoTables
+from hil_sim.node.slave import Slave
+from hil_sim.plant.integrate import advance
+from kernels.arrays import Array, Index
+
+FOLLOWING = State.OPERATION_ENABLED | cia402.VOLTAGE_ENABLED | cia402.REMOTE | FOLLOWS_COMMAND
+"""Statusword of a drive that follows the bus, without `INTERNAL_LIMIT`."""
+
+
+class DrivesInStep:
+    """The drives of a plant, in the order of its axes; their objects and records lie side by side."""
+
+    def __init__(self, drives: Sequence[Drive], plant: Plant, numbers: Array) -> None:
+        """`numbers` (drives, values): where their process objects are to lie."""
+        self._drives, self._plant = tuple(drives), plant
+        self._axes = drive_records(len(drives))
+        self._objects = numbers.view(DriveObjects.record()).reshape(-1)
+        self._found: Index = np.zeros(len(drives), np.int64)
+        for index, drive in enumerate(drives):
+            drive.lie_in(self._axes[index : index + 1], numbers[index])
+
+    def warm_up(self) -> None:
+        """Compile, or load from the cache, what a tick of drives that follow takes; nothing moves."""
+        plant = self._plant
+        lead_axes(self._axes, self._objects, plant.setpoint, 1.0, 1.0)
+        advance(plant.params, plant.state, plant.setpoint, 0, 0.0)
+        follow_axes(self._axes[:0], self._objects[:0], plant.state[:0], 1.0, 0, 0, self._found[:0])
+        if self._drives:
+            self._drives[0].port.warm_up()
+
+    @property
+    def slaves(self) -> list[Slave]:
+        """Their nodes."""
+        return [drive.slave for drive in self._drives]
+
+    def exchange(self, tables: PdoTables) -> bytes:
+        """Let what was received take effect; the TPDOs of all nodes."""
+        frames = tables.exchange(self._axes, self._objects)
+        if frames is None:
+            for drive, acts in zip(self._drives, tables.acts, strict=True):
+                if acts:
+                    drive.process()
+            frames = tables.frames()
+        return frames
+
+    def advance(self, substeps: int, substep_s: float, dt_s: float, share: float) -> bool:
+        """Command the axes and move the plant by so many substeps, a `share` of a cycle.
+
+        Returns whether all drives follow the bus, for `read`.
+        """
+        plant = self._plant
+        following = all(drive.follows_cycle for drive in self._drives)
+        if following:
+            lead_axes(self._axes, self._objects, plant.setpoint, dt_s, share)
+        else:
+            for drive in self._drives:
+                drive.command_axis(dt_s, share)
+        advance(plant.params, plant.state, plant.setpoint, substeps, substep_s)
+        return following
+
+    def read(self, dt_s: float, *, following: bool) -> None:
+        """Read the axes and supervise them, as the time has moved on."""
+        if not following:
+            for drive in self._drives:
+                drive.read_axis(dt_s)
+        elif follow_axes(
+            self._axes,
+            self._objects,
+            self._plant.state,
+            dt_s,
+            FOLLOWING,
+            FOLLOWING | cia402.INTERNAL_LIMIT,
+            self._found,
+        ):
+            for drive, found in zip(self._drives, self._found, strict=True):
+                if found:
+                    drive.read_axis(dt_s)

@@ -1,0 +1,26 @@
+"""All scales of a bench in one compiled tick; their objects and records lie side by side."""
+
+from collections.abc import Sequence
+
+from hil_sim.config import Plant
+from hil_sim.cyclic.scale_step import read_scales, scale_records
+from hil_sim.scale.encoder_device import LinearScale
+from hil_sim.scale.scale_objects import ScaleObjects
+from kernels.arrays import Array
+
+
+class ScalesInStep:
+    """The scales of a plant; `numbers` (scales, values): where their process objects are to lie."""
+
+    def __init__(self, scales: Sequence[LinearScale], plant: Plant, numbers: Array) -> None:
+        self._scales, self._plant = tuple(scales), plant
+        self._records = scale_records(len(scales))
+        self._objects = numbers.view(ScaleObjects.record()).reshape(-1)
+        for index, scale in enumerate(scales):
+            scale.lie_in(self._records[index : index + 1], numbers[index])
+
+    def read(self) -> None:
+        """Read all heads."""
+        read_scales(self._records, self._objects, self._plant.state)
+        for scale in self._scales:
+            scale.look_at_cams()

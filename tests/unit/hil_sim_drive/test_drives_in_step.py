@@ -1,0 +1,73 @@
+"""The compiled tick and exchange against the drives one by one and the codecs of Python: the same frames."""
+
+import random
+import struct
+from typing import Any
+
+import pytest
+from in_process_nodes import DRIVE, InProcessNodes, SdoDrive, counts
+
+from hil_sim.drive.amplifier_device import Drive
+from hil_sim.runner import bench as bench_module
+
+MODES = {8: (0x607A, "i", counts(0.4)), 9: (0x60FF, "i", counts(60.0)), 10: (0x6071, "h", 900)}
+"""Set point object, its type and a size that runs into limits now and then."""
+ENABLING, ENABLED = (0x80, 0x06, 0x07, 0x0F), 0x0F
+BLOCK = 40
+"""Cycles with the same set point, the last third of them with another controlword of these."""
+WORDS = (0x0F, 0x07, 0x06, 0x02, 0x00, 0x10F)
+
+
+def mapped(node: Any, rpdo: list[int], tpdo: list[int]) -> None:
+    node.tpdo.read()
+    node.rpdo.read()
+    pdos = [(node.tpdo[1], tpdo), *([(node.rpdo[1], rpdo)] if rpdo else [])]
+    for pdo, objects in pdos:
+        pdo.clear()
+        for index in objects:
+            pdo.add_variable(index)
+        pdo.trans_type = 1
+        pdo.enabled = True
+        pdo.save()
+
+
+def frames_of(mode: int, seed: int) -> list[tuple[int, bytes]]:
+    """Frames of the nodes under a controller that sends what it likes."""
+    nodes = InProcessNodes()
+    drive = SdoDrive(nodes)
+    set_point, code, size = MODES[mode]
+    drive.set(0x6065, counts(0.5))
+    drive.set(0x607D, counts(-2.0), 1)
+    drive.set(0x607D, counts(2.0), 2)
+    mapped(drive.node, [0x6040, 0x6060, set_point], [0x6041, 0x6064, 0x6077])
+    scale = nodes.remote(11)
+    mapped(scale, [], [0x6004])
+    nodes.operational()
+    choice = random.Random(seed)
+    for cycle in range(12 * BLOCK):
+        at = cycle % BLOCK
+        if at == 0:
+            last, asked = choice.choice(WORDS), choice.choice((mode, mode, mode, 3))
+            value = choice.randint(-size, size)
+        word = ENABLING[at] if at < len(ENABLING) else ENABLED if at < 2 * BLOCK // 3 else last
+        if choice.random() < 0.95:
+            nodes.put(0x200 + DRIVE, struct.pack("<Hb" + code, word, asked, value))
+        nodes.sync()
+    return nodes.frames
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("mode", list(MODES))
+def test_compiled_and_single_drives_send_the_same_frames(
+    mode: int, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled = frames_of(mode, seed)
+
+    def none(*_arguments: Any) -> Any:
+        raise ValueError
+
+    monkeypatch.setattr(Drive, "follows_cycle", property(lambda _drive: False))
+    monkeypatch.setattr(bench_module, "PdoTables", none)
+    single = frames_of(mode, seed)
+    assert compiled == single
+    assert len({data for can_id, data in compiled if can_id == 0x180 + DRIVE}) > 20
