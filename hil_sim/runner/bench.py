@@ -74,16 +74,7 @@ class SimulatedMachine:
             self.fault_targets[name] = FaultTarget(
                 name, drive, scale, plant.params[index], plant.state[index]
             )
-        drives = [device for device in self.devices if isinstance(device, Drive)]
-        scales = [device for device in self.devices if isinstance(device, LinearScale)]
-        rows = (len(drives), len(DriveObjects.VALUES)), (len(scales), len(ScaleObjects.VALUES))
-        sizes = [count * values for count, values in rows]
-        self._numbers = np.zeros(sum(sizes))  # process objects of all devices
-        self._in_step = DrivesInStep(drives, self.plant, self._numbers[: sizes[0]].reshape(rows[0]))
-        self._scales = ScalesInStep(scales, self.plant, self._numbers[sizes[0] :].reshape(rows[1]))
-        in_order: list[Drive | LinearScale] = [*drives, *scales]
-        begins = accumulate((len(device.objects.VALUES) for device in in_order), initial=0)
-        self._first = dict(zip((device.slave for device in in_order), begins, strict=False))
+        self._lay_out()
         self.devices.sort(key=lambda device: device.slave.node_id)
         self._faults = Schedule(faults, self.fault_targets)
         self.slaves: list[Slave] = [device.slave for device in self.devices]
@@ -104,6 +95,19 @@ class SimulatedMachine:
         self._in_step.warm_up()  # before anything is on the bus
         self._scales.read()
         self._in_step.exchange(PdoTables((), self._numbers, (), self._in_step.slaves))
+
+    def _lay_out(self) -> None:
+        """Put records and process objects of all devices side by side, for the compiled tick."""
+        drives = [device for device in self.devices if isinstance(device, Drive)]
+        scales = [device for device in self.devices if isinstance(device, LinearScale)]
+        rows = (len(drives), len(DriveObjects.VALUES)), (len(scales), len(ScaleObjects.VALUES))
+        sizes = [count * values for count, values in rows]
+        self._numbers = np.zeros(sum(sizes))  # process objects of all devices
+        self._in_step = DrivesInStep(drives, self.plant, self._numbers[: sizes[0]].reshape(rows[0]))
+        self._scales = ScalesInStep(scales, self.plant, self._numbers[sizes[0] :].reshape(rows[1]))
+        in_order: list[Drive | LinearScale] = [*drives, *scales]
+        begins = accumulate((len(device.objects.VALUES) for device in in_order), initial=0)
+        self._first = dict(zip((device.slave for device in in_order), begins, strict=False))
 
     def start(self) -> None:
         """Power up all nodes: they send their boot-up messages."""

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from consecutive_runs import ConsecutiveRuns, Script
 
+from can_frames.frame import FRAME
 from hil_sim.config import PlantConfig
 from hil_sim.runner.bench import SimulatedMachine
 from hil_sim.runner.pacing import Lockstep
@@ -51,7 +52,12 @@ def recorded(runs: ConsecutiveRuns, log: Candump) -> None:
         log.log(FROM_NODES, can_id, bytes(data))
         from_nodes(can_id, data)
 
+    def answered_in_one_go(burst: bytes) -> None:
+        for can_id, size, data in FRAME.iter_unpack(burst):
+            answered(can_id, data[:size])
+
     wire.nodes = from_controller
+    bench.send_burst = answered_in_one_go
     for slave in bench.slaves:
         slave._host = slave._host._replace(send=answered)
 

@@ -132,9 +132,9 @@ def jogged(table: ConsecutiveRuns, velocity_m_s: float, ticks: int) -> Script:
 
 def real_switch(table: ConsecutiveRuns) -> Script:
     """The switch is nearer than its position relative to home."""
-    axis = table.stand.bench._drives[0].port
-    table.undo = partial(setattr, axis, "_positive_m", axis._positive_m)
-    axis._positive_m = 0.001
+    axis = table.stand.bench._drives[0].port.record
+    table.undo = partial(axis.__setitem__, "positive_m", float(axis["positive_m"]))
+    axis["positive_m"] = 0.001
     yield lambda: table.machine.stage is not Stage.RUNNING
 
 

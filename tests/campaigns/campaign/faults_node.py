@@ -39,6 +39,9 @@ def node_silent(context: FaultContext) -> None:
             handle(can_id, data)
         slave.pdos.sample, slave.activate, slave.heartbeats.on_heartbeat = kept
 
+    bench = context.stand.bench
+    bench._tables_of_all = lambda: None  # type: ignore[method-assign]  # each node hears for itself
+    bench._route()
     wire.inbound, wire.nodes = inbound, deaf
 
 

@@ -8,7 +8,7 @@ import pytest
 from in_process_nodes import DRIVE, InProcessNodes, SdoDrive, counts
 
 from hil_sim.drive.amplifier_device import Drive
-from hil_sim.runner import bench as bench_module
+from hil_sim.runner.bench import SimulatedMachine
 
 MODES = {8: (0x607A, "i", counts(0.4)), 9: (0x60FF, "i", counts(60.0)), 10: (0x6071, "h", 900)}
 """Set point object, its type and a size that runs into limits now and then."""
@@ -63,11 +63,8 @@ def test_compiled_and_single_drives_send_the_same_frames(
 ) -> None:
     compiled = frames_of(mode, seed)
 
-    def none(*_arguments: Any) -> Any:
-        raise ValueError
-
     monkeypatch.setattr(Drive, "follows_cycle", property(lambda _drive: False))
-    monkeypatch.setattr(bench_module, "PdoTables", none)
+    monkeypatch.setattr(SimulatedMachine, "_tables_of_all", lambda _bench: None)
     single = frames_of(mode, seed)
     assert compiled == single
     assert len({data for can_id, data in compiled if can_id == 0x180 + DRIVE}) > 20
