@@ -130,7 +130,7 @@ def _packed(message: can.Message) -> bytes:
 
 
 def _patiently(send: Callable[[bytes], T], frames: bytes, patience_s: float) -> T:
-    """Send frames, waiting at most `patience_s` for space in a full transmit queue; return what `send` does."""
+    """Send frames, waiting at most `patience_s` for space in a full transmit queue; return its result."""
     deadline_s = 0.0
     while True:
         try:
