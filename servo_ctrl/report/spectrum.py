@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import welch
 
 from kernels.arrays import Array
 
@@ -24,12 +25,7 @@ def spectral_density(error_m: Array, cycle: NDArray[np.int64], period_s: float) 
     part = error_m[_whole(error_m, cycle)]
     if len(part) < 2 * WINDOW or not np.ptp(part):
         return None
-    pieces = np.lib.stride_tricks.sliding_window_view(part, WINDOW)[:: WINDOW // 2]
-    window = np.hanning(WINDOW + 1)[:-1]
-    pieces = (pieces - pieces.mean(axis=1, keepdims=True)) * window
-    power = np.mean(np.abs(np.fft.rfft(pieces, axis=1)) ** 2, axis=0)
-    density_m2_hz = 2.0 * power * period_s / np.sum(window**2)
-    frequency_hz = np.arange(len(power)) / (WINDOW * period_s)
+    frequency_hz, density_m2_hz = welch(part, 1.0 / period_s, nperseg=WINDOW)
     return Spectrum(frequency_hz[1:-1], np.sqrt(density_m2_hz[1:-1]))
 
 

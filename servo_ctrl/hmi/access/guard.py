@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import HTTPConnection
-from starlette.responses import PlainTextResponse, RedirectResponse
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from servo_ctrl.hmi.access.sessions import Sessions
@@ -92,12 +92,9 @@ class Guard:
 
 def set_cookie(name: str, value: str, *, secure: bool, lifetime_s: int | None = None) -> str:
     """The Set-Cookie value of a cookie that scripts cannot read and other sites cannot send."""
-    parts = [f"{name}={value}", "Path=/", "HttpOnly", "SameSite=Strict"]
-    if secure:
-        parts.append("Secure")
-    if lifetime_s is not None:
-        parts.append(f"Max-Age={lifetime_s}")
-    return "; ".join(parts)
+    answer = Response()
+    answer.set_cookie(name, value, lifetime_s, secure=secure, httponly=True, samesite="strict")
+    return answer.headers["set-cookie"]
 
 
 def _host_name(host: str) -> str:

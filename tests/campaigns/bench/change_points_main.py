@@ -1,6 +1,6 @@
 """Our test for a change beside ruptures and statsmodels, on sequences of recordings with a known answer.
 
-Run as `python -m tests.campaigns.bench.change_points_main --json FILE`; decision 0026 has its figures. Each
+Run as `python -m tests.campaigns.bench.change_points_main --json FILE`; decision 0027 has its figures. Each
 method looks at every new recording, as `reconcile watch` does, and may give one false alarm in 100. Ours and
 statsmodels' state that level; the penalty of ruptures has none, and is fitted to it on normal noise of other
 seeds. The libraries are in an environment beside ours (OUT/environment).
