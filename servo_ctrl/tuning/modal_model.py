@@ -35,7 +35,8 @@ GAIN = 0.7
 """A mode must bring the squares down to this share."""
 PROMINENT = 0.25
 """Share of the rigid response at its frequency that a mode must have to be called a resonance."""
-DAMPING = (1e-4, 0.7)
+DAMPING, RESONANT = (1e-4, 0.7), 0.5
+"""Bounds of a fitted damping ratio, and the one from which on a mode shows no peak that is a resonance."""
 
 
 class Mode(NamedTuple):
@@ -85,7 +86,8 @@ def resonances(model: ModalModel) -> tuple[Mode, ...]:
     found = []
     for mode in model.modes:
         size = max(abs(mode.motor_1_kg / model.motor_1_kg), abs(mode.scale_1_kg / model.scale_1_kg))
-        if size / (2.0 * mode.damping_ratio) >= PROMINENT:
+        peak = size / (2.0 * mode.damping_ratio)
+        if peak >= PROMINENT and mode.damping_ratio < RESONANT:
             found.append(mode)
     return tuple(found)
 
@@ -112,7 +114,9 @@ def held_modes(model: ModalModel) -> tuple[tuple[float, float], ...]:
     roots = [complex(root) for root in np.roots(zeros)]
     found = [(abs(root) / (2.0 * math.pi), -root.real / abs(root)) for root in roots if root.imag > 0.0]
     highest_hz = 0.5 / model.period_s
-    return tuple(sorted((hz, damping) for hz, damping in found if hz < highest_hz and 0.0 <= damping < 0.7))
+    return tuple(
+        sorted((hz, damping) for hz, damping in found if hz < highest_hz and 0.0 <= damping < RESONANT)
+    )
 
 
 def _columns(
