@@ -16,6 +16,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.performance import combined, indicators, window_samples
 from servo_ctrl.metrology.circles import AXES, ReversalFigures, figures_um
+from servo_ctrl.units import MM
 from studies.feng_2015.twin_motions import SETTLE_CYCLES, twin_program
 from twin.rollout import rollout
 
@@ -23,6 +24,7 @@ RAMP_S = 0.5
 """From rest to the feed, and back; chosen."""
 SPLINE_POINTS, SPLINE_HALF_M = 7, 0.025
 """Random points of a closed spline, and half the side of the square they are in; chosen."""
+SPLINE_FEEDS_MM_MIN, SEEDS = (1000, 2000, 3000), 200
 FINE = 20_000
 """Points along a curve for its length; chosen."""
 
@@ -74,15 +76,26 @@ def spline_m(seed: int) -> Array:
 
 
 def unseen_motions(machine: MachineConfig) -> list[Motion]:
-    """All of them."""
+    """All of them; of each feed the first spline, by seed, that stays within the limits of the axes."""
     period_s = machine.period_s
     folder: Path = machine.source.parent / "programs"
     bracket = twin_program(machine, load_program(folder / "bracket.ngc", machine)).reference
     return [
         along("spiral F 2000", spiral_m(), 2.0 / 60.0, period_s),
-        *(along(f"spline {n} F {f}", spline_m(n), f / 60e3, period_s) for n, f in ((1, 1000), (2, 2000))),
+        *(_first_spline(machine, feed_mm_min) for feed_mm_min in SPLINE_FEEDS_MM_MIN),
         Motion("bracket.ngc", bracket),
     ]
+
+
+def _first_spline(machine: MachineConfig, feed_mm_min: int) -> Motion:
+    for seed in range(1, SEEDS):
+        found = along(f"spline F {feed_mm_min}", spline_m(seed), feed_mm_min / 60e3, machine.period_s)
+        if all(
+            np.abs(found.reference[name][:, 2]).max() <= axis.limits.acceleration_mm_s2 * MM
+            for name, axis in machine.axes.items()
+        ):
+            return found
+    raise ValueError(f"no spline at F {feed_mm_min} is within the limits of acceleration")
 
 
 def motion_figures(

@@ -7,9 +7,10 @@ from eventually import eventually
 from learned_examples import LEARNED, table_in
 from playwright.sync_api import expect
 from stub_status import first_status
+from waveform_examples import example_waveform
 
 from servo_ctrl.commands.local_codec import to_plain
-from servo_ctrl.learned.store import LearnedStore
+from servo_ctrl.learned.store import LearnedStore, WaveformStore
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -52,12 +53,16 @@ def curves(page: Page, name: str) -> list[str]:
 
 @pytest.fixture
 def stored(tmp_path: Path, stub: Stub) -> list[int]:
-    """Three versions of axis x, the last one in use."""
+    """Three versions of axis x, the last one in use, and a waveform."""
     machine = table_in(tmp_path / "table")
     store = LearnedStore(tmp_path / "table" / "learned", machine)
     versions = [store.add("x", LEARNED._replace(before_m=k * 1e-6), {}).version for k in (7, 8, 9)]
+    waveform = {
+        **FIRST["axes"][0]["waveform"],
+        "version": WaveformStore(store.directory, machine).add("x", example_waveform(), {}).version,
+    }
     stub.link(hello={"machine_file": str(machine.source), "learned_dir": str(store.directory)})
-    stub.status(axes=axis_x(version=3))
+    stub.status(axes=axis_x(version=3, waveform=waveform))
     return versions
 
 
@@ -196,6 +201,11 @@ def test_a_version_is_compared_with_the_one_in_use_and_rolled_back_when_confirme
         "Version 2 is in use, but there is none in"
     )
     expect(back).to_be_disabled()
+    page.get_by_test_id("learned-axis").get_by_role("button", name="x").click()
+    page.get_by_test_id("learned-kind").get_by_role("button", name="waveform").click()
+    eventually(lambda: curves(page, "duration-plot"), ["50.0 mm/s²", "400.0 mm/s²"])
+    expect(back).to_be_enabled()
+    picture(page, "friction-waveform")
 
 
 @pytest.mark.usefixtures("stored")

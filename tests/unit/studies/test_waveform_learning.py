@@ -10,7 +10,6 @@ import pytest
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learning import waveform_run
-from servo_ctrl.learning.performance import reversals
 from servo_ctrl.learning.reversal_waveform import (
     contraction,
     corrected,
@@ -19,16 +18,15 @@ from servo_ctrl.learning.reversal_waveform import (
     missing_force_n,
 )
 from servo_ctrl.learning.waveform_run import GAIN, WaveformRun, beyond_reach
-from studies.feng_2015.rivals import Setting, Tuner, planned_n, with_bandwidth
+from studies.feng_2015.rival_tuning import Setting, Tuner
 from studies.feng_2015.waveform_drift import BEFORE, recovery
 from studies.feng_2015.waveform_learning import (
     ErrorStrokes,
     LearnedWaveforms,
-    identify,
     learn_waveforms,
     with_learned,
 )
-from studies.feng_2015.waveform_robustness import markdown
+from studies.feng_2015.waveform_tables import tables
 from twin.plant_file import load_plant
 
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
@@ -160,32 +158,11 @@ def test_a_run_that_is_over_takes_no_more_strokes(learned: LearnedWaveforms) -> 
     assert learned.learned.machine_time_s > 100.0
 
 
-def test_a_rival_beyond_the_bound_of_robustness_does_not_count() -> None:
-    tuner = Tuner(MACHINE, PLANT, "x")
-    tuner.accelerations_m_s2 = [0.12]
-    bandwidths_hz = (7.5, 30.0, 60.0)
-    settings = [Setting({"bandwidth_hz": hz}, with_bandwidth(tuner.params, hz)) for hz in bandwidths_hz]
-    tuned = tuner.best("observer", settings)
-    assert tuned.curve[2]["Ms"] > 2.0
-    assert tuned.setting.described["bandwidth_hz"] == 30.0
-
-
-def test_an_observer_that_is_told_of_the_feedforward_gets_its_fast_part_only() -> None:
-    strokes = ErrorStrokes(MACHINE, PLANT, "x")
-    friction = identify(strokes)
-    params = with_bandwidth(strokes.params, 30.0)
-    commands = sine()
-    told_n = planned_n(Setting({}, params, friction, params.observer.filter_blend), commands)
-    whole_n = planned_n(Setting({}, params, friction), commands)
-    reversal = int(reversals(commands[:, 0])[0])
-    assert abs(whole_n[reversal - 300]) > 5.0
-    assert abs(told_n[reversal - 300]) < 0.5
-
-
-def test_the_table_of_the_documents_is_the_committed_figures() -> None:
+def test_the_tables_of_the_documents_are_the_committed_figures() -> None:
     docs = XY_TABLE.parents[1] / "docs"
     figures = json.loads((docs / "friction_waveforms.json").read_text(encoding="utf-8"))
     page = (docs / "friction_study.md").read_text(encoding="utf-8").splitlines()
-    rows = [row for row in markdown(figures).splitlines() if row.strip("|- ")]
-    first = page.index(rows[0])
-    assert [row for row in page[first : first + len(rows) + 1] if row.strip("|- ")] == rows
+    for table in tables(figures):
+        rows = [row for row in table.splitlines() if row.strip("|- ")]
+        first = page.index(rows[0])
+        assert [row for row in page[first : first + len(rows) + 1] if row.strip("|- ")] == rows

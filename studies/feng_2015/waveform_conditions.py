@@ -1,0 +1,183 @@
+"""Machines and tables on which learned waveforms are judged: what may be other than on `machines/xy_table`.
+
+The controller's file stays, but for the key that a condition names; so do its gains, but for longer cycles.
+There all three are slower by one factor: the largest with which Ms on the rigid mass is that at 1 ms.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hil_sim.config import AxisPlant, PlantConfig
+from hil_sim.physics.transmission import backlash
+from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.metrology.loop_margins import sensitivity_peak
+
+MASS_SHARE, FRICTION_SHARE = 0.3, 0.5
+"""Largest relative deviations of a table; the issue's ranges."""
+PLAY_M = 3e-6
+STIFFNESS_SHARE = 0.7
+"""Of the drive train, where it is more compliant; chosen: with half of it the loop of y howls by itself."""
+PERIODS_US = (2000, 4000)
+FORCES = {
+    "viscous_friction": ("viscous_n_s_m",),
+    "coulomb_friction": ("coulomb_n",),
+    "stribeck_friction": ("stribeck_n",),
+    "presliding_gms": ("stiffness_n_m", "attraction_n_s", "micro_damping_n_s_m"),
+}
+"""Effects of friction, and what of each goes with the size of its force."""
+SCALES = np.geomspace(1.0, 0.1, 47)
+"""Of the gains at longer cycles: steps of 5 %; chosen."""
+
+
+class Condition(NamedTuple):
+    """A machine and its table."""
+
+    name: str
+    machine: MachineConfig
+    plant: PlantConfig
+
+
+def named_conditions(machine: MachineConfig, plant: PlantConfig) -> Iterator[Condition]:
+    """The machine as it is, then one thing other at a time."""
+    yield Condition("as it is", machine, plant)
+    for sign in (-1.0, 1.0):
+        share = sign * MASS_SHARE
+        yield Condition(f"mass {100 * share:+.0f} %", machine, with_mass(plant, 1.0 + share))
+    for sign in (-1.0, 1.0):
+        share = sign * FRICTION_SHARE
+        yield Condition(f"friction {100 * share:+.0f} %", machine, with_friction(plant, 1.0 + share))
+    yield Condition("play 3 um", machine, with_play(plant, PLAY_M))
+    yield Condition("drive train 30 % softer", machine, with_stiffness(plant, STIFFNESS_SHARE))
+    yield Condition("motor feedback", with_motor_feedback(machine), plant)
+    for period_us in PERIODS_US:
+        yield Condition(f"cycle {period_us // 1000} ms", with_period(machine, period_us), plant)
+
+
+def random_tables(machine: MachineConfig, plant: PlantConfig, count: int, seed: int) -> Iterator[Condition]:
+    """Other tables: mass and every parameter of friction drawn independently."""
+    rng = np.random.default_rng(seed)
+    for number in range(1, count + 1):
+        yield Condition(f"table {number}", machine, drawn(plant, rng))
+
+
+def drawn(plant: PlantConfig, rng: np.random.Generator) -> PlantConfig:
+    """Another table."""
+
+    def share(largest: float) -> float:
+        return float(1.0 + rng.uniform(-largest, largest))
+
+    def changed(axis: AxisPlant) -> AxisPlant:
+        effects = {
+            key: effect._replace(
+                **{
+                    field: _scaled(value, share(FRICTION_SHARE))
+                    for field, value in effect._asdict().items()
+                    if field not in ("enabled", "share")
+                }
+            )
+            if key in FORCES
+            else effect
+            for key, effect in axis.effects.items()
+        }
+        table = axis.table.model_copy(update={"mass_kg": axis.table.mass_kg * share(MASS_SHARE)})
+        return axis.model_copy(update={"effects": effects, "table": table})
+
+    return _each_axis(plant, changed)
+
+
+def with_mass(plant: PlantConfig, share: float) -> PlantConfig:
+    """With another mass of the tables; motors as they are."""
+    return _each_axis(
+        plant,
+        lambda axis: axis.model_copy(
+            update={"table": axis.table.model_copy(update={"mass_kg": axis.table.mass_kg * share})}
+        ),
+    )
+
+
+def with_friction(plant: PlantConfig, share: float) -> PlantConfig:
+    """With all forces of friction times a share, over the same distances and speeds."""
+
+    def changed(effects: dict[str, Any]) -> dict[str, Any]:
+        return {
+            key: effects[key]._replace(
+                **{field: _scaled(getattr(effects[key], field), share) for field in fields}
+            )
+            for key, fields in FORCES.items()
+            if key in effects
+        }
+
+    return _with_effects(plant, changed)
+
+
+def with_play(plant: PlantConfig, play_m: float) -> PlantConfig:
+    """With play between nut and screw, in all."""
+    return _with_effects(plant, lambda _: {"backlash": backlash.Params(0.5 * play_m)})
+
+
+def with_stiffness(plant: PlantConfig, share: float) -> PlantConfig:
+    """With another stiffness of the drive trains."""
+
+    def changed(effects: dict[str, Any]) -> dict[str, Any]:
+        train = effects["drive_compliance"]
+        return {"drive_compliance": train._replace(stiffness_n_m=share * train.stiffness_n_m)}
+
+    return _with_effects(plant, changed)
+
+
+def with_motor_feedback(machine: MachineConfig) -> MachineConfig:
+    """With the position loop closed on the motor."""
+    return _with_control(machine, lambda _: {"feedback": "motor"})
+
+
+def with_period(machine: MachineConfig, period_us: int) -> MachineConfig:
+    """With a longer cycle, and gains for it."""
+    wanted = {name: _sensitivity(machine, name) for name in machine.axes}
+    bus = machine.bus.model_copy(update={"sync_period_us": period_us})
+    slower = machine.model_copy(update={"bus": bus})
+    for scale in SCALES.tolist():
+        found = _with_control(slower, partial(_scaled_gains, scale))
+        if all(_sensitivity(found, name) <= wanted[name] for name in machine.axes):
+            return found
+    raise ValueError(f"no gains for a cycle of {period_us} us")
+
+
+def _scaled_gains(scale: float, control: Any) -> dict[str, Any]:
+    """All three gains slower by one factor: the loop keeps its shape over another time."""
+    return {
+        "kp_1_s": scale * control.kp_1_s,
+        "kv_n_s_m": scale * control.kv_n_s_m,
+        "ki_n_m": scale * scale * control.ki_n_m,
+    }
+
+
+def _sensitivity(machine: MachineConfig, axis: str) -> float:
+    params = axis_params(machine, axis)
+    return sensitivity_peak(params, params.feedforward.acceleration_kg)
+
+
+def _with_control(machine: MachineConfig, change: Callable[[Any], dict[str, Any]]) -> MachineConfig:
+    axes = {
+        name: axis.model_copy(update={"control": axis.control.model_copy(update=change(axis.control))})
+        for name, axis in machine.axes.items()
+    }
+    return machine.model_copy(update={"axes": axes})
+
+
+def _with_effects(plant: PlantConfig, change: Callable[[dict[str, Any]], dict[str, Any]]) -> PlantConfig:
+    return _each_axis(
+        plant, lambda axis: axis.model_copy(update={"effects": axis.effects | change(axis.effects)})
+    )
+
+
+def _each_axis(plant: PlantConfig, change: Callable[[AxisPlant], AxisPlant]) -> PlantConfig:
+    axes = {name: change(axis) for name, axis in plant.axes.items()}
+    return plant.model_copy(update={"axes": axes})
+
+
+def _scaled(value: Any, share: float) -> Any:
+    return tuple(entry * share for entry in value) if isinstance(value, tuple) else value * share

@@ -1,0 +1,91 @@
+"""The tables of docs/friction_study.md about learned waveforms, from the figures of `waveform_robustness`."""
+
+from typing import Any
+
+import numpy as np
+
+STUDY_LABELS = ("F 500", "F 1000", "F 2000", "F 3000", "S1", "S2", "S3", "S4")
+"""The motions of the study; no learning saw any of them, and nothing was chosen on the others."""
+
+
+def tables(figures: dict[str, Any]) -> list[str]:
+    """The tables: by motion, by condition, by rival."""
+    return [by_motion(figures), by_condition(figures), by_rival(figures)]
+
+
+def by_motion(figures: dict[str, Any]) -> str:
+    """Every motion on the machine as it is, and over the drawn tables."""
+    nominal, others = figures["conditions"][0]["motions"], [table["motions"] for table in figures["tables"]]
+    heads = ("motion", "without, peak um", "LWC: contour peak, mean, peak, RMS um", "least reduction %")
+    drawn = (f"{len(others)} tables: peak um, median, worst", "least reduction %, median, worst")
+    lines = _heads(*heads, *drawn)
+    for place, row in enumerate(nominal):
+        peaks = [table[place]["LWC"]["contour_peak_um"] for table in others]
+        reductions = [table[place]["least_reduction_percent"] for table in others]
+        lines.append(
+            _row(
+                [
+                    f"{row['axis']} {row['label']}",
+                    f"{row['WTFC']['contour_peak_um']:.2f}",
+                    ", ".join(f"{value:.2f}" for value in row["LWC"].values()),
+                    f"{row['least_reduction_percent']:.1f}",
+                    f"{np.median(peaks):.2f}, {max(peaks):.2f}",
+                    f"{np.median(reductions):.1f}, {min(reductions):.1f}",
+                ]
+            )
+        )
+    return "\n".join(lines) + "\n"
+
+
+def by_condition(figures: dict[str, Any]) -> str:
+    """What is other on the machine, and the worst of all motions."""
+    study = ("study: worst peak um", "least reduction %")
+    unseen_heads = ("unseen: worst peak um", "least reduction %", "not learned again: least reduction %")
+    lines = _heads("machine", "strokes x, y", *study, *unseen_heads)
+    for entry in figures["conditions"]:
+        seen = [row for row in entry["motions"] if row["label"] in STUDY_LABELS]
+        unseen = [row for row in entry["motions"] if row["label"] not in STUDY_LABELS]
+        stale = [
+            row["stale_least_reduction_percent"] for row in seen if "stale_least_reduction_percent" in row
+        ]
+        cells = [entry["name"], ", ".join(str(count) for count in entry["strokes"].values())]
+        for rows in (seen, unseen):
+            cells.append(f"{max(row['LWC']['contour_peak_um'] for row in rows):.2f}")
+            cells.append(f"{min(row['least_reduction_percent'] for row in rows):.1f}")
+        cells.append(f"{min(stale):.1f}" if stale else "")
+        lines.append(_row(cells))
+    return "\n".join(lines) + "\n"
+
+
+def by_rival(figures: dict[str, Any]) -> str:
+    """Robustness on x, and the larger contour peak of both axes at each feed, and of S1 to S4."""
+    study = [label for label in STUDY_LABELS if label.startswith("F")]
+    lines = _heads("compensation", "setting of x", "Ms", "noise, N/um", *study, "S1 to S4")
+    ours = figures["conditions"][0]["motions"]
+    without = {"name": "none", "motions": [{**row, **row["WTFC"]} for row in ours]}
+    learned = {"name": "LWC", "motions": [{**row, **row["LWC"]} for row in ours]}
+    plain = next(rival["robustness"] for rival in figures["rivals"] if "level_n" in rival["setting"]["x"])
+    for rival in (without, *figures["rivals"], learned):
+        found = rival.get("robustness", plain)["x"]
+        cells = [rival["name"], _setting(rival), f"{found['Ms']:.2f}", f"{found['noise_n_um']:.1f}"]
+        for labels in (*((label,) for label in study), ("S1", "S2", "S3", "S4")):
+            peaks_um = [row["contour_peak_um"] for row in rival["motions"] if row["label"] in labels]
+            cells.append(f"{max(peaks_um):.2f}")
+        lines.append(_row(cells))
+    return "\n".join(lines) + "\n"
+
+
+def _setting(rival: dict[str, Any]) -> str:
+    described = rival.get("setting", {}).get("x", {})
+    return ", ".join(
+        f"{key} {' '.join(f'{entry:.3g}' for entry in (value if isinstance(value, list) else [value]))}"
+        for key, value in described.items()
+    )
+
+
+def _heads(*heads: str) -> list[str]:
+    return [_row(list(heads)), _row(["---"] * len(heads))]
+
+
+def _row(cells: list[str]) -> str:
+    return f"| {' | '.join(cells)} |".replace("|  |", "| |")
