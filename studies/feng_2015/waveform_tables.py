@@ -77,10 +77,12 @@ def by_rival(figures: dict[str, Any]) -> str:
 
 def _setting(rival: dict[str, Any]) -> str:
     described = rival.get("setting", {}).get("x", {})
-    return ", ".join(
-        f"{key} {' '.join(f'{entry:.3g}' for entry in (value if isinstance(value, list) else [value]))}"
-        for key, value in described.items()
-    )
+    return ", ".join(f"{key} {' '.join(_numbers(value))}" for key, value in described.items())
+
+
+def _numbers(value: Any) -> list[str]:
+    several = value if isinstance(value, list) else [value]
+    return [f"{round(entry, 6):.3g}" for entry in several]
 
 
 def _heads(*heads: str) -> list[str]:
