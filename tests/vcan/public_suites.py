@@ -242,15 +242,25 @@ def conformance(node: int, eds: Path) -> subprocess.CompletedProcess[str]:
 def test_our_suite_agrees_with_the_demo_device(tmp_path: Path, turn: str) -> None:
     """A node of others, which has passed CiA's own test tool: our suite finds nothing to complain about."""
     del turn
-    command = ["demoLinuxDevice", INTERFACE, "-i", str(DEMO), "-s", f"{tmp_path}/od_"]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as device:
-        time.sleep(1.0)
-        with canopen.Network().connect(interface="socketcan", channel=INTERFACE) as network:
-            network.add_node(DEMO, canopen.ObjectDictionary()).sdo.download(0x1010, 1, b"save")
-        device.terminate()
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as device:
+    with (
+        demo_device(tmp_path),
+        canopen.Network().connect(interface="socketcan", channel=INTERFACE) as network,
+    ):
+        network.add_node(DEMO, canopen.ObjectDictionary()).sdo.download(0x1010, 1, b"save")
+    with demo_device(tmp_path):
         eds = Path(os.environ["CANOPENDEMO"]) / "demo" / "demoDevice.eds"
         result = conformance(DEMO, eds)
-        device.terminate()
     assert result.returncode == 0, result.stdout
     assert "0 fail" in result.stdout.splitlines()[-1]
+
+
+@contextlib.contextmanager
+def demo_device(folder: Path) -> Iterator[None]:
+    """CANopenDemo's device on the bus, ended with the block."""
+    command = ["demoLinuxDevice", INTERFACE, "-i", str(DEMO), "-s", f"{folder}/od_"]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as device:
+        try:
+            time.sleep(1.0)
+            yield
+        finally:
+            device.terminate()
