@@ -42,7 +42,12 @@ class Address(NamedTuple):
     @property
     def line(self) -> str:
         """For the terminal, in the columns of `FoundNode.line`."""
-        return "no node id               " + " ".join(f"{number:08X}h" for number in self)
+        return f"no node id               {self.numbers}"
+
+    @property
+    def numbers(self) -> str:
+        """The four as they are shown."""
+        return " ".join(f"{number:08X}h" for number in self)
 
 
 def find_unnamed(wire: Wire) -> list[Address]:
@@ -84,10 +89,10 @@ def set_bit_rate(wire: Wire, addresses: Sequence[Address], rate_kbit_s: int, act
     for address in addresses:
         _select(wire, address)
         request = bytes((CONFIGURE_BIT_TIMING, 0, RATES_KBIT_S[rate_kbit_s]))
-        _confirm(wire, request, f"{address.line}: {rate_kbit_s} kbit/s")
+        _confirm(wire, request, f"node {address.numbers}: {rate_kbit_s} kbit/s")
     for address in addresses:
         _select(wire, address)
-        _confirm(wire, bytes((STORE,)), f"{address.line}: storing the bit rate")
+        _confirm(wire, bytes((STORE,)), f"node {address.numbers}: storing the bit rate")
     if activate_ms is None:
         _switch_to_waiting(wire)
         return
@@ -102,7 +107,7 @@ def _select(wire: Wire, address: Address) -> None:
     for word, number in enumerate(address):
         answer = _exchange(wire, bytes((SELECT_VENDOR + word,)) + number.to_bytes(4, "little"), ANSWER_S)
     if answer is None or answer[0] != SELECTED:
-        raise Failed(f"{address.line} does not answer; an operational node has no LSS")
+        raise Failed(f"node {address.numbers} does not answer; an operational node has no LSS")
 
 
 def _switch_to_waiting(wire: Wire) -> None:
