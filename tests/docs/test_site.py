@@ -1,6 +1,7 @@
 """The documentation is a site: built once, warnings are errors, every page is there and is found."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -44,3 +45,10 @@ def test_words_of_the_pages_are_found_and_nothing_is_loaded_from_elsewhere(site:
     assert {"watch.html", "plant.html"} <= found
     home = (site / "index.html").read_text(encoding="utf-8")
     assert "fonts.googleapis" not in home
+
+
+def test_notebooks_are_pages_with_what_they_printed(site: Path) -> None:
+    for notebook in sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")):
+        page = (site / "notebooks" / f"{notebook.stem}.html").read_text(encoding="utf-8")
+        assert "verdict.json" in page
+        assert re.search(r"_[a-z]+: \d\d%|cogging: \d\d%", page), notebook.name  # printed, not in the code

@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[3]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
 PACKAGES = ("nbclient==0.11.0", "nbformat==5.10.4", "ipykernel==7.4.0")
 EXECUTE = """
-import sys, nbformat
+import re, sys, nbformat
 from nbclient import NotebookClient
 notebook = nbformat.read(sys.argv[1], as_version=4)
 NotebookClient(notebook, timeout=3600, kernel_name="python3").execute()
@@ -27,6 +27,8 @@ for cell in notebook.cells:
     cell.metadata.clear()
     if cell.cell_type == "code":
         cell.outputs = [output for output in cell.outputs if output.output_type == "stream"]
+    for output in cell.get("outputs", []):  # without colours of a terminal and the blanks behind a line
+        output.text = re.sub(r"\\x1b\\[[0-9;]*m| +$", "", output.text, flags=re.MULTILINE)
 nbformat.validate(notebook)
 nbformat.write(notebook, sys.argv[2])
 """
