@@ -35,6 +35,10 @@ class ConfigError(Exception):
         self.reason = reason
 
 
+OTHER_KINDS = {"machine": "a controller file", "bus": "a controller file", "step": "a program"}
+"""Another kind of file, by a section that a plant file never has."""
+
+
 def load_plant(path: Path) -> PlantConfig:
     """Read a plant file, or the `plant.toml` of a machine's directory.
 
@@ -53,6 +57,10 @@ def load_plant(path: Path) -> PlantConfig:
     plant = _table(file, "plant", content.pop("plant", {}))
     axes = _table(file, "axis", content.pop("axis", {}))
     for key in content:
+        if key in OTHER_KINDS:
+            raise ConfigError(
+                file, "", f"this is {OTHER_KINDS[key]}, --machine wants a directory with plant.toml"
+            )
         raise ConfigError(file, key, "unknown key")
     numbers = {name: number for number, name in enumerate(axes)}
     plant["axes"] = {name: _axis(file, name, table, numbers) for name, table in axes.items()}

@@ -1,6 +1,7 @@
 """`reconcile`: which physics did the simulation leave out? One subcommand a file; errors are one line."""
 
 import sys
+from typing import Annotated
 
 import typer
 
@@ -12,18 +13,33 @@ from reconcile.cli.trial import trial
 from reconcile.cli.watch import watch
 from reconcile.errors import ReconcileError
 from servo_ctrl.errors import reason_of
+from shipped_files.plain_help import PlainCommand, PlainGroup
 
 app = typer.Typer(
     name="reconcile",
     no_args_is_help=True,
-    add_completion=False,
+    cls=PlainGroup,
+    add_completion=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
 
 
+def _tell_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"reconcile {version('servo-ctrl')}")
+        raise typer.Exit
+
+
 @app.callback()
-def reconcile() -> None:
+def reconcile(
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version."),
+    ] = False,
+) -> None:
     """Find the physics that a simulation left out, from recordings that disagree with it.
 
     Exit codes: 0 done and written, whatever the verdict; 1 a file cannot be used, and standard error says
@@ -32,7 +48,7 @@ def reconcile() -> None:
 
 
 for _command in (diagnose, example, loop, trial, watch, fleet):
-    app.command()(_command)
+    app.command(cls=PlainCommand)(_command)
 
 
 def main() -> None:

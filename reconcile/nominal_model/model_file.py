@@ -51,6 +51,10 @@ def load_model(path: Path) -> NominalModel:
     document = document_of(file)
     if problem := format_problem(document.get("format")):
         raise ReconcileError(file, "format", problem)
+    if "machine" in document or "bus" in document:
+        raise ReconcileError(
+            file, "", "this is a controller file, --model wants the plant file of the same machine"
+        )
     tables = document.get("axis")
     if not isinstance(tables, dict) or not tables:
         raise ReconcileError(file, "axis", "no axis", "describe at least one as [axis.x.table] mass_kg = ...")

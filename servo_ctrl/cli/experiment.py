@@ -5,7 +5,7 @@ from typing import Any
 import typer
 from typer.main import get_command
 
-from servo_ctrl.cli.plain_help import PlainCommand, PlainGroup
+from shipped_files.plain_help import PlainCommand, PlainGroup
 
 GROUP = "servo_ctrl.studies"
 """Entry points `name = module:function` of this group; each function is a typer command."""

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from servo_ctrl.cli.options import LearnedKind, LearnedKindOption, LearnedOption, MachineOption
-from servo_ctrl.cli.plain_help import PlainCommand, PlainGroup
+from shipped_files.plain_help import PlainCommand, PlainGroup
 
 app = typer.Typer(cls=PlainGroup, no_args_is_help=True)
 

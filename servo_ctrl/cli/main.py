@@ -13,11 +13,11 @@ from servo_ctrl.cli.demo import demo
 from servo_ctrl.cli.export import export
 from servo_ctrl.cli.learn import learn
 from servo_ctrl.cli.new_machine import new_machine
-from servo_ctrl.cli.plain_help import PlainCommand, PlainGroup
 from servo_ctrl.cli.report import report
 from servo_ctrl.cli.run import run
 from servo_ctrl.cli.tune import tune
 from servo_ctrl.errors import ServoCtrlError, reason_of
+from shipped_files.plain_help import PlainCommand, PlainGroup
 
 app = typer.Typer(
     name="servo-ctrl",

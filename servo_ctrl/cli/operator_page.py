@@ -7,10 +7,8 @@ from pathlib import Path
 
 from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.access.admission import OPTION_OF_RUN as OPTION
 from servo_ctrl.hmi.access.admission import address_of, load_access
-
-OPTION = "--hmi"
-"""What a user of `servo-ctrl` types for the address."""
 
 
 class PageError(ServoCtrlError):

@@ -18,6 +18,14 @@ from servo_ctrl.errors import ConfigError
 MACHINE_FILE = "controller.toml"
 KINDS = {"machine": "a controller file", "plant": "the plant file of a simulator", "step": "a program"}
 """The kind of a file, by a section that only this kind has."""
+FOREIGN_ENDINGS = {
+    ".eds": "an EDS file",
+    ".dcf": "a DCF file",
+    ".ngc": "G-code",
+    ".nc": "G-code",
+    ".json": "a JSON file",
+}
+"""What a file is that is no TOML, by its ending."""
 FILE_KEYS = frozenset({"eds", "concise_dcf", "password_file", "ca_file", "cert_file", "key_file"})
 """Keys of a machine file whose paths are relative to the file."""
 
@@ -110,7 +118,9 @@ def read_toml(path: Path) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(path, "", f"cannot be read: {error}") from None
     except (ValueError, RecursionError) as error:  # also for numbers of any length and deep nesting
-        raise ConfigError(path, "", f"not valid TOML: {error}") from None
+        what = FOREIGN_ENDINGS.get(path.suffix.lower())
+        reason = f"this is {what}, which is not wanted here" if what else f"not valid TOML: {error}"
+        raise ConfigError(path, "", reason) from None
 
 
 def as_config_error(

@@ -8,6 +8,9 @@ from servo_ctrl.errors import ConfigError
 from servo_ctrl.files.private_file import refuse_readable_for_others
 from servo_ctrl.hmi.access.users import Access
 
+OPTION_OF_RUN = "--hmi"
+"""What a user of `servo-ctrl` types for the address; the files' options begin alike there."""
+
 
 def address_of(listen: str, option: str = "--listen") -> tuple[str, int]:
     """Split `HOST:PORT` or `[V6]:PORT` into host and port. Raises ConfigError, which names the `option`."""
@@ -30,15 +33,15 @@ def load_access(
     host: str, access: Path | None, certificate: Path | None, key: Path | None, option: str = "--listen"
 ) -> Access:
     """Return who may log in here. Raises ConfigError where others reach it without TLS or tokens."""
-    given = {"--access": access, "--certificate": certificate, "--key": key}
-    missing = [option for option, path in given.items() if path is None]
+    prefix = f"{OPTION_OF_RUN}-" if option == OPTION_OF_RUN else "--"
+    given = {f"{prefix}access": access, f"{prefix}certificate": certificate, f"{prefix}key": key}
+    missing = [name for name, path in given.items() if path is None]
     if len(missing) == len(given) and is_loopback(host):
         return Access()
     if access is None or certificate is None or key is None:
         need = "is reached from elsewhere, which" if not is_loopback(host) else "with one of them"
-        raise ConfigError(
-            option, host, f"{need} needs --access, --certificate and --key: {', '.join(missing)} missing"
-        )
+        names = " and ".join(", ".join(given).rsplit(", ", 1))
+        raise ConfigError(option, host, f"{need} needs {names}: {', '.join(missing)} missing")
     refuse_readable_for_others(key)
     visitors = Access(access)
     if not visitors.owners():

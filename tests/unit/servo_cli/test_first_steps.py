@@ -4,8 +4,15 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from typer import Typer
 from typer.testing import CliRunner
 
+from hil_sim.cli.main import app as hil_sim_app
+from hil_sim.config.load import ConfigError as PlantError
+from hil_sim.config.load import load_plant
+from reconcile.cli.main import app as reconcile_app
+from reconcile.errors import ReconcileError
+from reconcile.nominal_model.model_file import load_model
 from servo_ctrl.cli.main import app
 from servo_ctrl.cli.operator_page import page_at
 from servo_ctrl.config.load import load_machine, load_program
@@ -51,9 +58,29 @@ def test_a_file_of_the_wrong_kind_is_named_as_what_it_is() -> None:
         load_program(TABLE / "controller.toml", machine)
     with pytest.raises(ConfigError, match="this is a directory, --program wants"):
         load_program(TABLE, machine)
+    with pytest.raises(ConfigError, match="this is an EDS file"):
+        load_machine(TABLE.parents[1] / "eds" / "servo_drive.eds")
+    with pytest.raises(PlantError, match="this is a controller file, --machine wants"):
+        load_plant(TABLE / "controller.toml")
+    with pytest.raises(ReconcileError, match="this is a controller file, --model wants the plant file"):
+        load_model(TABLE / "controller.toml")
+
+
+@pytest.mark.parametrize(
+    ("program", "commands"), [(hil_sim_app, ["run"]), (reconcile_app, ["diagnose", "watch"])]
+)
+def test_the_other_programs_tell_their_version_and_show_flags_without_a_type(
+    program: Typer, commands: list[str]
+) -> None:
+    told = CliRunner().invoke(program, ["--version"]).output
+    assert told.split()[1:] == [version("servo-ctrl")]
+    for command in commands:
+        assert "<bool>" not in CliRunner().invoke(program, [command, "--help"]).output
 
 
 @pytest.mark.parametrize("address", ["8080", "0.0.0.0:8080"])
 def test_a_message_names_the_flag_that_was_typed(address: str) -> None:
-    with pytest.raises(ConfigError, match="--hmi"):
+    with pytest.raises(ConfigError, match="--hmi") as refused:
         page_at(address)
+    assert "--listen" not in str(refused.value)
+    assert "--access" not in str(refused.value)

@@ -24,7 +24,7 @@ def test_a_taken_port_is_refused_by_a_run_and_avoided_by_the_demo() -> None:
 
 
 def test_an_address_that_others_reach_needs_tokens_and_tls() -> None:
-    with pytest.raises(ConfigError, match="--access"):
+    with pytest.raises(ConfigError, match="--hmi-access"):
         page_at("0.0.0.0:8080")
     with pytest.raises(ConfigError, match="HOST:PORT"):
         page_at("8080")
