@@ -21,10 +21,10 @@ class AxisWatch:
         self._saturation_ms = config.limits.saturation_ms
         self._switches = 0
 
-    def closed_switch(self, inputs: int, *, led: bool) -> str:
+    def closed_switch(self, inputs: int, *, controlled: bool) -> str:
         """Take the digital inputs (60FDh); see `AxisServo.closed_switch`."""
         closed, self._switches = inputs & ~self._switches & 0b11, inputs & 0b11
-        if not (led and closed):
+        if not (controlled and closed):
             return ""
         return f"axis {self._name}: the {_side(closed)} limit switch has closed"
 

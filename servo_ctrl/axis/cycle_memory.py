@@ -43,11 +43,11 @@ class CycleMemory:
         self._axis_of: Index = np.array([axis for axis, _codec in codecs], np.int64)
         self._outputs: Index = np.stack([output_places(codec) for _axis, codec in codecs])
         self._inputs = np.zeros((inputs, PDO_BYTES), np.uint8)
-        self._came: NDArray[np.bool_] = np.zeros(inputs, np.bool_)
+        self._received: NDArray[np.bool_] = np.zeros(inputs, np.bool_)
         self._reference: Array = np.zeros(count * REFERENCE_COLUMNS)
         self._payloads = np.zeros((len(codecs), PDO_BYTES), np.uint8)
         self._input_bytes = self._inputs.reshape(-1).data
-        self._came_bytes = self._came.view(np.uint8).data
+        self._received_bytes = self._received.view(np.uint8).data
         self._reference_bytes = self._reference.view(np.uint8).data
         self._put_reference = struct.Struct(f"@{len(self._reference)}d").pack_into
         self._spans = [
@@ -59,7 +59,7 @@ class CycleMemory:
     def warm_up(self) -> None:
         """Compile or load the kernels before the first SYNC, because that takes seconds."""
         axes = self.axes.copy()
-        given = self._kept.copy(), self._axis_of, self._outputs, self._inputs, self._came, self._reference
+        given = self._kept.copy(), self._axis_of, self._outputs, self._inputs, self._received, self._reference
         made = self.row.copy(), self._payloads.copy()
         step_axes(axes, self._tables, *given, False, 0.0, 0, 0, *made)
         begin_watch(axes[0], 0.0)
@@ -77,12 +77,12 @@ class CycleMemory:
         `inputs`: the data of each TPDO, None = missing. `reference`: set points; None = each axis holds the
         position at which it was taken over.
         """
-        memory, came, start = self._input_bytes, self._came_bytes, 0
+        memory, received, start = self._input_bytes, self._received_bytes, 0
         for node, data in enumerate(inputs):
             if data is None:
-                came[node] = 0
+                received[node] = 0
             else:
-                came[node] = 1
+                received[node] = 1
                 memory[start : start + len(data)] = data
             start += PDO_BYTES
         if reference is not None:
@@ -94,7 +94,7 @@ class CycleMemory:
             self._axis_of,
             self._outputs,
             self._inputs,
-            self._came,
+            self._received,
             self._reference,
             reference is not None,
             time_s,

@@ -97,7 +97,7 @@ class AxisServo:
         """Whether the drive is without power, as far as its frames show."""
         return self.phase in {Phase.OFF, Phase.LOST}
 
-    def begin_again(self) -> None:
+    def switch_on_again(self) -> None:
         """Switch the drive on again from any phase; its home stays valid."""
         self.sequence = begin(self._route, homed=self.homed)
         self.error_code = None
@@ -129,7 +129,7 @@ class AxisServo:
 
     def closed_switch(self, inputs: int) -> str:
         """Take the digital inputs (60FDh); return which limit switch closed under our control, else ""."""
-        return self.watch.closed_switch(inputs, led=self.phase in UNDER_CONTROL)
+        return self.watch.closed_switch(inputs, controlled=self.phase in UNDER_CONTROL)
 
     def change_params(self, params: AxisParams) -> None:
         """Change the control-law parameters from the next cycle on; the state of the law stays."""

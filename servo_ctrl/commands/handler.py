@@ -23,7 +23,7 @@ class CommandHandler(Protocol):
         The motion respects acceleration limit and travel. Several axes may jog at once.
         """
 
-    def jog_step(self, axis: str, way_m: float) -> CommandResult:
+    def jog_step(self, axis: str, distance_m: float) -> CommandResult:
         """Move an axis by this distance, at most `LONGEST_STEP_M`, to rest."""
 
     def touch_off(self, axis: str, value_m: float) -> CommandResult:

@@ -82,11 +82,11 @@ class Cycle:
         nodes = len(self._sizes)
         self._answered_at = [-RESPONDING_WITHIN - 2] * nodes
         """By node: the last cycle in which it answered while it was not expected."""
-        self._before: Inputs = [None] * nodes
+        self._previous_inputs: Inputs = [None] * nodes
         """Inputs of the previous cycle."""
-        self._owed = [0] * nodes
-        self._owed_until = [-1] * nodes
-        self._owing_until = -1
+        self._late_frames = [0] * nodes
+        self._late_until = [-1] * nodes
+        self._any_late_until = -1
         """By node: how many late frames may still arrive, and until which cycle; the latest such cycle."""
         self._repeated_at = [-2] * nodes
         self._repeats = [0] * nodes
@@ -101,7 +101,7 @@ class Cycle:
         self.number += elapsed
         self._elapsed = elapsed
         self.waiting, self.open = self._expected, True
-        self._before, self._inputs = self._inputs, [None] * len(self._sizes)
+        self._previous_inputs, self._inputs = self._inputs, [None] * len(self._sizes)
         self._sync.send(b"")
         self._flush()
         if self.trial is not None:
@@ -121,23 +121,23 @@ class Cycle:
                 if not self.waiting:
                     self._complete()
             elif self._expected & bit:
-                self._take_another(node, payload)
+                self._take_surplus(node, payload)
             else:
                 self._answered_at[node] = self.number
 
         return on_tpdo
 
-    def _take_another(self, node: int, data: bytearray) -> None:
+    def _take_surplus(self, node: int, data: bytearray) -> None:
         """Classify a surplus frame: late, delivered twice by CAN, or sent by another participant."""
         if self.number < 0 or not self.running:
             return
         if self.age(node):
-            self._owed[node] -= 1
+            self._late_frames[node] -= 1
             return
         in_a_row = self.number - self._repeated_at[node] <= 1
         self._repeats[node] = self._repeats[node] + 1 if in_a_row else 1
         self._repeated_at[node] = self.number
-        maybe_repeated = self._inputs[node] in (data, self._before[node])
+        maybe_repeated = self._inputs[node] in (data, self._previous_inputs[node])
         if not maybe_repeated or self._repeats[node] > REPEATS_TOLERATED:
             self._core.input_twice(node)
 
@@ -146,34 +146,34 @@ class Cycle:
         return self.number - self._answered_at[node] <= RESPONDING_WITHIN
 
     def age(self, *nodes: int) -> int:
-        """Return how many cycles old the last inputs of these nodes may be: the frames still owed."""
-        ages = (self._owed[node] for node in nodes if self.number <= self._owed_until[node])
+        """Return how many cycles old the last inputs of these nodes may be: late frames to come."""
+        ages = (self._late_frames[node] for node in nodes if self.number <= self._late_until[node])
         return min(max(ages, default=0), LATE_WITHIN)  # lost frames do not add up for ever
 
     @property
-    def owing(self) -> bool:
+    def inputs_late(self) -> bool:
         """Whether the inputs of any node may be old."""
-        return self.number <= self._owing_until
+        return self.number <= self._any_late_until
 
     def expect(self, node: int) -> None:
         """Expect a node that was given up to answer again from the next SYNC on."""
         self._expected |= 1 << node
-        self._owe(node)  # its first answer may have arrived after its cycle
+        self._note_late(node)  # its first answer may have arrived after its cycle
 
     def complete_without(self) -> None:
         """Complete the cycle without the inputs that have not arrived."""
         for node in range(len(self._sizes)):
             if self.waiting >> node & 1:
-                self._owe(node)
+                self._note_late(node)
                 if self._core.input_missing(node):
                     self._expected &= ~(1 << node)
         self.waiting = 0
         self._complete()
 
-    def _owe(self, node: int) -> None:
-        late = self.number > self._owed_until[node]
-        self._owed[node] = 1 if late else self._owed[node] + 1
-        self._owed_until[node] = self._owing_until = self.number + LATE_WITHIN
+    def _note_late(self, node: int) -> None:
+        late = self.number > self._late_until[node]
+        self._late_frames[node] = 1 if late else self._late_frames[node] + 1
+        self._late_until[node] = self._any_late_until = self.number + LATE_WITHIN
 
     def stop(self) -> None:
         """Send no further SYNC."""

@@ -77,18 +77,18 @@ class Drives:
         return all(servo.off for servo in self._servos)
 
     def step(
-        self, inputs: Inputs, led_to: Row | None, time_s: float, cycle: int, segment: int
+        self, inputs: Inputs, set_points: Row | None, time_s: float, cycle: int, segment: int
     ) -> list[bytes]:
         """Advance all axes by one cycle and return the RPDO payloads; `row` then returns the recorded row.
 
-        `led_to`: set points of this cycle; None = every axis holds the position at which it was taken over.
+        `set_points`: row of this cycle; None = every axis holds the position at which it was taken over.
         """
         ages = self.input_ages()
         if ages or self._aged:
             for servo, age in zip(self._servos, ages or [0] * len(self._servos), strict=True):
                 servo.input_age(age)
             self._aged = bool(ages)
-        self._found = self._memory.step(inputs, led_to, time_s, cycle, segment)
+        self._found = self._memory.step(inputs, set_points, time_s, cycle, segment)
         return self._memory.payloads()
 
     def row(self) -> list[float]:
@@ -121,16 +121,16 @@ class Drives:
             elif own.phase not in BRAKING:
                 own.sequence = brake(own.sequence)
 
-    def lead(self, change: Callable[[sequence.Sequence], sequence.Sequence]) -> None:
+    def change_sequences(self, change: Callable[[sequence.Sequence], sequence.Sequence]) -> None:
         """Apply `change` to the sequences of all drives that respond."""
         for servo in self._servos:
             if servo.phase is not Phase.LOST:
                 servo.sequence = change(servo.sequence)
 
-    def begin_again(self) -> None:
+    def switch_on_again(self) -> None:
         """Switch all drives on again."""
         for servo in self._servos:
-            servo.begin_again()
+            servo.switch_on_again()
 
     def home(self, servos: Iterable[AxisServo], at_m: Sequence[float]) -> None:
         """Start homing of these axes; the others hold the positions `at_m`."""
@@ -152,7 +152,7 @@ class Drives:
         """Give up a node that no longer responds; nodes other than drives are ignored."""
         self._change(node, lose)
 
-    def take_back(self, node: int) -> None:
+    def accept_again(self, node: int) -> None:
         """Accept a node that responds again; a drive that still moves brakes, then gives up its power."""
         self._change(node, brake)
 

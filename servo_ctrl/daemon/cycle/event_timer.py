@@ -24,7 +24,7 @@ class EventTimer:
         self._last = 0
         self._missing = False
 
-    def came(self) -> None:
+    def received(self) -> None:
         """Note that the TPDO was received."""
         self._last, self._missing = self._cycle.number, False
 

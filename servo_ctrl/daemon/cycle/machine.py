@@ -4,62 +4,24 @@ It turns inputs into payloads without clock, bus or asyncio, so that supervisor 
 """
 
 from collections.abc import Callable, Iterable
-from collections.abc import Sequence as Several
 
-from kernels.arrays import Array
 from servo_ctrl.axis.fault_policy import REQUESTS, Event, Reaction
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.cyclic.sequence import Sequence, brake, release
 from servo_ctrl.daemon.cycle.cycle import Inputs
-from servo_ctrl.daemon.cycle.drives import AxisPlace
 from servo_ctrl.daemon.cycle.machine_figures import MachineFigures
-from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
-from servo_ctrl.daemon.cycle.stand_by import Nodes
 from servo_ctrl.daemon.set_points.reference import Reference
 
 
 class MachineController(MachineFigures):
     """Controls all axes. It is made before the nodes boot; the caller sets its callbacks before `begin`."""
 
-    def __init__(
-        self, places: list[AxisPlace], node_names: list[str], period_s: float, tolerance: Tolerance
-    ) -> None:
-        super().__init__(places, len(node_names), period_s, tolerance)
-        self.record: Callable[[list[float]], None] = _ignore
-        """Called with the recorded row of each cycle."""
-        self.keep_row: Callable[[Array], None] = _ignore
-        """Called with the same row as it lies in memory, where the next one overwrites it."""
-        self.on_ready: Callable[[], None] = _ignore
-        """Called when all axes follow set points."""
-        self.on_enable: Callable[[bool], None] = _ignore
-        """Called when the drives are switched on from standby, with whether that ends a fault."""
-        self.on_rest: Callable[[], None] = _ignore
-        """Called when a served machine becomes ready after a program, or enters standby."""
-        self.on_stop: Callable[[str], None] = _ignore
-        """Called with the text of every event that stops the machine."""
-        self.on_fault: Callable[[Event, str], None] = _ignore
-        """Called with the first such event that was not requested."""
-        self.served = False
-        """Whether the axes stay under control after a program, ready for the next one."""
-        self.stand_by = False
-        """Whether a stop ends in standby instead of off."""
-        self.nodes: Nodes | None = None
-        """Which nodes can be used again after a stop, for a machine that stands by."""
-        self.bus_off = ""
-        """Why no frame can be sent at present; "" while the bus is in order."""
-        self.completed = False
-        """Whether the last program ran to its end."""
-        self._unhomed: list[int] = []
-        """Nodes that boot again and whose drives have lost their homes."""
-        self._node_names = node_names
-        self._cycle = -1
-
     def begin(self, *, in_standby: bool = False) -> None:
         """Switch the booted drives on, or enter standby; a drive that already has power brakes first."""
         self.stage = Stage.STARTING
         if in_standby:
-            self._lead_all(brake, Stage.DISABLING)
+            self._change_all(brake, Stage.DISABLING)
 
     def enable(self) -> str:
         """Reset faults and switch the drives on from standby; return why that is impossible, else "".
@@ -71,14 +33,14 @@ class MachineController(MachineFigures):
         if self.bus_off:
             return self.bus_off
         if self.setting_up:
-            return f"{self._node_names[self._again.nodes[0]]}: is being set up again; wait for its end"
+            return f"{self._node_names[self._node_boot.nodes[0]]}: is being set up again; wait for its end"
         if self.nodes is not None:
             if problem := self.nodes.objection(self._missing.lost):
                 return problem
             if unset := self.nodes.to_boot(self._missing.lost):
                 names = ", ".join(self._node_names[node] for node in unset)
                 self.note(f"{names}: booted and configured again before the drives get power")
-                self._again.begin(unset)
+                self._node_boot.begin(unset)
                 self._unhomed = [node for node in unset if not self.nodes.keeps_position(node)]
                 self.nodes.begin_boot(unset)
                 return ""
@@ -89,25 +51,21 @@ class MachineController(MachineFigures):
         """Note that the nodes have booted again; `problem` says why they have not."""
         if self.nodes is None or not self.setting_up:
             return
-        problem = problem or self.nodes.booted(self._again.nodes)
+        problem = problem or self.nodes.booted(self._node_boot.nodes)
         if problem:
-            self.nodes.not_booted(self._again.nodes)
-            self._again.end()
+            self.nodes.not_booted(self._node_boot.nodes)
+            self._node_boot.end()
             self.note(f"not enabled: {problem}")
             self.on_rest()
         else:
-            self._again.started = True
-
-    def age_inputs(self, ages: Callable[[], Several[int]]) -> None:
-        """Set the function that returns the age in cycles of each axis's inputs; empty when all are new."""
-        self._drives.input_ages = ages
+            self._node_boot.started = True
 
     def home(self, servos: Iterable[AxisServo]) -> None:
         """Start homing of these drives while the other axes hold; do nothing unless the machine is ready."""
         if self.stage is not Stage.READY:
             return
         self._drives.home(servos, self.set_points_m())
-        self._source.let_go()
+        self._source.forget()
         self.stage = Stage.STARTING
 
     def run(self, program: Reference) -> None:
@@ -134,7 +92,7 @@ class MachineController(MachineFigures):
             self._pass_missed(cycle, elapsed - 1)
         if self._missing.any:
             self._missing.recount(inputs)
-        self._lead(cycle)
+        self._take_set_points(cycle)
         source, time_s = self._source, cycle * self._period_s
         payloads = self._drives.step(inputs, source.row, time_s, cycle, source.segment)
         self.keep_row(self._drives.row_memory)
@@ -148,8 +106,8 @@ class MachineController(MachineFigures):
             return None
         elif self.stage is Stage.STANDBY:
             if self._missing.lost:
-                self._take_back()
-            elif self._again.started:
+                self._accept_nodes()
+            elif self._node_boot.started:
                 self._end_setting_up()
         return payloads
 
@@ -184,7 +142,7 @@ class MachineController(MachineFigures):
     def event(self, event: Event, text: str, servo: AxisServo | None = None) -> None:
         """Log an event, of axis `servo` if given, and carry out the reaction of the fault policy."""
         failed_before = self.failed
-        if event in REQUESTS and self._again.call_off():
+        if event in REQUESTS and self._node_boot.cancel_power():
             self.note("set up again, and left without power")
         wanted = self._incidents.take(self.stage, event, text, self._cycle)
         if self.failed and not failed_before:
@@ -193,21 +151,17 @@ class MachineController(MachineFigures):
             case Reaction.HOLD:
                 self._hold()
             case Reaction.QUICK_STOP:
-                self._lead_all(brake, Stage.QUICK_STOPPING)
+                self._change_all(brake, Stage.QUICK_STOPPING)
             case Reaction.CUT_OFF:
                 self._drives.cut_off(servo)
                 self.stage = Stage.QUICK_STOPPING
             case Reaction.DISABLE:
-                self._lead_all(release, Stage.DISABLING)
+                self._change_all(release, Stage.DISABLING)
             case Reaction.NONE:
                 return
         self.on_stop(text)
 
-    def note(self, text: str) -> None:
-        """Log an event that needs no reaction."""
-        self.events.add(text, self._cycle)
-
-    def _lead(self, cycle: int) -> None:
+    def _take_set_points(self, cycle: int) -> None:
         """Take the next row of set points."""
         source = self._source
         if self.stage is Stage.RUNNING and not source.stopping:
@@ -227,10 +181,10 @@ class MachineController(MachineFigures):
             self.event(Event.LATE_TICK, problem)
             if self.stage is Stage.DISABLING and self._drives.enabled:
                 # the ramp had ended but the power was still on: the axes may have accelerated since
-                self._lead_all(brake, Stage.QUICK_STOPPING)
+                self._change_all(brake, Stage.QUICK_STOPPING)
         else:
             for late in range(missed, 0, -1):
-                self._lead(cycle - late)
+                self._take_set_points(cycle - late)
         self._drives.pass_missed(missed)
 
     def _hold(self) -> None:
@@ -244,34 +198,34 @@ class MachineController(MachineFigures):
         self.stage = Stage.READY
         self.on_rest()
 
-    def _take_back(self) -> None:
+    def _accept_nodes(self) -> None:
         """Accept nodes that were given up and respond again; in standby nothing moves."""
         for node in self.nodes.back(self._missing.lost) if self.nodes is not None else ():
             self._missing.lost.remove(node)
             self.note(f"{self._node_names[node]}: its cyclic inputs come again")
-            self._drives.take_back(node)
+            self._drives.accept_again(node)
 
     def _end_setting_up(self) -> None:
         """Give the drives power once the nodes are configured and their inputs arrive."""
         if self.nodes is not None:
-            self.nodes.use(self._again.nodes)
+            self.nodes.use(self._node_boot.nodes)
         for name, homes in self._drives.forget_homes(self._unhomed):
             what = "it homes again" if homes else "it has no homing: compare its position with the machine"
             self.note(f"axis {name}: its drive was set up again and has lost its reference; {what}")
-        if self._again.end():
+        if self._node_boot.end():
             self._switch_on()
         else:
             self.on_rest()
 
     def _switch_on(self) -> None:
         failed = self.failed
-        self._drives.begin_again()
+        self._drives.switch_on_again()
         self._incidents.forget()
         self.stage = Stage.STARTING
         self.on_enable(failed)
 
-    def _lead_all(self, change: Callable[[Sequence], Sequence], stage: Stage) -> None:
-        self._drives.lead(change)
+    def _change_all(self, change: Callable[[Sequence], Sequence], stage: Stage) -> None:
+        self._drives.change_sequences(change)
         self.stage = stage
 
     def _move_on(self) -> bool:
@@ -281,9 +235,9 @@ class MachineController(MachineFigures):
             self.on_ready()
         if self.stage is Stage.STOPPING and self._source.at_rest:
             if self._drives.moving:  # something else has set an axis in motion
-                self._lead_all(brake, Stage.QUICK_STOPPING)
+                self._change_all(brake, Stage.QUICK_STOPPING)
             else:
-                self._lead_all(release, Stage.DISABLING)
+                self._change_all(release, Stage.DISABLING)
         if self.stage is Stage.QUICK_STOPPING and self._drives.braked:
             self.stage = Stage.DISABLING
         if self.stage is Stage.DISABLING and self._drives.off:
@@ -296,9 +250,5 @@ class MachineController(MachineFigures):
             self.stage = Stage.OFF
             return
         self.stage = Stage.STANDBY
-        self._source.let_go()
+        self._source.forget()
         self.on_rest()
-
-
-def _ignore(*_arguments: object) -> None:
-    pass

@@ -1,8 +1,10 @@
-"""The parts of a machine controller and the values that others read; `machine` changes them."""
+"""The parts of a machine controller, its callbacks and the values that others read; see `machine`."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
+from kernels.arrays import Array
+from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.drives import AxisPlace, Drives
 from servo_ctrl.daemon.cycle.event_log import EventLog
@@ -10,6 +12,7 @@ from servo_ctrl.daemon.cycle.incidents import Incidents
 from servo_ctrl.daemon.cycle.missed_ticks import MissedTicks
 from servo_ctrl.daemon.cycle.missing_inputs import MissingInputs, Tolerance
 from servo_ctrl.daemon.cycle.setting_up import SettingUp
+from servo_ctrl.daemon.cycle.stand_by import Nodes
 from servo_ctrl.daemon.set_points.reference import Reference
 from servo_ctrl.daemon.set_points.set_point_source import SetPointSource
 from servo_ctrl.motion.input_shaper import Taps
@@ -22,21 +25,51 @@ DOUBT = "; ticks or inputs were missing just before: look at computer and bus fi
 
 
 class MachineFigures:
-    """The parts of a machine with the axes `places`."""
+    """The parts of a machine with the axes `places`; the caller sets the callbacks before `begin`."""
 
-    def __init__(self, places: list[AxisPlace], nodes: int, period_s: float, tolerance: Tolerance) -> None:
+    def __init__(
+        self, places: list[AxisPlace], node_names: list[str], period_s: float, tolerance: Tolerance
+    ) -> None:
         self.stage = Stage.BOOTING
         self.cycles = 0
         """Periods since the first SYNC, including missed ones."""
         self._period_s = period_s
         self._drives = Drives(places)
         self._incidents = Incidents(round(EVENT_AGAIN_S / period_s))
-        self._missing = MissingInputs(nodes, tolerance)
-        self._again = SettingUp()
+        self._missing = MissingInputs(len(node_names), tolerance)
+        self._node_boot = SettingUp()
         self._missed = MissedTicks(period_s, tolerance.in_a_block)
         self._disturbed_at = -math.inf
         """The last cycle with missed ticks or missing inputs."""
         self._source = SetPointSource([place.stop_acceleration_m_s2 for place in places], period_s)
+        self._node_names = node_names
+        self._unhomed: list[int] = []
+        """Nodes that boot again and whose drives have lost their homes."""
+        self._cycle = -1
+        self.record: Callable[[list[float]], None] = _ignore
+        """Called with the recorded row of each cycle."""
+        self.keep_row: Callable[[Array], None] = _ignore
+        """Called with the same row in memory, which the next cycle overwrites."""
+        self.on_ready: Callable[[], None] = _ignore
+        """Called when all axes follow set points."""
+        self.on_enable: Callable[[bool], None] = _ignore
+        """Called when the drives are switched on from standby, with whether that ends a fault."""
+        self.on_rest: Callable[[], None] = _ignore
+        """Called when a served machine becomes ready after a program, or enters standby."""
+        self.on_stop: Callable[[str], None] = _ignore
+        """Called with the text of every event that stops the machine."""
+        self.on_fault: Callable[[Event, str], None] = _ignore
+        """Called with the first such event that was not requested."""
+        self.served = False
+        """Whether the axes stay under control after a program, ready for the next one."""
+        self.stand_by = False
+        """Whether a stop ends in standby instead of off."""
+        self.nodes: Nodes | None = None
+        """Which nodes can be used again after a stop, for a machine that stands by."""
+        self.bus_off = ""
+        """Why no frame can be sent at present; "" while the bus is in order."""
+        self.completed = False
+        """Whether the last program ran to its end."""
 
     def shape_set_points(self, shapers: Sequence[Taps | None]) -> None:
         """Shape the set points of each axis from now on."""
@@ -75,7 +108,15 @@ class MachineFigures:
     @property
     def setting_up(self) -> bool:
         """Whether nodes boot again before their drives get power."""
-        return bool(self._again.nodes)
+        return bool(self._node_boot.nodes)
+
+    def note(self, text: str) -> None:
+        """Log an event that needs no reaction."""
+        self.events.add(text, self._cycle)
+
+    def age_inputs(self, ages: Callable[[], Sequence[int]]) -> None:
+        """Set the function that returns the age in cycles of each axis's inputs; empty when all are new."""
+        self._drives.input_ages = ages
 
     def doubt(self, cycle: int) -> str:
         """Return a remark for an axis event whose cause may be missed ticks or inputs, else ""."""
@@ -94,3 +135,7 @@ class MachineFigures:
         """Whether the axes follow this set-point source, uninterrupted."""
         running = self.stage is Stage.RUNNING and not self._source.stopping
         return running and reference is not None and self.program is reference
+
+
+def _ignore(*_arguments: object) -> None:
+    pass

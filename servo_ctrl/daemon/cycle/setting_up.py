@@ -17,7 +17,7 @@ class SettingUp:
         """Note that these nodes boot and that their drives get power afterwards."""
         self.nodes, self.started, self._power_wanted = tuple(nodes), False, True
 
-    def call_off(self) -> bool:
+    def cancel_power(self) -> bool:
         """Leave the power off after the boot, because a stop was requested; return whether that is new."""
         wanted = bool(self.nodes) and self._power_wanted
         self._power_wanted = False

@@ -107,11 +107,11 @@ class ControllerCommandHandler:
             return self._unknown(axis)
         return self._operating.jog(axis, velocity_m_s)
 
-    def jog_step(self, axis: str, way_m: float) -> CommandResult:
+    def jog_step(self, axis: str, distance_m: float) -> CommandResult:
         """Move an axis by this distance, at most 10 mm, to rest."""
         if axis not in self._compensation.pulses:
             return self._unknown(axis)
-        return self._operating.jog_step(axis, way_m)
+        return self._operating.jog_step(axis, distance_m)
 
     def touch_off(self, axis: str, value_m: float) -> CommandResult:
         """Shift the chosen work offset so that this axis, "" = all, stands at the coordinate `value_m`."""

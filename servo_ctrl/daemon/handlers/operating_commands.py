@@ -85,13 +85,13 @@ class OperatingCommands:
             self._publisher.changed()
         return _ACCEPTED
 
-    def take_step(self, way_m: float) -> None:
+    def take_step(self, distance_m: float) -> None:
         """Set the distance of the commands that move by a step."""
-        self.step_m = way_m
+        self.step_m = distance_m
 
-    def jog_step(self, axis: str, way_m: float) -> CommandResult:
+    def jog_step(self, axis: str, distance_m: float) -> CommandResult:
         """Move an axis by this distance, at most 10 mm and within its travel, to rest."""
-        if not 0.0 < abs(way_m) <= LONGEST_STEP_M * (1.0 + 1e-9):
+        if not 0.0 < abs(distance_m) <= LONGEST_STEP_M * (1.0 + 1e-9):
             longest = f"{LONGEST_STEP_M / MM:g} mm"
             return CommandResult(Refusal.OUT_OF_RANGE, f"a step is longer than 0 and at most {longest}")
         machine, number = self._machine, list(self._limits).index(axis)
@@ -102,7 +102,7 @@ class OperatingCommands:
             if machine.stage is not Stage.READY:
                 return refused_now(machine)
             jog = self._new_jog()
-        if reason := jog.ask_step(number, way_m, STEP_M_S):
+        if reason := jog.ask_step(number, distance_m, STEP_M_S):
             return refused(reason)
         if jog is not self._jog:
             self._jog = jog
@@ -142,12 +142,12 @@ class OperatingCommands:
             )
         return tuple(statuses)
 
-    def _step(self, axis: str, way_m: float) -> CommandResult:
+    def _step(self, axis: str, distance_m: float) -> CommandResult:
         if problem := self._programs.occupied():
             return problem
         if not axis and len(self._limits) > 1:
             return CommandResult(Refusal.UNKNOWN, f"a step needs its axis: {', '.join(self._limits)}")
-        return self.jog_step(axis or next(iter(self._limits)), way_m)
+        return self.jog_step(axis or next(iter(self._limits)), distance_m)
 
     def _clear_offset(self, axis: str) -> CommandResult:
         if problem := self._programs.occupied():

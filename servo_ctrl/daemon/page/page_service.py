@@ -126,7 +126,7 @@ class PageService:
             reversal = Reversal(axis, report, self._config.period_s, tuple(error_m.tolist()))
             return message_json("reversal", reversal)
 
-        self._server.tell_later(message)
+        self._server.send_later(message)
 
     def _step(self) -> None:
         if self._server.step():

@@ -144,7 +144,7 @@ def _take_frames(
         (axis.drive, *axis.further) if axis.scale is None else (axis.drive, *axis.further, axis.scale)
         for axis in places
     ]
-    machine.age_inputs(lambda: [cycle.age(*inputs) for inputs in inputs_of] if cycle.owing else ())
+    machine.age_inputs(lambda: [cycle.age(*inputs) for inputs in inputs_of] if cycle.inputs_late else ())
     for place, (_, pdo) in enumerate(further_inputs(plans), start=len(plans)):
         port.handlers[pdo.cob_id] = cycle.handler(place)
     for place, plan in enumerate(plans):
@@ -197,7 +197,7 @@ def _event_handler(
     switches_at = pdo.codec.position(LIMIT_SWITCHES)
 
     def on_event(payload: bytearray, _timestamp_s: float) -> None:
-        timer.came()
+        timer.received()
         if len(payload) != pdo.codec.size:
             machine.input_of_other_length(place, len(payload))
             return

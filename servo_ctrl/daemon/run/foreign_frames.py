@@ -68,10 +68,10 @@ class _WriteWatch:
         if self._address and bytes(payload[1:4]) == self._address:
             address, self._address = self._address, b""
             if payload[0] != REFUSED:
-                self._tell(int.from_bytes(address[:2], "little"), address[2])
+                self._report_write(int.from_bytes(address[:2], "little"), address[2])
         self._port.fallback(SDO_ANSWER + self._plan.node_id, payload, timestamp_s)
 
-    def _tell(self, index: int, subindex: int) -> None:
+    def _report_write(self, index: int, subindex: int) -> None:
         variable = self._plan.eds.variables.get((index, subindex))
         name = f" ({variable.name})" if variable is not None else ""
         self._report(f"{self._plan.name}: somebody else writes {index:04X}h:{subindex:02X}{name}")

@@ -3,15 +3,20 @@
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Callable, Sequence
+from pathlib import Path
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen import node as own
 from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
 from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.node_plan import NodePlan
+from servo_ctrl.canopen.own_settings import load_settings, write_settings
 from servo_ctrl.canopen.stack import Network
+from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.commands.status_publisher import StatusPublisher
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.io.can_port import BusError
 
 LOOK_AGAIN_S = 0.05
@@ -33,6 +38,22 @@ EMCY_OF_EVENT = {
     Event.OBJECT_CHANGED: 0x6320,  # parameters
 }
 """Error codes of CiA 301 and CiA 402; any other event is a generic error."""
+
+
+def stored_node(
+    network: Network,
+    config: MachineConfig,
+    handler: CommandHandler,
+    file: Path,
+    worker: BackgroundWorker,
+    note: Callable[[str], None],
+) -> ControllerNode:
+    """Make our node with the settings in `file`; the worker writes them when they change."""
+
+    def store(values: dict[str, int] | None) -> None:
+        worker.do(lambda: write_settings(file, values), lambda _done: None, note)
+
+    return ControllerNode(network, config, handler, load_settings(file), store)
 
 
 def fault_reporter(node: ControllerNode) -> Callable[[Event, str], None]:
@@ -82,8 +103,8 @@ def leave_nodes(network: Network, plans: Sequence[NodePlan], node: ControllerNod
 
     After a cancelled or crashed run such drives receive no controlword, but brake when stopped (6007h).
     """
-    led = stage not in {Stage.BOOTING, Stage.OFF, Stage.STANDBY}
+    controlled = stage not in {Stage.BOOTING, Stage.OFF, Stage.STANDBY}
     with contextlib.suppress(BusError):  # then the drives stop by themselves: our heartbeat is missing
-        command_nodes(network, plans, NmtCommand.STOP if led else NmtCommand.ENTER_PRE_OPERATIONAL)
+        command_nodes(network, plans, NmtCommand.STOP if controlled else NmtCommand.ENTER_PRE_OPERATIONAL)
         node.operational(running=False)
         node.send_heartbeat()

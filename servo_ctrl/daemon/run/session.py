@@ -1,16 +1,17 @@
-"""Runs the cycle from the first SYNC to the last, with progress reports and the tasks beside it."""
+"""Runs the cycle from the first SYNC to the last, with the tasks beside it, and reports on it."""
 
 import asyncio
 import time
 from collections.abc import Callable, Coroutine
 from datetime import UTC, datetime
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
-from servo_ctrl.daemon.run.report import Progress
+from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.run_recording import RunRecording
 from servo_ctrl.daemon.run.services import Services
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
@@ -81,6 +82,29 @@ class Session:
         self._report_progress(cycle)
         if self._crash is not None:
             raise self._crash
+
+    def report(self, cycle: Cycle, signal: str, recording: Path | None) -> RunReport:
+        """Return the report of the run; `signal`: the signal that stopped it, "" without one."""
+        machine, services = self._machine, self._services
+        return RunReport(
+            machine=self._config.machine.name,
+            completed=services.completed,
+            failed=machine.failed or bool(services.problem),
+            signal=signal,
+            reason="; ".join(text for text in (machine.reason, services.problem) if text),
+            events=tuple(machine.events.kept),
+            cycles=cycle.number + 1,
+            missed_ticks=machine.missed_ticks,
+            missing_inputs=machine.missing_inputs,
+            wall_s=self.wall_s,
+            spans=tuple(self._motion.spans),
+            lateness=self.lateness,
+            recording=recording,
+            learning=services.job.status(),
+            outcomes=tuple(services.job.outcomes),
+            event_cycles=tuple(machine.events.kept_cycles),
+            first_sync=self.first_sync,
+        )
 
     async def _guarded(self, cycle: Cycle, beside: Coroutine[None, None, None]) -> None:
         """Run a coroutine beside the cycle; if it fails, stop the cycle in order."""

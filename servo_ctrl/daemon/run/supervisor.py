@@ -4,14 +4,13 @@ import asyncio
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from servo_ctrl.axis.fault_policy import Event
-from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.canopen.bus_load import check_load
 from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
-from servo_ctrl.canopen.node import ControllerNode, own_dictionary
-from servo_ctrl.canopen.own_settings import FILE, load_settings, write_settings
+from servo_ctrl.canopen.node import own_dictionary
+from servo_ctrl.canopen.own_settings import FILE
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import LOCKSTEP_SDO_TIMEOUT_S, SDO_TIMEOUT_S, Network
 from servo_ctrl.config.model import MachineConfig
@@ -24,18 +23,18 @@ from servo_ctrl.daemon.page.page_service import PageService
 from servo_ctrl.daemon.run.assemble import build_axes, build_machine, connect
 from servo_ctrl.daemon.run.boot_again import BootAgain
 from servo_ctrl.daemon.run.changed_files import changes_noted
-from servo_ctrl.daemon.run.foreign_frames import LISTENING_S, report_masters
-from servo_ctrl.daemon.run.own_node import beating, leave_nodes, subscribe
+from servo_ctrl.daemon.run.first_boot import FirstBoot, RunBus
+from servo_ctrl.daemon.run.own_node import leave_nodes, stored_node, subscribe
 from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
 from servo_ctrl.daemon.run.round_trip import RoundTrip
 from servo_ctrl.daemon.run.run_recording import RunRecording
 from servo_ctrl.daemon.run.self_test import objection
 from servo_ctrl.daemon.run.services import LearningRequest, RunOptions, Services
 from servo_ctrl.daemon.run.session import Session
-from servo_ctrl.daemon.run.stop_signals import StoppedError, stop_signals
+from servo_ctrl.daemon.run.stop_signals import stop_signals
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.io.bit_rate import rate_problem
-from servo_ctrl.io.can_port import BusError, CanPort, open_port
+from servo_ctrl.io.can_port import open_port
 from servo_ctrl.learned.store import default_directory
 from servo_ctrl.recording.recorder import RecordingError
 from servo_ctrl.recording.reversal_log import REVERSALS_FILE
@@ -78,14 +77,6 @@ async def run_machine(
         return await supervisor.run(bus_spec)
 
 
-class _Bus(NamedTuple):
-    """The open bus, the canopen library on it, and our node."""
-
-    port: CanPort
-    network: Network
-    node: ControllerNode
-
-
 class _Supervisor:
     """One run. The constructor is the offline part: files, limits, EDS, kernels."""
 
@@ -114,7 +105,7 @@ class _Supervisor:
         self._services = Services(config, self._motion, self._machine, servos, options, lockstep=lockstep)
         self._session = Session(config, self._motion, self._services, on_progress, lockstep=lockstep)
         self._page: PageService | None = None
-        self._boot: asyncio.Task[None] | None = None
+        self._boot = FirstBoot(config, self._plans, self._patience_s)
         self._signal = ""
         self._tested = False
 
@@ -153,47 +144,20 @@ class _Supervisor:
             port.attach(asyncio.get_running_loop())
             network = Network(port.send)
             port.fallback = network.notify
-            bus = _Bus(port, network, self._own_node(network))
-            subscribe(bus.node, self._services.publisher)
+            services = self._services
+            file = (self._learned_dir or default_directory(self._config)) / FILE
+            node = stored_node(
+                network, self._config, services.handler, file, services.worker, self._machine.note
+            )
+            bus = RunBus(port, network, node)
+            subscribe(bus.node, services.publisher)
             with stop_signals(self._on_signal):
-                await self._boot_nodes(bus)
+                await self._boot.run(bus)
                 return await self._recorded(bus)
         finally:
             port.close()
 
-    def _own_node(self, network: Network) -> ControllerNode:
-        """Make our node with its stored settings; the worker writes them when they change."""
-        file = (self._learned_dir or default_directory(self._config)) / FILE
-        worker, note = self._services.worker, self._machine.note
-
-        def store(values: dict[str, int] | None) -> None:
-            worker.do(lambda: write_settings(file, values), lambda _done: None, note)
-
-        return ControllerNode(network, self._config, self._services.handler, load_settings(file), store)
-
-    async def _boot_nodes(self, bus: _Bus) -> None:
-        """Boot all nodes while our heartbeat follows the wall clock; a signal ends the boot at once."""
-        others: set[str] = set()
-        report_masters(self._config, self._plans, bus.port, others.add)
-        self._boot = asyncio.create_task(asyncio.sleep(LISTENING_S))
-        try:
-            await self._boot
-            if not others:
-                bus.node.boot_up()
-                self._boot = asyncio.create_task(boot_nodes(bus.network, self._plans, self._patience_s))
-                async with beating(bus.node):
-                    await self._boot
-        except asyncio.CancelledError:
-            if not self._signal:
-                raise
-        finally:
-            self._boot = None
-        if self._signal:
-            raise StoppedError(self._signal)
-        if others:
-            raise BusError(min(others))
-
-    async def _recorded(self, bus: _Bus) -> RunReport:
+    async def _recorded(self, bus: RunBus) -> RunReport:
         """Run the cycle with its recording, from before the first SYNC until the recording is closed."""
         services = self._services
         cycle = connect(
@@ -232,7 +196,7 @@ class _Supervisor:
             bus.port.finish()
         finally:
             # made at one instant, so that a later event is in neither report nor header
-            report = self._report(cycle)
+            report = self._session.report(cycle, self._signal, self._record_dir)
             problem = await asyncio.to_thread(self._close, recording, recording.ended(report))
         return report.unless(problem)
 
@@ -247,7 +211,7 @@ class _Supervisor:
         on_over = partial(allow_power, allowed=True)
         cycle.trial = RoundTrip(self._config.period_s, self._machine.note, on_over)
 
-    async def _cycle(self, bus: _Bus, cycle: Cycle, recording: RunRecording) -> None:
+    async def _cycle(self, bus: RunBus, cycle: Cycle, recording: RunRecording) -> None:
         """Start the nodes and run the cycle."""
         try:
             with uninterrupted(fifo=self._fifo):
@@ -258,34 +222,12 @@ class _Supervisor:
         finally:
             cycle.stop()
 
-    def _on_end(self, bus: _Bus) -> None:
+    def _on_end(self, bus: RunBus) -> None:
         """Set the nodes to their final NMT state once the cycle has stopped."""
         try:
             leave_nodes(bus.network, self._plans, bus.node, self._machine.stage)
         finally:
             self._session.ended.set()
-
-    def _report(self, cycle: Cycle) -> RunReport:
-        machine, services = self._machine, self._services
-        return RunReport(
-            machine=self._config.machine.name,
-            completed=services.completed,
-            failed=machine.failed or bool(services.problem),
-            signal=self._signal,
-            reason="; ".join(text for text in (machine.reason, services.problem) if text),
-            events=tuple(machine.events.kept),
-            cycles=cycle.number + 1,
-            missed_ticks=machine.missed_ticks,
-            missing_inputs=machine.missing_inputs,
-            wall_s=self._session.wall_s,
-            spans=tuple(self._motion.spans),
-            lateness=self._session.lateness,
-            recording=self._record_dir,
-            learning=services.job.status(),
-            outcomes=tuple(services.job.outcomes),
-            event_cycles=tuple(machine.events.kept_cycles),
-            first_sync=self._session.first_sync,
-        )
 
     def _close(self, recording: RunRecording, header: dict[str, Any]) -> str:
         """Write the rest of recording and reversal log; return what could not be written, else ""."""
@@ -298,7 +240,5 @@ class _Supervisor:
 
     def _on_signal(self, name: str) -> None:
         self._signal = name
-        if self._boot is not None:
-            self._boot.cancel()
-        else:
+        if not self._boot.stop(name):
             self._machine.event(Event.STOP_SIGNAL, f"stopped by {name}")

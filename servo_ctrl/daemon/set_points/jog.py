@@ -60,7 +60,7 @@ class Jog:
         self._left[axis] = self._renewal
         self._bounds[axis] = self._limits[axis]
 
-    def ask_step(self, axis: int, way_m: float, velocity_m_s: float) -> str:
+    def ask_step(self, axis: int, distance_m: float, velocity_m_s: float) -> str:
         """Move an axis by a distance, to rest; return why that is refused, else "".
 
         The distance bounds the motion, so it needs no renewal; a jog of the same axis replaces it.
@@ -68,10 +68,10 @@ class Jog:
         if self._wanted_m_s[axis] or self._velocity_m_s[axis]:
             return "the axis is on its way; wait for its end"
         limits, here_m = self._limits[axis], self._position_m[axis]
-        there_m = here_m + way_m
+        there_m = here_m + distance_m
         if not limits.lowest_m <= there_m <= limits.highest_m:
             return "the step leaves the travel"
-        self._wanted_m_s[axis] = math.copysign(min(velocity_m_s, limits.velocity_m_s), way_m)
+        self._wanted_m_s[axis] = math.copysign(min(velocity_m_s, limits.velocity_m_s), distance_m)
         self._left[axis] = STEP_CYCLES
         self._bounds[axis] = limits._replace(lowest_m=min(here_m, there_m), highest_m=max(here_m, there_m))
         return ""

@@ -77,7 +77,7 @@ class SetPointSource:
         """End the controlled stop."""
         self._ramp = None
 
-    def let_go(self) -> None:
+    def forget(self) -> None:
         """Forget program and set points: the axes lose control or are taken over anew."""
         self.program = self._ramp = self.row = self._wanted = None
         self._shaper.forget()

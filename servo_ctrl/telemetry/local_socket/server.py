@@ -89,7 +89,7 @@ class LocalServer:
         """Send the status with the next pulse."""
         self._changed = True
 
-    def tell_later(self, message: Callable[[], bytes]) -> None:
+    def send_later(self, message: Callable[[], bytes]) -> None:
         """Make a message and send it to all clients in one of the next pulses."""
         if self._clients:
             self._waiting.append(message)
