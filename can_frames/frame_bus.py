@@ -90,7 +90,7 @@ class _SocketBus:
         while burst := self._socket.receive():
             yield burst
             if len(burst) < MOST_BYTES:
-                return  # what comes meanwhile makes the file readable again
+                return  # later frames make the file readable again
 
     def send(self, frames: bytes) -> None:
         left = frames

@@ -1,6 +1,6 @@
-"""Several messages of a socket in one system call: recvmmsg(2), sendmmsg(2), which Python's `socket` lacks.
+"""Moves several messages of a socket in one system call, recvmmsg(2) or sendmmsg(2), absent in `socket`.
 
-Each message is a frame of `FRAME_BYTES`; a burst is such messages one behind the other in memory.
+Each message is a frame of `FRAME_BYTES`; a burst is a sequence of frames in memory.
 """
 
 import ctypes
@@ -10,7 +10,7 @@ import socket
 from can_frames.frame import FRAME_BYTES
 
 MOST_FRAMES = 64
-"""In one call; chosen, as many as the controller's port takes before timers get their turn."""
+"""Bounds the frames of a call; chosen: the number that the controller's port reads between timers."""
 
 
 class _Span(ctypes.Structure):
@@ -34,7 +34,7 @@ class _Header(ctypes.Structure):
 
 
 class _Message(ctypes.Structure):
-    """`struct mmsghdr`: with how many bytes the call has moved."""
+    """`struct mmsghdr`, with the number of bytes that the call has moved."""
 
     _fields_ = (("header", _Header), ("moved", ctypes.c_uint))
 
@@ -47,7 +47,7 @@ class MessageBatch:
     """
 
     def __init__(self, sock: socket.socket, call: str) -> None:
-        library = ctypes.PyDLL(None, use_errno=True)  # with the interpreter lock: it never waits
+        library = ctypes.PyDLL(None, use_errno=True)  # keeps the interpreter lock: the call never waits
         self._call = getattr(library, call)
         self._call.argtypes = (
             *(ctypes.c_int, ctypes.c_void_p, ctypes.c_uint, ctypes.c_int),
@@ -56,7 +56,7 @@ class MessageBatch:
         self._rest = (None,) if call == "recvmmsg" else ()
         self._sock = sock
         self.memory = (ctypes.c_char * (FRAME_BYTES * MOST_FRAMES))()
-        """The frames, one behind the other."""
+        """The frames in sequence."""
         begin = ctypes.addressof(self.memory)
         self._spans = (_Span * MOST_FRAMES)(
             *(_Span(begin + FRAME_BYTES * place, FRAME_BYTES) for place in range(MOST_FRAMES))
@@ -67,7 +67,7 @@ class MessageBatch:
         self._begin = ctypes.addressof(self._messages)
 
     def move(self, count: int) -> int:
-        """Move at most `count` messages; return how many went, without waiting. Raises OSError."""
+        """Move at most `count` messages without waiting; return how many were moved. Raises OSError."""
         moved: int = self._call(self._sock.fileno(), self._begin, count, socket.MSG_DONTWAIT, *self._rest)
         if moved < 0:
             code = ctypes.get_errno()
@@ -76,14 +76,14 @@ class MessageBatch:
 
 
 class BatchSocket:
-    """A socket's frames, as many a system call as wait or go."""
+    """Sends and receives frames of a socket, as many as possible a system call."""
 
     def __init__(self, sock: socket.socket) -> None:
         self._received, self._sent = MessageBatch(sock, "recvmmsg"), MessageBatch(sock, "sendmmsg")
         self._send_one = sock.send
 
     def receive(self) -> bytearray:
-        """Frames that have come, `MOST_FRAMES` at most; none where nothing waits. Raises OSError."""
+        """Return at most `MOST_FRAMES` received frames; empty if none waits. Raises OSError."""
         batch = self._received
         try:
             count = batch.move(MOST_FRAMES)
@@ -92,12 +92,12 @@ class BatchSocket:
         return bytearray(memoryview(batch.memory)[: FRAME_BYTES * count])
 
     def send(self, frames: bytes) -> int:
-        """Send as many of at most `MOST_FRAMES` frames as there is room for; return how many.
+        """Send at most `MOST_FRAMES` frames, as many as the queue accepts; return how many.
 
         One thread may send bursts, any may send a single frame.
 
         Raises:
-            OSError: not even the first could be sent; a full queue is one of ENOBUFS or EAGAIN.
+            OSError: no frame could be sent; ENOBUFS or EAGAIN means a full queue.
         """
         if len(frames) == FRAME_BYTES:
             self._send_one(frames, socket.MSG_DONTWAIT)

@@ -43,7 +43,7 @@ class WaveformStatus(NamedTuple):
 
     enabled: bool = False
     version: int = 0
-    """Of the waveform in use, 0 = none."""
+    """Version of the waveform in use, 0 = none."""
     learned_at: str = ""
     """Date of that version, ISO 8601, "" without one."""
     before_m: float = math.nan

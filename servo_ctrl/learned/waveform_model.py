@@ -1,4 +1,4 @@
-"""A learned waveform as types: friction with memory, the force around a reversal, what they depend on."""
+"""The schema of a learned waveform: friction with memory, the force around a reversal, dependencies."""
 
 from typing import Annotated, Any
 
@@ -12,7 +12,7 @@ from servo_ctrl.learned.pulse_model import LearnedFunctions
 from servo_ctrl.learning.reversal_waveform import WaveformLearned
 
 SAMPLES, ROWS = 6000, 50
-"""Bounds the samples of a waveform and the accelerations; chosen: 0.48 s at the shortest period, seven."""
+"""Bound the samples and the accelerations of a waveform; chosen: learning uses 0.48 s and seven."""
 _OF_THE_PULSE = "friction_compensation."
 
 Force = Annotated[float, Strict(), Field(ge=-1e6, le=1e6)]
@@ -30,14 +30,14 @@ class FrictionPart(FileSection):
 
 
 class WaveRow(FileSection):
-    """The force around a reversal of one acceleration, each period."""
+    """The force around a reversal at one acceleration, one sample a period."""
 
     acceleration_m_s2: Positive
     force_n: Annotated[list[Force], Field(min_length=2, max_length=SAMPLES)]
 
 
 class LearnedWaveform(LearnedContent):
-    """`learning.reversal_waveform.WaveformLearned` with its parts by name."""
+    """`learning.reversal_waveform.WaveformLearned` with the parts by name."""
 
     result = WaveformLearned
     friction: FrictionPart
@@ -55,7 +55,7 @@ class LearnedWaveform(LearnedContent):
 
     @classmethod
     def values(cls, learned: WaveformLearned) -> dict[str, Any]:
-        """A result as a mapping of plain numbers."""
+        """Convert a result to a mapping of plain numbers."""
         rows = zip(learned.accelerations_m_s2, learned.waves_n, strict=True)
         return {
             "learner": learned.learner,
@@ -71,7 +71,7 @@ class LearnedWaveform(LearnedContent):
         }
 
     def learned(self) -> WaveformLearned:
-        """The result, the same bits."""
+        """Return the result, identical to the bit."""
         return WaveformLearned(
             learner=self.learner,
             friction=tuple(getattr(self.friction, name) for name in Friction._fields),
@@ -85,7 +85,7 @@ class LearnedWaveform(LearnedContent):
 
     @staticmethod
     def basis(machine: MachineConfig, axis: str) -> Basis:
-        """The values of the machine file that a waveform depends on: those of a pulse, but for its own."""
+        """Return the machine-file values that a waveform depends on: those of a pulse except its section."""
         basis = LearnedFunctions.basis(machine, axis)
         basis = {key: value for key, value in basis.items() if not key.startswith(_OF_THE_PULSE)}
         waveform = machine.axes[axis].section(LearnedWaveformSettings)
@@ -94,5 +94,5 @@ class LearnedWaveform(LearnedContent):
         return basis
 
     def objection(self, _machine: MachineConfig, _axis: str) -> str:
-        """Nothing: the control law bounds the force."""
+        """Return "", because the control law bounds the force."""
         return ""

@@ -1,12 +1,13 @@
-"""Input shaping: set points as a sum of delayed copies, so that a swing that one excites the others cancel.
+"""Input shaping: adds delayed copies of the set points, which cancel the oscillation that each excites.
 
     ZV:  impulses 1, K at 0, T/2;  ZVD:  1, 2 K, K^2 at 0, T/2, T;  each over their sum
     K = exp(-zeta pi / sqrt(1 - zeta^2)),  T = 1 / (f sqrt(1 - zeta^2))
 
-Source: Singer and Seering (1990), Preshaping Command Inputs to Reduce System Vibration. ZV leaves nothing at
-f; ZVD nothing where f is right and little where it is 10 % off, for twice the delay. An impulse between two
-samples is shared by both. The amplitudes are positive and their sum is 1, so shaped set points keep every
-limit that the set points keep. All axes of a path need the same shaper: another delay on one bends it.
+Source: Singer and Seering (1990), Preshaping Command Inputs to Reduce System Vibration. ZV cancels the
+oscillation at f; ZVD also reduces it strongly at 10 % error of f, with twice the delay. An impulse between
+two samples is divided between them. The amplitudes are positive with the sum 1, so that shaped set points
+respect every limit that the set points respect. All axes of a path need the same shaper, because different
+delays bend the path.
 """
 
 import math
@@ -20,23 +21,23 @@ from kernels.arrays import Array
 
 ShaperKind = Literal["zv", "zvd"]
 SHAPED_FIELDS = 3
-"""Position, velocity and acceleration, of the fields of a reference; a force offset passes as it is."""
+"""Shaped fields of a row: position, velocity, acceleration; the force offset passes unchanged."""
 
 
 class Taps(NamedTuple):
-    """Whole delays in samples, ascending, behind the copy that is not delayed, and their shares."""
+    """Delays of the copies in samples, ascending and above 0, and their shares."""
 
     delays: tuple[int, ...]
     shares: tuple[float, ...]
 
     @property
     def longest(self) -> int:
-        """Samples until a set point is through."""
+        """Longest delay in samples."""
         return self.delays[-1] if self.delays else 0
 
 
 def impulses(kind: ShaperKind, frequency_hz: float, damping_ratio: float) -> tuple[list[float], list[float]]:
-    """Times (s) and shares of the impulses."""
+    """Return times (s) and shares of the impulses."""
     damped = math.sqrt(1.0 - damping_ratio**2)
     half_s = 0.5 / (frequency_hz * damped)
     k = math.exp(-damping_ratio * math.pi / damped)
@@ -45,7 +46,7 @@ def impulses(kind: ShaperKind, frequency_hz: float, damping_ratio: float) -> tup
 
 
 def taps(kind: ShaperKind, frequency_hz: float, damping_ratio: float, period_s: float) -> Taps:
-    """The shaper at the SYNC period."""
+    """Return the shaper at the SYNC period."""
     share_of: dict[int, float] = {}
     for time_s, share in zip(*impulses(kind, frequency_hz, damping_ratio), strict=True):
         whole = math.floor(time_s / period_s + 1e-9)
@@ -58,9 +59,9 @@ def taps(kind: ShaperKind, frequency_hz: float, damping_ratio: float, period_s: 
 
 
 def shaped(values: Array, shaper: Taps) -> Array:
-    """Set points (n, fields) of one axis, shaped; before the first one it was at rest there.
+    """Shape set points (n, fields) of one axis, which rests at the first one before it.
 
-    At rest the set points come out to the last bit as they went in.
+    At rest the shaped set points equal the set points to the bit.
     """
     out = np.array(values, dtype=np.float64)
     fields = slice(0, SHAPED_FIELDS)
@@ -74,7 +75,7 @@ def shaped(values: Array, shaper: Taps) -> Array:
 
 
 class RowShaper:
-    """Shapes the rows of a cycle, all axes side by side; the same sums as `shaped`."""
+    """Shapes the row of each cycle, for all axes; equal to `shaped`."""
 
     def __init__(self, shapers: Sequence[Taps | None], fields: int) -> None:
         self._shapers = [(index, one) for index, one in enumerate(shapers) if one is not None and one.delays]
@@ -85,20 +86,20 @@ class RowShaper:
 
     @property
     def over(self) -> bool:
-        """What went in has come out."""
+        """Whether all set points have passed the shaper."""
         return self._still >= self._longest
 
     def forget(self) -> None:
-        """The axes are led anew, from rest."""
+        """Start again from rest, because the axes are taken over anew."""
         self._rows.clear()
         self._still = self._longest
 
     def rest_at(self, row: list[float]) -> None:
-        """The axes are at rest in this row."""
+        """Start from rest at this row."""
         self._rows.extend([row] * self._longest)
 
     def shape(self, row: list[float]) -> list[float]:
-        """The row that goes out as this one comes in."""
+        """Take a row; return the shaped row."""
         if not self._shapers:
             return row
         if not self._rows:

@@ -98,7 +98,7 @@ class Drives:
 
     @property
     def row_memory(self) -> Array:
-        """Where the row of the last cycle lies, and that of the next one will."""
+        """The memory of the recorded row, which each cycle overwrites."""
         return self._memory.row
 
     def take_events(self) -> list[tuple[AxisServo, Event, str]]:

@@ -61,14 +61,14 @@ class StrokeCollector(Collector):
 
 
 class WaveformCollector(Collector):
-    """Commands, and the error against the feedback of the position loop."""
+    """Collects commands, and the error against the feedback of the position loop."""
 
     def __init__(self, config: MachineConfig, axis: str) -> None:
         channels = ("position_command_m", "velocity_command_m_s", "position_error_m")
         super().__init__(config, axis, channels)
 
     def samples(self) -> tuple[Array, Array, Array]:
-        """Return position and velocity command and error, (n,) each, one a cycle, as `StrokeCollector`."""
+        """Return position command, velocity command and error, (n,) each, like `StrokeCollector`."""
         taken = np.array(self._cycles)
         position_m, velocity_m_s, seen_m = self.columns()
         cycles = np.arange(taken[0], taken[-1] + 1.0)

@@ -18,7 +18,7 @@ from servo_ctrl.learning.pulse_functions import constant_table, table
 from servo_ctrl.learning.types import NO_PULSE, Learned, Pulse
 
 Compensation = Literal["as configured", "off", "pulse", "observer", "waveform"]
-"""What acts from the start: as in the machine file, nothing, or one of pulse, observer and waveform alone."""
+"""What acts from the start: as in the machine file, nothing, or only pulse, observer or waveform."""
 
 
 class Functions(NamedTuple):

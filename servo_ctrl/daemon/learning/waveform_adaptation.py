@@ -1,7 +1,7 @@
-"""Waveforms go on learning from the reversals of production, as the pulse's functions do. Off by default.
+"""Adapts waveforms to the reversals of production, like the pulse functions. Off by default.
 
-What production has made of a waveform is kept in memory, and stored as a new version when the run ends:
-rolled back, it is the waveform before.
+The adapted waveform stays in memory and is stored as a new version at the end of the run, so that a roll-back
+restores the earlier waveform.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ from servo_ctrl.learning.waveform_adaptation import Adapting, SeenReversal, next
 
 
 class WaveformAdaptation:
-    """`on` tells whether production may change anything; `note` takes what is worth a line in the report."""
+    """`on` returns whether adaptation is switched on; `note` logs an event."""
 
     def __init__(
         self,
@@ -38,23 +38,23 @@ class WaveformAdaptation:
         ]
         self._states: list[Adapting | None] = [None] * len(self._axes)
         self._changes = [0] * len(self._axes)
-        """Since the version in use."""
+        """By axis: changes since the stored version."""
         self._busy = False
 
     def take(self, index: int, report: ReversalReport, trace_m: Array) -> None:
-        """Take a reversal of production, of the axis with this index. While one is evaluated, others pass."""
+        """Adapt to a production reversal of the axis `index`; ignore reversals during an evaluation."""
         axis, loop = self._axes[index], self._loops[index]
         learned = axis.learned
         if not self._on() or self._busy or loop is None or learned is None or not axis.acts:
             return
         state = self._states[index]
-        if state is None or state.learned is not learned:  # learned anew, or rolled back
+        if state is None or state.learned is not learned:  # learned again, or rolled back
             state, self._changes[index] = Adapting(learned), 0
         reversal = SeenReversal(report.acceleration_m_s2, trace_m, report.error_mean_m)
 
         def then(after: Adapting) -> None:
             self._busy = False
-            if axis.learned is not learned:  # another one came meanwhile
+            if axis.learned is not learned:  # another waveform came into use meanwhile
                 return
             self._states[index] = after
             if after.learned is not learned:
@@ -69,7 +69,7 @@ class WaveformAdaptation:
         self._worker.do(partial(next_state, state, loop, reversal), then, failed)
 
     def store(self) -> None:
-        """Store what production has changed as new versions."""
+        """Store the adapted waveforms as new versions."""
         for index, changes in enumerate(self._changes):
             if changes:
                 self._store_axis(index)
@@ -79,7 +79,7 @@ class WaveformAdaptation:
         self._changes[index] = 0
         learned = axis.learned
         if learned is None or state is None or state.learned is not learned:
-            return  # rolled back, or learned anew
+            return  # rolled back, or learned again
         conditions = {
             **conditions_of(self._config, axis.name, "adaptation"),
             "changes": changes,

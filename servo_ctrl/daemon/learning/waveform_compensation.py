@@ -1,7 +1,7 @@
-"""Which learned waveform acts on each axis: what is stored, switched, learned.
+"""Selects the learned waveform that acts on each axis, stored, adapted or on trial.
 
-A result that cannot be trusted (damaged, of another machine or other gains) is reported and not used. While
-a waveform acts, pulse and observer do not, whatever their switches say (see the law's own file).
+An unusable result (damaged, of another machine or other gains) is reported and not used. While a waveform
+acts, pulse and observer do not act, regardless of their switches (see `learned_waveform`).
 """
 
 from collections.abc import Sequence
@@ -19,36 +19,36 @@ from servo_ctrl.learning.waveform_run import WaveformStroke
 
 
 class WaveformCompensation:
-    """The waveform of one axis; changes act from the next cycle on."""
+    """The waveform of one axis; a change acts from the next cycle on."""
 
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
         self.name = servo.name
         self.fitted = config.section(LearnedWaveformSettings) is not None
-        """The machine file has the section."""
+        """Whether the machine file has the section."""
         self.learns = not unlearnable(config)
         self.enabled = config.acts(LearnedWaveformSettings)
         self.stored: StoredResult[WaveformLearned] | None = None
-        """The version in use."""
+        """The stored version in use."""
         self.learned: WaveformLearned | None = None
-        """What is in use; that of `stored`, or what production made of it."""
+        """The waveform in use: that of `stored`, adapted or not."""
         self.problem = ""
-        """Why what is stored is not used."""
+        """Why the stored version is not used, else ""."""
         self._servo = servo
         self._stroke: WaveformStroke | None = None
         self._held_off = False
 
     @property
     def acts(self) -> bool:
-        """Whether it acts on production."""
+        """Whether it acts in production."""
         return self.enabled and self.learned is not None
 
     def use(self, stored: StoredResult[WaveformLearned] | None) -> None:
-        """Use a version; None = none."""
+        """Use a stored version; None = no waveform."""
         self.problem, self.stored = "", stored
         self.adapt(None if stored is None else stored.learned)
 
     def adapt(self, learned: WaveformLearned | None) -> None:
-        """Use another waveform, without another version."""
+        """Use another waveform without changing `stored`."""
         self.learned = learned
         self._apply()
 
@@ -58,17 +58,17 @@ class WaveformCompensation:
         self._apply()
 
     def hold_off(self, *, on: bool) -> None:
-        """Let no waveform act while something else is learned, or again."""
+        """Suspend the waveform while something else is learned, or resume it."""
         self._held_off = on
         self._apply()
 
     def try_out(self, stroke: WaveformStroke) -> None:
-        """Let the force of a stroke of learning act, until `restore`."""
+        """Apply the force of a learning stroke, until `restore`."""
         self._stroke = stroke
         self._apply()
 
     def restore(self) -> None:
-        """Let what was in use act again, as the stroke is over."""
+        """Restore the waveform in use before the stroke."""
         if self._stroke is not None:
             self._stroke = None
             self._apply()
@@ -86,9 +86,9 @@ class WaveformCompensation:
 def load_waveforms(
     machine: MachineConfig, servos: Sequence[AxisServo], store: WaveformStore, wanted: Compensation
 ) -> list[WaveformCompensation]:
-    """Load what is stored for each axis, switched as wanted.
+    """Load the stored waveform of each axis and switch it as `wanted`.
 
-    Raises CompensationError when "waveform" is wanted where there is none.
+    Raises CompensationError when an axis lacks the wanted "waveform".
     """
     axes = []
     for servo in servos:

@@ -1,6 +1,6 @@
-"""One axis learning its waveform: strokes to be made, and the store for their result.
+"""Learns the waveform of one axis: its strokes and the store of their result.
 
-There is no journal: a run that was left begins anew.
+There is no journal: an interrupted run starts again.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from servo_ctrl.learning.waveform_run import WaveformResult, WaveformRun, wavefo
 
 
 class WaveformLearning(AxisLearning):
-    """Learns friction with memory, and the waveform on top of it."""
+    """Learns friction with memory, and the additional waveform, of one axis."""
 
     stroke_noun = "stroke"
     _run: WaveformRun
@@ -41,7 +41,7 @@ class WaveformLearning(AxisLearning):
         self._now_at(WaveformRun(self._settings))
 
     def open(self, *, fresh: bool) -> list[str]:
-        """Do nothing: it always begins anew."""
+        """Do nothing: a waveform run cannot be resumed."""
         del fresh
         return []
 
@@ -50,13 +50,13 @@ class WaveformLearning(AxisLearning):
         return self._motion.prepare_stroke(self.name, self.stroke.sine, start_m)
 
     def begin(self) -> WaveformCollector:
-        """Begin `stroke`: its force alone acts, neither pulse nor observer."""
+        """Begin `stroke` and apply only its force, neither pulse nor observer."""
         self._pulse.try_out(NO_PULSE)
         self._waveform.try_out(self.stroke)
         return WaveformCollector(self._config, self.name)
 
     def restore(self) -> None:
-        """Let what was in use before act again."""
+        """Restore the compensation in use before the stroke."""
         self._waveform.restore()
         self._pulse.restore()
 
@@ -71,6 +71,6 @@ class WaveformLearning(AxisLearning):
         return self._store.add(self.name, learned, conditions_of(self._config, self.name, "learning"))
 
     def use(self, result: StoredResult[WaveformLearned]) -> LearningOutcome:
-        """Take it into use."""
+        """Put the stored waveform into use."""
         self._waveform.use(result)
         return LearningOutcome(self.name, result.version, result.learned, self.resumed)

@@ -19,7 +19,7 @@ class SetPointSource:
         self._limits, self._period_s = tuple(stop_acceleration_m_s2), period_s
         self._ramp: Iterator[Row] | None = None
         self._wanted: Row | None = None
-        """The row before it is shaped."""
+        """The row before shaping."""
         self._shaper = RowShaper((), REFERENCE_FIELDS)
 
     def shape(self, shapers: Sequence[Taps | None]) -> None:
@@ -33,7 +33,7 @@ class SetPointSource:
 
     @property
     def at_rest(self) -> bool:
-        """Whether the set points are at rest, with nothing on its way through a shaper."""
+        """Whether the set points are at rest, before and after the shaper."""
         wanted = self._wanted
         return wanted is None or (not any(wanted[1::REFERENCE_FIELDS]) and self._shaper.over)
 
@@ -42,7 +42,7 @@ class SetPointSource:
         return list(hold_m) if self._wanted is None else self._wanted[::REFERENCE_FIELDS]
 
     def begin(self, program: Reference, hold_m: Sequence[float]) -> None:
-        """Follow a program, from rest; `hold_m`: where the axes were taken over."""
+        """Follow a program from rest; `hold_m`: where the axes were taken over."""
         self.program = program
         if self._wanted is None:
             self._shaper.rest_at([value for at_m in hold_m for value in (at_m, 0.0, 0.0, 0.0)])
