@@ -14,6 +14,7 @@ from hil_sim.runner.bench import SimulatedMachine
 from hil_sim.runner.can_port import CanPort
 from hil_sim.runner.pacing import Lockstep, RealTime
 from hil_sim.runner.realtime import take_priority
+from kernels.compiler_memory import release_compiler
 
 
 async def serve(
@@ -40,6 +41,7 @@ async def serve(
         port.send(can_id, data)
 
     bench = SimulatedMachine(config, send, state_directory, faults)
+    release_compiler()  # all kernels are loaded
     with contextlib.closing(open_port()) as port:
         port.on_overrun = bench.on_overrun
         port.on_remote = bench.handle_remote

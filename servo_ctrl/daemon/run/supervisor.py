@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from kernels.compiler_memory import release_compiler
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.bus_load import check_load
 from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
@@ -106,6 +107,7 @@ class _Supervisor:
         self._session = Session(config, self._motion, self._services, on_progress, lockstep=lockstep)
         self._page: PageService | None = None
         self._boot = FirstBoot(config, self._plans, self._patience_s)
+        release_compiler()  # all kernels are loaded
         self._signal = ""
         self._tested = False
 
