@@ -1,4 +1,4 @@
-"""controller.toml as types: monitoring and learning."""
+"""The schema of controller.toml: monitoring and learning."""
 
 from typing import Annotated, Literal, Self
 
@@ -10,23 +10,23 @@ Steps = Annotated[int, Strict(), Field(ge=1, le=200)]
 
 
 class MonitoringConfig(FileSection):
-    """How the indicators are taken, and when they say that learning is due."""
+    """Settings of the reversal indicators and of the rule that learning is due."""
 
     window_s: Positive = 0.2
     """Monitoring time Tm after a reversal, seconds."""
     required_um: Positive = 4.0
-    """J_required: mean absolute error over Tm that is still good, micrometres."""
+    """J_required: largest acceptable mean absolute error over Tm, micrometres."""
     due_after_reversals: Annotated[int, Strict(), Field(ge=1, le=1000)] = 4
-    """So many reversals of an axis in a row must exceed J_required before learning is due."""
+    """Number of consecutive reversals of an axis above J_required after which learning is due."""
     settled_below: Annotated[float, Strict(), Field(gt=0.0, le=1.0)] = 0.9
-    """Learning is due no more after as many in a row below this share of J_required."""
+    """Learning is no longer due after the same number of reversals below this share of J_required."""
 
 
 class LearningConfig(FileSection):
-    """How the pulse functions are learned (Feng et al. 2015, sections 3 and 4)."""
+    """Settings for learning the pulse functions (Feng et al. 2015, sections 3 and 4)."""
 
     learner: Literal["fast", "paper"] = "fast"
-    """"paper": the published sweeps. "fast": the same result from far fewer strokes."""
+    """"paper": the published sweeps; "fast": the same result with far fewer strokes."""
     radius_mm: Positive = 50.0
     """Amplitude of the sine strokes, millimetres."""
     accelerations_mm_s2: Annotated[list[Positive], Field(min_length=4, max_length=4)] = Field(
@@ -46,13 +46,13 @@ class LearningConfig(FileSection):
     duration_step_ms: Positive = 5.0
     """dT: step of the duration stage, milliseconds."""
     duration_reach: Annotated[float, Strict(), Field(gt=1.0, le=5.0)] = 1.6
-    """The durations tried reach from t2 - t1 to so many times that."""
+    """The tried durations range from t2 - t1 to this multiple of it."""
     window_durations: Annotated[float, Strict(), Field(ge=1.0, le=20.0)] = 2.0
-    """The evaluation of a stroke lasts so many times the duration of its pulse."""
+    """Duration of a stroke's evaluation, as a multiple of the pulse duration."""
     trailing: bool = True
-    """Whether a second trapezoid is learned for the moment at which the friction lets go."""
+    """Whether to learn a second trapezoid for the moment of breakaway."""
     adaptation: bool = False
-    """Whether production reversals go on changing what was learned."""
+    """Whether reversals in production adapt the learned functions."""
 
     @model_validator(mode="after")
     def _rising(self) -> Self:

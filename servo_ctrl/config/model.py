@@ -25,7 +25,7 @@ class MachineSection(FileSection):
     """The name of the machine."""
 
     name: Annotated[str, StringConstraints(min_length=1, max_length=64)]
-    """Appears in recordings."""
+    """Name of the machine in recordings."""
 
 
 CAN_FD_KEYS = frozenset({"fd", "data_bit_rate_kbit_s", "data_bitrate", "dbitrate"})
@@ -38,11 +38,11 @@ class Bus(FileSection):
     sync_period_us: Annotated[int, Strict(), Field(ge=100, le=100_000)]
     """Communication cycle period (1006h), microseconds."""
     bit_rate_kbit_s: Literal[1000, 800, 500, 250, 125, 50, 20, 10] = 1000
-    """Bit rate of the bus (CiA 301), kbit/s: its load is a share of it."""
+    """Bit rate of the bus (CiA 301), kbit/s; the bus load is a share of it."""
     input_timeout_ms: Annotated[float, Strict(), Field(gt=0.0, le=60_000.0)] = 2000.0
     """Bound of every wait for the cyclic inputs, wall clock, milliseconds."""
     missed_per_1000: Annotated[int, Strict(), Field(ge=0, le=1000)] = 300
-    """How many of 1000 periods may go by without a SYNC, or without a node's inputs."""
+    """Tolerated number of periods without a SYNC, or without a node's inputs, out of 1000."""
 
     @model_validator(mode="before")
     @classmethod
@@ -65,23 +65,23 @@ class Limits(FileSection):
     """Limits of every program and command."""
 
     position_mm: Annotated[list[Number], Field(min_length=2, max_length=2)]
-    """Lowest and highest position command, millimetres."""
+    """Lowest and highest position set point, millimetres."""
     velocity_mm_s: Positive
-    """Bound of programs, and of the velocity set point, mm/s."""
+    """Velocity limit of programs and of the velocity set point, mm/s."""
     acceleration_mm_s2: Positive
-    """Bound of programs, mm/s^2."""
+    """Acceleration limit of programs, mm/s^2."""
     jerk_mm_s3: Positive
-    """Of the commands as sampled: change of acceleration per SYNC period."""
+    """Jerk limit of the sampled set points, change of acceleration per SYNC period, mm/s^3."""
     force_n: Positive
-    """Bound of the force command at the table, newtons."""
+    """Limit of the force command at the table, newtons."""
     following_error_mm: Positive
     """Largest position error before the fault policy acts, millimetres."""
     scale_deviation_mm: Positive | None = None
-    """How far scale and encoder may drift apart, millimetres; half of following_error_mm where not given."""
+    """Largest deviation between scale and encoder, millimetres; half of following_error_mm if not given."""
     saturation_ms: Positive = 500.0
-    """How long force or current may be at their limit without a break, milliseconds."""
+    """Longest continuous time with force or current at the limit, milliseconds."""
     runaway_ms: Positive = 5.0
-    """How long an axis may gather speed against what pushes it, milliseconds."""
+    """Longest time that an axis may accelerate against its motor force, milliseconds."""
 
     @field_validator("position_mm")
     @classmethod
@@ -95,7 +95,7 @@ class Control(FileSection):
     """Gains of the cascade: P position, PI velocity, feedforward."""
 
     feedback: Literal["scale", "motor"] = "scale"
-    """What the position loop is closed on; the velocity loop is always closed on the motor."""
+    """Feedback of the position loop; the velocity loop always uses the motor encoder."""
     kp_1_s: NonNegative
     """Position loop: velocity per position error, 1/s."""
     ki_1_s2: NonNegative = 0.0
@@ -109,9 +109,9 @@ class Control(FileSection):
     ki_n_m: NonNegative = 0.0
     """Velocity loop: integral gain, N/m; 0 = no integrator."""
     velocity_feedforward: NonNegative = 0.0
-    """Share of the velocity command added behind the position loop; 1 = all of it."""
+    """Share of the velocity command added to the output of the position loop; 1 = all of it."""
     acceleration_feedforward_kg: NonNegative = 0.0
-    """Mass whose inertia force is added for the commanded acceleration, kg."""
+    """Mass for the acceleration feedforward: its inertia force is added to the force command, kg."""
     velocity_window_samples: Annotated[int, Strict(), Field(ge=1, le=2)] = 1
     """Velocity is (q[k] - q[k-n]) / (n T)."""
     velocity_filter_ms: NonNegative = 0.0
@@ -119,35 +119,35 @@ class Control(FileSection):
 
 
 class InputShaper(FileSection):
-    """Shapes the set points of the axis against a structure that swings."""
+    """Input shaping of the axis's set points against an oscillating structure."""
 
     kind: Literal["zv", "zvd"] = "zv"
-    """zv: two impulses, half a cycle of delay; zvd: three, a whole cycle, forgiving a wrong frequency."""
+    """zv: two impulses, delay of half a cycle; zvd: three, a whole cycle, robust to a frequency error."""
     frequency_hz: Annotated[float, Strict(), Field(ge=0.5, le=1000.0)]
-    """Frequency at which the structure swings while the axis is held, hertz."""
+    """Natural frequency of the structure while the axis is held, hertz."""
     damping_ratio: Annotated[float, Strict(), Field(ge=0.0, le=0.7)] = 0.0
-    """Damping ratio of the swing."""
+    """Damping ratio of the oscillation."""
 
 
 class AxisConfig(FileSection):
     """One axis: its nodes, its mechanics, its limits and its loop."""
 
     mode: Mode
-    """Which loops are closed here: cst position and velocity, csv position, csp none."""
+    """Cyclic mode; the controller closes these loops: cst position and velocity, csv position, csp none."""
     homing_method: Annotated[int, Strict(), Field(ge=-128, le=127)] = 0
     """CiA 402 homing method, 0 = none."""
     drive: Drive
     """Amplifier and motor encoder."""
     scale: Scale | None = None
-    """Linear scale, where there is one."""
+    """Linear scale, if there is one."""
     transmission: Transmission
-    """From turns to travel."""
+    """Transmission from motor turns to table travel."""
     limits: Limits
-    """What may not be exceeded."""
+    """Limits of motion, force and errors."""
     control: Control
-    """Gains."""
+    """Gains of the control law."""
     input_shaper: InputShaper | None = None
-    """Against a structure that swings."""
+    """Input shaping against an oscillating structure."""
     # The sections of the control law by name; each part of the law declares its section.
     __annotations__.update({name: kind | None for name, kind in SECTION_TYPES.items()})
     vars().update({name: Field(None, description=MEANINGS[name]) for name in SECTION_TYPES})

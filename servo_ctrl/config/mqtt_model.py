@@ -19,7 +19,7 @@ _ADDRESS = re.compile(r"(\[(?P<bracketed>[^]]+)\]|(?P<plain>[^:]+))(:(?P<port>[0
 
 
 class MqttConfig(FileSection):
-    """A broker; leave the section out to do without. Passwords are in files of their own."""
+    """The MQTT broker; without the section there is no MQTT. Passwords are in separate files."""
 
     host: Host = "127.0.0.1"
     """Name or address of the broker."""
@@ -28,25 +28,25 @@ class MqttConfig(FileSection):
     prefix: TopicPrefix = "servo_ctrl"
     """Topics begin with `prefix/machine/`."""
     client_id: ClientId | None = None
-    """Who we are to the broker, unique there; without it "servo_ctrl-" and the machine's name."""
+    """Client identifier, unique at the broker; without it "servo_ctrl-" and the machine's name."""
     keepalive_s: Annotated[int, Strict(), Field(ge=5, le=3600)] = 15
-    """A connection that is silent for longer is taken for lost, by the broker too, seconds."""
+    """Keep-alive time, seconds: controller and broker treat a longer silence as a lost connection."""
     plain_command: bool = True
-    """Take commands and settings on the topic `command` too, whatever right they need."""
+    """Whether the topic `command` also accepts commands and settings, whatever right they need."""
     stream: bool = False
-    """Send the rows of the recording too, as binary messages of least and greatest values."""
+    """Whether to send the recorded rows too, as binary messages of minima and maxima."""
     stream_hz: Annotated[float, Strict(), Field(ge=1.0, le=10_000.0)] = 100.0
-    """Pairs of least and greatest value a second, of every channel; at most one a cycle."""
+    """Pairs of minimum and maximum per second of every channel; at most one a cycle."""
     username: Annotated[str, StringConstraints(min_length=1, max_length=128)] | None = None
     """Name to log in with."""
     password_file: Path | None = None
     """File (chmod 600) whose first line is the password, relative to this file; needs `username`."""
     tls: bool = False
-    """Encrypted, and the broker's certificate is checked against `host`."""
+    """Whether to encrypt the connection and check the broker's certificate against `host`."""
     ca_file: Path | None = None
-    """Certificates to trust (PEM), relative to this file; without it those of the system."""
+    """Trusted certificates (PEM), relative to this file; without it those of the system."""
     cert_file: Path | None = None
-    """Our own certificate (PEM), relative to this file, for a broker that asks for one."""
+    """Certificate of the controller (PEM), relative to this file, for a broker that requires one."""
     key_file: Path | None = None
     """The private key of `cert_file` (PEM, chmod 600), relative to this file."""
 

@@ -44,26 +44,26 @@ class Controller(FileSection):
     """The controller's own CANopen node."""
 
     node_id: NodeId = 127
-    """Our own node id."""
+    """Node id of the controller."""
     eds: Path
-    """Our own EDS file, relative to this file."""
+    """EDS file of the controller, relative to this file."""
     heartbeat_ms: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] = 100
     """Producer heartbeat time (1017h), milliseconds; 0 = none."""
 
 
 class Pdo(FileSection):
-    """What a PDO of a node is besides the usual: of a further one its objects, of any one its identifier."""
+    """Settings of a PDO: objects and type from PDO 2 on, identifier of any PDO."""
 
     objects: PdoMapping | None = None
-    """What it carries, from PDO 2 on; those of PDO 1 are in rpdo1 and tpdo1."""
+    """Mapped objects, from PDO 2 on; rpdo1 and tpdo1 hold those of PDO 1."""
     cob_id: Annotated[int, Strict(), Field(ge=0x001, le=0x7FF)] | None = None
-    """Its identifier; where not given that of the pre-defined connection set, which ends at PDO 4."""
+    """COB-ID; if not given that of the pre-defined connection set, which ends at PDO 4."""
     transmission_type: TransmissionType | None = None
-    """From PDO 2 on: 1 (the default) = with every SYNC, to 240 = every so many, 254, 255 = at a change."""
+    """From PDO 2 on: 1 (default) = every SYNC, n up to 240 = every n-th SYNC, 254, 255 = at a change."""
     event_timer_ms: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] = 0
-    """TPDOs of type 254 and 255: sent after so long without a change, too, milliseconds; 0 = not."""
+    """TPDOs of type 254 and 255: event timer, sent after this time without a change, ms; 0 = none."""
     inhibit_ms: Annotated[float, Strict(), Field(ge=0.0, le=6553.5)] = 0.0
-    """The same TPDOs: shortest time between two of them, milliseconds."""
+    """TPDOs of type 254 and 255: inhibit time, the shortest time between two of them, milliseconds."""
 
     @field_validator("transmission_type")
     @classmethod
@@ -72,18 +72,18 @@ class Pdo(FileSection):
 
 
 class Node(FileSection):
-    """What every node on the bus has in common."""
+    """Settings of every node on the bus."""
 
     node_id: NodeId
     """Node id on the bus."""
     eds: Path
     """Its EDS file, relative to this file."""
     concise_dcf: Path | None = None
-    """Configuration as concise DCF (CiA 302, as of dcfgen): written at boot before what this file says."""
+    """Concise DCF (CiA 302, as made by dcfgen), written at boot before the settings of this file."""
     sdo_timeout_ms: Annotated[float, Strict(), Field(gt=0.0, le=60_000.0)] | None = None
-    """Patience with its SDO answers, milliseconds; where not given 300, in lockstep 1000."""
+    """Longest wait for an SDO response, milliseconds; if not given 300, in lockstep 1000."""
     leave_alone: Annotated[list[ObjectAddress], Field(min_length=0, max_length=64)] = []  # noqa: RUF012  # pydantic copies it
-    """Objects that boot neither reads nor writes although the EDS has them, as "0x6092"."""
+    """Objects in the EDS that the boot must neither read nor write, such as "0x6092"."""
     pdo: dict[PdoKey, Pdo] = {}  # noqa: RUF012  # the same
     """PDOs by name."""
 
@@ -113,29 +113,29 @@ class Drive(Node):
     """The amplifier of an axis and the motor encoder inside it."""
 
     rpdo1: PdoMapping
-    """What we send: EDS parameter names in lower case with underscores, or "0x6071:00"."""
+    """Objects sent to the drive: EDS parameter names in lower case with underscores, or "0x6071:00"."""
     tpdo1: PdoMapping
-    """What we receive."""
+    """Objects received from the drive."""
     rpdo_transmission_type: TransmissionType = 1
     """1 = acts at the next SYNC, 255 = acts at once; 0-240, 254 or 255."""
     tpdo_transmission_type: TransmissionType = 1
     """1 = sent at every SYNC; 0-240, 254 or 255."""
     limit_switch_syncs: Annotated[int, Strict(), Field(ge=0, le=240)] = 0
-    """Every how many SYNCs the drive sends its limit switches (60FDh) in TPDO 2; 0 = they are not read."""
+    """Period in SYNCs at which the drive sends its limit switches (60FDh) in TPDO 2; 0 = not read."""
     counts_per_rev: Count
-    """Position units (as a rule encoder counts) of one motor revolution: 608Fh, or 6091h, 6092h and 60A8h."""
+    """Position units (usually encoder counts) per motor revolution: 608Fh, or 6091h, 6092h and 60A8h."""
     velocity_unit: Annotated[str, Strict()] = "counts/s"
-    """Unit of its velocities (60A9h): "counts/s", "rpm" or "rev/s", or a multiple as "0.1 counts/s"."""
+    """Unit of its velocities (60A9h): "counts/s", "rpm" or "rev/s", or a multiple such as "0.1 counts/s"."""
     acceleration_unit: Annotated[str, Strict()] = "counts/s2"
     """Unit of its accelerations (60AAh): "counts/s2", "rpm/s", "rev/s2", or a multiple: "10 counts/s2"."""
     homing_bits: Literal["10 and 12", "12"] = "10 and 12"
-    """Statusword bits that tell the end of homing: some drives never set bit 10 (target reached) in it."""
+    """Statusword bits that mark the end of homing: some drives never set bit 10 (target reached) then."""
     mode_switch: Literal["enabled", "disabled"] = "enabled"
-    """Where it takes another mode, behind homing: in operation enabled, or only without power."""
+    """Where the drive accepts the mode change after homing: in operation enabled, or only without power."""
     rated_torque_mnm: Count
-    """6076h, mNm: the unit of all torques is a thousandth of it."""
+    """Rated torque (6076h), mNm; all torques are in thousandths of it."""
     rated_current_ma: Count
-    """6075h, mA: the unit of all currents is a thousandth of it."""
+    """Rated current (6075h), mA; all currents are in thousandths of it."""
     torque_constant_nm_a: Positive
     """Torque per current of the motor, Nm/A."""
 
@@ -164,7 +164,7 @@ class Scale(Node):
     """The linear grating scale of an axis."""
 
     tpdo1: PdoMapping
-    """What we receive; position_value at least."""
+    """Objects received from the scale, at least position_value."""
     tpdo_transmission_type: TransmissionType = 1
     """1 = sent at every SYNC; 0-240, 254 or 255."""
     resolution_um: Positive

@@ -8,7 +8,7 @@ from pydantic import Field, Strict, StringConstraints, field_validator, model_va
 from servo_ctrl.config.model import AxisName  # pydantic resolves the annotation
 from servo_ctrl.config.section import FileSection, Number, Positive
 
-KIND = Field(description="What this step is.")
+KIND = Field(description="Kind of the step.")
 Label = Annotated[
     str,
     StringConstraints(min_length=1, max_length=80),
@@ -25,28 +25,28 @@ class MoveStep(FileSection):
     kind: Annotated[Literal["move"], KIND]
     label: Label = "move"
     to_mm: Annotated[dict[AxisName, Number], Field(min_length=1)]
-    """Absolute target of each named axis, millimetres; the others stay."""
+    """Absolute target of each named axis, millimetres; the others hold."""
     feed_mm_min: Positive
     """Speed along the path, mm/min."""
     profile: Literal["s_curve", "trapezoidal"] = "s_curve"
     """Five-phase S curve, or trapezoidal velocity."""
     acceleration_mm_s2: Positive | None = None
-    """Along the path, mm/s^2; without it, what the axes allow."""
+    """Acceleration along the path, mm/s^2; without it as high as the axes allow."""
 
 
 class CircleStep(FileSection):
-    """A circle that starts where the axes are, which is centre + (radius, 0)."""
+    """A circle that starts at the present position, which is centre + (radius, 0)."""
 
     kind: Annotated[Literal["circle"], KIND]
     label: Label = "circle"
     axes: Annotated[list[AxisName], Field(min_length=2, max_length=2, default_factory=lambda: ["x", "y"])]
-    """The plane, x and y without it; the first axis is the one that starts at +radius."""
+    """Axes of the plane, by default x and y; the first axis starts at +radius."""
     radius_mm: Positive
     """Radius R, millimetres."""
     feed_mm_min: Positive
     """Speed along the circle F, mm/min; the reverse acceleration is F^2 / R."""
     turns: Positive = 1.0
-    """How many turns, ramps included; need not be whole."""
+    """Number of turns including ramps; need not be an integer."""
     direction: Literal["ccw", "cw"] = "ccw"
     """Counterclockwise or clockwise."""
     ramp_s: Positive | None = None
@@ -61,12 +61,12 @@ class CircleStep(FileSection):
 
 
 class SineStep(FileSection):
-    """A sine of one axis about where it stands."""
+    """A sine of one axis about its present position."""
 
     kind: Annotated[Literal["sine"], KIND]
     label: Label = "sine"
     axis: AxisName
-    """Which axis moves."""
+    """The axis that moves."""
     amplitude_mm: Positive
     """Amplitude A, millimetres: from -A to +A about the start."""
     frequency_hz: Positive | None = None
@@ -74,7 +74,7 @@ class SineStep(FileSection):
     reverse_acceleration_mm_s2: Positive | None = None
     """Acceleration at the reversals, mm/s^2: amplitude (2 pi f)^2."""
     cycles: Positive = 1.0
-    """How many cycles, ramps included; need not be whole."""
+    """Number of cycles including ramps; need not be an integer."""
     ramp_s: Positive | None = None
     """Time of the speed ramp at either end, seconds; without it, an eighth of a cycle."""
 
@@ -91,15 +91,15 @@ class SShapeStep(FileSection):
     kind: Annotated[Literal["s_shape"], KIND]
     label: Label = "s_shape"
     axis: AxisName
-    """Which axis moves."""
+    """The axis that moves."""
     distance_mm: Number
-    """How far, signed, millimetres."""
+    """Signed distance, millimetres."""
     velocity_mm_s: Positive
     """Speed of the cruise, mm/s."""
     acceleration_mm_s2: Positive
-    """Of all ramps, hence the reverse acceleration, mm/s^2."""
+    """Acceleration of all ramps and so of the reversals, mm/s^2."""
     repeats: Repeats = 1
-    """How many times there and back."""
+    """Number of moves there and back."""
 
     @field_validator("distance_mm")
     @classmethod
@@ -110,31 +110,31 @@ class SShapeStep(FileSection):
 
 
 class DwellStep(FileSection):
-    """Standing still."""
+    """A rest of all axes."""
 
     kind: Annotated[Literal["dwell"], KIND]
     label: Label = "dwell"
     seconds: Annotated[float, Strict(), Field(gt=0.0, le=LONGEST_STEP_S)]
-    """How long, seconds."""
+    """Duration, seconds."""
 
 
 class SamplesStep(FileSection):
-    """A recorded reference at the SYNC period, from a file (npz, csv, parquet) of named columns."""
+    """Recorded set points at the SYNC period, from a file (npz, csv, parquet) of named columns."""
 
     kind: Annotated[Literal["samples"], KIND]
     label: Label = "samples"
     file: Path | None = None
     """File of the samples, relative to this file; either this or input."""
     input: Annotated[str, StringConstraints(min_length=1)] | None = None
-    """Name of a file that whoever runs the program gives."""
+    """Name of an input, for which the command line gives the file."""
     time: Annotated[str, StringConstraints(min_length=1)] = "time_s"
     """Column of the time, seconds; its steps must be the SYNC period."""
     position: Annotated[dict[AxisName, str], Field(min_length=1)]
-    """Column of each axis' position, metres; axes that are not named stay."""
+    """Column of each axis's position, metres; other axes hold."""
     force_offset: Annotated[dict[AxisName, str], Field(default_factory=dict)]
-    """Column of each axis' force offset (60B2h)."""
+    """Column of each axis's force offset (60B2h)."""
     force_offset_gain: Annotated[dict[AxisName, Number], Field(default_factory=dict)]
-    """Newtons per unit of that column; 1 without it."""
+    """Newtons per unit of that column; default 1."""
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
