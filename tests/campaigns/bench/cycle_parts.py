@@ -39,7 +39,7 @@ PARTS: tuple[tuple[str, str, str], ...] = (
     (CONTROLLER, "frames taken", "servo_ctrl.io.can_port:CanPort._drain"),
     (CONTROLLER, "frames taken", "servo_ctrl.daemon.cycle.cycle:Cycle._complete"),
     (CONTROLLER, "machine", "servo_ctrl.daemon.cycle.machine:MachineController.tick"),
-    (CONTROLLER, "next row", "servo_ctrl.daemon.cycle.machine:MachineController._lead"),
+    (CONTROLLER, "next row", "servo_ctrl.daemon.set_points.set_point_source:SetPointSource.follow"),
     (CONTROLLER, "bytes in and out", "servo_ctrl.axis.cycle_memory:CycleMemory.step"),
     (CONTROLLER, "bytes in and out", "servo_ctrl.axis.cycle_memory:CycleMemory.payloads"),
     (CONTROLLER, "compiled axes", "servo_ctrl.axis.cycle_memory:step_axes"),
@@ -53,7 +53,7 @@ PARTS: tuple[tuple[str, str, str], ...] = (
     (SIMULATOR, "PDOs", "hil_sim.runner.bench:SimulatedMachine.synchronise"),
     (SIMULATOR, "timers", "hil_sim.runner.bench:SimulatedMachine.run_timers"),
     (SIMULATOR, "drives", "hil_sim.runner.bench:SimulatedMachine.advance"),
-    (SIMULATOR, "plant", "hil_sim.runner.bench:advance"),
+    (SIMULATOR, "plant", "hil_sim.drive.drives_in_step:advance"),
     (SIMULATOR, "frames sent", "hil_sim.runner.can_port:CanPort.flush"),
 )
 """Side, part, and the function that it is timed around. The bus' side is whose end it is."""
@@ -130,11 +130,10 @@ def place_of(path: str) -> tuple[Any, str]:
 
 
 def take_apart(clock: PartsClock) -> None:
-    """Time every part of `PARTS` from now on; a version before may have no such function."""
+    """Time every part of `PARTS` from now on."""
     for side, part, path in PARTS:
         holder, name = place_of(path)
-        if hasattr(holder, name):
-            setattr(holder, name, clock.timed((side, part), getattr(holder, name)))
+        setattr(holder, name, clock.timed((side, part), getattr(holder, name)))
     holder, name = place_of(NEW_CYCLE)
     begin = getattr(holder, name)
 
