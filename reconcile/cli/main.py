@@ -1,5 +1,6 @@
 """`reconcile`: which physics did the simulation leave out? One subcommand a file; errors are one line."""
 
+import os
 import sys
 from typing import Annotated
 
@@ -47,12 +48,18 @@ def reconcile(
     """
 
 
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+"""The systems that are solved here are small: threads of linear algebra wait for each other, and take half as
+much processor time again. Whoever sets these variables keeps what is set."""
+
 for _command in (diagnose, example, loop, trial, watch, fleet):
     app.command(cls=PlainCommand)(_command)
 
 
 def main() -> None:
     """Entry point of the console script."""
+    for name, count in ONE_THREAD.items():
+        os.environ.setdefault(name, count)  # NumPy, which reads them, is imported by the commands
     try:
         app()
     except ReconcileError as error:

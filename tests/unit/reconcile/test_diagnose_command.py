@@ -1,5 +1,6 @@
 """`reconcile diagnose` at the command line: help, progress and exit status."""
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -74,3 +75,16 @@ def test_ctrl_c_ends_with_130_and_leaves_nothing_half_written(
 
 def test_wrong_use_ends_with_two(model: Path) -> None:
     assert CliRunner().invoke(app, ["diagnose", str(model)]).exit_code == 2
+
+
+def test_linear_algebra_runs_in_one_thread_unless_somebody_says_otherwise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("sys.argv", ["reconcile", "--help"])
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "")  # put back behind the test, which takes it away
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    with pytest.raises(SystemExit):
+        main()
+    assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
+    assert os.environ["OMP_NUM_THREADS"] == "3"
