@@ -133,7 +133,9 @@ class TermSearch:
         if not unnamed:
             return one.found
         beside = self._select_beside(unnamed, one, train, held_out)
-        named, before = ({f.effect for f in found.report().findings} for found in (beside, one.found))
+        named, before = (
+            {f.effect for f in found.report(resamples=0).findings} for found in (beside, one.found)
+        )
         # the second fit is kept only if no reported name is lost, or an unnamed term was accepted
         return beside if "unknown" in named or named >= before else one.found
 
