@@ -19,9 +19,8 @@ squares. Any pair will do; less is the misfit of what was named, which `accounte
 deviation more, for the scale's noise is far below what a wrong shape of an effect leaves."""
 LEAST_COUNTS = 4.0
 """Least RMS of a deviation in counts: a scale's interpolation wanders by some of them. Chosen."""
-LEAST_COLOUR = 15.0
-"""Least Ljung-Box statistic over its degrees of freedom; white noise has 1. Calibrated on the training cases
-of the blind families: quiet ones with nothing named have at most 5, foreign ones at least 53."""
+LEAST_COLOUR = 40.0
+"""Least Ljung-Box statistic over its degrees of freedom; white noise has 1."""
 MOST_CONFIDENT = 0.99
 """Of a residual far above the noise: the floor itself is estimated."""
 
