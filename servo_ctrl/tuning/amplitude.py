@@ -1,7 +1,7 @@
 """How strongly an axis is excited: as much as its speed, its limits and its play allow."""
 
 from servo_ctrl.config.model import AxisConfig
-from servo_ctrl.tuning.measurement import Plan, Reaction
+from servo_ctrl.tuning.measurement import AxisReaction, Plan
 from servo_ctrl.units import MM
 
 PROBE_SHARE = 0.01
@@ -19,7 +19,7 @@ def probe_n(axis: AxisConfig) -> float:
     return PROBE_SHARE * axis.limits.force_n
 
 
-def amplitude_n(axis: AxisConfig, plan: Plan, seen: Reaction) -> float:
+def amplitude_n(axis: AxisConfig, plan: Plan, seen: AxisReaction) -> float:
     """Peak of the excitation for the measurement, N, by the reaction to a weaker one."""
     limits = axis.limits
     factors = [

@@ -10,7 +10,7 @@ from servo_ctrl.report.html_page import page
 from servo_ctrl.tuning.machine_file import section_text
 from servo_ctrl.tuning.modal_model import held_modes
 from servo_ctrl.tuning.pictures import report_of
-from servo_ctrl.tuning.session import Setting, TuneResult
+from servo_ctrl.tuning.session import ProvedSetting, TuneResult
 from servo_ctrl.tuning.words import lines_of
 
 HTML_FILE, TOML_FILE, JSON_FILE = "report.html", "tuned.toml", "tune.json"
@@ -70,7 +70,7 @@ def figures_of(result: TuneResult) -> dict[str, Any]:
     }
 
 
-def _setting(setting: Setting) -> dict[str, Any]:
+def _setting(setting: ProvedSetting) -> dict[str, Any]:
     figures = {
         **setting.margins._asdict(),
         "compliance_m_n": setting.compliance_m_n,

@@ -164,7 +164,7 @@ def response_of(plan: Plan, machine: MachineConfig, travels: Sequence[Measured])
     return frequency_response(travels, len(plan.excitation.values), plan.excitation.lines, machine.period_s)
 
 
-class Reaction(NamedTuple):
+class AxisReaction(NamedTuple):
     """How strongly an axis reacts to the excitation."""
 
     speed_m_s: float
@@ -175,7 +175,7 @@ class Reaction(NamedTuple):
     """Largest whole force."""
 
 
-def reaction(plan: Plan, machine: MachineConfig, travels: Sequence[Measured]) -> Reaction:
+def reaction(plan: Plan, machine: MachineConfig, travels: Sequence[Measured]) -> AxisReaction:
     """Of the motor, by the lines of the excitation alone."""
     count = len(plan.excitation.values)
     periods = np.concatenate([one.motor_m.reshape(-1, count) for one in travels])
@@ -183,7 +183,7 @@ def reaction(plan: Plan, machine: MachineConfig, travels: Sequence[Measured]) ->
     lines = plan.excitation.lines
     spectrum[lines] = np.fft.rfft(periods.mean(axis=0))[lines]
     rate = 2j * math.pi * np.arange(len(spectrum)) / (count * machine.period_s)
-    return Reaction(
+    return AxisReaction(
         speed_m_s=float(np.abs(np.fft.irfft(rate * spectrum, count)).max()),
         position_m=float(np.abs(np.fft.irfft(spectrum, count)).max()),
         force_n=max(float(np.abs(one.whole).max()) for one in travels),

@@ -39,7 +39,7 @@ DAMPING, RESONANT = (1e-4, 0.7), 0.5
 """Bounds of a fitted damping ratio, and the one from which on a mode shows no peak that is a resonance."""
 
 
-class Mode(NamedTuple):
+class StructuralMode(NamedTuple):
     """A pole pair, with its residues in position per force."""
 
     frequency_hz: float
@@ -58,7 +58,7 @@ class ModalModel(NamedTuple):
     """b: viscous friction over mass."""
     delay_s: float
     """tau, beside the one period until a set point goes out."""
-    modes: tuple[Mode, ...]
+    modes: tuple[StructuralMode, ...]
     error: float
     """Root mean square of the relative error over all lines that were used."""
 
@@ -81,7 +81,7 @@ class ModalModel(NamedTuple):
         return np.asarray(columns @ np.array([rigid, *residues]))
 
 
-def resonances(model: ModalModel) -> tuple[Mode, ...]:
+def resonances(model: ModalModel) -> tuple[StructuralMode, ...]:
     """The modes that stand out of the rigid response of the motor or of the scale."""
     found = []
     for mode in model.modes:
@@ -256,7 +256,7 @@ def fit_modal_model(response: FrequencyResponse, period_s: float) -> ModalModel:
         values, squares = best, problem.squares(best)
     (motor, scale), _ = problem.solve(values)
     modes = tuple(
-        Mode(at_hz, damping, float(in_motor), float(in_scale))
+        StructuralMode(at_hz, damping, float(in_motor), float(in_scale))
         for (at_hz, damping), in_motor, in_scale in zip(_poles_of(values), motor[1:], scale[1:], strict=True)
     )
     model = ModalModel(

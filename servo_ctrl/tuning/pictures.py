@@ -9,7 +9,7 @@ from servo_ctrl.report.content import LevelLine, Report, ReportPicture, ReportSe
 from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.frequency_response import Response
 from servo_ctrl.tuning.machine_file import section_text
-from servo_ctrl.tuning.session import Setting, TuneResult
+from servo_ctrl.tuning.session import ProvedSetting, TuneResult
 from servo_ctrl.tuning.words import lines_of, trial_rows
 
 FROM_HZ = 0.5
@@ -76,7 +76,7 @@ def _summary(result: TuneResult) -> ReportSection:
     )
 
 
-def _margin_row(name: str, setting: Setting) -> tuple[str, ...]:
+def _margin_row(name: str, setting: ProvedSetting) -> tuple[str, ...]:
     margins = setting.margins
     return (
         name,

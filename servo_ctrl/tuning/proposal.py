@@ -27,7 +27,7 @@ from servo_ctrl.control.types import Output
 from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.frequency_response import FrequencyResponse, Response
 from servo_ctrl.tuning.loop import Margins, Plant
-from servo_ctrl.tuning.modal_model import ModalModel, Mode, held_modes, resonances
+from servo_ctrl.tuning.modal_model import ModalModel, StructuralMode, held_modes, resonances
 
 SHIFTS, SHIFTED_MS = (0.93, 1.07), 1.25
 LOADS, LOADED_MS = (1.0 / 0.7, 1.0 / 1.3), 1.5
@@ -74,7 +74,7 @@ class Proposal(NamedTuple):
     margins: Margins
     compliance_m_n: float
     """Its peak."""
-    resonances: tuple[Mode, ...]
+    resonances: tuple[StructuralMode, ...]
     shaper: ShaperValues | None
     """Against what swings while the axis is held. Told, not applied: all axes of a path need the same."""
 
@@ -167,7 +167,7 @@ class _Search:
         )
         return math.sqrt(max(squares, 1e-30))
 
-    def best(self, mode: Mode | None) -> tuple[float, Array]:
+    def best(self, mode: StructuralMode | None) -> tuple[float, Array]:
         """Cost and values of the best candidate, with a notch at a mode or without one."""
         period_s = self.params.period_s
         bounds: list[tuple[float, float]] = [

@@ -31,7 +31,7 @@ from servo_ctrl.tuning.machine_file import Sections, sections_of, with_control, 
 from servo_ctrl.tuning.measurement import Plan, TuneError
 from servo_ctrl.tuning.modal_model import ModalModel, fit_modal_model
 from servo_ctrl.tuning.proposal import EncoderSteps, Proposal, judged, propose
-from servo_ctrl.tuning.trial import Traces, Trial, evaluate, proving_steps
+from servo_ctrl.tuning.trial import StepAndMove, Traces, evaluate, proving_steps
 from servo_ctrl.units import MM
 
 SOFTNESS = ((1.0, 1.0, 1.0), (0.25, 1.0, 0.1), (0.25, 0.25, 0.02), (0.1, 0.06, 0.002))
@@ -60,14 +60,14 @@ class _RunFailedError(TuneError):
     """A run that came to no good end."""
 
 
-class Setting(NamedTuple):
+class ProvedSetting(NamedTuple):
     """A setting on the measured plant, and what it has shown."""
 
     params: AxisParams
     plant: Plant
     margins: Margins
     compliance_m_n: float
-    trial: Trial | None
+    trial: StepAndMove | None
     """None: the machine was not moved with it, or the run did not come to its end."""
     traces: Traces | None
     remark: str
@@ -83,8 +83,8 @@ class TuneResult(NamedTuple):
     plan: Plan
     response: FrequencyResponse
     model: ModalModel
-    before: Setting
-    after: Setting
+    before: ProvedSetting
+    after: ProvedSetting
     verified: FrequencyResponse
     """Measured with the proposed values."""
     measured_ms: float
@@ -152,7 +152,7 @@ class TuneRun:
                 largest_kp_1_s = SOFTER_KP * proposal.kp_1_s
                 self._note(f"at rest the axis hums: proposed anew with kp at most {largest_kp_1_s:.3g} 1/s")
         plant, margins, compliance_m_n = judged(proposal.params, model, response)
-        after = Setting(proposal.params, plant, margins, compliance_m_n, trial, traces, "")
+        after = ProvedSetting(proposal.params, plant, margins, compliance_m_n, trial, traces, "")
         return TuneResult(
             self._machine.machine.name,
             axis,
@@ -204,7 +204,7 @@ class TuneRun:
 
     async def _travelled(
         self, machine: MachineConfig, force_n: float, periods: int
-    ) -> tuple[Plan, FrequencyResponse, measurement.Reaction]:
+    ) -> tuple[Plan, FrequencyResponse, measurement.AxisReaction]:
         """The travels with this amplitude, and what they show."""
         machine = self._here(machine)
         plan = measurement.plan_measurement(machine, self._axis, force_n, periods)
@@ -233,13 +233,15 @@ class TuneRun:
         )
         return model
 
-    async def _before(self, params: AxisParams, model: ModalModel, response: FrequencyResponse) -> Setting:
+    async def _before(
+        self, params: AxisParams, model: ModalModel, response: FrequencyResponse
+    ) -> ProvedSetting:
         """The present setting on the measured plant, and its trial where it may be made."""
         plant, margins, compliance_m_n = judged(params, model, response)
         if not margins.stable:
             remark = "by the measured plant this setting is not stable: the machine was not moved with it"
             self._note(f"before: {remark}")
-            return Setting(params, plant, margins, compliance_m_n, None, None, remark)
+            return ProvedSetting(params, plant, margins, compliance_m_n, None, None, remark)
         self._tell(f"before: Ms {margins.sensitivity_peak:.2f}; step of force, move and circle")
         try:
             machine = self._here(self._machine)
@@ -247,9 +249,9 @@ class TuneRun:
             recording = await self._recorded(machine, steps, "before")
         except _RunFailedError as error:
             self._note(f"before: {error}")
-            return Setting(params, plant, margins, compliance_m_n, None, None, str(error))
+            return ProvedSetting(params, plant, margins, compliance_m_n, None, None, str(error))
         trial, traces = evaluate(machine, self._axis, recording.segment)
-        return Setting(params, plant, margins, compliance_m_n, trial, traces, "")
+        return ProvedSetting(params, plant, margins, compliance_m_n, trial, traces, "")
 
     def _proposed(
         self,
@@ -275,7 +277,9 @@ class TuneRun:
         )
         return proposal
 
-    async def _proved(self, tuned: MachineConfig, plan: Plan) -> tuple[FrequencyResponse, Trial, Traces]:
+    async def _proved(
+        self, tuned: MachineConfig, plan: Plan
+    ) -> tuple[FrequencyResponse, StepAndMove, Traces]:
         """Measured again with the proposed values, and their trial."""
         machine = self._here(tuned)
         folder = self._out / "excitation"

@@ -30,7 +30,7 @@ DYING, QUIET_M = 0.8, 0.3 * UM
 STEP, MOVE, BACK, ROUND = "step of force", "move", "rest behind the move", "circle"
 
 
-class Trial(NamedTuple):
+class StepAndMove(NamedTuple):
     """What a setting has shown; NaN where it was not shown."""
 
     step_peak_m: float
@@ -125,7 +125,7 @@ def _round_steps(machine: MachineConfig, axis: str) -> list[dict[str, Any]]:
 
 def evaluate(
     machine: MachineConfig, axis: str, segment: Callable[[str], Mapping[str, Array]]
-) -> tuple[Trial, Traces]:
+) -> tuple[StepAndMove, Traces]:
     """The indicators of a recording; `segment`: the columns of the step of that name."""
     period_s = machine.period_s
 
@@ -150,7 +150,7 @@ def evaluate(
     columns = segment(ROUND)
     turning = _contour_error(machine, axis, columns, deviation)
     steady = turning[len(turning) // 4 : -len(turning) // 8]
-    trial = Trial(
+    trial = StepAndMove(
         step_peak_m=step_peak,
         step_settling_s=_settling_s(step, max(0.1 * step_peak, SETTLED_COUNTS * digit_m), period_s),
         move_peak_m=float(np.abs(move).max()),

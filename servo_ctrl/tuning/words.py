@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from servo_ctrl.tuning.modal_model import held_modes
-from servo_ctrl.tuning.session import Setting, TuneResult
+from servo_ctrl.tuning.session import ProvedSetting, TuneResult
 from servo_ctrl.units import UM
 
 
@@ -30,7 +30,7 @@ def lines_of(result: TuneResult) -> Iterator[str]:
         yield "  with the proposed values the axis hums at rest"
 
 
-def margins_line(setting: Setting) -> str:
+def margins_line(setting: ProvedSetting) -> str:
     """Margins and stiffness of a setting."""
     margins = setting.margins
     if not margins.stable:
@@ -63,4 +63,4 @@ INDICATORS = (
     ("circle, RMS error", "circle_rms_m", "um", 1e6),
     ("rest, RMS", "rest_rms_m", "um", 1e6),
 )
-"""Name, field of `Trial`, unit, factor."""
+"""Name, field of `StepAndMove`, unit, factor."""

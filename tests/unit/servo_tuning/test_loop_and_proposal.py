@@ -15,7 +15,7 @@ from servo_ctrl.control.types import AxisSample
 from servo_ctrl.metrology.loop_margins import sensitivity_peak
 from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
-from servo_ctrl.tuning.modal_model import ModalModel, Mode
+from servo_ctrl.tuning.modal_model import ModalModel, StructuralMode
 from servo_ctrl.tuning.proposal import EncoderSteps, judged, propose
 
 PERIOD_S, MASS_KG = 1e-3, 70.0
@@ -27,7 +27,7 @@ def params(machines: Path) -> AxisParams:
     return axis_params(load_machine(machines / "xy_table"), "x")
 
 
-def model(*modes: Mode, delay_s: float = 0.0) -> ModalModel:
+def model(*modes: StructuralMode, delay_s: float = 0.0) -> ModalModel:
     return ModalModel(PERIOD_S, 1.0 / MASS_KG, 1.0 / MASS_KG, 0.5, delay_s, modes, 0.0)
 
 
@@ -100,7 +100,7 @@ def test_a_proposal_keeps_the_stated_ms_and_is_stiffer_where_it_may(params: Axis
 
 
 def test_a_notch_is_proposed_where_a_mode_of_the_scale_holds_the_gains_down(params: AxisParams) -> None:
-    mode = Mode(45.0, 0.003, 0.0004, -0.9 / MASS_KG)  # the scale sees it, the motor hardly
+    mode = StructuralMode(45.0, 0.003, 0.0004, -0.9 / MASS_KG)  # the scale sees it, the motor hardly
     plant = model(mode)
     _, before, _ = judged(params, plant, measured(plant))
     assert not before.stable
