@@ -17,7 +17,7 @@ MOST_TURNS = 256
 """Bounds the turns that others win while a packet of this process is sent; the rest follows later. Chosen."""
 
 
-class Inmate(Party):
+class InProcessClient(Party):
     """The client in the hub's process, whose frames wait here until they are read."""
 
     __slots__ = ("inbox",)
@@ -57,7 +57,7 @@ class ServedHub:
 
     def __init__(self, path: Path, packets: Iterable[bytes]) -> None:
         self._hub = Hub(path, bitrate=0, queue_frames=QUEUE_FRAMES, patience_s=PATIENCE_S)
-        self._party = Inmate()
+        self._party = InProcessClient()
         self._hub.join(self._party)
         for packet in packets:
             self._hub.take(self._party, packet)

@@ -34,7 +34,7 @@ OUTPUT_OF: dict[int, RpdoValue] = {
     0x60B1: RpdoValue.VELOCITY_OFFSET,
 }
 """The value that the cycle writes to each CiA 402 object which an RPDO may map, by index."""
-LET_BACK = 0.5
+RETURN_OVERSHOOT = 0.5
 """Share of the following error limit that an axis may overshoot when it returns from beyond its position
 limits; chosen."""
 OBJECTS_MOST = 8
@@ -67,7 +67,7 @@ def axis_parts(
     unit, period_s, limits = drive_scaling(config), params.period_s, config.limits
     mode = MODE_OF_NAME[config.mode]
     lowest_mm, highest_mm = limits.position_mm
-    beside_mm = limits.following_error_mm
+    margin_mm = limits.following_error_mm
     drive, *further = tpdos
     return AxisParts(
         params=params,
@@ -103,9 +103,9 @@ def axis_parts(
             scale_metre_per_count=scale_metre_per_count(config),
         ),
         bounds=AxisBounds(
-            lowest_m=(lowest_mm - beside_mm) * 1e-3,
-            highest_m=(highest_mm + beside_mm) * 1e-3,
-            swing_m=LET_BACK * beside_mm * 1e-3,
+            lowest_m=(lowest_mm - margin_mm) * 1e-3,
+            highest_m=(highest_mm + margin_mm) * 1e-3,
+            swing_m=RETURN_OVERSHOOT * margin_mm * 1e-3,
             slow_m=COASTS_M_S * period_s + abs(unit.metre_per_count),
         ),
     )

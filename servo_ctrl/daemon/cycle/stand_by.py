@@ -96,7 +96,7 @@ class Nodes:
             self._watch.take_for_operational(node)
 
 
-def keeping_error_code(
+def with_error_code(
     servo: AxisServo, handler: Callable[[bytearray, float], None]
 ) -> Callable[[bytearray, float], None]:
     """Wrap the EMCY handler of a drive so that it also keeps the error code for the axis status."""

@@ -22,7 +22,7 @@ LIMIT_S = 1.0
 TRIES = 2
 ANSWER_S = 0.3
 """Bounds the wait for one SDO response: all tries together stay below `LIMIT_S`."""
-OURS = (range(0x1005, 0x1008), range(0x1012, 0x1018), range(0x1400, 0x1C00))
+CYCLE_PARAMETERS = (range(0x1005, 0x1008), range(0x1012, 0x1018), range(0x1400, 0x1C00))
 """Indices of the parameters of SYNC, EMCY, heartbeats and PDOs (CiA 301)."""
 AT_REST = (Stage.READY, Stage.STANDBY)
 
@@ -75,7 +75,7 @@ class ObjectAccess:
             return f"{name} can only be read, its EDS says"
         if any(mapped.address == address for pdo in plan.pdos for mapped in pdo.codec.objects):
             return f"{name} is sent every cycle"
-        if any(variable.index in kept for kept in OURS):
+        if any(variable.index in indices for indices in CYCLE_PARAMETERS):
             return f"{name} is what the cycle is set up by"
         stage = self._machine.stage
         if stage not in AT_REST:

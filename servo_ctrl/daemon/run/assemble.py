@@ -18,7 +18,7 @@ from servo_ctrl.daemon.cycle.drives import AxisPlace
 from servo_ctrl.daemon.cycle.event_timer import EventTimer
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
-from servo_ctrl.daemon.cycle.stand_by import Nodes, keeping_error_code
+from servo_ctrl.daemon.cycle.stand_by import Nodes, with_error_code
 from servo_ctrl.daemon.run.foreign_frames import SYNC_COB_ID, report_masters, report_writes
 from servo_ctrl.daemon.run.own_node import fault_reporter
 from servo_ctrl.io.can_port import BusError, BusNews, CanPort
@@ -157,7 +157,7 @@ def _take_frames(
                 timer = EventTimer(f"{plan.name}, {pdo.name}", pdo, period_s, cycle)
                 timers.append(timer)
                 port.handlers[pdo.cob_id] = _event_handler(machine, place, servo, pdo, timer)
-        port.handlers[0x080 + plan.node_id] = on_emcy if servo is None else keeping_error_code(servo, on_emcy)
+        port.handlers[0x080 + plan.node_id] = on_emcy if servo is None else with_error_code(servo, on_emcy)
 
 
 def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle, *, lockstep: bool) -> None:

@@ -21,7 +21,7 @@ from servo_ctrl.control.compensation.learned_waveform import LearnedWaveformSett
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
-from servo_ctrl.daemon.set_points.pace import Pace, Stops, broken_up
+from servo_ctrl.daemon.set_points.pace import Pace, Stops, split_paths
 from servo_ctrl.daemon.set_points.reference import CHUNK_SAMPLES, ProgramReference, StepSpan
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.types import NO_PULSE, Stroke
@@ -119,7 +119,7 @@ class MotionPlan:
         """Plan the program from `start_m`, metres by axis. Raises ConfigError beyond the limits."""
         if self._program is None:
             return self._held([], start_m, {}, Stops())
-        steps, stops = self._broken_up(self._program, self.steps)
+        steps, stops = self._split_at_stops(self._program, self.steps)
         self.cycles, paths = check_steps(steps, self._program.source, self._machine, start_m)
         self.first_step = self._next_step
         self.run_apart = False
@@ -141,10 +141,10 @@ class MotionPlan:
         """Switch the optional stop at M1 on or off for programs started from now on."""
         self.optional_stop = on
 
-    def _broken_up(self, program: ProgramConfig, steps: Sequence[Step]) -> tuple[Sequence[Step], Stops]:
+    def _split_at_stops(self, program: ProgramConfig, steps: Sequence[Step]) -> tuple[Sequence[Step], Stops]:
         lines = program.optional_stops if self.optional_stop and isinstance(program, PartProgram) else ()
-        broken, optional = broken_up(steps, lines, single_block=self.single_block)
-        return broken, Stops(len(broken) - 1, self.single_block, optional)
+        split, optional = split_paths(steps, lines, single_block=self.single_block)
+        return split, Stops(len(split) - 1, self.single_block, optional)
 
     def _held(
         self, steps: Sequence[Step], start_m: Sequence[float], paths: Mapping[int, Profile], stops: Stops

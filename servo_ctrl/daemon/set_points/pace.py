@@ -47,7 +47,7 @@ class Stops:
         return self.optional.get(step, "") or ("single block" if self.single_block else "")
 
 
-def broken_up(
+def split_paths(
     steps: Sequence[Step], optional_stops: Collection[int], *, single_block: bool
 ) -> tuple[list[Step], dict[int, str]]:
     """Split paths where the axes must come to rest: after every block, or at the lines with M1.
