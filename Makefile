@@ -13,7 +13,7 @@ SECONDS ?= 60
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
-.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi soak load mutation campaign hostile fuzz audit site tutorials test-image test-history test-fleet notebooks budget release hashes clean
+.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi tune-random soak load mutation campaign hostile fuzz audit site tutorials test-image test-history test-fleet notebooks budget release hashes clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -133,6 +133,9 @@ load: setup  ## the cycle under a full bus, full processors and a stalled disk; 
 
 campaign: setup  ## every fault in every state, seeded (RUNS=); goes on where it was; writes campaign.json
 	$(BIN)/python -m tests.campaigns.campaign.main --runs $(RUNS) --json campaign.json
+
+tune-random: setup  ## random axes measured, tuned for Ms 2 and measured again, in the batch twin
+	$(BIN)/python -m tests.campaigns.tuning.main
 
 hostile: setup  ## hostile frames at controller, simulator and bus, seeded (FRAMES=); writes hostile.json
 	$(BIN)/python -m tests.campaigns.hostile.main --frames $(FRAMES) --json hostile.json
