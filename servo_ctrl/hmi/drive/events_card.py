@@ -9,7 +9,7 @@ from nicegui import ui
 from servo_ctrl.commands.bus_status import EventEntry
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.languages.texts import tr
-from servo_ctrl.hmi.shell.event_texts import ShownEvent, coalesced, when
+from servo_ctrl.hmi.shell.event_texts import ShownEvent, coalesced, when, with_signs
 from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, div, faint
@@ -79,4 +79,4 @@ def _row(shown: ShownEvent) -> None:
     with div():
         faint(when(shown.event))
         times = tr(" ({times} times)", times=shown.times) if shown.times > 1 else ""
-        ui.label(f"{shown.event.text}{times}").style("overflow-wrap: anywhere")
+        ui.label(f"{with_signs(shown.event.text)}{times}").style("overflow-wrap: anywhere")

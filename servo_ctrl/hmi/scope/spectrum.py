@@ -47,6 +47,7 @@ def spectrum_figure(
         data.append(curve(name, rate_hz.tolist(), shown, line={"color": theme.curve(number), "width": 1.2}))
     layout = plot_layout(tr("frequency (Hz)"), tr("amplitude"), theme)
     layout["xaxis"]["type"] = layout["yaxis"]["type"] = "log"
+    layout["yaxis"]["exponentformat"] = "power"  # a prefix would stand beside that of the unit
     return figure(data, layout, revision=" ".join(channel.name for channel in channels))
 
 

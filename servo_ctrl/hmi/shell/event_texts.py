@@ -14,6 +14,7 @@ SAME_CYCLES = 100
 """So far apart at most are a request in the events and what it led to; chosen."""
 _REQUESTS = {"quick stop by the operator": "quick_stop", "switched off by the operator": "disable"}
 """The command behind a reason: its event names who asked."""
+_MICROMETRES = re.compile(r"(?<=\d )um\b")
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(?![\w.])")
 
 
@@ -27,6 +28,11 @@ class ShownEvent(NamedTuple):
 def when(event: EventEntry) -> str:
     """Clock time of an event here; its cycle where the status has no time."""
     return _clock(event.time) or tr("cycle {number}", number=grouped(event.cycle))
+
+
+def with_signs(text: str) -> str:
+    """A message of the controller, which keeps to ASCII, with the signs of its units: µm and mm/s²."""
+    return _MICROMETRES.sub("\N{MICRO SIGN}m", text).replace("/s^2", "/s\N{SUPERSCRIPT TWO}")
 
 
 def coalesced(events: Sequence[EventEntry]) -> list[ShownEvent]:
