@@ -18,9 +18,10 @@ HEAD = """# reconcile on axes that others have measured
 Written by `python -m tests.campaigns.bench.real_page docs/reconcile_real.json > docs/reconcile_real.md`; the
 figures are those of `make bench-real`{quick}.
 
-The rows of kinova, bam and fditools_load, and PySINDy's, are of the engine before a written model
-competed with an engineer's friction; after it, with its first run left out, kinova j2 was 27.9 N m
-(rigid 25.3).
+The rows of kinova are of the engine that lets a weight and a table over the travel compete to be written;
+the ridge of these (`COLLINEAR_RIDGE`) was chosen with kinova, kuka and bam in view: no proof of it.
+Those of kuka and fditools_motor are of the engine before, in which an engineer's friction competed already;
+those of bam and fditools_load, and PySINDy's, are of the engine before that.
 
 Each recording is left out in turn. `reconcile diagnose` reads the others and a nominal model from data
 sheets; the `model.toml` that it writes is loaded again, and its force is held against the recording that was
