@@ -9,6 +9,8 @@ from pathlib import Path
 from random import Random
 from typing import Any, NamedTuple
 
+import can
+
 from tests.campaigns.hostile.flood import Sent, alive, flood, silent_nodes
 from tests.campaigns.hostile.frames import FAMILIES, NEVER_HARMLESS, OWN, HostileFrame, harmless
 from tests.campaigns.hostile.processes import STOP_LIMIT_S, Process, Rig
@@ -16,6 +18,8 @@ from tests.campaigns.hostile.processes import STOP_LIMIT_S, Process, Rig
 Tell = Callable[[int], object]
 
 Traffic = "Sequence[tuple[int, bytes]]"
+RESTARTED = 0x100
+"""Class of the error frame that reports a restarted interface (linux/can/error.h)."""
 LONGEST_BURST = 200
 STILL_M = 1e-9
 IN_MOTION_M_S, MOTION_LIMIT_S = 0.02, 60.0
@@ -125,6 +129,7 @@ def malformed_packets(rig: Rig, count: int, seed: int, path: Path) -> Result:
             for _ in range(rng.randrange(4)):
                 client.send(rng.randbytes(rng.choice((0, 1, 15, 16, 17, 64, 4096))))
     with contextlib.closing(_Door(rig)) as door:
+        door.restart_the_bus()
         problems = _silent(door)
     return Result("malformed packets", Sent(count, 0, time.monotonic() - begun_s), tuple(problems), {})
 
@@ -145,6 +150,10 @@ class _Door:
 
     def __init__(self, rig: Rig) -> None:
         self.bus = rig.station()
+
+    def restart_the_bus(self) -> None:
+        """Undo a bus-off that random bytes have reported: a client of the hub may send error frames."""
+        self.bus.send(can.Message(arbitration_id=RESTARTED, is_error_frame=True, data=bytes(8)))
 
     def close(self) -> None:
         self.bus.shutdown()
