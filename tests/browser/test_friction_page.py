@@ -66,16 +66,16 @@ def stored(tmp_path: Path, stub: Stub) -> list[int]:
     return versions
 
 
-def test_a_reversal_above_j_required_and_learning_due_are_shown(
-    visit: Callable[..., Page], stub: Stub
-) -> None:
+def test_an_odd_last_reversal_and_learning_due_are_shown(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/friction")
     expect(page.get_by_test_id("j-x")).to_have_text("2.00 µm")
     expect(page.get_by_test_id("due-x")).to_contain_text("settled")
     last = {**FIRST["axes"][0]["last"], "error_mean_m": 4.25e-6, "contour_peak_m": 7.5e-6}
     stub.status(axes=axis_x(learning_due=True, last=last, reversals=96))
-    expect(page.get_by_test_id("j-x")).to_have_text("4.25 µm")
-    expect(page.get_by_test_id("required-x")).to_contain_text("above")
+    expect(page.get_by_test_id("required-x")).to_contain_text("the last one is odd: 4.25 µm")
+    expect(page.get_by_test_id("j-x")).to_have_text(
+        "2.00 µm"
+    )  # the median of the reversals that come meanwhile
     expect(page.get_by_test_id("contour_peak_m-x")).to_have_text("7.50 µm")
     expect(page.get_by_test_id("reversals-x")).to_have_text("96")
     expect(page.get_by_test_id("due-x")).to_contain_text("learning due")
