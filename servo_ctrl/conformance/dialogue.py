@@ -13,6 +13,8 @@ UPLOAD, EXPEDITED_UPLOAD, SEGMENT_UPLOAD, ABORT = 0x40, 0x42, 0x60, 0x80
 TOGGLE, LAST = 0x10, 0x01
 ANSWER_S = 0.5
 """Answer time granted to one request, wall clock, seconds; chosen."""
+LATE_S = 2.0
+"""How much longer a late answer is waited for, lest the next request take it for its own; chosen."""
 SILENCE_S = 0.1
 """How long a frame is waited for that must not come; chosen."""
 MOST_SEGMENTS = 1 << 17
@@ -82,7 +84,9 @@ class Dialogue:
         self.send(0x600 + self.node_id, request)
         answer = self.wait_for(0x580 + self.node_id)
         if answer is None:
-            raise Failed(f"{request.hex(' ')} was not answered within {ANSWER_S:g} s")
+            late = self.wait_for(0x580 + self.node_id, LATE_S) is not None
+            came = f", but within {ANSWER_S + LATE_S:g} s" if late else ""
+            raise Failed(f"{request.hex(' ')} was not answered within {ANSWER_S:g} s{came}")
         if len(answer) != FRAME_BYTES:
             raise Failed(f"{request.hex(' ')} was answered by {len(answer)} bytes")
         return answer

@@ -122,8 +122,31 @@ PLANTED = {
 @pytest.mark.parametrize("name", sorted(PLANTED))
 def test_a_planted_defect_is_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dialogue, "ANSWER_S", 0.02)
+    monkeypatch.setattr(dialogue, "LATE_S", 0.02)
     failed = verdicts.failures(run(InProcessWire(PLANTED[name])))
     assert 1 <= len(failed) <= 6, failed
+
+
+class LateWire:
+    """Receives what the script says, None where nothing has come in time."""
+
+    def __init__(self, *script: Frame | None) -> None:
+        self._script = list(script)
+
+    def send(self, can_id: int, data: bytes) -> None:
+        """Every request is taken."""
+
+    def receive(self, _timeout_s: float) -> Frame | None:
+        """The next of the script."""
+        return self._script.pop(0)
+
+
+def test_a_late_answer_is_said_and_not_taken_for_the_next_one() -> None:
+    late, own = (ANSWER, bytes.fromhex("4300100092010200")), (ANSWER, bytes.fromhex("4f01100000000000"))
+    node = dialogue.Dialogue(LateWire(None, None, late, None, own), DRIVE)
+    with pytest.raises(dialogue.Failed, match=r"within 0.5 s, but within 2.5 s"):
+        node.read(0x1000)
+    assert node.read(0x1001) == b"\0"
 
 
 def test_reports_say_the_same() -> None:
