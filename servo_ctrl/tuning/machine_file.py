@@ -1,7 +1,6 @@
 """A proposal as sections of the machine file, put into a machine in memory or into the text of its file."""
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -44,14 +43,6 @@ def with_sections(machine: MachineConfig, axis: str, sections: Sections) -> Mach
         keys = {} if present is None else {key: getattr(present, key) for key in NotchValues._fields}
         update[name] = SECTION_TYPES[name](**(keys | sections[name]))
     return machine.model_copy(update={"axes": {**machine.axes, axis: config.model_copy(update=update)}})
-
-
-def with_control(machine: MachineConfig, axis: str, values: Mapping[str, Any]) -> MachineConfig:
-    """The machine with other keys of the control section."""
-    config = machine.axes[axis]
-    control = config.control.model_copy(update=dict(values))
-    changed = config.model_copy(update={"control": control})
-    return machine.model_copy(update={"axes": {**machine.axes, axis: changed}})
 
 
 def section_text(axis: str, sections: Sections) -> str:

@@ -27,7 +27,7 @@ from servo_ctrl.recording.reader import Recording, load_recording
 from servo_ctrl.tuning import amplitude, measurement
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
 from servo_ctrl.tuning.loop import Margins, Plant
-from servo_ctrl.tuning.machine_file import Sections, sections_of, with_control, with_sections
+from servo_ctrl.tuning.machine_file import Sections, sections_of, with_sections
 from servo_ctrl.tuning.measurement import Plan, TuneError
 from servo_ctrl.tuning.modal_model import ModalModel, fit_modal_model
 from servo_ctrl.tuning.proposal import EncoderSteps, Proposal, judged, propose
@@ -183,7 +183,7 @@ class TuneRun:
                 "kv_n_s_m": kv * control.kv_n_s_m,
                 "ki_n_m": ki * control.ki_n_m,
             }
-            machine = with_control(self._machine, self._axis, values)
+            machine = with_sections(self._machine, self._axis, {"control": values})
             self._tell(
                 f"axis {self._axis}: measuring with kp {kp * control.kp_1_s:.3g} 1/s, kv "
                 f"{kv * control.kv_n_s_m:.3g} N s/m, ki {ki * control.ki_n_m:.3g} N/m, on the motor"

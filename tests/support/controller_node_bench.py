@@ -2,7 +2,7 @@
 
 import functools
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import canopen
 from fake_command_handler import FakeCommandHandler
@@ -21,6 +21,11 @@ STATUS_ID = 0x180 + NODE_ID
 def entries_of_the_eds() -> canopen.ObjectDictionary:
     """As canopen reads them; nothing writes into them."""
     return canopen.import_od(str(OWN_EDS), NODE_ID)
+
+
+def abort(index_and_sub: str, code: int) -> list[str]:
+    """What `ask` returns where the node aborts a transfer of this object (hex, as on the wire)."""
+    return ["80" + index_and_sub + code.to_bytes(4, "little").hex()]
 
 
 class ControllerNodeBench:
@@ -42,6 +47,13 @@ class ControllerNodeBench:
             now_s=lambda: self.clock_s,
             **stored,
         )
+
+    @classmethod
+    def booted(cls) -> Self:
+        """A bench whose node has announced itself."""
+        bench = cls()
+        bench.node.boot_up()
+        return bench
 
     def put(self, can_id: int, payload: bytes) -> None:
         """A frame from the bus."""

@@ -18,8 +18,7 @@ HEARTBEAT_ID = 0x700 + NODE_ID
 
 @pytest.fixture
 def bench() -> ControllerNodeBench:
-    made = ControllerNodeBench()
-    made.node.boot_up()
+    made = ControllerNodeBench.booted()
     made.frames.clear()
     return made
 

@@ -3,7 +3,7 @@
 from binascii import crc_hqx
 
 import pytest
-from controller_node_bench import OWN_EDS, ControllerNodeBench
+from controller_node_bench import OWN_EDS, ControllerNodeBench, abort
 
 from servo_ctrl.canopen.sdo_server import SILENCE_S
 
@@ -14,13 +14,7 @@ DEVICE_TYPE = "4300100000000000"
 
 @pytest.fixture
 def bench() -> ControllerNodeBench:
-    made = ControllerNodeBench()
-    made.node.boot_up()
-    return made
-
-
-def abort(index_and_sub: str, code: int) -> list[str]:
-    return ["80" + index_and_sub + code.to_bytes(4, "little").hex()]
+    return ControllerNodeBench.booted()
 
 
 def test_our_eds_is_sent_in_blocks_that_canopens_client_checks(bench: ControllerNodeBench) -> None:

@@ -4,7 +4,7 @@ import random
 from pathlib import Path
 
 import pytest
-from controller_node_bench import ControllerNodeBench
+from controller_node_bench import ControllerNodeBench, abort
 from fake_command_handler import LEARNED, REVERSAL
 
 from servo_ctrl.canopen.own_settings import FILE, SettingsStoreError, load_settings, write_settings
@@ -30,13 +30,7 @@ DEVICE_TYPE = "4300100000000000"
 
 @pytest.fixture
 def bench() -> ControllerNodeBench:
-    made = ControllerNodeBench()
-    made.node.boot_up()
-    return made
-
-
-def abort(index_and_sub: str, code: int) -> list[str]:
-    return ["80" + index_and_sub + code.to_bytes(4, "little").hex()]
+    return ControllerNodeBench.booted()
 
 
 def test_start_learning_of_the_second_axis_by_two_writes(bench: ControllerNodeBench) -> None:

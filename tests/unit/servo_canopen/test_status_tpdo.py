@@ -12,8 +12,7 @@ SILENT = 0x8000_0000
 
 @pytest.fixture
 def bench() -> ControllerNodeBench:
-    made = ControllerNodeBench()
-    made.node.boot_up()
+    made = ControllerNodeBench.booted()
     made.node.operational(running=True)
     assert made.cycles(1) == [1]  # an operational node begins by saying where it is
     made.frames.clear()
