@@ -89,7 +89,7 @@ async def _watched(
         status = await keepers[-1].wait()
         if over.is_set():
             return
-        again = len(keepers) <= KEEPERS_AGAIN and os.sched_getscheduler(0) == os.SCHED_OTHER
+        again = len(keepers) <= KEEPERS_AGAIN and os.sched_getscheduler(0) != os.SCHED_FIFO
         what = (
             f"again in {KEEPER_PAUSE_S:g} s"
             if again

@@ -4,9 +4,11 @@ import asyncio
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 from servo_ctrl.daemon.page.page_process import NICENESS, kept
 
@@ -76,6 +78,16 @@ async def test_a_page_that_dies_is_restarted_and_its_last_output_reported(tmp_pa
     assert not any(alive(pid) for pid in pids(file))
 
 
+@pytest.fixture(params=["SCHED_OTHER", "SCHED_BATCH"])
+def policy(request: pytest.FixtureRequest) -> Iterator[None]:
+    """A policy without priority, for the test's process; a simulator in lockstep sets the second."""
+    before = os.sched_getscheduler(0)
+    os.sched_setscheduler(0, getattr(os, request.param), os.sched_param(0))
+    yield
+    os.sched_setscheduler(0, before, os.sched_param(0))
+
+
+@pytest.mark.usefixtures("policy")
 async def test_a_killed_keeper_is_noted_and_started_again_beside_the_cycle(tmp_path: Path) -> None:
     file, notes = tmp_path / "pids", []
     async with kept(command(LIVES, file), notes.append):
