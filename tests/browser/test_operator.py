@@ -101,7 +101,7 @@ def mend_and_load_the_part(page: Page) -> None:
     page.get_by_test_id("program-choice").click()
     page.get_by_role("option", name="part.ngc").click()
     verdict = page.get_by_test_id("program-verdict")
-    expect(verdict).to_contain_text("line 3: axis x: position")
+    expect(verdict).to_contain_text("line 3: axis x: position", timeout=LIMIT_MS)
     text = page.get_by_test_id("program-text")
     text.fill(PART)
     text.press("Tab")
