@@ -24,7 +24,7 @@ from servo_ctrl.hmi.motion import page as motion
 from servo_ctrl.hmi.scope import page as scope
 from servo_ctrl.hmi.shell.frame import DARK_COOKIE, UNITS_COOKIE, build_page
 from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
-from servo_ctrl.hmi.shell.parts import configure_elements
+from servo_ctrl.hmi.shell.parts import configure_elements, notify_unexpected
 from servo_ctrl.hmi.shell.plots import BLUE, GREEN, VERMILION
 from servo_ctrl.hmi.shell.units import unit_system
 
@@ -112,6 +112,7 @@ def _add_page(services: PageServices, path: str, module: ModuleType, titles: dic
         client.on_connect(lambda: control.page_opened(page.browser, client.id))
         client.on_disconnect(closed)
         client.on_delete(closed)
+        notify_unexpected()
         build_page(page, path, titles, module.build)
 
 

@@ -6,13 +6,22 @@ from typing import Any
 from nicegui import run, ui
 
 from servo_ctrl.commands.local_messages import Hello, LocalAnswer
-from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.bus.object_tree import ObjectEntry, load_entries, tree_nodes
 from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
 from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import ELLIPSIS, button, card, choice, confirmed, div, faint, note
+from servo_ctrl.hmi.shell.parts import (
+    ELLIPSIS,
+    button,
+    card,
+    choice,
+    confirmed,
+    div,
+    faint,
+    note,
+    problem_text,
+)
 
 TREE_CSS = """
 .q-tree__node--selected .q-tree__node-header-content { color: var(--accent) !important; font-weight: 600; }
@@ -73,9 +82,9 @@ class ObjectBrowser:
             faint(tr("Reading {name} …", name=Path(node.eds).name))
         try:
             entries = await run.io_bound(load_entries, Path(node.eds), node.node_id) or []
-        except ServoCtrlError as error:
+        except Exception as error:  # noqa: BLE001  # whatever it is, the reading has ended, and why is said
             entries = []
-            self._problem.set_text(str(error))
+            self._problem.set_text(problem_text(error))
         if node.node_id != self._node.value:
             return  # another node was chosen meanwhile
         self._entries = {entry.address: entry for entry in entries}
@@ -123,11 +132,17 @@ class ObjectBrowser:
         if entry is None:
             return
         self._value.set_text(ELLIPSIS)
-        answer = await self._page.ask("read_object", **self._address(entry))
+        shown = ""
+        try:
+            answer = await self._page.ask("read_object", **self._address(entry))
+            if answer is not None and answer.accepted:
+                shown = value_text(entry, answer.value)
+            problem = _problem(tr("Not read"), answer)
+        except Exception as error:  # noqa: BLE001  # whatever it is, the reading has ended, and why is said
+            problem = problem_text(error)
         if entry is self._entry:
-            read = answer is not None and answer.accepted
-            self._value.set_text(value_text(entry, answer.value) if answer is not None and read else "")
-            self._problem.set_text(_problem(tr("Not read"), answer))
+            self._value.set_text(shown)
+            self._problem.set_text(problem)
 
     async def _write(self) -> None:
         entry = self._entry

@@ -5,6 +5,7 @@ reconcile is never imported: the installed program is started, prints its steps 
 
 import asyncio
 import contextlib
+import logging
 import os
 import secrets
 import shutil
@@ -39,6 +40,9 @@ MAX_JOBS = 20
 """Jobs that the page lists; the files of older ones stay on the disk."""
 EXIT_INTERRUPTED = 130
 """Exit status of reconcile after SIGINT."""
+
+
+_LOG = logging.getLogger(__name__)
 
 
 class JobError(ServoCtrlError):
@@ -195,6 +199,9 @@ async def _follow(job: Job, process: asyncio.subprocess.Process) -> None:
             code = await process.wait()
     except TimeoutError:
         job.reason = f"it did not end within {MAX_DURATION_S / 3600.0:g} h"
+    except Exception as error:  # noqa: BLE001  # a job that never ends would keep every other from starting
+        _LOG.exception("a diagnosis could not be followed")
+        job.reason = f"it could not be followed: {type(error).__name__}: {error}"
     finally:
         _signal(process, signal.SIGKILL)  # its own children too
     job.ended = datetime.now(UTC)

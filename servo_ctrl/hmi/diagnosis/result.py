@@ -10,7 +10,6 @@ from typing import Any
 from nicegui import run, ui
 
 from servo_ctrl.commands.local_messages import Hello
-from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses
 from servo_ctrl.hmi.diagnosis.job import Job
@@ -30,7 +29,16 @@ from servo_ctrl.hmi.diagnosis.verdict import (
 from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, errors_notified, faint, note
+from servo_ctrl.hmi.shell.parts import (
+    button,
+    card,
+    confirmed,
+    div,
+    errors_notified,
+    faint,
+    note,
+    problem_text,
+)
 from servo_ctrl.hmi.shell.plots import Theme, figure, plot_layout
 
 MODELS = (word("nominal"), word("refitted"), word("with the effects"))
@@ -72,9 +80,9 @@ class DiagnosisResult:
             return
         try:
             verdict = await run.io_bound(read_verdict, job.directory / VERDICT)
-        except ServoCtrlError as error:
+        except Exception as error:  # noqa: BLE001  # a diagnosis without a result would be taken for none
             with self._place:
-                note("verdict-problem", "bad").set_text(str(error))
+                note("verdict-problem", "bad").set_text(problem_text(error))
             return
         if verdict is None or job is not self._job:
             return

@@ -11,7 +11,6 @@ from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.friction.figures import (
     pulse_figure,
     roll_back_target,
@@ -22,7 +21,7 @@ from servo_ctrl.hmi.friction.figures import (
 from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import Plot
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, note, toggle
+from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, note, problem_text, toggle
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, VersionEntry, VersionStore, WaveformStore
 
 KINDS = {"pulse": word("friction pulse"), "screw": word("screw"), "waveform": word("waveform")}
@@ -101,8 +100,8 @@ class VersionsCard:
         problem = ""
         try:
             entries = await run.io_bound(versions_of, self._hello, axis, kind) or []
-        except ServoCtrlError as error:
-            entries, problem = [], str(error)
+        except Exception as error:  # noqa: BLE001  # a table without a reason would be taken for an empty one
+            entries, problem = [], problem_text(error)
         if wanted != self._loaded:
             return  # another axis or kind was chosen meanwhile
         self._entries = entries

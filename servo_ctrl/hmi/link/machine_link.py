@@ -83,6 +83,9 @@ class MachineLink:
                 if problem != self.problem:
                     _LOG.warning("%s: %s", self._path, problem)
                 self.problem = problem
+            except Exception as error:  # noqa: BLE001  # an unexpected message must not end the link
+                _LOG.exception("%s: the connection failed", self._path)
+                self.problem = f"{type(error).__name__}: {error}"
             finally:
                 retry_s = FIRST_RETRY_S if self.connected else min(2.0 * retry_s, LONGEST_RETRY_S)
                 self._fail_pending()

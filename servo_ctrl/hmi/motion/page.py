@@ -1,6 +1,7 @@
 """The Motion page: choose, edit and check a program; start, hold, resume and abort it; watch its progress."""
 
 import asyncio
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -9,7 +10,6 @@ from nicegui import ui
 from servo_ctrl.commands.local_messages import Hello, ProgramText
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.config.part_program import ReadingOptions
-from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.motion.line_card import LineCard
@@ -38,11 +38,14 @@ from servo_ctrl.hmi.shell.parts import (
     named,
     note,
     notify,
+    problem_text,
 )
 
 TITLE = word("Motion")
 _ONE_CHECK = asyncio.Semaphore(1)
 """The process checks one program at a time: STOP must not wait behind ten of them."""
+PATIENCE_S = 3.0
+"""A check that takes longer says so, and for how long already."""
 
 
 def build(page: OpenPage) -> None:
@@ -144,26 +147,37 @@ class ProgramEditor:
         reading = self._reading(first_line)
         self._run.offer(None)
         self._show_verdict(tr("is being checked …"))
-        async with _ONE_CHECK:
-            if number != self._checks:
-                return
-            try:
-                preview = await asyncio.to_thread(preview_of, self._machine_file, name, text, reading)
-            except ServoCtrlError as error:
-                if number == self._checks:
-                    self._preview.show(None)
-                    self._show_verdict(f"{CROSS} {error}", "bad")
-                return
-        if number == self._checks:
-            self._preview.show(preview)
-            self._run.offer(ProgramText(name=name, text=text, first_line=first_line))
-            self._show_verdict(
-                tr(
-                    "✓ {name}: within the limits, from home{entry}",
-                    name=name,
-                    entry=self._entered(preview),
-                )
-            )
+
+        async def check() -> Preview | None:
+            async with _ONE_CHECK:
+                if number != self._checks:
+                    return None
+                return await asyncio.to_thread(preview_of, self._machine_file, name, text, reading)
+
+        preview, problem = None, ""
+        try:
+            preview = await self._awaited(asyncio.create_task(check()), number)
+        except Exception as error:  # noqa: BLE001  # whatever it is, the check has ended, and why is said
+            problem = problem_text(error)
+        if number != self._checks:
+            return
+        self._preview.show(preview)
+        if preview is None:
+            self._show_verdict(f"{CROSS} {problem}", "bad")
+            return
+        self._run.offer(ProgramText(name=name, text=text, first_line=first_line))
+        self._show_verdict(
+            tr("✓ {name}: within the limits, from home{entry}", name=name, entry=self._entered(preview))
+        )
+
+    async def _awaited(self, check: asyncio.Task[Preview | None], number: int) -> Preview | None:
+        """The result of a check; one that takes its time shows how much, unless a later one has begun."""
+        began_s = time.monotonic()
+        while not (await asyncio.wait({check}, timeout=PATIENCE_S))[0]:
+            if number == self._checks:
+                elapsed_s = time.monotonic() - began_s
+                self._show_verdict(tr("is being checked, for {elapsed_s:.0f} s …", elapsed_s=elapsed_s))
+        return await check
 
     def _reading(self, first_line: int) -> ReadingOptions:
         """What the controller will read a part program with, as far as the page knows."""

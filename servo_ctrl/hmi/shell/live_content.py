@@ -6,7 +6,7 @@ from functools import partial
 from html import escape
 from typing import Any, Generic, TypeVar
 
-from nicegui import ui
+from nicegui import app, ui
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
@@ -61,7 +61,10 @@ def when_connected(
 
         def refresh_parts(status: MachineStatus) -> None:
             for refresh_part in parts:
-                refresh_part(status)
+                try:
+                    refresh_part(status)
+                except Exception as error:  # noqa: BLE001  # a card that fails must not leave the others old
+                    app.handle_exception(error)
 
         return refresh_parts
 

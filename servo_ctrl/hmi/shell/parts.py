@@ -3,6 +3,8 @@
 NiceGUI's Tailwind is off; the layout comes from Quasar and from the `bench-` classes of static/bench.css.
 """
 
+import logging
+import time
 from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Literal, TypeVar
@@ -30,6 +32,11 @@ _OPTION = """
   </q-item-section>
 </q-item>
 """
+MAX_REASON = 300
+"""Characters of an unexpected error that a notice shows."""
+SAME_PROBLEM_S = 10.0
+"""A timer that fails five times a second is one notice in so long."""
+_LOG = logging.getLogger(__name__)
 _mark_on_server = Element.mark
 
 
@@ -51,13 +58,42 @@ def notify(text: str, kind: Kind = "warning") -> None:
     ui.notify(text, type=kind, position="bottom", timeout=6000, multi_line=True, close_button="OK")
 
 
+def problem_text(error: Exception) -> str:
+    """What a visitor is told of an error; one that nobody expected is logged with its traceback."""
+    if isinstance(error, ServoCtrlError | OSError):
+        return str(error)
+    _LOG.error("an error that nobody expected", exc_info=error)
+    return _unexpected(error)
+
+
 @contextmanager
 def errors_notified(kind: Kind = "negative") -> Iterator[None]:
     """Show the visitor an error that ends the block, instead of raising it."""
     try:
         yield
-    except (ServoCtrlError, OSError) as error:
-        notify(str(error), kind)
+    except Exception as error:  # noqa: BLE001  # whatever it is, the visitor is told and the page goes on
+        notify(problem_text(error), kind)
+
+
+def notify_unexpected() -> None:
+    """Tell the visitor of this page of every error that a handler or a timer of it raises.
+
+    NiceGUI logs these errors, and without this the visitor sees only that nothing happens.
+    """
+    told: dict[str, float] = {}
+
+    def tell(error: Exception) -> None:
+        text, now_s = _unexpected(error), time.monotonic()
+        if now_s - told.get(text, -SAME_PROBLEM_S) >= SAME_PROBLEM_S:
+            told[text] = now_s
+            notify(text, "negative")
+
+    ui.on_exception(tell)
+
+
+def _unexpected(error: Exception) -> str:
+    reason = f"{type(error).__name__}: {error}"[:MAX_REASON]
+    return tr("Unexpected error ({reason}). The log of the page's process has more.", reason=reason)
 
 
 def div(classes: str = "") -> ui.element:

@@ -174,3 +174,17 @@ def test_the_installed_program_is_found_and_its_absence_is_reported(monkeypatch:
     monkeypatch.setattr(diagnosis_job, "PROGRAM", "not-installed-anywhere")
     with pytest.raises(JobError, match="not-installed-anywhere is not installed"):
         diagnosis_job.installed_command()
+
+
+async def test_a_diagnosis_that_cannot_be_followed_ends(
+    tmp_path: Path, files: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_arguments: object) -> None:
+        raise ZeroDivisionError("nobody expected that")
+
+    monkeypatch.setattr(diagnosis_job, "_note_line", broken)
+    run = diagnoses(tmp_path, "say('a line'); time.sleep(60)\n")
+    job = await run.start([files[0]], files[1], "ada")
+    await until(job, JobState.FAILED)
+    assert "ZeroDivisionError: nobody expected that" in job.reason
+    assert run.running is None

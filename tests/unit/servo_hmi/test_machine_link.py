@@ -150,3 +150,19 @@ async def test_the_link_waits_for_a_server(tmp_path: Path) -> None:
         await until(lambda: os.strerror(2) in link.problem)
         async with serving(tmp_path / "s", greeting()):
             await until(lambda: link.connected)
+
+
+async def test_a_message_that_nobody_expected_does_not_end_the_link(monkeypatch: pytest.MonkeyPatch) -> None:
+    handled = machine_link.server_message
+    failures = iter([ZeroDivisionError("nobody expected that")])
+
+    def broken_once(payload: bytes) -> Any:
+        for error in failures:
+            raise error
+        return handled(payload)
+
+    monkeypatch.setattr(machine_link, "server_message", broken_once)
+    async with LocalSocketBench().server.serving() as socket:
+        link = MachineLink(socket)
+        async with running(link):
+            await until(lambda: link.status)
