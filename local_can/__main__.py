@@ -8,7 +8,8 @@ import signal
 import sys
 from pathlib import Path
 
-from local_can.hub import Hub, HubError
+from local_can.hub import Hub
+from local_can.listening import HubError
 
 _LOG = logging.getLogger("local_can")
 

@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 from local_can import wire
-from local_can.hub import HubError, HubPresentError
+from local_can.listening import HubError, HubPresentError
 from local_can.served_hub import ServedHub
 
 ATTACH_TIMEOUT_S = 5.0

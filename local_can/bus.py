@@ -9,7 +9,6 @@ from can.typechecking import CanFilters
 
 from local_can import wire
 from local_can.attaching import ATTACH_TIMEOUT_S, AttachError, attached, served_here
-from local_can.served_hub import ServedHub
 
 _LOG = logging.getLogger(__name__)
 _SEND_TIMEOUT_S = 5.0
@@ -56,8 +55,8 @@ class LocalCanBus(can.BusABC):
         own = wire.ATTACH_WITH_OWN if receive_own_messages else wire.ATTACH
         packets = (wire.pack_filters(hub_filters(can_filters or None)), own)
         try:
-            served = served_here(self.channel, packets) if serve else None
-            self._socket = served or attached(self.channel, packets, attach_timeout_s)
+            self._served = served_here(self.channel, packets) if serve else None
+            self._socket = self._served or attached(self.channel, packets, attach_timeout_s)
         except AttachError as error:
             raise can.CanInitializationError(str(error)) from error
         self._socket_send = self._socket.send
@@ -104,6 +103,8 @@ class LocalCanBus(can.BusABC):
         Raises:
             can.CanOperationError: The hub has gone.
         """
+        if self._served is not None:
+            return self._served.receive(wire.MOST_FRAMES)
         return self._buffer[: self._receive()]
 
     def send_burst(self, frames: bytes, timeout: float | None = None) -> None:
@@ -115,12 +116,12 @@ class LocalCanBus(can.BusABC):
     @property
     def serves(self) -> bool:
         """Whether the hub runs in this process."""
-        return isinstance(self._socket, ServedHub)
+        return self._served is not None
 
     @property
     def more(self) -> bool:
         """Whether frames wait although the file is not readable; read until there are none."""
-        return isinstance(self._socket, ServedHub) and self._socket.more
+        return self._served is not None and self._served.more
 
     def fileno(self) -> int:
         """File descriptor to wait on; -1 after `shutdown`."""

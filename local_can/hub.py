@@ -1,17 +1,14 @@
 """The hub: passes one frame at a time, the one that wins arbitration, to all other clients."""
 
 import contextlib
-import errno
 import logging
-import os
 import select
-import socket
-import stat
 import time
 from collections import deque
 from collections.abc import Collection
 from pathlib import Path
 
+from local_can.listening import listen_at
 from local_can.port import Party, Port
 from local_can.wire import (
     ATTACH,
@@ -24,26 +21,22 @@ from local_can.wire import (
     MARK_OWN,
     arbitration_rank,
     frame_bits,
-    frames_of,
+    headers_of,
+    is_frames,
     passes,
+    split,
     unpack_filters,
 )
 
 _LOG = logging.getLogger(__name__)
-_BACKLOG = 64  # bounds the connections that wait to be accepted (chosen)
 IDLE_S = 0.5
 """Bounds a wait, because a signal just before it is handled only after it (chosen)."""
 _PACKET_AND_MORE = FILTERS_BYTES + 1  # one byte more than the longest packet, to detect longer ones
 _MOST_ROUTES = 1024
 """Bounds the number of kept routes (chosen)."""
 
-
-class HubError(Exception):
-    """No hub is possible at that path."""
-
-
-class HubPresentError(HubError):
-    """Another hub serves the path already."""
+Route = tuple[tuple[Party, tuple[int, ...]], ...]
+"""Receivers of a packet, each with the places of its frames; without places it gets the whole packet."""
 
 
 class Hub:
@@ -66,11 +59,11 @@ class Hub:
         self._free_at_s = 0.0  # end of the present frame on the paced bus
         self._ports: dict[int, Port] = {}
         self._parties: list[Party] = []  # in order of their connection
-        self._heads: dict[Party, deque[bytes]] = {}  # frames that each client sends, in order of arrival
+        self._heads: dict[Party, deque[bytes]] = {}  # packets that each client sends, in order of arrival
         self._due: list[Party] = []  # clients that got frames in this turn and need a flush
         self._contended = False  # whether the frames read next waited during the previous frame
-        self._routes: dict[tuple[Party, bytes], tuple[Party, ...]] = {}  # receivers by sender and header
-        self._listener = _listen(path)
+        self._routes: dict[tuple[Party, bytes], Route] = {}  # by sender and the headers of the packet
+        self._listener = listen_at(path)
         self._inode = path.stat().st_ino
         self._epoll = select.epoll()
         self._epoll.register(self._listener, select.EPOLLIN)
@@ -91,7 +84,8 @@ class Hub:
 
     def waiting(self, party: Party) -> int:
         """Return the number of frames of a client that wait for the next turns."""
-        return len(self._heads.get(party, ()))
+        packets = self._heads.get(party)
+        return sum(map(len, packets)) // FRAME_BYTES if packets else 0
 
     def join(self, party: Party) -> None:
         """Add a client, whose first packets attach it to the bus."""
@@ -99,8 +93,8 @@ class Hub:
 
     def take(self, party: Party, packet: bytes) -> bool:
         """Process a packet of a client; return whether it was valid."""
-        if party.attached and (frames := frames_of(packet)) is not None:
-            self._heads.setdefault(party, deque()).extend(frames)
+        if party.attached and is_frames(packet):
+            self._heads.setdefault(party, deque()).append(packet)
         elif packet in {ATTACH, ATTACH_WITH_OWN} and not party.attached:
             party.attached = True
             party.wants_own = packet == ATTACH_WITH_OWN
@@ -154,47 +148,53 @@ class Hub:
         """Pass on the frame that wins arbitration; return whether its sender has no further frame here."""
         heads = self._heads
         sender = min(heads, key=self._rank) if len(heads) > 1 else next(iter(heads))
-        frames = heads[sender]
-        frame = frames.popleft()
-        if not frames:
+        packets = heads[sender]
+        frame, *others = split(packets.popleft())
+        packets.extendleft(reversed(others))
+        if not packets:
             del heads[sender]
         if self._bitrate:
             self._occupy(frame)
         self._pass_on(sender, (frame,))
-        return not frames
+        return not packets
 
-    def _pass_on(self, sender: Party, frames: Collection[bytes]) -> None:
-        """Pass frames of one sender, already arbitrated, to their receivers."""
+    def _pass_on(self, sender: Party, packets: Collection[bytes]) -> None:
+        """Pass packets of one sender, already arbitrated, to their receivers."""
         routes, due = self._routes, self._due
-        for frame in frames:
-            route = routes.get((sender, frame[:4]))
+        for packet in packets:
+            headers = headers_of(packet)
+            route = routes.get((sender, headers))
             if route is None:
-                route = self._find_route(sender, frame)
-            for receiver in route:
-                receiver.deliver(frame)
+                route = self._find_route(sender, headers, packet)
+            for receiver, places in route:
+                receiver.deliver(b"".join([_frame(packet, at) for at in places]) if places else packet)
                 if receiver not in due:
                     due.append(receiver)
         if sender.wants_own:
-            for frame in frames:
+            for frame in (frame for packet in packets for frame in split(packet)):
                 if passes(HEADER.unpack_from(frame)[0], sender.filters):
                     sender.deliver(frame[:5] + bytes((MARK_OWN,)) + frame[6:])
             due.append(sender)
 
-    def _find_route(self, sender: Party, frame: bytes) -> tuple[Party, ...]:
-        """Return the other clients whose filters `frame` passes, in order of their connection.
+    def _find_route(self, sender: Party, headers: bytes, packet: bytes) -> Route:
+        """Return the other clients and which of the frames pass their filters, in order of their connection.
 
-        The route is kept until a filter or a client changes, so that many filters cost no time per frame.
+        The route is kept until a filter or a client changes, so that many filters cost no time per packet.
         """
-        header = HEADER.unpack_from(frame)[0]
-        others = (party for party in self._parties if party.attached and party is not sender)
-        route = tuple(party for party in others if passes(header, party.filters))
+        own = [HEADER.unpack_from(frame)[0] for frame in split(packet)]
+        route = []
+        for party in self._parties:
+            if party.attached and party is not sender:
+                places = tuple(at for at, header in enumerate(own) if passes(header, party.filters))
+                if places:
+                    route.append((party, () if len(places) == len(own) else places))
         if len(self._routes) >= _MOST_ROUTES:
             self._routes.clear()
-        self._routes[sender, frame[:4]] = route
-        return route
+        self._routes[sender, headers] = tuple(route)
+        return self._routes[sender, headers]
 
     def _rank(self, port: Party) -> int:
-        return arbitration_rank(self._heads[port][0])
+        return arbitration_rank(self._heads[port][0])  # of the first frame of a packet
 
     def _occupy(self, frame: bytes) -> None:
         """Wait until `frame` has been on the bus for its bit times.
@@ -234,43 +234,5 @@ class Hub:
             self._routes.clear()
 
 
-def _listen(path: Path) -> socket.socket:
-    """Make a socket at `path`, mode 0600, which appears there only once it listens."""
-    nascent = path.with_name(f"{path.name}.{os.getpid()}")
-    listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    try:
-        _refuse_to_replace(path)
-        mask = os.umask(0o177)
-        try:
-            listener.bind(str(nascent))
-        finally:
-            os.umask(mask)
-        listener.listen(_BACKLOG)
-        listener.setblocking(False)
-        nascent.rename(path)
-    except OSError as error:
-        listener.close()
-        nascent.unlink(missing_ok=True)
-        raise HubError(f"no hub can be at {path}: {error.strerror or error}") from error
-    except HubError:
-        listener.close()
-        raise
-    return listener
-
-
-def _refuse_to_replace(path: Path) -> None:
-    """Accept at `path` nothing or the socket of a killed hub.
-
-    Raises:
-        HubError: A hub answers there, or the file there is no socket.
-    """
-    try:
-        mode = path.stat().st_mode
-    except FileNotFoundError:
-        return
-    if not stat.S_ISSOCK(mode):
-        raise HubError(f"no hub can be at {path}: that is no socket")
-    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
-        probe.settimeout(1.0)
-        if probe.connect_ex(str(path)) != errno.ECONNREFUSED:
-            raise HubPresentError(f"a hub is at {path} already")
+def _frame(packet: bytes, place: int) -> bytes:
+    return packet[place * FRAME_BYTES : (place + 1) * FRAME_BYTES]

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections import deque
 from itertools import islice
 
-from local_can.wire import MOST_FRAMES, PASS_ALL, overrun_frame
+from local_can.wire import FRAME_BYTES, MOST_FRAMES, PASS_ALL, overrun_frame, split
 
 _LOG = logging.getLogger(__name__)
 
@@ -25,8 +25,8 @@ class Party(ABC):
         self.lost_frames = 0  # frames of the present loss; 0 without one
 
     @abstractmethod
-    def deliver(self, frame: bytes) -> None:
-        """Keep `frame` for the next flush, or count it as lost if there is no space."""
+    def deliver(self, packet: bytes) -> None:
+        """Keep the frames of a packet for the next flush; count those as lost for which there is no space."""
 
     @abstractmethod
     def answer(self, packet: bytes) -> None:
@@ -56,6 +56,7 @@ class Port(Party):
         "_queue",
         "_queue_frames",
         "_send",
+        "_waiting",
         "_waits_for_room",
         "sock",
     )
@@ -67,17 +68,24 @@ class Port(Party):
         self.sock = sock
         self._send = sock.send
         self._epoll = epoll
-        self._queue: deque[bytes] = deque()
+        self._queue: deque[bytes] = deque()  # packets of one frame or more
+        self._waiting = 0  # frames in it
         self._queue_frames = max(queue_frames, 1)
         self._patience_ms = patience_s * 1000.0
         self._waits_for_room = False
 
-    def deliver(self, frame: bytes) -> None:
-        """Queue `frame` for the client, or count it as lost if there is no space."""
-        if self.lost_frames or (len(self._queue) >= self._queue_frames and not self._make_room()):
+    def deliver(self, packet: bytes) -> None:
+        """Queue the frames of a packet for the client; count those as lost for which there is no space."""
+        count = len(packet) // FRAME_BYTES
+        room = self._waiting + count <= self._queue_frames
+        if count > 1 and not (self.bursts and room and not self.lost_frames):
+            for frame in split(packet):
+                self.deliver(frame)
+        elif self.lost_frames or not (room or self._make_room()):
             self.lost_frames += 1
         else:
-            self._queue.append(frame)
+            self._queue.append(packet)
+            self._waiting += count
 
     def answer(self, packet: bytes) -> None:
         """Send a packet that is no frame, before all frames."""
@@ -88,11 +96,15 @@ class Port(Party):
 
     def flush(self) -> None:
         """Send the queue as far as the socket has space, and report a loss once it is empty."""
-        queue, most_frames = self._queue, MOST_FRAMES if self.bursts else 1
+        queue = self._queue
         try:
             while queue:
-                count = min(len(queue), most_frames)
-                self._send(queue[0] if count == 1 else b"".join(islice(queue, count)))
+                packet, count = queue[0], 1
+                if self.bursts and len(queue) > 1:
+                    count = self._fitting()
+                    packet = b"".join(islice(queue, count))
+                self._send(packet)
+                self._waiting -= len(packet) // FRAME_BYTES
                 for _ in range(count):
                     queue.popleft()
             if self.lost_frames:
@@ -103,6 +115,7 @@ class Port(Party):
                 self._waits_for_room = True
             return
         except OSError:
+            self._waiting = 0
             queue.clear()  # the client disconnected; the hub detects it when reading, and closes the port
         if self.lost_frames:
             _LOG.warning("client %d lost %d frames, reading too late", self.sock.fileno(), self.lost_frames)
@@ -115,16 +128,26 @@ class Port(Party):
         """Close the connection."""
         self.sock.close()
 
+    def _fitting(self) -> int:
+        """Return how many of the queued packets fit into one."""
+        count = size = 0
+        for packet in self._queue:
+            size += len(packet)
+            if size > MOST_FRAMES * FRAME_BYTES:
+                break
+            count += 1
+        return count
+
     def _make_room(self) -> bool:
         """Wait for a slow reader if necessary; return whether one more frame may wait."""
         self.flush()
-        if len(self._queue) < self._queue_frames:
+        if self._waiting < self._queue_frames:
             return True
         writable = select.poll()
         writable.register(self.sock, select.POLLOUT)
         if writable.poll(self._patience_ms):
             self.flush()
-        if len(self._queue) < self._queue_frames:
+        if self._waiting < self._queue_frames:
             return True
         _LOG.warning("client %d reads too late and is losing frames", self.sock.fileno())
         return False

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from local_can.hub import Hub
 from local_can.port import Party
-from local_can.wire import FRAME_BYTES, MOST_FRAMES, overrun_frame
+from local_can.wire import FRAME_BYTES, MOST_FRAMES, overrun_frame, split
 
 QUEUE_FRAMES = 16384
 """Bounds the frames that wait for a reader, and from the client of this process; chosen."""
@@ -26,15 +26,19 @@ class InProcessClient(Party):
         super().__init__()
         self.inbox = bytearray()
 
-    def deliver(self, frame: bytes) -> None:
-        """Keep `frame`, or count it as lost while there is no space."""
-        if len(self.inbox) >= QUEUE_FRAMES * FRAME_BYTES:
+    def deliver(self, packet: bytes) -> None:
+        """Keep the frames of a packet; count those as lost for which there is no space."""
+        room = len(self.inbox) + len(packet) <= QUEUE_FRAMES * FRAME_BYTES
+        if len(packet) > FRAME_BYTES and not room:
+            for frame in split(packet):
+                self.deliver(frame)
+        elif not room:
             self.lost_frames += 1
-            return
-        if self.lost_frames:
-            self.inbox += overrun_frame(self.lost_frames)
-            self.lost_frames = 0
-        self.inbox += frame
+        else:
+            if self.lost_frames:
+                self.inbox += overrun_frame(self.lost_frames)
+                self.lost_frames = 0
+            self.inbox += packet
 
     def answer(self, packet: bytes) -> None:
         """Do nothing: this client needs no answer."""
@@ -81,15 +85,24 @@ class ServedHub:
 
     def recv_into(self, buffer: bytearray) -> int:
         """Serve the bus, then read a packet of frames. Raises BlockingIOError if there is none."""
-        inbox = self._party.inbox
-        if not inbox:
-            self._hub.turn(0.0)
-        if not inbox:
+        burst = self.receive(MOST_FRAMES if self._party.bursts else 1)
+        if not burst:
             raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
-        size = min(len(inbox), FRAME_BYTES * (MOST_FRAMES if self._party.bursts else 1))
-        buffer[:size] = inbox[:size]
+        buffer[: len(burst)] = burst
+        return len(burst)
+
+    def receive(self, most_frames: int) -> bytearray:
+        """Serve the bus, then take at most so many frames; there may be none."""
+        party = self._party
+        if not party.inbox:
+            self._hub.turn(0.0)
+        inbox, size = party.inbox, most_frames * FRAME_BYTES
+        if len(inbox) <= size:
+            party.inbox = bytearray()
+            return inbox
+        burst = inbox[:size]
         del inbox[:size]
-        return size
+        return burst
 
     def fileno(self) -> int:
         """File descriptor to wait on."""

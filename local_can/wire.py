@@ -155,13 +155,26 @@ def unpack_filters(packet: bytes) -> Filters | None:
     return None if any((can_id | mask) & ERROR for can_id, mask in filters) else filters
 
 
-def frames_of(packet: bytes) -> list[bytes] | None:
-    """Return the frames of a packet; None if it is no packet of frames, or a frame claims over 8 bytes."""
-    if not packet or len(packet) % FRAME_BYTES or len(packet) > MOST_FRAMES * FRAME_BYTES:
-        return None
-    if max(packet[4::FRAME_BYTES]) > 8:
-        return None
+def is_frames(packet: bytes) -> bool:
+    """Whether a packet is one of frames, none of which claims over 8 bytes."""
+    size = len(packet)
+    if not size or size % FRAME_BYTES or size > MOST_FRAMES * FRAME_BYTES:
+        return False
+    return max(packet[4::FRAME_BYTES]) <= 8
+
+
+def split(packet: bytes) -> list[bytes]:
+    """Return the frames of a packet."""
+    if len(packet) == FRAME_BYTES:
+        return [packet]
     return [packet[at : at + FRAME_BYTES] for at in range(0, len(packet), FRAME_BYTES)]
+
+
+def headers_of(packet: bytes) -> bytes:
+    """Return the identifiers and flags of its frames: packets in which they are the same go the same way."""
+    if len(packet) == FRAME_BYTES:
+        return packet[:4]
+    return b"".join([packet[byte::FRAME_BYTES] for byte in range(4)])
 
 
 def overrun_frame(lost_frames: int) -> bytes:

@@ -1,5 +1,6 @@
 """A bus that one of its parties serves in its own process: the same to everybody else, and to itself."""
 
+import random
 import select
 import threading
 from collections.abc import Iterator
@@ -11,6 +12,8 @@ import pytest
 
 from local_can.bus import LocalCanBus, pack
 from local_can.hub import Hub
+from local_can.served_hub import InProcessClient
+from local_can.wire import ATTACH, pack_filters
 
 
 def message(identifier: int, data: bytes = b"") -> can.Message:
@@ -87,6 +90,27 @@ def test_its_filters_and_own_frames_are_those_of_a_client(path: Path) -> None:
         assert own is not None
         assert (own.arbitration_id, own.is_rx) == (0x181, False)
         assert server.recv(0) is None
+
+
+def test_a_packet_goes_whole_or_in_the_parts_that_a_filter_passes(path: Path) -> None:
+    hub = Hub(path, bitrate=0, queue_frames=1, patience_s=0.0)
+    sender, whole, part = (InProcessClient() for _ in range(3))
+    for party in (sender, whole, part):
+        hub.join(party)
+        assert hub.take(party, ATTACH)
+    assert hub.take(part, pack_filters(((0x100, 0x700),)))
+    draw = random.Random(21)
+    packets = [
+        [pack(message(draw.choice((0x080, 0x181, 0x201)))) for _ in range(n % 6 + 1)] for n in range(99)
+    ]
+    for packet in packets:
+        hub.take(sender, b"".join(packet))
+        hub.turn(0.0)
+    hub.close()
+    frames = [frame for packet in packets for frame in packet]
+    assert bytes(whole.inbox) == b"".join(frames)
+    assert bytes(part.inbox) == b"".join(frame for frame in frames if frame[1] == 1)
+    assert not sender.inbox
 
 
 def test_frames_that_wait_for_too_long_are_lost_with_a_report(

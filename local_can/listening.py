@@ -1,0 +1,59 @@
+"""The socket at which a hub is found: never in the place of another hub, or of what is no socket."""
+
+import errno
+import os
+import socket
+import stat
+from pathlib import Path
+
+_BACKLOG = 64  # bounds the connections that wait to be accepted (chosen)
+
+
+class HubError(Exception):
+    """No hub is possible at that path."""
+
+
+class HubPresentError(HubError):
+    """Another hub serves the path already."""
+
+
+def listen_at(path: Path) -> socket.socket:
+    """Make a socket at `path`, mode 0600, which appears there only once it listens."""
+    nascent = path.with_name(f"{path.name}.{os.getpid()}")
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    try:
+        _refuse_to_replace(path)
+        mask = os.umask(0o177)
+        try:
+            listener.bind(str(nascent))
+        finally:
+            os.umask(mask)
+        listener.listen(_BACKLOG)
+        listener.setblocking(False)
+        nascent.rename(path)
+    except OSError as error:
+        listener.close()
+        nascent.unlink(missing_ok=True)
+        raise HubError(f"no hub can be at {path}: {error.strerror or error}") from error
+    except HubError:
+        listener.close()
+        raise
+    return listener
+
+
+def _refuse_to_replace(path: Path) -> None:
+    """Accept at `path` nothing or the socket of a killed hub.
+
+    Raises:
+        HubError: A hub answers there, or the file there is no socket.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    if not stat.S_ISSOCK(mode):
+        raise HubError(f"no hub can be at {path}: that is no socket")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
+        probe.settimeout(1.0)
+        if probe.connect_ex(str(path)) != errno.ECONNREFUSED:
+            raise HubPresentError(f"a hub is at {path} already")
