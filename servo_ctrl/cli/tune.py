@@ -1,4 +1,4 @@
-"""`servo-ctrl tune`: measure the frequency response of an axis, propose its gains and filters, prove them."""
+"""`servo-ctrl tune`: measure the frequency response of an axis, propose gains and filters, verify them."""
 
 from pathlib import Path
 from typing import Annotated
@@ -74,8 +74,9 @@ def tune(
     from servo_ctrl.config.load import load_machine
     from servo_ctrl.tuning.files import write_files
     from servo_ctrl.tuning.machine_file import apply_to_file
-    from servo_ctrl.tuning.simulated import tuned
-    from servo_ctrl.tuning.words import lines_of
+    from servo_ctrl.tuning.request import TuneRequest
+    from servo_ctrl.tuning.simulated import tune_axis
+    from servo_ctrl.tuning.summary import summary_lines
 
     config = load_machine(machine)
     console = Console(stderr=True)
@@ -84,10 +85,9 @@ def tune(
         console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     with progress_bar() as show:
-        result = asyncio.run(
-            tuned(config, axis, bus, pacing.value, out, ms=ms, force_n=force_n, show=show, tell=tell)
-        )
-    for line in lines_of(result):
+        request = TuneRequest(config, axis, out, ms, force_n, show, tell)
+        result = asyncio.run(tune_axis(request, bus, pacing.value))
+    for line in summary_lines(result):
         typer.echo(line)
     for file in write_files(result, out):
         typer.echo(f"written: {file}")

@@ -1,5 +1,5 @@
-"""Tuning of an axis: excite, measure the frequency response, propose gains and filters, prove them.
+"""Tuning of an axis: excite it, measure its frequency response, propose gains and filters, verify them.
 
-What computes takes arrays and gives arrays; `session` alone runs the machine. It sees the controller's side
-only: the machine file, and what came over the bus.
+Computations take arrays and return arrays. Only `machine_runs` moves the machine. The room sees the machine
+file and the recordings of its own runs; it never sees the simulated plant.
 """

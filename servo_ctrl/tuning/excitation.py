@@ -1,9 +1,9 @@
-"""The motion of a measurement: travels at constant speed, with a multisine force on top of them.
+"""Excitation of an axis: travels at constant speed, with an added multisine force.
 
-The speed keeps the axis out of presliding: friction of an axis that does not reverse is nearly constant, and
-its plant nearly linear. The multisine is periodic, so that its lines do not leak into each
-other, and what is not periodic (friction, cogging, noise) shows as a loss of coherence
-(Pintelon and Schoukens, System Identification: A Frequency Domain Approach, chapter 2).
+The speed keeps the axis out of presliding: the friction of an axis that does not reverse is nearly constant,
+and its plant nearly linear. The multisine is periodic, so that its lines do not leak into each other, and
+what is not periodic (friction, cogging, noise) shows as a loss of coherence (Pintelon and Schoukens, System
+Identification: A Frequency Domain Approach, chapter 2).
 """
 
 import math
@@ -13,15 +13,15 @@ import numpy as np
 
 from kernels.arrays import Array, Index
 
-SECONDS = 2.0
-"""Least time of a period: lines half a hertz apart. Chosen, as the numbers below."""
-DENSE_TO_HZ, RATIO = 60.0, 1.01
-"""Each line is excited up to here, and from there on one in each interval of this ratio."""
+LEAST_PERIOD_S = 2.0
+"""Least duration of a period: lines half a hertz apart or closer. Chosen, as are the numbers below."""
+DENSE_TO_HZ, LINE_RATIO = 60.0, 1.01
+"""Every line is excited up to this frequency; above it, the next line is this factor higher."""
 LOWEST_HZ = 1.0
 HIGHEST_SHARE = 0.9
-"""Of half the rate: up to there lines are excited."""
+"""Highest line, as a share of half the sampling rate."""
 SETTLING_S = 0.25
-"""At constant speed before the force begins."""
+"""Time at constant speed before the force begins."""
 
 
 class Multisine(NamedTuple):
@@ -30,7 +30,7 @@ class Multisine(NamedTuple):
     values: Array
     """(n,)."""
     lines: Index
-    """Which multiples of 1 / (n T) it has."""
+    """Multiples of 1 / (n T) that it contains, T the sampling period."""
 
 
 class Travel(NamedTuple):
@@ -39,26 +39,27 @@ class Travel(NamedTuple):
     position_m: Array
     force_n: Array
     first: int
-    """Sample with which the first whole period begins that is evaluated."""
+    """Index of the sample at which the first evaluated period begins."""
 
 
 def multisine(period_s: float) -> Multisine:
-    """A multisine with the phases of Schroeder (1970): its peak is low for its power.
+    """A multisine with the phases of Schroeder (1970), whose peak is low for its power.
 
-    The amplitudes grow with the root of the frequency: the plant falls with its square, the noise does not.
+    The amplitudes grow with the square root of the frequency, because the response of the plant falls with
+    its square and the noise does not.
     """
-    count = 2 ** math.ceil(math.log2(SECONDS / period_s))
+    count = 2 ** math.ceil(math.log2(LEAST_PERIOD_S / period_s))
     every = np.arange(1, int(HIGHEST_SHARE * 0.5 * count) + 1)
     frequency_hz = every / (count * period_s)
     lines, following_hz = [], 0.0
-    for line, at_hz in zip(every.tolist(), frequency_hz.tolist(), strict=True):
-        if at_hz >= max(LOWEST_HZ, following_hz):
+    for line, line_hz in zip(every.tolist(), frequency_hz.tolist(), strict=True):
+        if line_hz >= max(LOWEST_HZ, following_hz):
             lines.append(line)
-            following_hz = at_hz * RATIO if at_hz > DENSE_TO_HZ else 0.0
+            following_hz = line_hz * LINE_RATIO if line_hz > DENSE_TO_HZ else 0.0
     index = np.array(lines)
     amplitude = np.sqrt(index / index[-1])
     power = amplitude**2 / np.sum(amplitude**2)
-    # the group delay of a line is the share of the power below it, so that the lines follow one another
+    # the group delay of a line is the share of the power below it, so that the lines are excited in turn
     before = np.concatenate(([0.0], np.cumsum(power)[:-1]))
     phase = -2.0 * math.pi * np.cumsum(np.diff(index, prepend=index[0]) * before)
     spectrum = np.zeros(count // 2 + 1, dtype=np.complex128)
@@ -70,9 +71,12 @@ def multisine(period_s: float) -> Multisine:
 def travel(
     force: Multisine, amplitude_n: float, periods: int, speed_m_s: float, ramp_s: float, period_s: float
 ) -> Travel:
-    """A travel from 0 in the direction of `speed_m_s`, with `periods` behind one in which it settles."""
+    """A travel from 0 in the direction of `speed_m_s`: one period to settle, then `periods` to evaluate.
+
+    The speed ramps up and down within `ramp_s` each; the force peaks at `amplitude_n`.
+    """
     ramp = max(2, round(ramp_s / period_s))
-    rise = _risen(ramp)
+    rise = _raised_cosine(ramp)
     settling = round(SETTLING_S / period_s)
     count = len(force.values)
     cruise = settling + (periods + 1) * count
@@ -81,16 +85,16 @@ def travel(
     start = ramp + settling
     force_n[start : start + (periods + 1) * count] = amplitude_n * np.tile(force.values, periods + 1)
     fade = count // 2
-    force_n[start : start + fade] *= _risen(fade)
+    force_n[start : start + fade] *= _raised_cosine(fade)
     return Travel(np.cumsum(velocity_m_s) * period_s, force_n, start + count)
 
 
-def _risen(count: int) -> Array:
-    """From 0 to 1 with a continuous first derivative, (n,)."""
+def _raised_cosine(count: int) -> Array:
+    """A rise from 0 to 1 with a continuous first derivative, (n,)."""
     return np.asarray(0.5 * (1.0 - np.cos(math.pi * (np.arange(count) + 0.5) / count)))
 
 
 def travel_time_s(periods: int, ramp_s: float, period_s: float) -> float:
-    """How long a travel is at speed, its two ramps as one."""
-    count = 2 ** math.ceil(math.log2(SECONDS / period_s))
+    """Length of a travel over its speed, s: each of the two ramps covers half of what full speed would."""
+    count = 2 ** math.ceil(math.log2(LEAST_PERIOD_S / period_s))
     return float(SETTLING_S + (periods + 1) * count * period_s + ramp_s)

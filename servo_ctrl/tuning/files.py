@@ -1,4 +1,4 @@
-"""The files of a tuning: report.html, tuned.toml, tune.json."""
+"""The files that a tuning writes: report.html, tuned.toml, tune.json."""
 
 import json
 import math
@@ -8,18 +8,18 @@ from typing import Any
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.report.html_page import page
 from servo_ctrl.tuning.machine_file import section_text
-from servo_ctrl.tuning.modal_model import held_modes
+from servo_ctrl.tuning.modal_model import antiresonances
 from servo_ctrl.tuning.pictures import report_of
-from servo_ctrl.tuning.session import ProvedSetting, TuneResult
-from servo_ctrl.tuning.words import lines_of
+from servo_ctrl.tuning.results import AssessedSetting, TuneResult
+from servo_ctrl.tuning.summary import summary_lines
 
 HTML_FILE, TOML_FILE, JSON_FILE = "report.html", "tuned.toml", "tune.json"
 
 
 def write_files(result: TuneResult, out: Path) -> list[Path]:
-    """Write them, and return where they are. Raises OSError."""
+    """Write the files into `out`, and return their paths. Raises OSError."""
     out.mkdir(parents=True, exist_ok=True)
-    comments = "".join(f"# {line}\n" for line in lines_of(result))
+    comments = "".join(f"# {line}\n" for line in summary_lines(result))
     texts = {
         HTML_FILE: page(report_of(result)),
         TOML_FILE: comments + section_text(result.axis, result.sections) + _shaper_text(result),
@@ -31,17 +31,17 @@ def write_files(result: TuneResult, out: Path) -> list[Path]:
 
 
 def _shaper_text(result: TuneResult) -> str:
-    """The section of an input shaper as a comment."""
+    """The section of the reported input shaper, as comments of TOML."""
     shaper = result.proposal.shaper
     if shaper is None:
         return ""
     keys = "".join(f"# {key} = {value:g}\n" for key, value in shaper._asdict().items())
-    head = "\n# Moves excite what swings while the axis is held. On every axis of a path:\n"
+    head = "\n# Moves excite what rings while the motor is held. To be set on every axis of a path:\n"
     return f'{head}# [axis.{result.axis}.input_shaper]\n# kind = "zv"\n{keys}'
 
 
 def figures_of(result: TuneResult) -> dict[str, Any]:
-    """All figures, SI units; null where there is none."""
+    """All figures in SI units, for JSON; None where a figure is missing or infinite."""
     model = result.model
     return {
         "machine": result.machine,
@@ -61,7 +61,7 @@ def figures_of(result: TuneResult) -> dict[str, Any]:
             {"frequency_hz": mode.frequency_hz, "damping_ratio": mode.damping_ratio}
             for mode in result.proposal.resonances
         ],
-        "held": [{"frequency_hz": hz, "damping_ratio": damping} for hz, damping in held_modes(model)],
+        "held": [{"frequency_hz": hz, "damping_ratio": damping} for hz, damping in antiresonances(model)],
         "proposed": result.sections,
         "input_shaper": None if result.proposal.shaper is None else result.proposal.shaper._asdict(),
         "before": _setting(result.before),
@@ -70,7 +70,7 @@ def figures_of(result: TuneResult) -> dict[str, Any]:
     }
 
 
-def _setting(setting: ProvedSetting) -> dict[str, Any]:
+def _setting(setting: AssessedSetting) -> dict[str, Any]:
     figures = {
         **setting.margins._asdict(),
         "compliance_m_n": setting.compliance_m_n,

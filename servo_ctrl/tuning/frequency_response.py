@@ -1,9 +1,10 @@
 """Frequency response of an axis in its closed loop, from the recording of a multisine.
 
-With the force d that is added, the whole force u = d + loop and the position y, the plant is S_dy / S_du: the
-loop takes part in both, so feedback does not bias it (the joint input-output method; Ljung, System
+With the added force d, the total force u = d + feedback and the position y, the plant is S_dy / S_du. The
+loop takes part in both spectra, so feedback does not bias the ratio (joint input-output method; Ljung, System
 Identification, section 13.5). S_du / S_dd is the sensitivity S = 1 / (1 + L) at the force, so that the loop
-itself is measured too. Spectra by Welch's method over whole periods, without a window: nothing leaks.
+itself is measured too. Spectra are estimated by Welch's method over whole periods, without a window, because
+whole periods do not leak.
 """
 
 from collections.abc import Sequence
@@ -19,16 +20,16 @@ Response = NDArray[np.complex128]
 
 
 class Measured(NamedTuple):
-    """What one travel has shown in its whole periods, (n,) each, by the SYNC period."""
+    """The recording of one travel, its evaluated periods only, (n,) each, sampled at the SYNC period."""
 
-    added: Array
-    """What was added to the set point (N)."""
-    whole: Array
-    """The whole set point (N), as it went to the amplifier."""
+    added_n: Array
+    """Force that was added to the output of the control law."""
+    total_n: Array
+    """Total force set point, as the amplifier received it."""
     motor_m: Array
-    """Position less the command."""
+    """Motor position minus command."""
     scale_m: Array
-    """Likewise of the scale; of the motor where there is no scale."""
+    """Scale position minus command; the motor's if there is no scale."""
 
 
 class FrequencyResponse(NamedTuple):
@@ -36,23 +37,23 @@ class FrequencyResponse(NamedTuple):
 
     frequency_hz: Array
     motor: Response
-    """Position of the motor per force, m/N, with all delays between two ticks."""
+    """Motor position per force, m/N, with all delays from tick to tick."""
     scale: Response
-    """Likewise of the scale."""
+    """Scale position per force, likewise."""
     sensitivity: Response
     """1 / (1 + L) at the force."""
     motor_coherence: Array
     scale_coherence: Array
     averages: int
-    """Periods that were evaluated."""
+    """Number of evaluated periods."""
 
     @property
     def loop(self) -> Response:
-        """L as it was measured."""
+        """L, from the measured sensitivity."""
         return np.asarray(1.0 / self.sensitivity - 1.0)
 
     def relative_error(self, coherence: Array) -> Array:
-        """Standard error of a response, a share of it (Bendat and Piersol, Random Data, table 9.6)."""
+        """Relative standard error of a response, (n,) (Bendat and Piersol, Random Data, table 9.6)."""
         bounded = np.clip(coherence, 1e-6, 1.0)
         return np.sqrt((1.0 - bounded) / (2.0 * self.averages * bounded))
 
@@ -60,14 +61,18 @@ class FrequencyResponse(NamedTuple):
 def frequency_response(
     travels: Sequence[Measured], period_samples: int, lines: Index, period_s: float
 ) -> FrequencyResponse:
-    """From travels of whole periods. Raises ValueError where there are fewer than two."""
+    """Estimate the response from travels of whole periods.
+
+    `lines`: which multiples of 1 / (period_samples period_s) were excited. Raises ValueError where there are
+    fewer than two periods.
+    """
     columns = [
         np.concatenate([_without_drift(part, period_samples) for part in parts])
         for parts in zip(*travels, strict=True)
     ]
     averages = len(columns[0]) // period_samples
     if averages < 2:
-        raise ValueError("a coherence needs two periods at least")
+        raise ValueError("a coherence needs at least two periods")
 
     def spectrum(first: Array, second: Array) -> Response:
         _, values = signal.csd(
@@ -81,8 +86,8 @@ def frequency_response(
         )
         return np.asarray(values)[lines]
 
-    added, whole, motor, scale = columns
-    dd, du, dm, ds = (spectrum(added, other) for other in (added, whole, motor, scale))
+    added, total, motor, scale = columns
+    dd, du, dm, ds = (spectrum(added, other) for other in (added, total, motor, scale))
     return FrequencyResponse(
         frequency_hz=lines / (period_samples * period_s),
         motor=dm / du,
@@ -95,9 +100,9 @@ def frequency_response(
 
 
 def _without_drift(values: Array, period_samples: int) -> Array:
-    """Values of whole periods less the slope by which they differ from period to period.
+    """Subtract the slope by which whole periods differ from one to the next.
 
-    A straight line that is fitted to a period would follow the lowest lines, and leak into all others.
+    A straight line fitted within a period would follow the lowest lines, and leak into all others.
     """
     count = len(values) - period_samples
     if count <= 0:

@@ -1,10 +1,11 @@
-"""The loop of an axis from its measured plant and the law's exact transfer functions in z.
+"""The open loop of an axis, from its measured plant and the exact transfer functions of the control law in z.
 
     u = -N K (R y + W q),   L = N K (R P_y + W P_q)
 
-K proportional-integral velocity law, N notch, R position law on the feedback y, W velocity estimate on the
-motor position q; in csv the amplifier has the velocity loop, u is a velocity, and K W is not there. L is the
-loop at the set point of the amplifier, where all paths meet: one margin holds for all of them.
+K is the proportional-integral velocity law, N the notch, R the position law on the feedback y, W the velocity
+estimate from the motor position q. In mode csv the amplifier closes the velocity loop: u is a velocity, and
+K and W are absent. L is the loop broken at the set point of the amplifier, where all paths meet, so that one
+margin holds for all of them.
 """
 
 import math
@@ -20,46 +21,46 @@ from servo_ctrl.tuning.frequency_response import FrequencyResponse, Response
 from servo_ctrl.tuning.modal_model import ModalModel
 
 LOWEST_HZ = 0.02
-"""Where the grid begins: far below any crossover. Chosen, as the numbers below."""
+"""Lowest frequency of the grid: far below any crossover. Chosen, as are the numbers below."""
 POINTS = 900
-AROUND_MODES = np.sinh(np.linspace(-4.0, 4.0, 61)) / 4.0
-"""Further points around a mode, in half widths of its peak."""
-TRUSTED = 0.8
-"""Coherence from which a line corrects the model."""
+MODE_POINTS = np.sinh(np.linspace(-4.0, 4.0, 61)) / 4.0
+"""Further points around each mode, in half widths of its peak."""
+CORRECTING_COHERENCE = 0.8
+"""Coherence above which a measured line corrects the model."""
 
 
 class Plant(NamedTuple):
-    """Responses on a grid that resolves the modes, (n,) each."""
+    """Responses per set point of the amplifier, on a grid that resolves the modes, (n,) each."""
 
     frequency_hz: Array
     motor: Response
     feedback: Response
-    """Of what the position loop is closed on."""
+    """Response of the position that the position loop uses: motor or scale."""
 
 
 class Margins(NamedTuple):
     """Robustness of a loop."""
 
     stable: bool
-    """By the criterion of Nyquist."""
+    """By the Nyquist criterion."""
     sensitivity_peak: float
-    """Ms."""
+    """Ms: largest |1 / (1 + L)|."""
     peak_hz: float
     phase_margin_deg: float
-    """Least, of all crossovers."""
+    """The least of all crossovers."""
     gain_margin_db: float
-    """By how much the gain may grow."""
+    """By how much the gain may grow; infinite where the phase never crosses -180 degrees."""
     crossover_hz: float
     """The highest one."""
 
 
 def grid_hz(model: ModalModel) -> Array:
-    """Frequencies up to half the rate, dense around the modes, ascending."""
+    """Ascending frequencies up to half the sampling rate, dense around the modes."""
     highest_hz = 0.5 / model.period_s
     parts = [np.geomspace(LOWEST_HZ, highest_hz * (1.0 - 1e-6), POINTS)]
     for mode in model.modes:
         width = max(mode.damping_ratio, 1e-3) * mode.frequency_hz
-        parts.append(mode.frequency_hz + width * AROUND_MODES)
+        parts.append(mode.frequency_hz + width * MODE_POINTS)
     grid = np.unique(np.concatenate(parts))
     return np.asarray(grid[(grid > LOWEST_HZ / 2.0) & (grid < highest_hz)])
 
@@ -67,7 +68,10 @@ def grid_hz(model: ModalModel) -> Array:
 def plant_of(
     model: ModalModel, measured: FrequencyResponse | None, *, scale_feedback: bool, shift: float = 1.0
 ) -> Plant:
-    """The plant on the grid: the model, corrected by what was measured where that is coherent."""
+    """The plant on the grid: the model, corrected by the measured lines that are coherent.
+
+    `shift`: factor on the frequencies of all modes.
+    """
     frequency_hz = grid_hz(model)
     motor, scale = model.motor(frequency_hz, shift), model.scale(frequency_hz, shift)
     if measured is not None:
@@ -89,8 +93,8 @@ def plant_of(
 def _correction(
     frequency_hz: Array, measured: FrequencyResponse, ratio: Response, coherence: Array
 ) -> Response:
-    """Measured over model where it was measured well, 1 beyond."""
-    good = (coherence > TRUSTED) & (np.abs(np.log(np.abs(ratio))) < math.log(2.0))
+    """Factor on the model, (n,): `ratio`, measured over model, interpolated; 1 outside the coherent lines."""
+    good = (coherence > CORRECTING_COHERENCE) & (np.abs(np.log(np.abs(ratio))) < math.log(2.0))
     if good.sum() < 2:
         return np.ones(len(frequency_hz), dtype=np.complex128)
     at = np.log(measured.frequency_hz[good])
@@ -100,39 +104,39 @@ def _correction(
 
 
 def position_law(params: AxisParams, z: Response) -> Response:
-    """R: velocity set point per position error, 1/s."""
+    """R: velocity set point per position error, 1/s, (n,)."""
     p, period_s = params.position_loop, params.period_s
     change = p.derivative_blend * (1.0 - 1.0 / z) / period_s / (1.0 - (1.0 - p.derivative_blend) / z)
     return np.asarray(p.kp_1_s + p.ki_1_s2 * period_s / (1.0 - 1.0 / z) + p.kd * change)
 
 
 def velocity_law(params: AxisParams, z: Response) -> Response:
-    """K: force per velocity error, N s/m."""
+    """K: force per velocity error, N s/m, (n,)."""
     p = params.velocity_loop
     return np.asarray(p.kv_n_s_m + p.ki_n_m * params.period_s / (1.0 - 1.0 / z))
 
 
 def velocity_estimate(params: AxisParams, z: Response) -> Response:
-    """W: estimated velocity per motor position, 1/s."""
+    """W: estimated velocity per motor position, 1/s, (n,)."""
     p = params.velocity_loop
     difference = (1.0 - z ** (-p.window_samples)) / (p.window_samples * params.period_s)
     return np.asarray(difference * p.filter_blend / (1.0 - (1.0 - p.filter_blend) / z))
 
 
 def notch_response(p: notch.Params, z: Response) -> Response:
-    """N."""
+    """N: the notch, (n,)."""
     if not p.enabled:
         return np.ones(len(z), dtype=np.complex128)
     return np.asarray((p.b0 + p.b1 / z + p.b2 / z**2) / (1.0 + p.b1 / z + p.a2 / z**2))
 
 
 def on_circle(frequency_hz: Array, period_s: float) -> Response:
-    """Z at these frequencies."""
+    """Z on the unit circle at these frequencies, (n,)."""
     return np.asarray(np.exp(2j * math.pi * frequency_hz * period_s))
 
 
 def loop_of(params: AxisParams, plant: Plant) -> Response:
-    """L on the grid of the plant."""
+    """L on the grid of the plant, (n,)."""
     z = on_circle(plant.frequency_hz, params.period_s)
     paths = position_law(params, z) * plant.feedback
     if params.output == int(Output.FORCE):
@@ -141,17 +145,17 @@ def loop_of(params: AxisParams, plant: Plant) -> Response:
 
 
 def velocity_loop_of(params: AxisParams, plant: Plant) -> Response:
-    """The velocity loop by itself, with the position loop open."""
+    """The velocity loop alone, with the position loop open, (n,)."""
     z = on_circle(plant.frequency_hz, params.period_s)
     inner = velocity_law(params, z) * velocity_estimate(params, z) * plant.motor
     return np.asarray(notch_response(params.notch, z) * inner)
 
 
 def is_stable(loop: Response) -> bool:
-    """Nyquist's criterion for a loop whose only poles that are not stable are integrators.
+    """Apply the Nyquist criterion to a loop whose only unstable poles are integrators.
 
-    The angle of 1 + L from the lowest frequency to half the rate must go from that of the integrators to 0:
-    `loop` begins where it is large, and its grid leaves no turn out.
+    From the lowest frequency to half the sampling rate, the angle of 1 + L must turn from that of the
+    integrators to 0. The grid must begin where |L| is large, and be dense enough not to miss a turn.
     """
     angle = np.angle(1.0 + loop)
     turned = float(np.sum((np.diff(angle) + math.pi) % (2.0 * math.pi) - math.pi))

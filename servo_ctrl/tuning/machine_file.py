@@ -13,10 +13,11 @@ from servo_ctrl.tuning.measurement import TuneError
 from servo_ctrl.tuning.proposal import NotchValues, Proposal
 
 Sections = dict[str, dict[str, Any]]
+"""Section of an axis -> key -> value."""
 
 
 def sections_of(proposal: Proposal, *, has_notch: bool) -> Sections:
-    """Section of the axis -> keys. A notch that the file has and the proposal has not is switched off."""
+    """Return the sections of a proposal. A notch that only the machine file has is switched off."""
     sections: Sections = {
         "control": {
             "kp_1_s": proposal.kp_1_s,
@@ -34,7 +35,7 @@ def sections_of(proposal: Proposal, *, has_notch: bool) -> Sections:
 
 
 def with_sections(machine: MachineConfig, axis: str, sections: Sections) -> MachineConfig:
-    """The machine with these values."""
+    """Return the machine with these values on one axis."""
     config = machine.axes[axis]
     update: dict[str, Any] = {"control": config.control.model_copy(update=sections["control"])}
     name = notch.SECTION.name
@@ -46,19 +47,19 @@ def with_sections(machine: MachineConfig, axis: str, sections: Sections) -> Mach
 
 
 def section_text(axis: str, sections: Sections) -> str:
-    """The sections as they stand in a machine file."""
+    """Return the sections as text of a machine file."""
     return toml_text({"axis": {axis: sections}})
 
 
 def with_values(text: str, axis: str, sections: Sections) -> str:
-    """The text of a machine file with these values; all else stays as it is, comments too."""
+    """Return the text of a machine file with these values; everything else is unchanged, comments too."""
     for name, values in sections.items():
-        head = f"[axis.{axis}.{name}]"
+        header = f"[axis.{axis}.{name}]"
         lines = text.split("\n")
         try:
-            first = next(k for k, line in enumerate(lines) if line.split("#")[0].strip() == head)
+            first = next(k for k, line in enumerate(lines) if line.split("#")[0].strip() == header)
         except StopIteration:
-            text = text.rstrip("\n") + f"\n\n{head}\n{toml_text(values)}"
+            text = text.rstrip("\n") + f"\n\n{header}\n{toml_text(values)}"
             continue
         end = next((k for k in range(first + 1, len(lines)) if lines[k].lstrip().startswith("[")), len(lines))
         while end > first + 1 and not lines[end - 1].strip():
@@ -66,22 +67,25 @@ def with_values(text: str, axis: str, sections: Sections) -> str:
         body = lines[first + 1 : end]
         for key, value in values.items():
             written = toml_text({key: value}).strip()
-            at = next((k for k, line in enumerate(body) if re.match(rf"\s*{key}\s*=", line)), None)
-            if at is None:
+            index = next((k for k, line in enumerate(body) if re.match(rf"\s*{key}\s*=", line)), None)
+            if index is None:
                 body.append(written)
             else:
-                _, hash_, comment = body[at].partition("#")
-                body[at] = f"{written}  # {comment.strip()}" if hash_ else written
+                _, hash_, comment = body[index].partition("#")
+                body[index] = f"{written}  # {comment.strip()}" if hash_ else written
         text = "\n".join([*lines[: first + 1], *body, *lines[end:]])
     return text
 
 
 def apply_to_file(file: Path, axis: str, sections: Sections) -> Path:
-    """Put the values into the machine file; the file as it was stays beside it. Returns where."""
+    """Put the values into the machine file, and return the path of the copy of the file as it was.
+
+    Raises TuneError where such a copy exists already.
+    """
     text = file.read_text(encoding="utf-8")
     kept = file.with_name(f"{file.name}.before-tune")
     if kept.exists():
-        raise TuneError(f"{kept}: is there already, from an earlier tuning; move it away first")
+        raise TuneError(f"{kept} exists already, from an earlier tuning; move it away first")
     write_text_whole(kept, text)
     write_text_whole(file, with_values(text, axis, sections))
     return kept

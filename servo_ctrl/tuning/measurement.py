@@ -1,6 +1,7 @@
-"""The motion that measures an axis, as steps of a program, and what its recording shows.
+"""The measuring motion of an axis as steps of a program, and the evaluation of its recording.
 
-The axis travels through the middle of its limits, there and back, at a speed at which it does not reverse.
+The axis travels through the middle of its limits, there and back, at a speed high enough that the excitation
+does not reverse it.
 """
 
 import math
@@ -19,19 +20,21 @@ from servo_ctrl.tuning.frequency_response import FrequencyResponse, Measured, fr
 from servo_ctrl.units import MM
 
 SPEED_M_S, SPEED_SHARE = 0.01, 0.2
-"""Speed of a travel, and its share of the axis' limit at most; chosen, as the numbers below."""
+"""Speed of a travel, and its largest share of the speed limit. Chosen, as are the numbers below."""
 TRAVEL_SHARE = 0.8
-"""Of the travel between the limits, at most."""
+"""Largest length of a travel, as a share of the distance between the position limits."""
 TO_START_SHARE = 0.2
-"""Of the speed limit, on the way to the start."""
+"""Speed of the move to the start, as a share of the speed limit."""
 REST_S = 1.0
-"""At the start, before the first travel: does the axis stand?"""
+"""Dwell at the start, in which the session sees whether the axis oscillates at rest."""
 BETWEEN_S = 0.3
-ALIGNED_M = 1e-9
+"""Dwell between two travels."""
+ALIGNMENT_M = 1e-9
+"""Largest difference between planned and recorded command: more means that cycles were missed."""
 
 
 class TuneError(ServoCtrlError):
-    """An axis that cannot be tuned; the message says why and what to do."""
+    """An axis that cannot be tuned; the message says why, and what to do."""
 
 
 class Plan(NamedTuple):
@@ -44,26 +47,29 @@ class Plan(NamedTuple):
     periods: int
     amplitude_n: float
     travels: tuple[Travel, ...]
-    """Their positions are from `start_m` on."""
+    """Their positions are relative to `start_m`."""
 
 
 def plan_measurement(machine: MachineConfig, axis: str, amplitude_n: float, periods: int) -> Plan:
-    """There and back with `periods` periods each. Raises TuneError where the travel is too short."""
+    """Plan a travel there and back with `periods` evaluated periods each.
+
+    `amplitude_n`: peak of the multisine. Raises TuneError where the limits are too close together.
+    """
     config, period_s = machine.axes[axis], machine.period_s
     limits = config.limits
     low_m, high_m = (edge * MM for edge in limits.position_mm)
     speed_m_s = min(SPEED_M_S, SPEED_SHARE * limits.velocity_mm_s * MM)
     ramp_s = _ramp_s(config, speed_m_s)
     length_m = speed_m_s * travel_time_s(periods, ramp_s, period_s)
-    room_m = TRAVEL_SHARE * (high_m - low_m)
-    if length_m > room_m:
-        speed_m_s *= room_m / length_m
-        length_m = room_m
+    longest_m = TRAVEL_SHARE * (high_m - low_m)
+    if length_m > longest_m:
+        speed_m_s *= longest_m / length_m
+        length_m = longest_m
     count_m = config.transmission.lead_mm * MM / config.drive.counts_per_rev
     if speed_m_s < 20.0 * count_m:
         raise TuneError(
-            f"axis {axis}: between its limits there is room for {speed_m_s * 1e3:.3g} mm/s only, which the "
-            "encoder does not resolve"
+            f"axis {axis}: its limits leave room for {speed_m_s * 1e3:.3g} mm/s only, which the encoder does "
+            "not resolve"
         )
     excitation, travels, at_m = multisine(period_s), [], 0.0
     for direction in (1.0, -1.0):
@@ -75,14 +81,14 @@ def plan_measurement(machine: MachineConfig, axis: str, amplitude_n: float, peri
 
 
 def _ramp_s(config: AxisConfig, speed_m_s: float) -> float:
-    """Ramps of a raised cosine within half the limits of acceleration and jerk."""
+    """Duration of a raised-cosine ramp within half the limits of acceleration and jerk, s."""
     by_acceleration = math.pi * speed_m_s / (config.limits.acceleration_mm_s2 * MM)
     by_jerk = math.pi * math.sqrt(speed_m_s / (config.limits.jerk_mm_s3 * MM))
     return max(0.1, by_acceleration, by_jerk)
 
 
 def measuring_steps(plan: Plan, machine: MachineConfig, folder: Path) -> list[dict[str, Any]]:
-    """Steps of a program file; their samples go into files of `folder`."""
+    """Return the steps of a program file; their samples are written into files of `folder`."""
     limits = machine.axes[plan.axis].limits
     feed = TO_START_SHARE * limits.velocity_mm_s * 60.0
     steps: list[dict[str, Any]] = [
@@ -108,7 +114,7 @@ def measuring_steps(plan: Plan, machine: MachineConfig, folder: Path) -> list[di
 def samples_step(
     axis: str, label: str, position_m: Array, force_n: Array, period_s: float, folder: Path
 ) -> dict[str, Any]:
-    """A step of samples, which it writes into a file of `folder`."""
+    """Write samples, (n,) each, into a file of `folder`, and return the step of a program that runs them."""
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{label.replace(' ', '_')}.npz"
     time_s = np.arange(len(position_m)) * period_s
@@ -123,28 +129,31 @@ def samples_step(
 
 
 def travel_label(index: int) -> str:
-    """How a travel is called in program and recording."""
+    """Label of a travel in program and recording, from 0."""
     return f"travel {index + 1}"
 
 
 def measured_travels(
     plan: Plan, machine: MachineConfig, segments: Sequence[Mapping[str, Array]]
 ) -> list[Measured]:
-    """The whole periods of each travel, from the columns of its step. Raises TuneError."""
+    """Return the evaluated periods of each travel, from the recorded columns of its step.
+
+    Raises TuneError where the recording is not the planned motion, or lacks positions.
+    """
     config = machine.axes[plan.axis]
     unit_n = drive_scaling(config).newton_per_permille
-    found = []
+    measured = []
     for index, (one, columns) in enumerate(zip(plan.travels, segments, strict=True)):
         command_m = plan.start_m + one.position_m
-        seen_m = columns[f"{plan.axis}.position_command_m"]
-        if len(seen_m) != len(command_m) or not np.abs(seen_m - command_m).max() < ALIGNED_M:
+        recorded_m = columns[f"{plan.axis}.position_command_m"]
+        if len(recorded_m) != len(command_m) or not np.abs(recorded_m - command_m).max() < ALIGNMENT_M:
             raise TuneError(
-                f"{travel_label(index)} was not run as planned: cycles were missed, or it was held; "
+                f"{travel_label(index)} was not run as planned: cycles were missed, or the run was held; "
                 "measure again on a computer that keeps the period"
             )
         stop = one.first + plan.periods * len(plan.excitation.values)
         rows = slice(one.first, stop)
-        # what goes out is in whole per mille of the rated torque, each of the two by itself
+        # PDOs carry both forces in whole per mille of the rated torque, each rounded for itself
         added_n = np.rint(one.force_n[rows] / unit_n) * unit_n
         loop_n = np.rint(columns[f"{plan.axis}.force_command_n"][rows] / unit_n) * unit_n
         motor_m = columns[f"{plan.axis}.motor_position_m"][rows] - command_m[rows]
@@ -155,12 +164,12 @@ def measured_travels(
             scale_m = motor_m
         elif not np.isfinite(scale_m).all():
             raise TuneError(f"{travel_label(index)}: scale positions are missing in the recording")
-        found.append(Measured(added_n, added_n + loop_n, motor_m, scale_m))
-    return found
+        measured.append(Measured(added_n, added_n + loop_n, motor_m, scale_m))
+    return measured
 
 
 def response_of(plan: Plan, machine: MachineConfig, travels: Sequence[Measured]) -> FrequencyResponse:
-    """The frequency response that the travels of a plan show."""
+    """Estimate the frequency response from the travels of a plan."""
     return frequency_response(travels, len(plan.excitation.values), plan.excitation.lines, machine.period_s)
 
 
@@ -168,15 +177,15 @@ class AxisReaction(NamedTuple):
     """How strongly an axis reacts to the excitation."""
 
     speed_m_s: float
-    """Largest change of its speed."""
+    """Largest change of speed."""
     position_m: float
     """Largest deviation from the command."""
     force_n: float
-    """Largest whole force."""
+    """Largest total force."""
 
 
-def reaction(plan: Plan, machine: MachineConfig, travels: Sequence[Measured]) -> AxisReaction:
-    """Of the motor, by the lines of the excitation alone."""
+def reaction_to(plan: Plan, machine: MachineConfig, travels: Sequence[Measured]) -> AxisReaction:
+    """Reaction of the motor, at the lines of the excitation only: friction and drift do not count."""
     count = len(plan.excitation.values)
     periods = np.concatenate([one.motor_m.reshape(-1, count) for one in travels])
     spectrum = np.zeros(count // 2 + 1, dtype=np.complex128)
@@ -186,5 +195,5 @@ def reaction(plan: Plan, machine: MachineConfig, travels: Sequence[Measured]) ->
     return AxisReaction(
         speed_m_s=float(np.abs(np.fft.irfft(rate * spectrum, count)).max()),
         position_m=float(np.abs(np.fft.irfft(spectrum, count)).max()),
-        force_n=max(float(np.abs(one.whole).max()) for one in travels),
+        force_n=max(float(np.abs(one.total_n).max()) for one in travels),
     )

@@ -1,4 +1,4 @@
-"""The report of a tuning: what was found, Bode plots with margins, the proof in pictures."""
+"""The report of a tuning: values and margins, Bode plots of plant and loop, and the trials as pictures."""
 
 import math
 
@@ -9,16 +9,16 @@ from servo_ctrl.report.content import LevelLine, Report, ReportPicture, ReportSe
 from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.frequency_response import Response
 from servo_ctrl.tuning.machine_file import section_text
-from servo_ctrl.tuning.session import ProvedSetting, TuneResult
-from servo_ctrl.tuning.words import lines_of, trial_rows
+from servo_ctrl.tuning.results import AssessedSetting, TuneResult
+from servo_ctrl.tuning.summary import summary_lines, trial_rows
 
 FROM_HZ = 0.5
-"""Where the pictures of the loop begin."""
+"""Lowest frequency in the pictures of the loop."""
 FREQUENCY = "frequency, Hz"
 
 
 def report_of(result: TuneResult) -> Report:
-    """The whole report."""
+    """Compose the whole report."""
     proved = result.proved
     sentence = (
         f"Ms {result.measured_ms:.2f} was measured with the proposed values, {result.ms:g} was stated; "
@@ -53,7 +53,11 @@ def _summary(result: TuneResult) -> ReportSection:
     text = section_text(result.axis, result.sections)
     return ReportSection(
         "What was found",
-        (*lines_of(result), *result.notes, "Sections for the machine file: " + " | ".join(text.split("\n"))),
+        (
+            *summary_lines(result),
+            *result.notes,
+            "Sections for the machine file: " + " | ".join(text.split("\n")),
+        ),
         (
             ReportTable("Values", ("key", "before", "proposed"), tuple(rows)),
             ReportTable(
@@ -76,7 +80,7 @@ def _summary(result: TuneResult) -> ReportSection:
     )
 
 
-def _margin_row(name: str, setting: ProvedSetting) -> tuple[str, ...]:
+def _margin_row(name: str, setting: AssessedSetting) -> tuple[str, ...]:
     margins = setting.margins
     return (
         name,
@@ -129,7 +133,7 @@ def _plant(result: TuneResult) -> ReportSection:
                 FREQUENCY,
                 "",
                 coherence,
-                note="1: all of it follows from the excitation. Below, noise, friction or play.",
+                note="1: only the excitation moves the axis. Less: noise, friction or backlash take part.",
                 kind="semilogarithmic",
             ),
         ),

@@ -1,7 +1,7 @@
-"""The proof: the same step of force, move and circle before and after, and what they show.
+"""The trial of a setting: a step of force, a move and a circle, and the indicators of their recording.
 
-A machine of one axis makes a sine in place of the circle. Errors are those of the scale, of the motor where
-there is none.
+A machine with one axis makes a sine instead of the circle. Deviations are those of the scale, or of the motor
+if there is no scale.
 """
 
 import math
@@ -18,40 +18,43 @@ from servo_ctrl.tuning.measurement import samples_step
 from servo_ctrl.units import MM, UM
 
 FORCE_SHARE = 0.1
-"""Of the force limit: the step of force. Chosen, as all numbers here."""
+"""The step of force, as a share of the force limit. Chosen, as are all numbers here."""
 STEP_S = 0.5
+"""Duration of the step of force, and of the dwells after the moves."""
 MOVE_MM, RADIUS_MM, TRAVEL_SHARE = 5.0, 10.0, 0.1
-"""Largest move and radius, and their share of the travel between the limits."""
+"""Largest move and radius, and their largest share of the distance between the position limits."""
 MOVE_SPEED_SHARE, CIRCLE_SPEED_SHARE, ACCELERATION_SHARE = 0.5, 0.2, 0.1
-"""Of the limits: speed of the move, speed and acceleration of the circle."""
+"""Speed of the move, speed and acceleration of the circle, as shares of the limits."""
 SETTLED_M, SETTLED_COUNTS = 1.0 * UM, 2.0
-DYING, QUIET_M = 0.8, 0.3 * UM
-"""What swings dies away to less than this share within half a second, or is smaller than that."""
+"""Band within which a move has settled: the larger of metres and encoder counts."""
+DECAY_SHARE, QUIET_M = 0.8, 0.3 * UM
+"""An oscillation at rest decays to less than this share within half a second, or is smaller than this RMS."""
 STEP, MOVE, BACK, ROUND = "step of force", "move", "rest behind the move", "circle"
+"""Labels of the evaluated steps; `BACK` is the dwell after the move."""
 
 
 class StepAndMove(NamedTuple):
-    """What a setting has shown; NaN where it was not shown."""
+    """Indicators of a trial; NaN where a deviation did not settle."""
 
     step_peak_m: float
-    """Largest deviation behind the step of force."""
+    """Largest deviation after the step of force."""
     step_settling_s: float
-    """Until it stays within a tenth of that, and of the last digit."""
+    """Until the deviation stays within a tenth of that, or two encoder counts."""
     move_peak_m: float
-    """Largest deviation along the move."""
+    """Largest deviation during the move."""
     move_settling_s: float
-    """From the end of the command until the axis stays within 1 um, or two digits."""
+    """From the end of the command until the deviation stays within 1 um, or two encoder counts."""
     circle_peak_m: float
-    """Largest contour error of the circle, or deviation along the sine."""
+    """Largest contour error on the circle, or deviation on the sine."""
     circle_rms_m: float
     rest_rms_m: float
-    """Of the deviation at rest."""
+    """Standard deviation of the deviation at rest."""
     hums: bool
-    """At rest the deviation does not die away: friction that holds makes another plant of the axis."""
+    """Whether the axis oscillates at rest without decay: sticking friction makes another plant of it."""
 
 
 class Traces(NamedTuple):
-    """Time and deviation of the parts, for the pictures."""
+    """Time (s) and deviation (m) of the three parts, (n,) each, for the pictures."""
 
     step: tuple[Array, Array]
     move: tuple[Array, Array]
@@ -59,7 +62,10 @@ class Traces(NamedTuple):
 
 
 def proving_steps(machine: MachineConfig, axis: str, folder: Path) -> list[dict[str, Any]]:
-    """Steps of a program file that begin in the middle of the limits."""
+    """Return the steps of a program file, which begin in the middle of the limits.
+
+    The samples of the step of force are written into a file of `folder`.
+    """
     limits = machine.axes[axis].limits
     middle_mm = sum(limits.position_mm) / 2.0
     span_mm = limits.position_mm[1] - limits.position_mm[0]
@@ -81,10 +87,11 @@ def proving_steps(machine: MachineConfig, axis: str, folder: Path) -> list[dict[
         },
         {"kind": "dwell", "label": BACK, "seconds": STEP_S},
     ]
-    return steps + _round_steps(machine, axis)
+    return steps + _circle_steps(machine, axis)
 
 
-def _round_steps(machine: MachineConfig, axis: str) -> list[dict[str, Any]]:
+def _circle_steps(machine: MachineConfig, axis: str) -> list[dict[str, Any]]:
+    """A circle with the next axis, or a sine if there is none, within the limits of all axes that move."""
     axes = [axis, *(name for name in machine.axes if name != axis)][:2]
     all_limits = [machine.axes[name].limits for name in axes]
     radius_mm = min(
@@ -126,7 +133,7 @@ def _round_steps(machine: MachineConfig, axis: str) -> list[dict[str, Any]]:
 def evaluate(
     machine: MachineConfig, axis: str, segment: Callable[[str], Mapping[str, Array]]
 ) -> tuple[StepAndMove, Traces]:
-    """The indicators of a recording; `segment`: the columns of the step of that name."""
+    """Compute the indicators of a recording. `segment` returns the columns of the step with a label."""
     period_s = machine.period_s
 
     def deviation(columns: Mapping[str, Array], name: str = axis) -> Array:
@@ -134,36 +141,36 @@ def evaluate(
         return columns[f"{name}.position_command_m"] - columns[f"{name}.{source}_position_m"]
 
     config = machine.axes[axis]
-    digit_m = (
+    count_m = (
         scale_metre_per_count(config) if config.scale is not None else drive_scaling(config).metre_per_count
     )
     rest = deviation(segment("rest in the middle"))
     early, late = (float(np.std(part)) for part in np.split(rest[-3 * (len(rest) // 4) :], 3)[::2])
-    hums = late > max(DYING * early, SETTLED_COUNTS * digit_m, QUIET_M)
+    hums = late > max(DECAY_SHARE * early, SETTLED_COUNTS * count_m, QUIET_M)
     rest = rest[len(rest) // 2 :]
     count = round(STEP_S / period_s)
     step = deviation(segment(STEP))
     step = step[count // 5 - 1 : count // 5 + count] - float(np.mean(rest))
     step_peak = float(np.abs(step).max())
-    move, behind = deviation(segment(MOVE)), deviation(segment(BACK))
-    band_m = max(SETTLED_M, SETTLED_COUNTS * digit_m)
+    move, after_move = deviation(segment(MOVE)), deviation(segment(BACK))
+    band_m = max(SETTLED_M, SETTLED_COUNTS * count_m)
     columns = segment(ROUND)
-    turning = _contour_error(machine, axis, columns, deviation)
-    steady = turning[len(turning) // 4 : -len(turning) // 8]
+    contour_m = _contour_error(machine, axis, columns, deviation)
+    steady = contour_m[len(contour_m) // 4 : -len(contour_m) // 8]
     trial = StepAndMove(
         step_peak_m=step_peak,
-        step_settling_s=_settling_s(step, max(0.1 * step_peak, SETTLED_COUNTS * digit_m), period_s),
+        step_settling_s=_settling_s(step, max(0.1 * step_peak, SETTLED_COUNTS * count_m), period_s),
         move_peak_m=float(np.abs(move).max()),
-        move_settling_s=_settling_s(behind, band_m, period_s),
+        move_settling_s=_settling_s(after_move, band_m, period_s),
         circle_peak_m=float(np.abs(steady).max()),
         circle_rms_m=float(np.sqrt(np.mean(steady**2))),
         rest_rms_m=float(np.std(rest)),
         hums=hums,
     )
-    moved = np.concatenate((move, behind))
+    moved = np.concatenate((move, after_move))
     step_trace, move_trace, circle_trace = (
         (np.asarray(np.arange(len(values)) * period_s, dtype=np.float64), values)
-        for values in (step, moved, turning)
+        for values in (step, moved, contour_m)
     )
     return trial, Traces(step_trace, move_trace, circle_trace)
 
@@ -174,7 +181,7 @@ def _contour_error(
     columns: Mapping[str, Array],
     deviation: Callable[[Mapping[str, Array], str], Array],
 ) -> Array:
-    """Distance to the circle along its radius, positive outside; of one axis, its deviation."""
+    """Radial deviation from the circle, positive outside, m, (n,); of a single axis, its deviation."""
     if len(machine.axes) == 1:
         return deviation(columns, axis)
     other = next(name for name in machine.axes if name != axis)
@@ -188,7 +195,7 @@ def _contour_error(
 
 
 def _settling_s(deviation_m: Array, band_m: float, period_s: float) -> float:
-    """Until the deviation stays within the band; NaN where it does not."""
+    """Time until the deviation stays within the band, s; NaN where it does not."""
     outside = np.flatnonzero(np.abs(deviation_m) > band_m)
     if not len(outside):
         return 0.0

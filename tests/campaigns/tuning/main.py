@@ -21,9 +21,11 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.tuning.excitation import multisine, travel
 from servo_ctrl.tuning.frequency_response import FrequencyResponse, Measured, frequency_response
-from servo_ctrl.tuning.modal_model import fit_modal_model, held_modes, resonances
-from servo_ctrl.tuning.proposal import EncoderSteps, judged, propose
-from servo_ctrl.tuning.session import SOFTNESS
+from servo_ctrl.tuning.gain_search import EncoderSteps
+from servo_ctrl.tuning.modal_fit import fit_modal_model
+from servo_ctrl.tuning.modal_model import antiresonances, resonances
+from servo_ctrl.tuning.proposal import assess, propose
+from servo_ctrl.tuning.session import GAIN_FACTORS
 from studies.twin_axis import twin_axis
 from twin.plant_file import load_plant
 
@@ -86,7 +88,7 @@ def measure(
 def measured_softly(machine: MachineConfig, plant: PlantConfig, params: AxisParams) -> FrequencyResponse:
     """With the first gains with which the axis is calm, on the motor."""
     response = None
-    for kp, kv, ki in SOFTNESS:
+    for kp, kv, ki in GAIN_FACTORS:
         position, velocity = params.position_loop, params.velocity_loop
         soft = params._replace(
             position_loop=position._replace(scale_feedback=False, kp_1_s=kp * position.kp_1_s),
@@ -114,7 +116,7 @@ def main() -> None:
         plant = plant_with(mass_kg, delay_ms, mode)
         response = measured_softly(machine, plant, params)
         model = fit_modal_model(response, machine.period_s)
-        before = judged(params, model, response)[1]
+        before = assess(params, model, response).margins
         proposal = propose(params, model, response, 2.0, steps)
         verified = measure(machine, plant, proposal.params, VERIFIED_N)
         rotor_kg = 25.0
@@ -123,11 +125,11 @@ def main() -> None:
             f"{true_kg:.1f}, {model.mass_kg:.1f} kg",
             f"{delay_ms:.2f}, {1e3 * model.delay_s:.2f} ms",
             "-" if mode is None else f"{mode[1]:.2f} Hz, {mode[2]:.4f}",
-            " / ".join(f"{hz:.2f} Hz, {damping:.4f}" for hz, damping in held_modes(model)) or "-",
+            " / ".join(f"{hz:.2f} Hz, {damping:.4f}" for hz, damping in antiresonances(model)) or "-",
             " / ".join(f"{one.frequency_hz:.2f} Hz, {one.damping_ratio:.4f}" for one in resonances(model))
             or "-",
             f"{before.sensitivity_peak:.2f}" if before.stable else "not stable",
-            f"{proposal.margins.sensitivity_peak:.2f}, {np.abs(verified.sensitivity).max():.2f}",
+            f"{proposal.assessment.margins.sensitivity_peak:.2f}, {np.abs(verified.sensitivity).max():.2f}",
         ]
         print(f"| {' | '.join(cells)} |", flush=True)
 

@@ -9,7 +9,8 @@ from scipy import signal
 
 from servo_ctrl.tuning import excitation
 from servo_ctrl.tuning.frequency_response import Measured, frequency_response
-from servo_ctrl.tuning.modal_model import fit_modal_model, held_modes, resonances
+from servo_ctrl.tuning.modal_fit import fit_modal_model
+from servo_ctrl.tuning.modal_model import antiresonances, resonances
 
 PERIOD_S = 1e-3
 MASS_KG, CARRIED_KG, DAMPING = 40.0, 8.0, 0.02
@@ -101,7 +102,7 @@ def test_mass_delay_frequency_and_damping_are_found_through_noise(mode_hz: float
     free_hz = mode_hz * math.sqrt(1.0 + CARRIED_KG / MASS_KG)
     assert_allclose(mode.frequency_hz, free_hz, rtol=2e-3)
     assert_allclose(mode.damping_ratio, DAMPING * math.sqrt(1.0 + CARRIED_KG / MASS_KG), rtol=0.1)
-    (held,) = held_modes(model)
+    (held,) = antiresonances(model)
     assert_allclose(held, (mode_hz, DAMPING), rtol=0.1)
     assert_allclose(held[0], mode_hz, rtol=3e-3)
     assert_allclose(model.mass_kg, MASS_KG + CARRIED_KG, rtol=0.02)

@@ -15,8 +15,9 @@ from servo_ctrl.control.types import AxisSample
 from servo_ctrl.metrology.loop_margins import sensitivity_peak
 from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
+from servo_ctrl.tuning.gain_search import EncoderSteps
 from servo_ctrl.tuning.modal_model import ModalModel, StructuralMode
-from servo_ctrl.tuning.proposal import EncoderSteps, judged, propose
+from servo_ctrl.tuning.proposal import assess, propose
 
 PERIOD_S, MASS_KG = 1e-3, 70.0
 NO_STEPS = EncoderSteps(0.0, 0.0)
@@ -60,7 +61,7 @@ def test_the_law_in_z_is_the_compiled_one(params: AxisParams) -> None:
 
 def test_margins_of_a_rigid_mass_are_those_of_the_linear_analysis(params: AxisParams) -> None:
     rigid = model()._replace(friction_1_s=0.0)
-    _, margins, _ = judged(params, rigid, measured(rigid))
+    margins = assess(params, rigid, measured(rigid)).margins
     assert margins.stable
     assert_allclose(margins.sensitivity_peak, sensitivity_peak(params, MASS_KG), rtol=0.01)
 
@@ -93,20 +94,19 @@ def test_a_proposal_keeps_the_stated_ms_and_is_stiffer_where_it_may(params: Axis
     slow = params._replace(velocity_loop=params.velocity_loop._replace(kv_n_s_m=3000.0, ki_n_m=30000.0))
     found = propose(slow, rigid, measured(rigid), ms, NO_STEPS)
     assert found.notch is None
-    assert found.margins.stable
-    assert 0.9 * ms < found.margins.sensitivity_peak < 1.02 * ms
-    assert found.compliance_m_n < judged(slow, rigid, measured(rigid))[2]
+    assert found.assessment.margins.stable
+    assert 0.9 * ms < found.assessment.margins.sensitivity_peak < 1.02 * ms
+    assert found.assessment.compliance_m_n < assess(slow, rigid, measured(rigid)).compliance_m_n
     assert_allclose(found.acceleration_feedforward_kg, MASS_KG)
 
 
 def test_a_notch_is_proposed_where_a_mode_of_the_scale_holds_the_gains_down(params: AxisParams) -> None:
     mode = StructuralMode(45.0, 0.003, 0.0004, -0.9 / MASS_KG)  # the scale sees it, the motor hardly
     plant = model(mode)
-    _, before, _ = judged(params, plant, measured(plant))
-    assert not before.stable
+    assert not assess(params, plant, measured(plant)).margins.stable
     found = propose(params, plant, measured(plant), 2.0, NO_STEPS)
-    assert found.margins.stable
-    assert found.margins.sensitivity_peak < 2.05
+    assert found.assessment.margins.stable
+    assert found.assessment.margins.sensitivity_peak < 2.05
     for shift in (0.93, 1.07):
         other = loops.plant_of(plant, None, scale_feedback=True, shift=shift)
         assert loops.is_stable(loops.loop_of(found.params, other))

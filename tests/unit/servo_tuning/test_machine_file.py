@@ -1,5 +1,6 @@
 """A proposal in the text of a machine file, and in the machine."""
 
+import asyncio
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,8 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation import notch
 from servo_ctrl.tuning.machine_file import apply_to_file, with_sections, with_values
 from servo_ctrl.tuning.measurement import TuneError
-from servo_ctrl.tuning.session import TuneRun, objection
+from servo_ctrl.tuning.request import TuneRequest
+from servo_ctrl.tuning.simulated import tune_axis
 
 SECTIONS = {
     "control": {
@@ -62,6 +64,6 @@ def test_a_section_that_is_there_is_changed_in_its_place(machines: Path) -> None
 )
 def test_what_cannot_be_tuned_is_refused(machines: Path, machine: str, axis: str, why: str) -> None:
     config = load_machine(machines / machine)
-    assert why in objection(config, axis)
+    request = TuneRequest(config, axis, Path(), 2.0, None, show=lambda _: None, tell=print)
     with pytest.raises(TuneError, match=why):
-        TuneRun(config, axis, "", "lockstep", Path(), ms=2.0, force_n=None, show=lambda _: None, tell=print)
+        asyncio.run(tune_axis(request, "no bus:", "lockstep"))

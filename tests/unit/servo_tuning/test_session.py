@@ -16,7 +16,7 @@ from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.recording.reader import Recording
-from servo_ctrl.tuning import session, simulated
+from servo_ctrl.tuning import machine_runs, simulated
 from twin.plant_file import load_plant
 from twin.rollout import rollout
 
@@ -79,8 +79,8 @@ def twin_bus(machines: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     text += "\n[axis.x.structural_mode]\nmass_kg = 6.0\nfrequency_hz = 60.0\ndamping_ratio = 0.02\n"
     (tmp_path / "plant.toml").write_text(text, encoding="utf-8")
     bus = TwinBus(load_plant(tmp_path / "plant.toml"))
-    monkeypatch.setattr(session, "run_machine", bus.run_machine)
-    monkeypatch.setattr(session, "load_recording", bus.recordings.__getitem__)
+    monkeypatch.setattr(machine_runs, "run_machine", bus.run_machine)
+    monkeypatch.setattr(machine_runs, "load_recording", bus.recordings.__getitem__)
     monkeypatch.setattr(simulated, "simulated_machine", None)  # no process
     return bus
 

@@ -1,15 +1,15 @@
-"""The result in lines for a terminal."""
+"""The result of a tuning as lines of text, for the terminal and the report."""
 
 import math
 from collections.abc import Iterator
 
-from servo_ctrl.tuning.modal_model import held_modes
-from servo_ctrl.tuning.session import ProvedSetting, TuneResult
+from servo_ctrl.tuning.modal_model import antiresonances
+from servo_ctrl.tuning.results import AssessedSetting, TuneResult
 from servo_ctrl.units import UM
 
 
-def lines_of(result: TuneResult) -> Iterator[str]:
-    """What was found, proposed and proved."""
+def summary_lines(result: TuneResult) -> Iterator[str]:
+    """Say what was identified, proposed and verified."""
     model, proposal = result.model, result.proposal
     yield (
         f"axis {result.axis}: {model.mass_kg:.4g} kg, delay {1e3 * (model.delay_s + model.period_s):.2f} ms "
@@ -19,18 +19,18 @@ def lines_of(result: TuneResult) -> Iterator[str]:
         yield f"  resonance {mode.frequency_hz:.2f} Hz, damping ratio {mode.damping_ratio:.4f}"
     if not proposal.resonances:
         yield "  no resonance stands out"
-    for hz, damping in held_modes(model):
-        yield f"  while the motor is held, {hz:.2f} Hz swings on with damping ratio {damping:.4f}"
+    for hz, damping in antiresonances(model):
+        yield f"  while the motor is held, {hz:.2f} Hz rings with damping ratio {damping:.4f}"
     yield f"  before: {margins_line(result.before)}"
     measured = f"measured Ms {result.measured_ms:.2f}, stated {result.ms:g}"
     yield f"  after:  {margins_line(result.after)}; {measured}"
     for name, before, after in trial_rows(result):
         yield f"  {name}: {before} -> {after}"
     if result.after.trial is not None and result.after.trial.hums:
-        yield "  with the proposed values the axis hums at rest"
+        yield "  with the proposed values the axis oscillates at rest"
 
 
-def margins_line(setting: ProvedSetting) -> str:
+def margins_line(setting: AssessedSetting) -> str:
     """Margins and stiffness of a setting."""
     margins = setting.margins
     if not margins.stable:
@@ -43,7 +43,7 @@ def margins_line(setting: ProvedSetting) -> str:
 
 
 def trial_rows(result: TuneResult) -> list[tuple[str, str, str]]:
-    """Indicator, before, after."""
+    """Return rows of indicator, value before and value after."""
     rows = []
     for name, field, unit, factor in INDICATORS:
         cells = []
@@ -63,4 +63,4 @@ INDICATORS = (
     ("circle, RMS error", "circle_rms_m", "um", 1e6),
     ("rest, RMS", "rest_rms_m", "um", 1e6),
 )
-"""Name, field of `StepAndMove`, unit, factor."""
+"""Name, field of `StepAndMove`, unit, factor from SI to the unit."""

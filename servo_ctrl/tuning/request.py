@@ -1,0 +1,40 @@
+"""What is to be tuned, and why that may be impossible."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
+from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
+from servo_ctrl.daemon.run.report import Progress
+
+
+class TuneRequest(NamedTuple):
+    """What is to be tuned, and who is kept informed."""
+
+    machine: MachineConfig
+    axis: str
+    out: Path
+    """Folder of recordings and excitation samples."""
+    ms: float
+    """Largest sensitivity peak of the proposal."""
+    force_n: float | None
+    """Peak of the excitation; None: derived from the reaction to a weak one."""
+    show: Callable[[Progress], None]
+    """Called with the progress of each run."""
+    tell: Callable[[str], None]
+    """Called with a line about each stage."""
+
+    def objection(self) -> str:
+        """Say why this axis cannot be tuned, or return ""."""
+        if self.axis not in self.machine.axes:
+            return f"{self.machine.machine.name} has no axis {self.axis}, only {', '.join(self.machine.axes)}"
+        config = self.machine.axes[self.axis]
+        if config.mode != "cst":
+            return f"axis {self.axis}: mode {config.mode}; tune sets the velocity loop, which needs mode cst"
+        for kind in (FuzzyPdSettings, DisturbanceObserverSettings):
+            if config.acts(kind):
+                name = kind.__name__.removesuffix("Settings")
+                return f"axis {self.axis}: {name} acts; switch it off while you tune"
+        return ""
