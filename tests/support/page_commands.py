@@ -97,7 +97,7 @@ def world(place: Path) -> Path:
 
 
 def _recordings(place: Path) -> None:
-    """Two recordings of an axis with friction and cogging, as CSV files, as the dataset of a fleet, and as runs to watch."""
+    """Two recordings of an axis with friction and cogging, as CSV, as a fleet and as runs to watch."""
     t = np.arange(8_000) * 1e-3
     for number in (1, 2):
         x = 0.02 * np.sin(2 * np.pi * 0.31 * number * t) + 0.008 * np.sin(2 * np.pi * 1.13 * t + 1)
@@ -109,7 +109,9 @@ def _recordings(place: Path) -> None:
         np.savetxt(place / f"run{number}.csv", rows, delimiter=",", header="t,q,i", comments="")
         table = pa.table({"time_s": t, "motor_position_m": x, "motor_force_n": force})
         files = [place / "runs" / f"2026-11-2{number}.parquet"]
-        files += [place / name / f"machine=mill-{number}/axis=x/run.parquet" for name in ("dataset", "recordings")]
+        files += [
+            place / name / f"machine=mill-{number}/axis=x/run.parquet" for name in ("dataset", "recordings")
+        ]
         for file in files:
             file.parent.mkdir(parents=True, exist_ok=True)
             pq.write_table(table, file)
