@@ -92,6 +92,7 @@ def add_pages(services: PageServices) -> None:
     for path, module in PAGES.items():
         _add_page(services, path, module, titles)
     contour.prepare(services)
+    friction.prepare(services)
 
 
 def _add_page(services: PageServices, path: str, module: ModuleType, titles: dict[str, str]) -> None:
