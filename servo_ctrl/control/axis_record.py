@@ -1,7 +1,7 @@
-"""The tick over a record: what the law of an axis works on lies in memory from tick to tick.
+"""The tick on a record in memory: parameters, state, sample and command of one axis stay in place.
 
 A record has the fields of `AxisRecord`; the tables of its parameters lie in a pool beside the records. The
-daemon's cycle (`cyclic.axis_step`) has one in the record of each axis.
+daemon's cycle (`cyclic.axis_step`) has one such record per axis.
 """
 
 import math
@@ -20,7 +20,7 @@ from servo_ctrl.control.types import AxisCommand, AxisSample
 
 
 class AxisRecord(NamedTuple):
-    """What lies in memory of the law of one axis."""
+    """Layout of the record of one axis."""
 
     params: AxisParams
     units: SetPointUnits
@@ -28,11 +28,11 @@ class AxisRecord(NamedTuple):
     state: AxisState
     sample: AxisSample
     current_a: float
-    """Measured, NaN where it is not."""
+    """Measured current; NaN if the drive does not send it."""
     command: AxisCommand
     counts: SetPointCounts
     signs: int
-    """Of `control.signs`."""
+    """Bits of `control.signs`."""
 
 
 SI = SetPointUnits(1.0, 1.0, 1.0, offset_apart=True, velocity_offset=True)
@@ -44,9 +44,9 @@ def axis_records(
     units: Sequence[SetPointUnits] = (),
     limits: Sequence[SupervisionLimits] = (),
 ) -> tuple[NDArray[Any], Pool]:
-    """Records (n,) of axes at rest at these positions (metres), and the pool of their tables.
+    """Make the records (n,) of axes at rest at these positions (m), and the pool of their tables.
 
-    Without units a count is a newton or a metre, without limits the signs mean nothing.
+    Without units a count is a newton or a metre; without limits, `signs` has no meaning.
     """
     axes = np.zeros(len(params), record_type(AxisRecord))
     store(axes["state"], [initial_state(position_m) for position_m in motor_position_m])
@@ -57,7 +57,7 @@ def axis_records(
 
 @kernel
 def tick_axis(axis: Any, tables: Pool) -> None:
-    """One `axis_tick`: the axis' parameters and its sample, into its state and what it commands."""
+    """Run `axis_tick` on a record: its parameters and sample determine its next state, command and counts."""
     params, sample = read(axis["params"], AxisParams, tables), read(axis["sample"], AxisSample)
     state, command = axis_tick(params, read(axis["state"], AxisState), sample)
     write(axis["state"], state)

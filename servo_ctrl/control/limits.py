@@ -1,4 +1,4 @@
-"""Bounds of set points."""
+"""Limits of the set points and of the following error."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -8,7 +8,7 @@ from kernels.quantities import Quantity
 
 
 class AxisLimits(NamedTuple):
-    """Bounds of the commands and of the position error."""
+    """Limits of the set points, and of the position error at which the fault policy reacts."""
 
     velocity_m_s: Annotated[float, Quantity("m/s", 0.0, math.inf, "of the velocity set point, > 0")]
     force_n: Annotated[float, Quantity("N", 0.0, math.inf, "of the force set point, > 0")]
@@ -17,5 +17,5 @@ class AxisLimits(NamedTuple):
 
 @kernel
 def clamp(value: float, limit: float) -> float:
-    """`value` within +-`limit` (limit >= 0, same unit)."""
+    """Limit `value` to +-`limit` (>= 0, same unit)."""
     return min(max(value, -limit), limit)

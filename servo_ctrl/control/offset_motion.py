@@ -1,11 +1,11 @@
-"""A small shift of the motor's set point, led in by a motion of its own.
+"""A small shift of the motor's set point, which is reached by a motion of its own instead of a jump.
 
 Five-phase S curve without a cruise (Wang et al. 2014, equations 2-4, figure 6b), u = t / tj, tj a quarter of
 the duration, for the distance d:
 
     0 <= u <= 1:  d u^3 / 12          1 <= u <= 2:  d (u - 1) / 2 + d (2 - u)^3 / 12          then mirrored
 
-or a trapezoid's triangle of velocity, 2 d (t / T)^2 up to T / 2, mirrored.
+or a triangle of velocity (trapezoidal profile without a cruise), 2 d (t / T)^2 up to T / 2, then mirrored.
 """
 
 import math
@@ -15,7 +15,10 @@ from kernels.jit import kernel
 
 
 class OffsetMotion(NamedTuple):
-    """A shift of the motor's set point, under way from one value to another."""
+    """A shift of the motor's set point that moves from one value to another.
+
+    `smooth`: five-phase S curve; else a triangle of velocity.
+    """
 
     from_m: float
     to_m: float
@@ -26,7 +29,7 @@ class OffsetMotion(NamedTuple):
 
 @kernel
 def resting() -> OffsetMotion:
-    """No shift."""
+    """No shift, at rest."""
     return OffsetMotion(from_m=0.0, to_m=0.0, elapsed_s=0.0, duration_s=0.0, smooth=True)
 
 
@@ -34,7 +37,7 @@ def resting() -> OffsetMotion:
 def rest_to_rest(
     from_m: float, to_m: float, smooth: bool, acceleration_m_s2: float, jerk_m_s3: float
 ) -> OffsetMotion:
-    """The fastest motion from rest to rest within the acceleration and, when smooth, the jerk (both > 0)."""
+    """The fastest motion from rest to rest within the acceleration and, if smooth, the jerk (both > 0)."""
     distance_m = abs(to_m - from_m)
     if smooth:
         quarter_s = max(
@@ -52,19 +55,19 @@ def advanced(s: OffsetMotion, period_s: float) -> OffsetMotion:
 
 @kernel
 def shifted(s: OffsetMotion, by_m: float) -> OffsetMotion:
-    """The same motion, both ends moved by as much."""
+    """The same motion, with both ends moved by `by_m`."""
     return OffsetMotion(s.from_m + by_m, s.to_m + by_m, s.elapsed_s, s.duration_s, s.smooth)
 
 
 @kernel
 def over(s: OffsetMotion) -> bool:
-    """It has arrived."""
+    """Whether the motion has reached its end."""
     return bool(s.elapsed_s >= s.duration_s)
 
 
 @kernel
 def offset_m(s: OffsetMotion) -> float:
-    """Where it is, metres."""
+    """The present shift, m."""
     if s.elapsed_s >= s.duration_s:
         return s.to_m
     share = s.elapsed_s / s.duration_s

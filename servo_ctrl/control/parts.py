@@ -1,4 +1,4 @@
-"""The parts of the control law that have a section in the machine file, found in what an axis is made of."""
+"""The parts of the control law that have a section in the machine file, derived from `AxisParams`."""
 
 import sys
 
@@ -8,12 +8,12 @@ from servo_ctrl.control.tick import AxisParams
 
 
 def _sections() -> dict[str, LawSection]:
-    found = {}
+    sections = {}
     for field, kind in kinds_of(AxisParams).items():
         section = getattr(sys.modules[kind.__module__], "SECTION", None)
         if section is not None:
-            found[field] = section
-    return found
+            sections[field] = section
+    return sections
 
 
 SECTIONS = _sections()

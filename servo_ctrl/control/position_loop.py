@@ -2,8 +2,9 @@
 
     v = kp e + I + kd de/dt,   I[k] = I[k-1] + ki T e[k]
 
-de/dt is the difference of the error, low-passed. While the set point is at its limit the integral takes no
-step that would push it further out. With fuzzy-PD the integral exists within e1 only and begins anew there.
+de/dt is the low-passed difference of the error. Anti-windup: while the set point is at its limit, the
+integral takes no step that would push it further out. With fuzzy-PD the integral acts within e1 only, and
+starts there from 0.
 """
 
 import math
@@ -25,14 +26,14 @@ class Params(NamedTuple):
         float, Quantity("", 0.0, 1.0, "share of the new value in the low pass of the error's change, > 0")
     ]
     scale_feedback: bool
-    """True: closed on the scale; False: on the motor encoder."""
+    """True: the position loop uses the scale; False: the motor encoder."""
 
 
 class State(NamedTuple):
-    """Where the position loop is."""
+    """State of the position loop."""
 
     error_m: float
-    """Of the last sample; NaN after a bad one."""
+    """Error of the last sample; NaN after a bad one."""
     change_m_s: float
     """Filtered change of the error."""
     integral_m_s: float
@@ -40,20 +41,20 @@ class State(NamedTuple):
 
 @kernel
 def at_rest() -> State:
-    """Without an error."""
+    """State of an axis at rest without an error."""
     return State(error_m=0.0, change_m_s=0.0, integral_m_s=0.0)
 
 
 @kernel
 def after_bad_sample(state: State) -> State:
-    """There is no error of this sample to compare the next one with."""
+    """State after a sample without an error: the next sample has no difference."""
     return State(error_m=math.nan, change_m_s=state.change_m_s, integral_m_s=state.integral_m_s)
 
 
 @kernel
 def changed_error(p: Params, state: State, error_m: float, period_s: float) -> float:
-    """de/dt, m/s, filtered."""
-    if not math.isfinite(state.error_m):  # nothing to compare with behind a bad sample
+    """Filtered de/dt, m/s."""
+    if not math.isfinite(state.error_m):  # after a bad sample there is no difference
         return state.change_m_s
     difference_m_s = (error_m - state.error_m) / period_s
     return state.change_m_s + p.derivative_blend * (difference_m_s - state.change_m_s)
@@ -65,11 +66,14 @@ def velocity_setpoint(
     fuzzy: fuzzy_pd.Params,
     state: State,
     error_m: float,
-    added_m_s: float,
+    feedforward_m_s: float,
     limit_m_s: float,
     period_s: float,
 ) -> tuple[float, State]:
-    """Velocity set point (m/s) with what is added behind the loop, not yet limited, and the next state."""
+    """Velocity set point (m/s) with feedforward, not yet limited, and the next state.
+
+    `limit_m_s`: limit of the set point, for the anti-windup.
+    """
     change_m_s = changed_error(p, state, error_m, period_s)
     wanted_m_s = p.kp_1_s * error_m + p.kd * change_m_s
     gain_1_s2, integral_m_s = p.ki_1_s2, state.integral_m_s
@@ -78,7 +82,7 @@ def velocity_setpoint(
         gain_1_s2 = fuzzy.ki_1_s2
         if abs(error_m) > fuzzy.fine_m:
             gain_1_s2, integral_m_s = 0.0, 0.0
-    wanted_m_s += added_m_s
+    wanted_m_s += feedforward_m_s
     stepped_m_s = integral_m_s + gain_1_s2 * period_s * error_m
     if abs(wanted_m_s + stepped_m_s) > limit_m_s and (wanted_m_s + stepped_m_s) * error_m > 0.0:
         stepped_m_s = integral_m_s

@@ -1,7 +1,7 @@
-"""What a part of the control law declares of its section in the machine file: plain data, without a parser.
+"""How a part of the control law declares its section of the machine file: plain data, without a parser.
 
-`servo_ctrl.config` derives the check of the file, the tables of the documents and the parameters of the tick
-from it. The settings are as the file has them (mm, ms), the parameters are SI.
+`servo_ctrl.config` derives the check of the file, the tables of the documentation and the parameters of the
+tick from it. Settings have the units of the file (mm, ms), parameters are SI.
 """
 
 import math
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 
 class Key(NamedTuple):
-    """A key of the file: what it means, and the bounds of its number."""
+    """Annotation of a key: its meaning, and the bounds of its number."""
 
     meaning: str
     above: float | None = None
@@ -30,17 +30,17 @@ class Need(Enum):
 
 
 class AxisFacts(NamedTuple):
-    """Properties of the axis from which a part makes its parameters."""
+    """Properties of the axis from which a part computes its parameters."""
 
     period_s: float
     acceleration_m_s2: float
-    """Limit of programs."""
+    """Acceleration limit of programs."""
     jerk_m_s3: float
-    """Likewise."""
+    """Jerk limit of programs."""
 
 
 class LawSection(NamedTuple):
-    """The section `[axis.NAME.<name>]`, or those of its keys that this part reads."""
+    """The section `[axis.NAME.<name>]`, or those of its keys that one part reads."""
 
     name: str
     meaning: str
@@ -49,14 +49,14 @@ class LawSection(NamedTuple):
     params: Callable[[Any, AxisFacts], Any]
     """The parameters of the tick from the settings."""
     neutral: Any
-    """The parameters where the section is missing: nothing changes."""
+    """The parameters if the section is missing: the part changes nothing."""
     needs: tuple[Need, ...] = ()
     objection: Callable[[Any, float], str] | None = None
-    """Why settings contradict each other, or the resolution of the scale (um, NaN without one), or ""."""
+    """Says why settings contradict each other or the scale's resolution (um, NaN without one); else ""."""
     period_objection: Callable[[Any, float], str] | None = None
-    """Why settings do not go with the SYNC period (s), or ""."""
+    """Says why settings do not fit the SYNC period (s); else ""."""
 
 
 def filter_blend(time_constant_s: float, period_s: float) -> float:
-    """Share of the new value in a low pass that matches 1 / (1 + s tau) at the samples; 1 for tau = 0."""
+    """Share of the new value in a low pass that equals 1 / (1 + s tau) at the samples; 1 for tau = 0."""
     return 1.0 if time_constant_s == 0.0 else -math.expm1(-period_s / time_constant_s)

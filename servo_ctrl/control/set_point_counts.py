@@ -1,6 +1,6 @@
-"""Set points as the integers of the bus: a tick's commands in per mille of the rated torque and in counts.
+"""Set points as the integers of the bus: per mille of the rated torque, and encoder counts.
 
-The daemon sends them; the batch twin hands them to the plant.
+The daemon sends them; the batch twin passes them to the plant.
 """
 
 import math
@@ -16,16 +16,16 @@ I32_MAX = 0x7FFFFFFF
 
 
 class SetPointUnits(NamedTuple):
-    """What one count stands for, and which offsets have an object of their own."""
+    """Units of the drive's objects, and which offsets are objects of their own in its PDOs."""
 
     newton_per_permille: float
     metre_per_count: float
     metre_per_s_per_unit: float
-    """Of velocities."""
+    """Unit of velocities."""
     offset_apart: bool
-    """The force offset does not go with the force."""
+    """The force offset is sent in 60B2h; else it is added to the force."""
     velocity_offset: bool
-    """The velocity feedforward goes as an offset."""
+    """The velocity feedforward is sent in 60B1h."""
 
 
 class SetPointCounts(NamedTuple):
@@ -40,7 +40,7 @@ class SetPointCounts(NamedTuple):
 
 @kernel
 def whole(value: float, unit: float, largest: int) -> int:
-    """`value` in whole multiples of `unit`, half to even, held inside +-`largest`; NaN is 0."""
+    """Round `value` to whole multiples of `unit`, half to even, limited to +-`largest`; NaN gives 0."""
     multiple = value / unit
     if -largest <= multiple <= largest:
         return int(np.rint(multiple))
@@ -53,7 +53,7 @@ def whole(value: float, unit: float, largest: int) -> int:
 def set_point_counts(
     units: SetPointUnits, velocity_feedforward: float, command: AxisCommand, velocity_m_s: float
 ) -> SetPointCounts:
-    """The commands of a tick as they go out; `velocity_m_s`: the velocity command of the reference."""
+    """Convert the commands of a tick to the drive's units; `velocity_m_s`: the program's velocity command."""
     force_n, offset_n = command.force_n, command.force_offset_n
     if not units.offset_apart:
         force_n, offset_n = force_n + offset_n, 0.0

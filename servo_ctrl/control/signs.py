@@ -1,24 +1,26 @@
-"""What a cycle of an axis that we lead shows of trouble; `axis.supervision` judges what lasts."""
+"""Signs of trouble in one cycle of a commanded axis; `axis.supervision` judges how long they last."""
 
 from typing import NamedTuple
 
 from kernels.jit import kernel
 
 DISAGREE, AT_LIMIT, PUSHED = 1, 8, 16
-"""Bits: scale and encoder are apart; the force is at its limit; the axis is pushed towards its set point."""
+"""Bits: scale and encoder disagree; force at its limit; force pushes the axis towards its set point."""
 
 
 class SupervisionLimits(NamedTuple):
-    """Limits of one axis; see `axis.supervision`. SI."""
+    """Limits of one axis, SI; see `axis.supervision`."""
 
     deviation_m: float
+    """Largest difference between motor encoder and scale."""
     force_n: float
     """Limit of the force set point."""
     current_a: float
-    """Measured current that counts as the limit."""
+    """Measured current that counts as being at the limit."""
     push_n: float
+    """Force from which the axis counts as pushed."""
     error_m: float
-    """Growth of the error of an axis that runs away."""
+    """Growth of the position error by which an axis runs away."""
     velocity_m_s: float
     saturation_cycles: int
     runaway_cycles: int
@@ -33,14 +35,13 @@ def signs(
     push_n: float,
     error_m: float,
 ) -> int:
-    """Bits of one cycle, 0 in nearly every one; what was not measured shows nothing: NaN compares as false.
+    """Bits of one cycle, usually 0. An absent value (NaN) sets no bit, because it compares as false.
 
-    `force_n`: the set point; `push_n`: what pushes the axis, the measured current as a force, or else the set
-    point.
+    `force_n`: the set point; `push_n`: the force from the measured current, or else the set point.
     """
-    found = DISAGREE if abs(deviation_m) > limits.deviation_m else 0
+    bits = DISAGREE if abs(deviation_m) > limits.deviation_m else 0
     if abs(force_n) >= limits.force_n or abs(current_a) >= limits.current_a:
-        found |= AT_LIMIT
+        bits |= AT_LIMIT
     if abs(push_n) >= limits.push_n and push_n * error_m > 0.0:
-        found |= PUSHED
-    return found
+        bits |= PUSHED
+    return bits

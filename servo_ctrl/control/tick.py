@@ -5,8 +5,8 @@
     u  = clamp(kv (v* - v) + I + M a*_command + d)           velocity loop, feedforward, observer or waveform
 
 What goes to the amplifier, u or in CSV v*, passes a notch filter. The position loop may be PID or fuzzy-PD.
-c leads the motor: it counts in CSP, and where the position loop is closed on the motor; a loop that is closed
-on the scale has the table itself.
+c shifts the set point of the motor, so it acts in CSP and where the position loop is closed on the motor. A
+position loop on the scale sees the table itself and does without it.
 
 With ki = 0 and no feedforward this is u = kp kv (x* - x) - kv v, the law of the EMPS benchmark.
 """
@@ -36,7 +36,7 @@ _FOLLOWING_ERROR = int(Status.FOLLOWING_ERROR)
 
 
 class AxisParams(NamedTuple):
-    """What an axis is made of; constant from one change of settings to the next."""
+    """Parameters of an axis; constant between two changes of settings."""
 
     period_s: float
     output: int
@@ -56,7 +56,7 @@ class AxisParams(NamedTuple):
 
 
 class AxisState(NamedTuple):
-    """What one tick hands to the next."""
+    """What one tick passes to the next."""
 
     velocity_command_m_s: float
     """Last velocity set point, kept through a bad sample."""
@@ -76,7 +76,7 @@ class AxisState(NamedTuple):
 
 @kernel
 def at_rest(motor_position_m: float) -> AxisState:
-    """An axis at rest there (metres), with nothing in its integrators."""
+    """An axis at rest at this position, with empty integrators."""
     return AxisState(
         velocity_command_m_s=0.0,
         force_n=0.0,
@@ -93,42 +93,21 @@ def at_rest(motor_position_m: float) -> AxisState:
 
 
 @kernel
-def planned_force(
-    params: AxisParams, state: AxisState, pulse: trapezoidal_pulse.State, sample: AxisSample
-) -> tuple[float, learned_waveform.State]:
-    """The learned force along this command, newtons, and where it is then; `pulse`: of this sample."""
-    return learned_waveform.planned_force(
-        params.waveform,
-        state.waveform,
-        pulse.direction,
-        pulse.age_s,
-        sample.position_command_m,
-        sample.velocity_command_m_s,
-        sample.acceleration_command_m_s2,
-        params.period_s,
-    )
-
-
-@kernel
 def after_bad_sample(
     params: AxisParams, state: AxisState, sample: AxisSample, status: int
 ) -> tuple[AxisState, AxisCommand]:
-    """A tick that cannot be computed: set points and integrals stay as they were.
+    """Return a tick without a computable command: set points and integrals keep their values.
 
-    Pulse and waveform go on with time and command, the screw error with the command; the observer waits for
-    whole samples, and the other corrections stand where they are. Nothing that is not finite is passed on.
+    Pulse and waveform follow time and command, the screw error follows the command. The observer waits for
+    complete samples, and the other corrections keep their values. No value that is not finite is passed on.
     """
-    take_up = take_up_by_table(params, state)
+    take_up = take_up_with_present_table(params, state)
     pulse, waveform = trapezoidal_pulse.older_pulse(state.pulse, params.period_s), state.waveform
     if not status & BAD_COMMAND:
-        pulse = trapezoidal_pulse.advance_pulse(
-            params.pulse,
-            state.pulse,
-            sample.position_command_m,
-            sample.acceleration_command_m_s2,
-            params.period_s,
-        )
-        waveform = planned_force(params, state, pulse, sample)[1]
+        pulse = trapezoidal_pulse.advance_pulse(params.pulse, state.pulse, sample, params.period_s)
+        waveform = learned_waveform.planned_force(
+            params.waveform, state.waveform, pulse, sample, params.period_s
+        )[1]
     screw_m = screw_error.screw_error_m(params.screw, pulse.position_command_m)
     command = AxisCommand(
         position_m=pulse.position_command_m,
@@ -162,45 +141,39 @@ def after_bad_sample(
 
 
 @kernel
-def take_up_by_table(params: AxisParams, state: AxisState) -> OffsetMotion:
-    """The take-up; another table of screw errors hands it the difference, so that the motor does not jump."""
+def take_up_with_present_table(params: AxisParams, state: AxisState) -> OffsetMotion:
+    """The take-up motion; it absorbs the step of a changed screw table, so that the motor does not jump."""
     now_m = screw_error.screw_error_m(params.screw, state.pulse.position_command_m)
     return shifted(state.take_up, now_m - state.screw_error_m)
 
 
 @kernel
 def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple[AxisState, AxisCommand]:
-    """One period of one axis: the next state and the commands. Never raises; see `Status`."""
+    """Compute one SYNC period of one axis: the next state and the commands. Never raises; see `Status`."""
     status = sample_status(sample, params.position_loop.scale_feedback)
     if status != 0:
         return after_bad_sample(params, state, sample, status)
 
     moving = abs(sample.position_command_m - state.pulse.position_command_m) >= trapezoidal_pulse.REST_M
-    pulse = trapezoidal_pulse.advance_pulse(
-        params.pulse,
-        state.pulse,
-        sample.position_command_m,
-        sample.acceleration_command_m_s2,
-        params.period_s,
-    )
+    pulse = trapezoidal_pulse.advance_pulse(params.pulse, state.pulse, sample, params.period_s)
     screw_m = screw_error.screw_error_m(params.screw, sample.position_command_m)
-    take_up = backlash.advance_take_up(
-        params.take_up, take_up_by_table(params, state), pulse.direction, params.period_s
-    )
+    take_up = take_up_with_present_table(params, state)
+    take_up = backlash.advance_take_up(params.take_up, take_up, pulse.direction, params.period_s)
     deviation_m = sample.position_command_m - sample.scale_position_m
     sampled = sampled_dual_loop.advance_sampled(
         params.sampled, state.sampled, deviation_m, moving or not over(take_up), params.period_s
     )
     correction_m = offset_m(take_up) + offset_m(sampled.motion) - screw_m
 
-    if params.position_loop.scale_feedback:
-        error_m = sample.position_command_m - sample.scale_position_m
-    else:
+    error_m = deviation_m
+    if not params.position_loop.scale_feedback:
         error_m = sample.position_command_m - sample.motor_position_m + correction_m
     if abs(error_m) > params.limits.following_error_m:
         status |= _FOLLOWING_ERROR
 
-    planned_n, waveform = planned_force(params, state, pulse, sample)
+    planned_n, waveform = learned_waveform.planned_force(
+        params.waveform, state.waveform, pulse, sample, params.period_s
+    )
     friction_m_s = 0.0 if params.waveform.enabled else trapezoidal_pulse.pulse_m_s(params.pulse, pulse)
     wanted_m_s, position_state = position_loop.velocity_setpoint(
         params.position_loop,
@@ -218,7 +191,6 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
     observer = disturbance_observer.observed_disturbance(
         params.observer, state.observer, sample.motor_force_n, velocity_m_s, params.period_s
     )
-
     disturbance_n = 0.0 if params.waveform.enabled else observer.disturbance_n
     feedforward_n = params.feedforward.acceleration_kg * sample.acceleration_command_m_s2
     offset_n = sample.force_offset_n
@@ -271,7 +243,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
 
 
 def initial_state(motor_position_m: float) -> AxisState:
-    """`at_rest`, for a position that may be anything; raises ValueError where it is not finite."""
+    """`at_rest` for an unchecked position (m). Raises ValueError where it is not finite."""
     position_m = float(motor_position_m)
     if not math.isfinite(position_m):
         raise ValueError(f"an axis cannot start at motor position {position_m}")

@@ -1,8 +1,7 @@
-"""What goes into one tick of an axis and what comes out of it.
+"""Inputs and outputs of one tick of an axis.
 
-All are NamedTuples of plain Python floats, ints and bools, so that numba compiles `axis_tick` once; whoever
-builds samples coerces with `float(...)`. SI units throughout, positions at the table; error = set point -
-actual.
+They are NamedTuples of plain Python floats, ints and bools, so that numba compiles `axis_tick` once; callers
+convert with `float(...)`. SI units throughout, positions at the table; error = set point - actual.
 """
 
 import math
@@ -13,7 +12,7 @@ from kernels.jit import kernel
 
 
 class Output(IntEnum):
-    """Which loop is closed here, hence which set point the amplifier gets."""
+    """Which loops are closed here, hence which set point the amplifier receives."""
 
     FORCE = 0
     """CST: position and velocity loop are closed here."""
@@ -24,7 +23,7 @@ class Output(IntEnum):
 
 
 class Status(IntFlag):
-    """What was wrong in a tick; 0 is a good one. The fault policy decides what to do about it."""
+    """What was wrong in a tick; 0: nothing. The fault policy decides about the reaction."""
 
     OK = 0
     BAD_COMMAND = 1
@@ -32,19 +31,19 @@ class Status(IntFlag):
     BAD_MOTOR_SAMPLE = 2
     """The motor position is absent or not finite."""
     BAD_SCALE_SAMPLE = 4
-    """The scale position, which closes the loop, is absent or not finite."""
+    """The scale position is absent or not finite while the position loop uses it."""
     FOLLOWING_ERROR = 8
     """The position error exceeds its limit."""
 
 
 class AxisSample(NamedTuple):
-    """What the tick is given: set points of this cycle and the latched inputs; absent = NaN."""
+    """Set points of this cycle and the inputs latched at SYNC; an absent value is NaN."""
 
     position_command_m: float
     velocity_command_m_s: float
     acceleration_command_m_s2: float
     force_offset_n: float
-    """Goes to the amplifier unchanged, behind our force limit (60B2h)."""
+    """Sent to the amplifier unchanged (60B2h); our force limit does not apply to it."""
     motor_position_m: float
     scale_position_m: float
     """NaN where the axis has no scale."""
@@ -53,7 +52,7 @@ class AxisSample(NamedTuple):
 
 
 class AxisCommand(NamedTuple):
-    """What the tick gives: one field per set point object, and what the recording wants to know."""
+    """Set points for the amplifier, one field per object, and values for the recording."""
 
     position_m: float
     """The position command; 607Ah in CSP, where the correction is added."""
@@ -70,9 +69,9 @@ class AxisCommand(NamedTuple):
     pulse_m_s: float
     """Friction compensation in `velocity_m_s`."""
     disturbance_n: float
-    """What the observer has added to `force_n`."""
+    """Observed disturbance that is part of `force_n`."""
     correction_m: float
-    """Screw error, backlash take-up and sampled dual loop: the motor is led to the command plus this."""
+    """Added to the motor's set point by screw error, backlash take-up and sampled dual loop."""
     saturated: bool
     """The force or the velocity set point is at its limit."""
     status: int
@@ -86,7 +85,7 @@ BAD_SCALE_SAMPLE = int(Status.BAD_SCALE_SAMPLE)
 
 @kernel
 def sample_status(sample: AxisSample, scale_feedback: bool) -> int:
-    """`Status` bits of a sample whose values are absent (NaN) or not finite; 0 is a good one."""
+    """`Status` bits of a sample with values that are absent (NaN) or not finite; 0: none."""
     status = 0
     if not (
         math.isfinite(sample.position_command_m)

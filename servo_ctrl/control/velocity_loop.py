@@ -2,8 +2,8 @@
 
 u = kv e + I,  I[k] = I[k-1] + ki T e[k],  e = velocity set point - estimate.
 
-Anti-windup: while the force is at its limit the integral takes no step that would push it further
-out, and it never exceeds the limit by itself.
+Anti-windup: while the force is at its limit, the integral takes no step that would push it further out. The
+integral alone never exceeds the limit.
 """
 
 import math
@@ -15,7 +15,7 @@ from servo_ctrl.control.limits import clamp
 
 
 class Params(NamedTuple):
-    """Proportional and integral gain on the motor's velocity, and how that is estimated."""
+    """Proportional and integral gain on the motor's velocity, and the velocity estimate."""
 
     kv_n_s_m: Annotated[float, Quantity("N s/m", 0.0, math.inf, "force per velocity error")]
     ki_n_m: Annotated[float, Quantity("N/m", 0.0, math.inf, "integral gain")]
@@ -26,20 +26,20 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """Where the velocity loop is."""
+    """State of the velocity loop."""
 
     position_1_m: float
     """Motor position one sample ago."""
     position_2_m: float
     """Motor position two samples ago."""
     velocity_m_s: float
-    """Filtered estimate."""
+    """Filtered velocity estimate."""
     integral_n: float
 
 
 @kernel
 def at_rest(motor_position_m: float) -> State:
-    """The motor stands there, with nothing in the integral."""
+    """State of a motor at rest at this position, with an empty integral."""
     return State(
         position_1_m=motor_position_m, position_2_m=motor_position_m, velocity_m_s=0.0, integral_n=0.0
     )
@@ -47,9 +47,10 @@ def at_rest(motor_position_m: float) -> State:
 
 @kernel
 def after_bad_sample(state: State, position_m: float, period_s: float) -> State:
-    """Estimate and integral stay; a position that is absent (NaN) is carried on at the last velocity.
+    """State after a bad sample: estimate and integral keep their values.
 
-    So the first good sample does not look like a jump.
+    An absent position (NaN) is extrapolated at the last velocity, so that the next good sample does not look
+    like a jump.
     """
     if not math.isfinite(position_m):
         position_m = state.position_1_m + state.velocity_m_s * period_s
@@ -73,12 +74,12 @@ def estimated_velocity(p: Params, state: State, position_m: float, period_s: flo
 def force_setpoint(
     p: Params, integral_n: float, error_m_s: float, feedforward_n: float, limit_n: float, period_s: float
 ) -> tuple[float, float]:
-    """Force within +-`limit_n` and the new integral, both newtons."""
+    """Force set point within +-`limit_n`, and the new integral, N."""
     stepped_n = clamp(integral_n + p.ki_n_m * period_s * error_m_s, limit_n)
     wanted_n = p.kv_n_s_m * error_m_s + stepped_n + feedforward_n
     force_n = clamp(wanted_n, limit_n)
     if (wanted_n - force_n) * error_m_s > 0.0:
-        # at the limit and pushing outwards: the step is not taken
+        # at the limit, and the step would push further out: do not take it
         stepped_n = clamp(integral_n, limit_n)
         force_n = clamp(p.kv_n_s_m * error_m_s + stepped_n + feedforward_n, limit_n)
     return force_n, stepped_n

@@ -1,12 +1,14 @@
 """The learned force of the control law along a whole motion, for rivals that plan it."""
 
+import math
+
 import numpy as np
 
 from kernels.arrays import Array
 from kernels.jit import kernel
-from servo_ctrl.control.compensation.learned_waveform import Params, at_rest, planned_force
-from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M
+from servo_ctrl.control.compensation import learned_waveform, trapezoidal_pulse
 from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.control.types import AxisSample
 
 
 def force_along(params: AxisParams, commands: Array) -> Array:
@@ -14,22 +16,18 @@ def force_along(params: AxisParams, commands: Array) -> Array:
 
     Position m, velocity m/s, acceleration m/s^2.
     """
-    return _along(params.waveform, np.ascontiguousarray(commands[:, :3], np.float64), params.period_s)
+    return _along(params, np.ascontiguousarray(commands[:, :3], np.float64))
 
 
 @kernel
-def _along(params: Params, commands: Array, period_s: float) -> Array:
-    state, direction, age_s = at_rest(commands[0, 0]), 0.0, 0.0
+def _along(params: AxisParams, commands: Array) -> Array:
+    pulse = trapezoidal_pulse.at_rest(commands[0, 0])
+    state = learned_waveform.at_rest(commands[0, 0])
     force_n = np.zeros(len(commands))
     for k in range(len(commands)):
-        increment_m = commands[k, 0] - commands[k - 1, 0] if k else 0.0
-        age_s += period_s
-        if abs(increment_m) >= REST_M:
-            now = 1.0 if increment_m > 0.0 else -1.0
-            if now * direction < 0.0:
-                age_s = 0.0
-            direction = now
-        force_n[k], state = planned_force(
-            params, state, direction, age_s, commands[k, 0], commands[k, 1], commands[k, 2], period_s
+        sample = AxisSample(commands[k, 0], commands[k, 1], commands[k, 2], 0.0, math.nan, math.nan, math.nan)
+        pulse = trapezoidal_pulse.advance_pulse(params.pulse, pulse, sample, params.period_s)
+        force_n[k], state = learned_waveform.planned_force(
+            params.waveform, state, pulse, sample, params.period_s
         )
     return force_n

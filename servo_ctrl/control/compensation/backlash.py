@@ -1,9 +1,9 @@
-"""Backlash take-up: the motor goes ahead of the table by half the lost motion, in the direction of motion.
+"""Backlash take-up: the motor is led by half the lost motion in the direction of motion, ahead of the table.
 
     x_motor = x* + d b / 2,   d the direction of the last motion of the command, b the lost motion
 
-After a reversal the motor has b to take up; it does so by a five-phase S curve of its own. A reversal that
-comes while one is under way waits for its end: the set point knows no jump of velocity.
+After a reversal the motor takes up b with a five-phase S curve of its own. A reversal during a take-up waits
+for its end, so that the velocity of the set point never jumps.
 Source: ISO 230-2, reversal value B; Wang et al. 2014, section 1.
 """
 
@@ -20,7 +20,7 @@ from servo_ctrl.units import MM
 
 @dataclass(frozen=True, kw_only=True)
 class TakeUpSettings:
-    """Those keys of the screw compensation that say how fast the lost motion is taken up."""
+    """Keys of the screw compensation that say how fast the lost motion is taken up."""
 
     take_up_acceleration_mm_s2: Annotated[
         float,
@@ -30,7 +30,7 @@ class TakeUpSettings:
 
 
 class Params(NamedTuple):
-    """Lost motion taken up by the motor. Its state is the `OffsetMotion` that takes it up."""
+    """Lost motion, and how fast the motor takes it up. The state is an `OffsetMotion`."""
 
     enabled: bool
     lost_motion_m: Annotated[float, Quantity("m", -math.inf, math.inf, "b")]
@@ -42,7 +42,7 @@ NEUTRAL = Params(enabled=False, lost_motion_m=0.0, acceleration_m_s2=1.0, jerk_m
 
 
 def params_of(settings: TakeUpSettings, _axis: AxisFacts) -> Params:
-    """Nothing learned yet, hence off: `config.freeze.with_screw` puts the lost motion in."""
+    """Parameters before anything is learned, hence off; `config.freeze.with_screw` sets the lost motion."""
     return NEUTRAL._replace(
         acceleration_m_s2=float(settings.take_up_acceleration_mm_s2) * MM,
         jerk_m_s3=float(settings.take_up_jerk_mm_s3) * MM,
@@ -60,7 +60,7 @@ SECTION = LawSection(
 
 @kernel
 def advance_take_up(p: Params, state: OffsetMotion, direction: float, period_s: float) -> OffsetMotion:
-    """The take-up one period later; `direction` of the last motion, +1 or -1, 0 before the first."""
+    """The take-up one period later. `direction`: of the last motion, +1 or -1; 0 before the first."""
     wanted_m = 0.5 * p.lost_motion_m * direction if p.enabled else 0.0
     if over(state) and wanted_m != state.to_m:
         state = rest_to_rest(state.to_m, wanted_m, True, p.acceleration_m_s2, p.jerk_m_s3)

@@ -3,12 +3,12 @@
     d = Q [ u - (M a + B v) ],   added to the force command
 
 u is the measured force (current times force constant), a and v come from the motor encoder, and Q is a
-first-order low pass. The nominal model's inverse asks for M a + B v; what was needed beyond it is friction
-and whatever else acts on the axis.
+first-order low pass. The inverse of the nominal model needs M a + B v; the force beyond it balances friction
+and all other disturbances.
 
 a[k] = (v[k] - v[k-1]) / T spans the last two periods, and so does the mean of the last two currents.
 
-The first velocity after a gap spans the gap. What is not to be used is NaN in the state.
+The first velocity after a gap spans the gap, so it is not used: NaN in the state marks such values.
 """
 
 import math
@@ -40,13 +40,13 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """Where the observer is."""
+    """State of the observer."""
 
     disturbance_n: float
     velocity_m_s: float
-    """Of the last sample; NaN after a bad one."""
+    """Velocity of the last sample; NaN after a bad one."""
     motor_force_n: float
-    """Of the last sample; NaN before the first, and where it must not be used."""
+    """Force of the last sample; NaN before the first, and where it must not be used."""
 
 
 NEUTRAL = Params(enabled=False, mass_kg=0.0, viscous_n_s_m=0.0, filter_blend=1.0)
@@ -74,13 +74,13 @@ SECTION = LawSection(
 
 @kernel
 def at_rest() -> State:
-    """Before the first sample."""
+    """State before the first sample."""
     return State(disturbance_n=0.0, velocity_m_s=0.0, motor_force_n=math.nan)
 
 
 @kernel
 def after_bad_sample(state: State) -> State:
-    """The estimate stands; it goes on behind the next whole samples."""
+    """State after a bad sample: the estimate is held until two complete samples have arrived."""
     return State(disturbance_n=state.disturbance_n, velocity_m_s=math.nan, motor_force_n=math.nan)
 
 
@@ -92,7 +92,7 @@ def observed_disturbance(
     velocity_m_s: float,
     period_s: float,
 ) -> State:
-    """The estimate one period later; it rests while the force is absent (NaN) or the velocity spans a gap."""
+    """State one period later; the estimate is held while the force is absent or the velocity spans a gap."""
     if not p.enabled or not math.isfinite(motor_force_n):
         return State(0.0 if not p.enabled else state.disturbance_n, velocity_m_s, motor_force_n)
     if not math.isfinite(state.velocity_m_s):

@@ -7,7 +7,7 @@ from kernels.quantities import Quantity
 
 
 class Params(NamedTuple):
-    """What is known in advance of the motion."""
+    """Gains of the feedforward."""
 
     velocity: Annotated[float, Quantity("", 0.0, math.inf, "share of the velocity command, 1 = all of it")]
     acceleration_kg: Annotated[float, Quantity("kg", 0.0, math.inf, "moved mass")]

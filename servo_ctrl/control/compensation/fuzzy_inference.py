@@ -2,17 +2,17 @@
 
 Inputs are the scaled position error Ke e and its scaled rate of change Kec de/dt, the output is scaled by Ku;
 all three live on [-1, 1]. Seven linguistic values NB, NM, NS, ZO, PS, PM, PB with their centres at
--1, -2/3, ..., 1 and triangles that reach to the centres beside them. A rule counts as much as the lesser of
-its two conditions (15), it clips the output value it names, clipped values are united by their maximum, and
-the output is the centre of gravity of that union.
+-1, -2/3, ..., 1 and triangles that reach to the neighbouring centres. The strength of a rule is the lesser
+membership of its two conditions (15). It clips the output value of the rule; clipped values are united by
+their maximum, and the output is the centre of gravity of that union.
 
-- Inputs beyond the outermost centres belong to NB or PB wholly: shoulders.
-- Output values are seven congruent triangles, the outermost reach beyond +-1. Then a value that is alone
-  gives its centre however much it is clipped, and the output spans the whole of [-1, 1]. Triangles cut off
-  at +-1 would reach 8/9 at best, and would come back from there the more they are clipped.
-- The union is linear piece by piece, so its area and moment are exact; nothing is sampled.
+- Inputs beyond the outermost centres belong entirely to NB or PB (shoulders).
+- Output values are seven congruent triangles, of which the outermost reach beyond +-1. So a single value
+  gives its centre however much it is clipped, and the output spans [-1, 1]. Triangles cut off at +-1 would
+  reach 8/9 at most, and less the more they are clipped.
+- The union is piecewise linear, so its area and moment are computed exactly.
 
-The tick does not infer: it interpolates `surface`, whose nodes lie on the centres of the values.
+The tick interpolates `surface` instead of inferring; the centres of the values are nodes of the surface.
 """
 
 from functools import cache
@@ -25,7 +25,7 @@ from kernels.jit import kernel
 VALUES = 7
 GAPS = VALUES - 1
 SURFACE_POINTS = 145
-"""Nodes a side: interpolated, it is within 0.5 % of the span of the inference (docs/fuzzy_pd.md); 164 kB."""
+"""Nodes per side: the interpolation is within 0.5 % of the span (docs/fuzzy_pd.md); 164 kB."""
 
 # table I as printed: rows are the error NB ... PB, columns its change NB ... PB, outputs -3 (NB) ... 3 (PB)
 RULES = np.array(
@@ -43,17 +43,17 @@ RULES = np.array(
 
 @kernel
 def inferred(error: float, change: float) -> float:
-    """Output of the rules in [-1, 1] for a scaled error and its scaled change, clipped to [-1, 1]."""
+    """Output of the rules in [-1, 1]. Inputs: scaled error and scaled change, clipped to [-1, 1]."""
     row, row_share = _place(error)
     column, column_share = _place(change)
     heights = np.zeros(VALUES)
     for i in range(2):
         for j in range(2):
-            met = min(
+            strength = min(
                 row_share if i == 1 else 1.0 - row_share, column_share if j == 1 else 1.0 - column_share
             )
             value = RULES[row + i, column + j] + GAPS // 2
-            heights[value] = max(heights[value], met)
+            heights[value] = max(heights[value], strength)
     return _centre_of_gravity(heights)
 
 
@@ -67,9 +67,9 @@ def _place(scaled: float) -> tuple[int, float]:
 
 @kernel
 def _centre_of_gravity(heights: Array) -> float:
-    """Centre of the union of the output triangles, each clipped at its height; in [-1, 1].
+    """Centre of gravity, in [-1, 1], of the union of the output triangles, each clipped at its height (7,).
 
-    Lengths count in gaps between centres, from the middle of the range.
+    Lengths are in gaps between centres.
     """
     area, moment = 0.0, 0.0
     for gap in range(-1, VALUES):
@@ -77,7 +77,7 @@ def _centre_of_gravity(heights: Array) -> float:
         rising = heights[gap + 1] if gap + 1 < VALUES else 0.0
         if falling == 0.0 and rising == 0.0:
             continue
-        # between these, each of the two clipped sides and their maximum are straight
+        # between two kinks, both clipped sides and their maximum are straight
         kinks = np.sort(np.array([0.0, falling, 1.0 - falling, rising, 1.0 - rising, 0.5, 1.0]))
         for k in range(len(kinks) - 1):
             a, b = kinks[k], kinks[k + 1]
@@ -90,13 +90,13 @@ def _centre_of_gravity(heights: Array) -> float:
 
 @kernel
 def _union(t: float, falling: float, rising: float) -> float:
-    """Membership of the union at the share `t` of a gap: one value falls there, the next one rises."""
+    """Membership of the union at the share `t` of a gap, in which one value falls and the next one rises."""
     return max(min(1.0 - t, falling), min(t, rising))
 
 
 @cache
 def surface(points: int) -> Array:
-    """`inferred` at (points, points) nodes over the error (rows) and its change, both from -1 to 1.
+    """Evaluate `inferred` at (points, points) nodes over the error (rows) and its change, both from -1 to 1.
 
     Raises:
         ValueError: `points` is not 6 k + 1, so that the centres of the values would miss the nodes.

@@ -5,7 +5,7 @@
     v = v_FZ + ki int e dt          |e| <= e1            (12), (16)
     v_FZ = Ku mu(Ke e, Kec de/dt)                        (14), (15), Table I
 
-mu is looked up: the surface of `fuzzy_inference`, bilinear between its points.
+mu is interpolated bilinearly on the surface of `fuzzy_inference`.
 """
 
 import math
@@ -45,7 +45,7 @@ class FuzzyPdSettings:
 
 
 class Params(NamedTuple):
-    """The regions of the error, and the gains in front of and behind the rules."""
+    """Regions of the error, and the gains of the inputs and the output of the rules."""
 
     enabled: bool
     fine_m: Annotated[float, Quantity("m", 0.0, math.inf, "e1 > 0: the fuzzy controller is alone up to it")]
@@ -56,7 +56,7 @@ class Params(NamedTuple):
     output_m_s: Annotated[float, Quantity("m/s", 0.0, math.inf, "Ku: velocity of the surface's 1")]
     ki_1_s2: Annotated[float, Quantity("1/s2", 0.0, math.inf, "integral gain within e1")]
     surface: Table
-    """(n, n), n >= 2: output over error and change, both on [-1, 1]."""
+    """(n, n), n >= 2: output over error (rows) and change, both on [-1, 1]."""
 
 
 NEUTRAL = Params(
@@ -88,7 +88,7 @@ def params_of(settings: FuzzyPdSettings, _axis: AxisFacts) -> Params:
 
 
 def objection(settings: FuzzyPdSettings, _resolution_um: float) -> str:
-    """Why the regions make no sense."""
+    """Say why the regions of the error contradict each other, or return ""."""
     if settings.fine_um >= settings.coarse_um:
         return f"coarse_um: must be above fine_um {settings.fine_um:g}"
     return ""
@@ -107,11 +107,11 @@ SECTION = LawSection(
 
 @kernel
 def interpolated(values: Table, first: float, second: float) -> float:
-    """The surface `values` (n, n), n >= 2, over [-1, 1] x [-1, 1]; the inputs are clipped to that."""
+    """Interpolate the surface `values` (n, n), n >= 2, over [-1, 1] x [-1, 1]; inputs are clipped to that."""
     steps = values.shape[0] - 1
     x = 0.5 * (min(max(first, -1.0), 1.0) + 1.0) * steps
     y = 0.5 * (min(max(second, -1.0), 1.0) + 1.0) * steps
-    i, j = max(min(int(x), steps - 1), 0), max(min(int(y), steps - 1), 0)  # 0 at least for a NaN too
+    i, j = max(min(int(x), steps - 1), 0), max(min(int(y), steps - 1), 0)  # at least 0, for NaN too
     x, y = x - i, y - j
     low = values[i, j] + y * (values[i, j + 1] - values[i, j])
     high = values[i + 1, j] + y * (values[i + 1, j + 1] - values[i + 1, j])
@@ -120,13 +120,13 @@ def interpolated(values: Table, first: float, second: float) -> float:
 
 @kernel
 def pd_share(p: Params, error_m: float) -> float:
-    """The weight a (11): 0 up to e1, 1 from e2 on."""
+    """Weight a of the PD law (11): 0 up to e1, 1 from e2 on."""
     size_m = abs(error_m)
     if size_m <= p.fine_m:
         return 0.0
     if size_m >= p.coarse_m:
         return 1.0
-    # (11) with its exponents made negative: the quotient is the same, and no exponential overflows
+    # (11) with negative exponents: the same quotient, and no exponential overflows
     part, whole = p.weight_1_m * (size_m - p.fine_m), p.weight_1_m * (p.coarse_m - p.fine_m)
     return math.exp(part - whole) * math.expm1(-part) / math.expm1(-whole)
 

@@ -1,22 +1,21 @@
-"""Learned waveform compensation (LWC): the force that friction needs, known before the reversal comes (ours).
+"""Learned waveform compensation (LWC): friction force that is commanded before the reversal (ours).
 
     f(t) = clip(F(t + L) + s w(t - t1; a)) + clip(b v* + c a*)
 
 t1 is the reversal, s the new direction, a the reverse acceleration, L the dead time of bus and amplifier.
-F is a friction with memory on the *commanded* motion, a sum of W_i D_i, where each D_i relaxes to the
-direction of motion over a slip distance x_i: dD = (d - D)(1 - exp(-|dx| / x_i)) (Dahl 1968; a bank of them,
-as the Maxwell slip elements of Al-Bender et al. 2005). b v* + c a* is what the feedforward of the loop
-misses: viscous friction, and half a period in the sum of the velocity error. w is a free waveform that
-strokes have learned (`learning.reversal_waveform`), stretched in time so that it covers the same distance at
-each acceleration: behind the reversal a is 2 x / t^2 of the way x that the command has come, which is the
-reverse acceleration where that stays and follows it where it grows, as after a rest. Below the learned
-accelerations w fades, above them it is held.
+F is presliding friction of the *commanded* motion, the sum of W_i D_i. Each D_i relaxes to the direction of
+motion over a slip distance x_i: dD = (d - D)(1 - exp(-|dx| / x_i)) (Dahl 1968; several in parallel, like
+the Maxwell slip elements of Al-Bender et al. 2005). b v* + c a* is what the feedforward of the loop misses:
+viscous friction, and half a period in the sum of the velocity error. w is a free waveform that was learned
+from strokes (`learning.reversal_waveform`). It is stretched in time, so that it covers the same distance at
+each acceleration. After the reversal, a is 2 x / t^2 with the distance x since the reversal: the reverse
+acceleration where that is constant, and the mean one where it grows, as after a rest. Below the learned
+accelerations w fades out, above them it is held.
 
-The command's own derivatives tell when it will turn round: v* + a* t + j* t^2 / 2 = 0. So a feed hold, a stop
-or a jog changes the forecast with the command, and nothing needs to know the program.
+`control.reversal_forecast` predicts the reversal from the command alone.
 
-While it acts, pulse and observer do not: each of them would compensate the same friction once more. It acts
-in cst; where the amplifier closes the loops nothing is learned, so that nothing acts.
+While the waveform acts, pulse and observer do not: each would compensate the same friction a second time. It
+acts in cst only; where the amplifier closes the loops, nothing is learned.
 """
 
 import math
@@ -28,16 +27,19 @@ import numpy as np
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 from kernels.records import Table
+from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M
 from servo_ctrl.control.limits import clamp
+from servo_ctrl.control.reversal_forecast import forecast, reversal_between_samples
 from servo_ctrl.control.section import AxisFacts, Key, LawSection
+from servo_ctrl.control.types import AxisSample
 
 SLIP_M = (2e-6, 8e-6, 30e-6, 100e-6)
-"""Slip distances x_i; chosen: presliding of rolling guides and screws spans 1 to 100 um."""
+"""Slip distances x_i. Chosen: presliding of rolling guides and screws spans 1 to 100 um."""
 AHEAD_S = 0.03
-"""Before a reversal, from where the waveform acts; chosen: above ten dead times at 1 kHz."""
+"""How long before a reversal the waveform begins. Chosen: more than ten dead times at 1 kHz."""
 DEAD_PERIODS = 2.0
-"""One until a set point acts, half of holding, half of differencing."""
+"""Dead time of the loop in periods: one until a set point acts, half a period each of hold and difference."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,10 +55,10 @@ class LearnedWaveformSettings:
 
 
 class Friction(NamedTuple):
-    """Identified friction with memory."""
+    """Identified friction: levels W_i of presliding, and its slopes over speed and acceleration."""
 
     level_1_n: float
-    """W_1, of the shortest of `SLIP_M`."""
+    """W_1, at the shortest slip distance of `SLIP_M`."""
     level_2_n: float
     level_3_n: float
     level_4_n: float
@@ -67,7 +69,7 @@ class Friction(NamedTuple):
 
 
 class Params(NamedTuple):
-    """Bounds of the force, and what was learned of it."""
+    """Bounds of the force, and the learned force."""
 
     enabled: bool
     limit_n: Annotated[float, Quantity("N", 0.0, math.inf, "bound of the learned force")]
@@ -75,23 +77,23 @@ class Params(NamedTuple):
     jerk_m_s3: Annotated[float, Quantity("m/s3", 0.0, math.inf, "bound of the command's jerk")]
     friction: Friction
     waves: Table
-    """(m, 1 + n), m >= 1: reverse acceleration m/s^2, rising; then w in newtons, each period from AHEAD_S
-    before a reversal on, for one into the positive direction."""
+    """(m, 1 + n), m >= 1. A row: reverse acceleration, m/s^2, rising by rows; then w, N, one value per
+    period from AHEAD_S before a reversal into the positive direction on."""
 
 
 class State(NamedTuple):
-    """Where the force is."""
+    """State of the compensation."""
 
-    led_m: float
-    """The command at t + L, one sample ago."""
+    lead_position_m: float
+    """Position command at t + L, one sample ago."""
     acceleration_m_s2: float
-    """Of the command, one sample ago."""
-    turned_m: float
-    """The command at the last reversal, between two samples; before the first, where it began."""
-    moved_m: float
-    """So far has it come since."""
-    moved_s: float
-    """The time that it took, rests left out; negative before the first reversal."""
+    """Acceleration of the command, one sample ago."""
+    reversal_m: float
+    """Position command at the last reversal, between two samples; before the first one, the start."""
+    distance_m: float
+    """Distance since the reversal."""
+    moving_s: float
+    """Time since the reversal without rests; negative before the first one."""
     memory_1: float
     """D_1."""
     memory_2: float
@@ -106,7 +108,7 @@ NEUTRAL = Params(
 
 
 def params_of(settings: LearnedWaveformSettings, axis: AxisFacts) -> Params:
-    """Nothing learned yet, hence off: `config.freeze.with_waveform` puts it in."""
+    """Parameters before anything is learned, hence off; `config.freeze.with_waveform` sets the rest."""
     return NEUTRAL._replace(
         limit_n=float(settings.limit_n),
         lead_s=DEAD_PERIODS * axis.period_s + float(settings.amplifier_delay_ms) * 1e-3,
@@ -125,13 +127,13 @@ SECTION = LawSection(
 
 @kernel
 def at_rest(position_command_m: float) -> State:
-    """Before the first motion."""
+    """State before the first motion."""
     return State(
-        led_m=position_command_m,
+        lead_position_m=position_command_m,
         acceleration_m_s2=0.0,
-        turned_m=position_command_m,
-        moved_m=0.0,
-        moved_s=-1.0,
+        reversal_m=position_command_m,
+        distance_m=0.0,
+        moving_s=-1.0,
         memory_1=0.0,
         memory_2=0.0,
         memory_3=0.0,
@@ -141,43 +143,22 @@ def at_rest(position_command_m: float) -> State:
 
 @kernel
 def relaxed(memory: float, step_m: float, slip_m: float) -> float:
-    """D after a step of the command; rest changes nothing."""
+    """D_i after a step of the command; without a step it is unchanged."""
     direction = 1.0 if step_m > 0.0 else -1.0
     return memory + (direction - memory) * -math.expm1(-abs(step_m) / slip_m)
 
 
 @kernel
-def forecast(
-    direction: float, velocity_m_s: float, acceleration_m_s2: float, jerk_m_s3: float
-) -> tuple[float, float]:
-    """Time until a motion in this direction turns round, s (NaN: not foreseen), and its acceleration then."""
-    speed_m_s, braking_m_s2, more_m_s3 = (
-        direction * velocity_m_s,
-        -direction * acceleration_m_s2,
-        -direction * jerk_m_s3,
-    )
-    if speed_m_s < 0.0 < braking_m_s2:  # it has turned round since the last sample
-        return speed_m_s / braking_m_s2, braking_m_s2
-    square = braking_m_s2 * braking_m_s2 + 2.0 * more_m_s3 * speed_m_s
-    if not speed_m_s > 0.0 or not square > 0.0:
-        return math.nan, 0.0
-    reverse_m_s2 = math.sqrt(square)
-    if not braking_m_s2 + reverse_m_s2 > 0.0:
-        return math.nan, 0.0
-    return 2.0 * speed_m_s / (braking_m_s2 + reverse_m_s2), reverse_m_s2
-
-
-@kernel
 def wave_in_row(
-    waves: Table, row: int, led_s: float, reverse_m_s2: float, lead_s: float, period_s: float
+    waves: Table, row: int, since_s: float, reverse_m_s2: float, lead_s: float, period_s: float
 ) -> float:
-    """W of one learned acceleration when the command at the lead is `led_s` behind its reversal; 0 outside.
+    """The waveform of one row, `since_s` after the reversal of the command at t + L; 0 outside of the row.
 
-    Behind the reversal the same distance counts, a t^2 / 2, before it the same time.
+    After the reversal, equal distances a t^2 / 2 correspond; before it, equal times.
     """
-    stretch = math.sqrt(reverse_m_s2 / waves[row, 0]) if led_s > 0.0 else 1.0
-    # the learner's reversal is the first increment of the new direction: one period late, in the mean
-    place = (AHEAD_S - lead_s + led_s * stretch) / period_s - 1.0
+    stretch = math.sqrt(reverse_m_s2 / waves[row, 0]) if since_s > 0.0 else 1.0
+    # learning takes the first increment of the new direction for the reversal: on average a period late
+    place = (AHEAD_S - lead_s + since_s * stretch) / period_s - 1.0
     if not 0.0 <= place < waves.shape[1] - 2:
         return 0.0
     column = int(place)
@@ -186,8 +167,8 @@ def wave_in_row(
 
 
 @kernel
-def wave_n(waves: Table, led_s: float, reverse_m_s2: float, lead_s: float, period_s: float) -> float:
-    """w: between accelerations of the table by their logarithms, held above them, fading to 0 below."""
+def wave_n(waves: Table, since_s: float, reverse_m_s2: float, lead_s: float, period_s: float) -> float:
+    """w, N: interpolated over the logarithm of the acceleration, held above the table, fading to 0 below."""
     last = waves.shape[0] - 1
     if not reverse_m_s2 > 0.0 or not waves[0, 0] > 0.0:
         return 0.0
@@ -200,57 +181,43 @@ def wave_n(waves: Table, led_s: float, reverse_m_s2: float, lead_s: float, perio
     share = 0.0
     if waves[upper, 0] > waves[lower, 0]:
         share = math.log(within_m_s2 / waves[lower, 0]) / math.log(waves[upper, 0] / waves[lower, 0])
-    one = wave_in_row(waves, lower, led_s, reverse_m_s2, lead_s, period_s)
-    other = wave_in_row(waves, upper, led_s, reverse_m_s2, lead_s, period_s)
-    return float(fade * ((1.0 - share) * one + share * other))
-
-
-@kernel
-def turned(
-    direction: float, position_m: float, velocity_m_s: float, acceleration_m_s2: float, period_s: float
-) -> tuple[float, float]:
-    """Where and how long ago the command turned round, in the first sample of the new direction."""
-    speed_m_s, gain_m_s2 = direction * velocity_m_s, direction * acceleration_m_s2
-    ago_s = speed_m_s / gain_m_s2 if speed_m_s > 0.0 and gain_m_s2 > 0.0 else 0.0
-    ago_s = min(ago_s, 2.0 * period_s)
-    return position_m - direction * 0.5 * gain_m_s2 * ago_s * ago_s, ago_s
+    lower_n = wave_in_row(waves, lower, since_s, reverse_m_s2, lead_s, period_s)
+    upper_n = wave_in_row(waves, upper, since_s, reverse_m_s2, lead_s, period_s)
+    return float(fade * ((1.0 - share) * lower_n + share * upper_n))
 
 
 @kernel
 def planned_force(
-    p: Params,
-    state: State,
-    direction: float,
-    age_s: float,
-    position_m: float,
-    velocity_m_s: float,
-    acceleration_m_s2: float,
-    period_s: float,
+    p: Params, state: State, pulse: trapezoidal_pulse.State, sample: AxisSample, period_s: float
 ) -> tuple[float, State]:
-    """The force, newtons, and the state one period later.
+    """The force, N, and the state one period later.
 
-    `direction` of the last motion and `age_s` since its reversal (0 in the sample in which the increment of
-    the position command has changed its sign) are the pulse's. Disabled, the memory goes on and the force is
-    0.
+    `pulse`: state of the friction pulse at this sample, for the direction of motion and the time since the
+    reversal. Disabled, the state follows the command and the force is 0.
     """
+    direction = pulse.direction
+    position_m, velocity_m_s = sample.position_command_m, sample.velocity_command_m_s
+    acceleration_m_s2 = sample.acceleration_command_m_s2
     jerk_m_s3 = clamp((acceleration_m_s2 - state.acceleration_m_s2) / period_s, p.jerk_m_s3)
     lead_s = p.lead_s
-    led_m = position_m + lead_s * (
+    lead_position_m = position_m + lead_s * (
         velocity_m_s + lead_s * (0.5 * acceleration_m_s2 + lead_s * jerk_m_s3 / 6.0)
     )
-    step_m = led_m - state.led_m
-    turned_m, moved_s = state.turned_m, state.moved_s
-    if age_s == 0.0:
-        turned_m, moved_s = turned(direction, position_m, velocity_m_s, acceleration_m_s2, period_s)
-    elif moved_s >= 0.0 and abs(direction * (position_m - turned_m) - state.moved_m) >= REST_M:
-        moved_s += period_s
-    moved_m = direction * (position_m - turned_m)
+    step_m = lead_position_m - state.lead_position_m
+    reversal_m, moving_s = state.reversal_m, state.moving_s
+    if pulse.age_s == 0.0:
+        reversal_m, moving_s = reversal_between_samples(
+            direction, position_m, velocity_m_s, acceleration_m_s2, period_s
+        )
+    elif moving_s >= 0.0 and abs(direction * (position_m - reversal_m) - state.distance_m) >= REST_M:
+        moving_s += period_s
+    distance_m = direction * (position_m - reversal_m)
     now = State(
-        led_m=led_m,
+        lead_position_m=lead_position_m,
         acceleration_m_s2=acceleration_m_s2,
-        turned_m=turned_m,
-        moved_m=moved_m,
-        moved_s=moved_s,
+        reversal_m=reversal_m,
+        distance_m=distance_m,
+        moving_s=moving_s,
         memory_1=relaxed(state.memory_1, step_m, SLIP_M[0]),
         memory_2=relaxed(state.memory_2, step_m, SLIP_M[1]),
         memory_3=relaxed(state.memory_3, step_m, SLIP_M[2]),
@@ -265,12 +232,12 @@ def planned_force(
         + friction.level_3_n * now.memory_3
         + friction.level_4_n * now.memory_4
     )
-    left_s, foreseen_m_s2 = forecast(direction, velocity_m_s, acceleration_m_s2, jerk_m_s3)
-    if left_s <= AHEAD_S:
-        force_n -= direction * wave_n(p.waves, lead_s - left_s, foreseen_m_s2, lead_s, period_s)
-    elif moved_s >= 0.0:
-        led_s = moved_s + lead_s
-        mean_m_s2 = 2.0 * direction * (led_m - turned_m) / (led_s * led_s)
-        force_n += direction * wave_n(p.waves, led_s, mean_m_s2, lead_s, period_s)
+    until_s, foreseen_m_s2 = forecast(direction, velocity_m_s, acceleration_m_s2, jerk_m_s3)
+    if until_s <= AHEAD_S:
+        force_n -= direction * wave_n(p.waves, lead_s - until_s, foreseen_m_s2, lead_s, period_s)
+    elif moving_s >= 0.0:
+        since_s = moving_s + lead_s
+        mean_m_s2 = 2.0 * direction * (lead_position_m - reversal_m) / (since_s * since_s)
+        force_n += direction * wave_n(p.waves, since_s, mean_m_s2, lead_s, period_s)
     motion_n = friction.per_speed_n_s_m * velocity_m_s + friction.per_acceleration_kg * acceleration_m_s2
     return clamp(force_n, p.limit_n) + clamp(motion_n, p.limit_n), now

@@ -2,12 +2,12 @@
 
     N(s) = (s^2 + 2 d z w s + w^2) / (s^2 + 2 z w s + w^2),   w = 2 pi f
 
-At f it passes the share d, far from f everything; z is half the relative width of what it takes out. Where a
-structure swings at f, the loop gain of the swing falls by d, and the loop may be faster; below f it costs
-phase. Source: any textbook of filters; the bilinear transform is prewarped at f (Oppenheim and Schafer,
+At f the gain is d, far from f it is 1; z is half the relative width of the stop band. Against a structural
+resonance at f, it reduces the loop gain there to d, so that the loop may be faster; below f it costs phase.
+Source: textbooks on filters; the bilinear transform is prewarped at f (Oppenheim and Schafer,
 Discrete-Time Signal Processing, section 7.2), so that the notch lies at f whatever the period.
 
-It stands behind the law and in front of the limit: integrals, feedforward and observer pass through it.
+It acts after the control law and before the limit: integrals, feedforward and observer pass through it.
 """
 
 import math
@@ -36,7 +36,7 @@ class NotchSettings:
 
 
 class Params(NamedTuple):
-    """A biquad whose first denominator coefficient is 1; gain 1 at rest."""
+    """A biquad whose first denominator coefficient is 1; its gain at 0 Hz is 1."""
 
     enabled: bool
     b0: Annotated[float, Quantity("", -math.inf, math.inf, "of the present value")]
@@ -46,7 +46,7 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """Transposed direct form II: what the values before leave for this output and the next, N or m/s."""
+    """Transposed direct form II: contributions of past values to this output and the next, N or m/s."""
 
     next_output: float
     second_output: float
@@ -83,7 +83,7 @@ def biquad(
 
 
 def too_fast(settings: NotchSettings, period_s: float) -> str:
-    """Why the set points cannot carry this frequency, or ""."""
+    """Say why the SYNC rate is too low for this frequency, or return ""."""
     highest_hz = 0.5 / period_s
     if settings.frequency_hz < highest_hz:
         return ""
@@ -103,13 +103,13 @@ SECTION = LawSection(
 
 @kernel
 def at_rest() -> State:
-    """Nothing has come yet."""
+    """State before the first value."""
     return State(next_output=0.0, second_output=0.0)
 
 
 @kernel
 def notched(p: Params, state: State, value: float) -> tuple[float, State]:
-    """The set point (N or m/s) behind the notch, and the next state; without it, the value as it is."""
+    """The filtered set point (N or m/s) and the next state; disabled, the set point unchanged."""
     if not p.enabled:
         return value, state
     output = p.b0 * value + state.next_output

@@ -1,12 +1,12 @@
-"""Sampled dual loop: the scale is read at the end point, and the deviation commanded afterwards.
+"""Sampled dual loop: the scale is read at the end point, and the deviation is then added to the command.
 
-    dL = x* - x_scale, once the command has rested;   x_motor = x* + sum dL
+    dL = x* - x_scale, after the command has settled;   x_motor = x* + sum dL
 
 Source: Wang et al. 2014, section 2.
 
-Repeated until |dL| is within the tolerance, or as often as set. Independent of how large the play is, and
-never an oscillation: the scale closes no loop while anything moves. What was corrected stays in force, so
-the next end point begins with the error of this one; switched off, it is led out by a motion like the others.
+The correction is repeated until |dL| is within the tolerance, at most as often as set. It works with any
+backlash and cannot oscillate, because the scale closes no loop during motion. The correction stays in force,
+so the next end point starts with the error of this one; switched off, it returns to 0 by a motion of its own.
 """
 
 import math
@@ -34,7 +34,7 @@ class SampledDualLoopSettings:
         ),
     ] = 100.0
     tolerance_um: Annotated[float, Key("A deviation up to this is left, micrometres.", above=0.0)] = 0.5
-    corrections: Annotated[int, Key("So many at one end point, at most.", at_least=1, at_most=100)] = 3
+    corrections: Annotated[int, Key("Most corrections at one end point.", at_least=1, at_most=100)] = 3
     limit_um: Annotated[float, Key("Bound of the correction, micrometres.", above=0.0)] = 100.0
     profile: Annotated[
         Literal["s_curve", "trapezoidal"],
@@ -56,7 +56,7 @@ class Params(NamedTuple):
     enabled: bool
     settle_s: Annotated[float, Quantity("s", 0.0, math.inf, "rest before the scale is read")]
     tolerance_m: Annotated[float, Quantity("m", 0.0, math.inf, "deviation that is left")]
-    corrections: Annotated[int, Quantity("", 0.0, 100.0, "so many at one end point, at most")]
+    corrections: Annotated[int, Quantity("", 0.0, 100.0, "most corrections at one end point")]
     limit_m: Annotated[float, Quantity("m", 0.0, math.inf, "bound of the correction")]
     smooth: bool
     """Corrections by a five-phase S curve; else trapezoidal."""
@@ -65,12 +65,12 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """Where the sampled dual loop is."""
+    """State of the sampled dual loop."""
 
     rest_s: float
-    """Since command and correction came to rest."""
+    """Time since command and correction came to rest."""
     corrections: int
-    """Made at this end point, or all of them once it is within the tolerance."""
+    """Number made at this end point; the most allowed once the deviation is within the tolerance."""
     motion: OffsetMotion
 
 
@@ -102,7 +102,7 @@ def params_of(settings: SampledDualLoopSettings, axis: AxisFacts) -> Params:
 
 
 def objection(settings: SampledDualLoopSettings, resolution_um: float) -> str:
-    """Why no correction could meet the tolerance."""
+    """Say why no correction could meet the tolerance, or return ""."""
     half_um, tolerance_um = 0.5 * resolution_um, settings.tolerance_um
     if tolerance_um < half_um:
         return (
@@ -130,16 +130,13 @@ SECTION = LawSection(
 
 @kernel
 def at_rest() -> State:
-    """Nothing corrected yet."""
+    """State before the first correction."""
     return State(rest_s=0.0, corrections=0, motion=resting())
 
 
 @kernel
 def advance_sampled(p: Params, state: State, deviation_m: float, moving: bool, period_s: float) -> State:
-    """The correction one period later; `deviation_m` is x* - x_scale, NaN without a reading.
-
-    A sample that is absent leaves the axis waiting for the next one.
-    """
+    """State one period later. `deviation_m`: x* - x_scale; without a reading (NaN) the correction waits."""
     motion = advanced(state.motion, period_s)
     if not p.enabled and over(motion) and motion.to_m != 0.0:
         motion = rest_to_rest(motion.to_m, 0.0, p.smooth, p.acceleration_m_s2, p.jerk_m_s3)

@@ -1,12 +1,12 @@
-"""Screw error: what the table's position differs from the motor's, learned over the travel.
+"""Screw error: difference between table and motor position, learned over the travel.
 
     x_motor = x* - e(x*),   e = scale - motor at the table position x, mean of both directions
 
 ISO 230-2 calls 2 e's spread over the travel the mean bidirectional positional deviation; Wang et al. 2014 the
-accumulated pitch error. Linear between the nodes, level beyond them.
+accumulated pitch error. Linear between the nodes, held beyond them.
 
-At take-over, and where another table comes into use, e is another one at the same position. That difference
-is handed to the backlash take-up, whose motion leads it in: the motor does not jump.
+When the compensation is switched on, or another table is put into use, e changes at the same position.
+The backlash take-up absorbs that step by its motion, so that the motor does not jump.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class ScrewCompensationSettings:
         ),
     ] = None
     travels: Annotated[
-        int, Key("So many travels, there and back, are learned from.", at_least=2, at_most=100)
+        int, Key("Number of travels there and back for learning.", at_least=2, at_most=100)
     ] = 3
     feed_mm_min: Annotated[float, Key("Speed of the travels, mm/min.", above=0.0)] = 1000.0
     dwell_s: Annotated[float, Key("Rest at the ends of a travel, seconds.", above=0.0, at_most=60.0)] = 0.5
@@ -44,18 +44,18 @@ class ScrewCompensationSettings:
 
 
 class Params(NamedTuple):
-    """Table of the screw's errors."""
+    """Learned table of the screw's errors."""
 
     enabled: bool
     table: Table
-    """(2, n), n >= 1: table positions m, rising; error there m."""
+    """(2, n), n >= 1: rising table positions, m; error there, m."""
 
 
 NEUTRAL = Params(enabled=False, table=np.zeros((2, 1)))
 
 
 def params_of(_settings: ScrewCompensationSettings, _axis: AxisFacts) -> Params:
-    """Nothing learned yet, hence off: `config.freeze.with_screw` puts the table in."""
+    """Parameters before anything is learned, hence off; `config.freeze.with_screw` sets the table."""
     return NEUTRAL
 
 
@@ -71,7 +71,7 @@ SECTION = LawSection(
 
 @kernel
 def screw_error_m(p: Params, position_m: float) -> float:
-    """E (m) at a table position (m); 0 when disabled."""
+    """Error e (m) at a table position (m); 0 when disabled."""
     if not p.enabled:
         return 0.0
     return value_at(p.table, 1, place_of(p.table, position_m))

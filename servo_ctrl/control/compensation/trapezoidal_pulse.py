@@ -3,12 +3,12 @@
     p(t) = s A clip(min(t / Tr, (T - t) / Tr), 0, 1),   t from the reversal t1, s the new direction
 
 t1 is the sample at which the increment of the position command changes its sign; rests in between do not
-count. What shape the pulse takes is read at t1 from the learned functions, at the reverse acceleration of
-that very reversal, and stays until the next one.
+count. The shape of the pulse is read at t1 from the learned functions, at the reverse acceleration of this
+reversal, and is held until the next one.
 
-The trailing pulse is ours: another trapezoid, of either sign, that begins later. Friction falls when the
-last contact lets go, and the force that the first pulse has built up throws the table ahead. Without it
-(amplitude 0) the pulse is the paper's.
+The trailing pulse is ours: a second trapezoid, of either sign, that begins later. Friction falls when
+presliding ends, and the force that the first pulse has built up then pushes the table ahead. Without it
+(amplitude 0) the pulse is that of the paper.
 """
 
 import math
@@ -23,10 +23,11 @@ from kernels.records import Table
 from servo_ctrl.control.limits import clamp
 from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
 from servo_ctrl.control.table_lookup import place_of, value_at
+from servo_ctrl.control.types import AxisSample
 from servo_ctrl.units import MM
 
 REST_M = 1e-12
-"""A smaller increment of the position command is rest: rounding must not look like a reversal."""
+"""Increments of the position command below this are rest: rounding must not look like a reversal."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,13 +42,13 @@ class FrictionCompensationSettings:
 
 
 class Params(NamedTuple):
-    """Bounds of the pulse, and what was learned of it."""
+    """Bounds of the pulse, and the learned functions."""
 
     enabled: bool
     rise_s: Annotated[float, Quantity("s", 0.0, math.inf, "rise time Tr, > 0")]
     amplitude_max_m_s: Annotated[float, Quantity("m/s", 0.0, math.inf, "A_max, whatever was learned")]
     learned: Table
-    """(6, n), n >= 1: reverse accelerations m/s^2, rising; then the fields of `PulseShape`."""
+    """(6, n), n >= 1: rising reverse accelerations, m/s^2; then the fields of `PulseShape`."""
 
 
 class PulseShape(NamedTuple):
@@ -58,30 +59,30 @@ class PulseShape(NamedTuple):
     amplitude_m_s: float
     """A, in the new direction."""
     trailing_start_s: float
-    """From the reversal to the second trapezoid."""
+    """From the reversal to the start of the second trapezoid."""
     trailing_duration_s: float
     trailing_amplitude_m_s: float
     """Of either sign; 0 without a second trapezoid."""
 
 
 class State(NamedTuple):
-    """Where the pulse is."""
+    """State of the pulse."""
 
     position_command_m: float
-    """Of the last sample."""
+    """Position command of the last sample."""
     direction: float
-    """Of the last motion, +1 or -1; 0 before the first."""
+    """Direction of the last motion, +1 or -1; 0 before the first."""
     age_s: float
-    """Since the last reversal."""
+    """Time since the last reversal."""
     shape: PulseShape
-    """Of the pulse that began there."""
+    """Shape of the pulse that began at the last reversal."""
 
 
 NEUTRAL = Params(enabled=False, rise_s=1.0, amplitude_max_m_s=0.0, learned=np.zeros((6, 1)))
 
 
 def params_of(settings: FrictionCompensationSettings, _axis: AxisFacts) -> Params:
-    """Nothing learned yet, hence off: `config.freeze.with_pulse` puts the functions in."""
+    """Parameters before anything is learned, hence off; `config.freeze.with_pulse` sets the functions."""
     rise_s = float(settings.rise_ms) * 1e-3
     return NEUTRAL._replace(
         rise_s=rise_s, amplitude_max_m_s=float(settings.acceleration_allowed_mm_s2) * MM * rise_s
@@ -100,7 +101,7 @@ SECTION = LawSection(
 
 @kernel
 def no_pulse() -> PulseShape:
-    """Neither trapezoid."""
+    """A shape without either trapezoid."""
     return PulseShape(
         duration_s=0.0,
         amplitude_m_s=0.0,
@@ -112,13 +113,13 @@ def no_pulse() -> PulseShape:
 
 @kernel
 def at_rest(position_command_m: float) -> State:
-    """Before the first motion."""
+    """State before the first motion."""
     return State(position_command_m=position_command_m, direction=0.0, age_s=0.0, shape=no_pulse())
 
 
 @kernel
 def shape_at(learned: Table, reverse_m_s2: float) -> PulseShape:
-    """The shape for a reverse acceleration: linear between the columns of `learned`, level outside."""
+    """The shape at a reverse acceleration: linear between the columns of `learned`, held outside."""
     place = place_of(learned, reverse_m_s2)
     return PulseShape(
         duration_s=value_at(learned, 1, place),
@@ -130,10 +131,9 @@ def shape_at(learned: Table, reverse_m_s2: float) -> PulseShape:
 
 
 @kernel
-def advance_pulse(
-    p: Params, state: State, position_command_m: float, acceleration_m_s2: float, period_s: float
-) -> State:
-    """The pulse one period later; a reversal begins a new one. Disabled, none begins."""
+def advance_pulse(p: Params, state: State, sample: AxisSample, period_s: float) -> State:
+    """State one period later, at this sample; a reversal begins a new pulse unless disabled."""
+    position_command_m = sample.position_command_m
     increment_m = position_command_m - state.position_command_m
     if abs(increment_m) < REST_M:
         return State(position_command_m, state.direction, state.age_s + period_s, state.shape)
@@ -142,25 +142,25 @@ def advance_pulse(
         return State(position_command_m, direction, state.age_s + period_s, state.shape)
     shape = no_pulse()
     if p.enabled:
-        shape = shape_at(p.learned, abs(acceleration_m_s2))
+        shape = shape_at(p.learned, abs(sample.acceleration_command_m_s2))
     return State(position_command_m, direction, 0.0, shape)
 
 
 @kernel
 def older_pulse(state: State, period_s: float) -> State:
-    """The pulse one period later, when there was no position command to look at."""
+    """State one period later, at a sample without a position command."""
     return State(state.position_command_m, state.direction, state.age_s + period_s, state.shape)
 
 
 @kernel
 def trapezoid(age_s: float, duration_s: float, rise_s: float) -> float:
-    """clip(min(t / Tr, (T - t) / Tr), 0, 1); a pulse of less than two rise times stays a triangle."""
+    """clip(min(t / Tr, (T - t) / Tr), 0, 1): a triangle if T is less than two rise times."""
     return min(max(min(age_s, duration_s - age_s) / rise_s, 0.0), 1.0)
 
 
 @kernel
 def pulse_m_s(p: Params, state: State) -> float:
-    """Velocity of the pulse, m/s, within +-A_max; 0 outside of it."""
+    """Velocity of the pulse, m/s, within +-A_max; 0 outside of the pulse."""
     shape = state.shape
     main_m_s = shape.amplitude_m_s * trapezoid(state.age_s, shape.duration_s, p.rise_s)
     trailing_m_s = shape.trailing_amplitude_m_s * trapezoid(

@@ -10,11 +10,12 @@ from waveform_examples import example_waveform
 from servo_ctrl.config.freeze import axis_params, with_observer, with_waveform
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.compensation.learned_waveform import AHEAD_S, NEUTRAL, forecast, wave_n
+from servo_ctrl.control.compensation.learned_waveform import AHEAD_S, NEUTRAL, wave_n
+from servo_ctrl.control.reversal_forecast import forecast
 from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
 from servo_ctrl.learning.performance import reversals
-from servo_ctrl.learning.reversal_waveform import memories, wave_table
+from servo_ctrl.learning.reversal_waveform import presliding_states, wave_table
 from studies.feng_2015.planned_force import force_along
 
 MACHINE = load_machine(Path(__file__).parents[3] / "machines" / "xy_table")
@@ -39,7 +40,7 @@ def test_friction_is_the_memory_of_the_command_at_the_lead() -> None:
     friction = (3.0, 2.0, 1.0, 0.5, -200.0, 2.0)
     commands = sine()
     lead = round(PARAMS.waveform.lead_s / T)
-    memory = memories(waveform_settings(MACHINE, "x").loop, commands[:, 0]) @ np.array(friction[:4])
+    memory = presliding_states(waveform_settings(MACHINE, "x").loop, commands[:, 0]) @ np.array(friction[:4])
     expected_n = memory[lead:] + commands[:-lead, 1:3] @ np.array(friction[4:])
     found_n = force_along(with_waveform(PARAMS, friction), commands)
     assert found_n[10:-lead] == pytest.approx(expected_n[10:], abs=0.02)

@@ -13,6 +13,7 @@ from kernels.arrays import Array
 from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M, advance_pulse, pulse_m_s, shape_at
 from servo_ctrl.control.tick import initial_state
+from servo_ctrl.control.types import AxisSample
 from servo_ctrl.learning import performance
 
 T = 1e-3
@@ -29,7 +30,8 @@ def _run(
     out: Array,
 ) -> trapezoidal_pulse.State:
     for k in range(len(command)):
-        state = advance_pulse(p, state, command[k], acceleration[k], T)
+        sample = AxisSample(command[k], 0.0, acceleration[k], 0.0, 0.0, 0.0, 0.0)
+        state = advance_pulse(p, state, sample, T)
         out[0, k] = pulse_m_s(p, state)
         out[1, k] = state.age_s
     return state
