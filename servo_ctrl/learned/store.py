@@ -150,7 +150,7 @@ class VersionStore(Generic[Result]):
                     in_use = self._active(axis).version
                 except StoreError:
                     in_use = max(numbers, default=0) + 1
-                result = self._newest_sound(axis, [number for number in numbers if number < in_use])
+                result = self._newest_intact(axis, [number for number in numbers if number < in_use])
                 write_active(directory, result)
         except OSError as error:
             raise StoreError(f"{directory}: cannot be rolled back: {reason_of(error)}") from None
@@ -176,7 +176,7 @@ class VersionStore(Generic[Result]):
             raise StoreError(f"axis {axis}: what was learned is not stored: it {problem}")
         return result
 
-    def _newest_sound(self, axis: str, numbers: list[int]) -> LearnedFile[Any] | None:
+    def _newest_intact(self, axis: str, numbers: list[int]) -> LearnedFile[Any] | None:
         for number in reversed(numbers):
             result, problem = self._checked(axis, number)
             if not problem:
@@ -240,7 +240,7 @@ class ScrewStore(VersionStore[ScrewLearned]):
 
 
 class WaveformStore(VersionStore[WaveformLearned]):
-    """The force around reversals."""
+    """The store of waveforms."""
 
     content = LearnedWaveform
     below = "waveform"

@@ -1,1 +1,4 @@
-"""Learning: pulse functions from reversals, screw tables from travels. Asks for strokes, moves no axis."""
+"""Learning of pulse functions and waveforms from reversals, and of screw tables from travels.
+
+Functions and generators request strokes and receive results; the daemon or the batch twin makes the strokes.
+"""

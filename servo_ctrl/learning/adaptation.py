@@ -2,8 +2,8 @@
 
 The mean error during the pulse is the amplitude error: the pulse was too small where the table lags, too
 large where it leads. Each reversal moves the amplitudes at the nearest learned accelerations by a small share
-of it, and those of the second trapezoid in proportion; durations stay. This follows slow changes. After a
-jump, or where the shape of the error changes, learning with strokes finds more.
+of it, and those of the second trapezoid in proportion; durations are kept. This follows slow changes. After a
+jump, or where the shape of the error changes, learning with strokes achieves more.
 """
 
 import numpy as np
@@ -26,7 +26,7 @@ DEAD_BAND_SHARE = 0.25
 def adapted(
     learned: Learned, settings: LearningSettings, acceleration_m_s2: float, result: StrokeResult
 ) -> Learned | None:
-    """Return the functions after one more reversal; None when it changes nothing.
+    """Return the functions after one more reversal; None if it changes nothing.
 
     A reversal outside the learned accelerations changes nothing: it has no information on those inside.
     """

@@ -26,12 +26,12 @@ def coarse_accelerations(settings: LearningSettings) -> list[float]:
 def learn_amplitudes(settings: LearningSettings, durations: Points) -> Learning:
     """Yield strokes, return (acceleration, A*) at the coarse accelerations and midway between them."""
     coarse = coarse_amplitudes_m_s(settings)
-    found = {}
+    best_m_s = {}
     for a in coarse_accelerations(settings):
-        found[a] = yield from _best(settings, durations, "coarse", a, coarse)
+        best_m_s[a] = yield from _best(settings, durations, "coarse", a, coarse)
     step_m_s = coarse[1] - coarse[0]
     fine = {}
-    for a, middle in with_midpoints(list(found.items())):
+    for a, middle in with_midpoints(list(best_m_s.items())):
         tried = fine_amplitudes_m_s(settings, middle, step_m_s)
         fine[a] = yield from _best(settings, durations, "fine", a, tried)
     return tuple(fine.items())

@@ -11,7 +11,7 @@ Learning = Generator[Stroke, StrokeResult, tuple[tuple[float, float], ...]]
 
 
 ROUNDING = 1.0 + 1e-9
-"""Lets rounding errors not drop the last duration of the range."""
+"""Keeps rounding errors from dropping the last duration of the range."""
 
 
 def coarse_amplitudes_m_s(settings: LearningSettings) -> list[float]:

@@ -1,8 +1,8 @@
-"""The faster learner: strokes that each say where the next one should be (ours).
+"""The faster learner: each stroke determines the next one (ours).
 
-The paper sweeps amplitude and duration on a grid and looks at one number a stroke. Here the whole error
-after the reversal is used: it shows the response of the error to the pulse (`response`), hence which pulse
-would be best, and a handful of strokes an acceleration is enough.
+The paper sweeps amplitude and duration on a grid and evaluates one number per stroke. This learner uses the
+whole error after the reversal: it identifies the response of the error to the pulse (`response`), and from it
+the best pulse, so that a few strokes per acceleration are enough.
 """
 
 from collections.abc import Generator, Sequence
@@ -33,18 +33,18 @@ ACCELERATIONS = 9
 """Number of accelerations learned at, from a_min to a_max in equal ratios; chosen."""
 SEARCH_STROKES = 5
 TRAILING_STROKES = 4
-"""Bound the strokes at one acceleration; chosen."""
+"""Bounds of the strokes at one acceleration; chosen."""
 GOOD_ENOUGH = 0.02
-"""Relative improvement below which a stroke is not made; chosen."""
+"""Relative improvement of the predicted RMS below which no further stroke is made; chosen."""
 TIME_DECIMALS = 6
 AMPLITUDE_STEPS = 1_000_000
-"""Resolution of pulses: decimals of a second, and parts of A_max; chosen."""
+"""Resolution of pulses: decimals of a second, and fractions of A_max; chosen."""
 MAIN = ("amplitude_m_s", "duration_s")
 TRAILING = ("trailing_amplitude_m_s", "trailing_start_s", "trailing_duration_s")
 
 
 def learn_fast(settings: LearningSettings) -> Learning:
-    """Strokes in, (acceleration, pulse) out; from the highest acceleration, whose strokes are short, down."""
+    """Yield strokes, return (acceleration, pulse); from the highest acceleration down."""
     a_min, *_, a_max = settings.accelerations_m_s2
     found: list[tuple[float, Pulse]] = []
     heights = np.zeros(len(KNOTS_S))
@@ -69,9 +69,9 @@ def learn_fast(settings: LearningSettings) -> Learning:
 def learn_trailing(
     settings: LearningSettings, learned: Learned
 ) -> Generator[Stroke, StrokeResult, TrailingPoints]:
-    """The second trapezoid on top of the paper's pulse functions: strokes in, `Learned.trailing` out.
+    """Learn the second trapezoid on top of the paper's pulses: yield strokes, return `Learned.trailing`.
 
-    One stroke with the pulse and one without show the response of the error; then a few have a second
+    One stroke with the pulse and one without identify the response of the error; a few more have a second
     trapezoid.
     """
     a_min, *_, a_max = settings.accelerations_m_s2
@@ -91,9 +91,9 @@ def learn_trailing(
 
 
 def first_guess(free: StrokeResult, settings: LearningSettings) -> Pulse:
-    """A pulse for an axis whose error without one is known: it begins with t2 - t1, as the paper's does.
+    """First pulse, from the error `free` without one: its duration is t2 - t1, where the paper starts too.
 
-    Its area is twice the peak of the error: what the loop has to catch up with, and once more for friction.
+    Its area is twice the peak of the error: once to recover the error, once more against friction.
     """
     duration_s = max(interval_s(free), 2.0 * settings.rise_s)
     height_m = float(np.abs(free.error_m).max())
@@ -102,28 +102,28 @@ def first_guess(free: StrokeResult, settings: LearningSettings) -> Pulse:
 
 
 class Search(NamedTuple):
-    """Some strokes at one acceleration."""
+    """A search by a few strokes at one acceleration."""
 
     stage: str
     acceleration_m_s2: float
     span_s: float
-    """Of the error that is looked at."""
+    """Time after the reversal in which the error is evaluated."""
     period_s: float
     strokes: int
-    """At most."""
+    """Largest number of strokes."""
     free: tuple[str, ...]
     """Fields of the pulse that may change."""
     neighbour: Sequence[tuple[float, Pulse]] = ()
-    """(acceleration, pulse) found at the acceleration before; empty at the first."""
+    """(acceleration, pulse) of the previous acceleration; empty at the first."""
 
 
 def refine(
     settings: LearningSettings, search: Search, tried: list[Tried], heights: Array
 ) -> Generator[Stroke, StrokeResult, Array]:
-    """Strokes where the response seen so far foretells the least error; they join `tried`.
+    """Yield strokes with the pulse of least predicted error, and append them to `tried`.
 
-    The first of `tried` is the one without a pulse: it shows the response, and is never the best.
-    Returns the response, a start for the next acceleration.
+    The first of `tried` has no pulse: it serves to identify the response, and is never taken for the best.
+    Return the identified response, a start for the next acceleration.
     """
     amplitudes = smallest_amplitude_m_s(settings), settings.amplitude_max_m_s
     loop = Loop(heights, settings.rise_s, search.period_s, *amplitudes)
@@ -135,9 +135,9 @@ def refine(
         starts = [best.pulse]
         if "trailing_start_s" in search.free and best.pulse.trailing_amplitude_m_s == 0.0:
             starts += [with_trailing(best, loop), *scaled_trailing(best.pulse, search)]
-        found = (best_pulse(best, loop, start, search.free) for start in starts)
-        pulse, foretold_m = min(found, key=lambda entry: entry[1])
-        if foretold_m >= (1.0 - GOOD_ENOUGH) * rms_m(best.error_m):
+        candidates = (best_pulse(best, loop, start, search.free) for start in starts)
+        pulse, predicted_m = min(candidates, key=lambda entry: entry[1])
+        if predicted_m >= (1.0 - GOOD_ENOUGH) * rms_m(best.error_m):
             break
         pulse = in_whole_steps(pulse, settings.amplitude_max_m_s)
         result = yield Stroke(search.stage, search.acceleration_m_s2, pulse)
@@ -146,9 +146,9 @@ def refine(
 
 
 def in_whole_steps(pulse: Pulse, highest_m_s: float) -> Pulse:
-    """Times in whole microseconds, amplitudes in whole millionths of A_max.
+    """Round times to microseconds and amplitudes to millionths of A_max.
 
-    The last bits of linear algebra depend on processor and threads, and a resumed run must ask for the same
+    The last bits of linear algebra depend on processor and threads, but a resumed run must request the same
     strokes again.
     """
 
@@ -166,7 +166,7 @@ def in_whole_steps(pulse: Pulse, highest_m_s: float) -> Pulse:
 
 
 def scaled_trailing(pulse: Pulse, search: Search) -> list[Pulse]:
-    """With the second trapezoid of the neighbour."""
+    """The pulse with the second trapezoid of the previous acceleration, scaled to this one."""
     return [
         Pulse(*pulse[:2], *carried((a, *other[2:]), search.acceleration_m_s2)[1:])
         for a, other in search.neighbour

@@ -10,13 +10,13 @@ import numpy as np
 from kernels.arrays import Array
 
 SPREADS = 60
-"""Candidates for the spread, in equal ratios from a fifth of the least gap to the whole range; chosen."""
+"""Number of candidate spreads, in equal ratios from a fifth of the least gap to the whole range; chosen."""
 
 
 def regression(points: Array, values: Array, spread: float, at: Array) -> Array:
     """Evaluate the network at `at` (n,) from `points` and `values` (k,); spread > 0."""
     exponent = -0.5 * ((at[:, np.newaxis] - points) / spread) ** 2
-    exponent -= exponent.max(axis=1, keepdims=True)  # one weight stays 1, however far the points are
+    exponent -= exponent.max(axis=1, keepdims=True)  # the largest weight is 1, however far the points are
     weight = np.exp(exponent)
     return np.asarray(weight @ values / weight.sum(axis=1))
 

@@ -25,7 +25,7 @@ class Indicators(NamedTuple):
     reversal: int
     """Index of the sample t1."""
     direction: int
-    """Of the motion after the reversal: +1 or -1."""
+    """Direction of motion after the reversal: +1 or -1."""
     contour_peak_m: float
     error_peak_m: float
     error_rms_m: float
@@ -112,7 +112,7 @@ def commanded_circle(x_m: Array, y_m: Array) -> FittedCircle:
     x0, y0 = float(np.mean(x_m)), float(np.mean(y_m))
     x, y = x_m - x0, y_m - y0
     matrix = np.column_stack((2.0 * x, 2.0 * y, np.ones_like(x)))
-    # scales the columns to like size, so that the rank does not depend on the unit
+    # columns of similar size, so that the rank does not depend on the unit
     unit = float(np.hypot(x, y).max(initial=0.0)) or 1.0
     scale = np.array([unit, unit, 1.0])
     solution, _, rank, _ = np.linalg.lstsq(matrix / scale, x**2 + y**2, rcond=1e-9)

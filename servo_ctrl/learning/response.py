@@ -1,12 +1,12 @@
-"""The response of the error to the pulse, from a few strokes, and the pulse that would then be best (ours).
+"""The response of the error to the pulse, identified from a few strokes, and the best pulse by it (ours).
 
-About the best stroke so far the error is taken to be linear in the pulse,
+Near the best stroke so far, the error is assumed to be linear in the pulse,
 
     e(t) = e_best(t) - int_0^t h(t - u) (p(u) - p_best(u)) du,
 
-and the response h is what explains the strokes made at this acceleration: the tracking loop together with
-a guide that is half spring in its presliding. Lines between knots describe h; bending is penalised, and
-so is leaving the response that was found at the acceleration before.
+and the response h is fitted to the strokes at this acceleration: it comprises the tracking loop and the
+presliding of the guide, which acts partly as a spring. h is piecewise linear between knots; its curvature is
+penalised, and so is its deviation from the response at the previous acceleration.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,32 +18,32 @@ from kernels.arrays import Array
 from servo_ctrl.learning.types import Pulse
 
 KNOTS_S = np.array([0.0, 1.0, 2.0, 4.0, 8.0, 12, 18, 26, 36, 50, 70, 95, 130, 180, 250, 350, 500, 800]) * 1e-3
-"""Knots of the response, seconds after the pulse; chosen: dense at first, where a tracking loop acts."""
-SMOOTHNESS = 1e-3
-LOYALTY = 1e-3
-"""Weights of bending, and of leaving the response before, against the strokes' own errors; chosen."""
+"""Knots of the response, seconds; chosen: dense at first, where the tracking loop acts."""
+CURVATURE_WEIGHT = 1e-3
+PRIOR_WEIGHT = 1e-3
+"""Weights of curvature and of deviation from the previous response, relative to the strokes; chosen."""
 ROUNDS = 60
 """Bounds the rounds of the compass search; chosen."""
 SMALLEST_STEP = 0.004
 """Share of a value below which the compass search ends; chosen."""
 STARTS_TRIED = 16
 WIDTHS_TRIED = 6
-"""Size of the grid of first second trapezoids: starts and widths; chosen."""
+"""Grid of starting points for the second trapezoid: start times and widths; chosen."""
 
 
 class Tried(NamedTuple):
-    """A stroke that was made."""
+    """A completed stroke."""
 
     pulse: Pulse
     error_m: Array
-    """(reversals, n)."""
+    """(reversals, n), positive where the axis lags."""
 
 
 class Loop(NamedTuple):
-    """The response and what the pulse may be."""
+    """The response, and the bounds of the pulse."""
 
     heights: Array
-    """(knots,) of the response."""
+    """(knots,): values of the response at its knots, 1/s of error per velocity of the pulse."""
     rise_s: float
     period_s: float
     amplitude_min_m_s: float
@@ -51,7 +51,7 @@ class Loop(NamedTuple):
 
 
 def pulse_samples(pulse: Pulse, loop: Loop, samples: int) -> Array:
-    """p(t) of both trapezoids at t = 0, T, 2 T, ... (samples,), m/s, within A_max like the control law's."""
+    """p(t) of both trapezoids at t = 0, T, 2 T, ..., (samples,), m/s, limited to A_max."""
     time_s = np.arange(samples) * loop.period_s
 
     def trapezoid(start_s: float, duration_s: float) -> Array:
@@ -70,13 +70,13 @@ def convolved(response: Array, samples: Array, period_s: float) -> Array:
 
 
 def hats(samples: int, period_s: float) -> Array:
-    """(n, knots): the response is a sum of these, each 1 at its knot and 0 at the others."""
+    """Basis of the response, (n, knots): each column is 1 at its knot and 0 at the others."""
     time_s = np.arange(samples) * period_s
     return np.stack([np.interp(time_s, KNOTS_S, column) for column in np.eye(len(KNOTS_S))], axis=1)
 
 
 def fitted(strokes: Sequence[Tried], best: Tried, loop: Loop) -> Loop:
-    """The loop with the response that explains the strokes from the best one."""
+    """Fit the response to the differences of the strokes from the best one."""
     samples = best.error_m.shape[1]
     basis = hats(samples, loop.period_s)
     shape = np.diff(np.eye(len(KNOTS_S)), n=2, axis=0)
@@ -92,33 +92,33 @@ def fitted(strokes: Sequence[Tried], best: Tried, loop: Loop) -> Loop:
     if not rows:
         return loop
     scale = np.sqrt(sum(float(np.sum(row**2)) for row in rows) / len(KNOTS_S))
-    rows += [SMOOTHNESS**0.5 * scale * shape, LOYALTY**0.5 * scale * np.eye(len(KNOTS_S))]
-    values += [np.zeros(len(shape)), LOYALTY**0.5 * scale * loop.heights]
+    rows += [CURVATURE_WEIGHT**0.5 * scale * shape, PRIOR_WEIGHT**0.5 * scale * np.eye(len(KNOTS_S))]
+    values += [np.zeros(len(shape)), PRIOR_WEIGHT**0.5 * scale * loop.heights]
     matrix, right = np.concatenate(rows), np.concatenate(values)
-    # normal equations: well posed by LOYALTY, and brief, for in real time the cycle shares the interpreter
+    # normal equations, well posed by PRIOR_WEIGHT; fast, because the cycle shares the interpreter
     return loop._replace(heights=np.linalg.solve(matrix.T @ matrix, matrix.T @ right))
 
 
 def rms_m(error_m: Array) -> float:
-    """What is minimised: RMS, metres. It falls with J, mean |e|, and does not leave single peaks standing."""
+    """The cost: RMS of the error, m. Unlike J, mean |e|, it penalises single peaks."""
     return float(np.sqrt(np.mean(error_m**2)))
 
 
 def least(strokes: Sequence[Tried]) -> Tried:
-    """The stroke of the least error."""
+    """The stroke of least RMS error."""
     return min(strokes, key=lambda stroke: rms_m(stroke.error_m))
 
 
 def best_pulse(best: Tried, loop: Loop, start: Pulse, free: Sequence[str]) -> tuple[Pulse, float]:
-    """The pulse of the least foretold error, metres RMS, near `start`; only the fields in `free` change.
+    """The pulse of least predicted error near `start`, and that error, m RMS; only the fields `free` change.
 
-    A compass search with steps in proportion.
+    A compass search whose steps are proportional to the values.
     """
     samples = best.error_m.shape[1]
     response = hats(samples, loop.period_s) @ loop.heights
     reference = pulse_samples(best.pulse, loop, samples)
 
-    def foretold_m(pulse: Pulse) -> float:
+    def predicted_m(pulse: Pulse) -> float:
         change = pulse_samples(pulse, loop, samples) - reference
         return rms_m(best.error_m - convolved(response, change, loop.period_s))
 
@@ -131,35 +131,35 @@ def best_pulse(best: Tried, loop: Loop, start: Pulse, free: Sequence[str]) -> tu
         "trailing_duration_s": (2.0 * loop.rise_s, longest_s),
         "trailing_amplitude_m_s": (-top, top),
     }
-    return _compass(start, foretold_m, {name: bounds[name] for name in free})
+    return _compass(start, predicted_m, {name: bounds[name] for name in free})
 
 
 def _compass(
     start: Pulse, cost: Callable[[Pulse], float], bounds: dict[str, tuple[float, float]]
 ) -> tuple[Pulse, float]:
-    here, lowest = start, cost(start)
+    best, lowest = start, cost(start)
     size = 0.3
     for _ in range(ROUNDS):
         moved = False
         for name, (low, high) in bounds.items():
-            value = getattr(here, name)
+            value = getattr(best, name)
             unit = max(abs(value), 0.02 * (high - low))
             for step in (size * unit, -size * unit):
-                tried = here._replace(**{name: min(max(value + step, low), high)})
-                if (found := cost(tried)) < lowest:
-                    here, lowest, moved = tried, found, True
+                tried = best._replace(**{name: min(max(value + step, low), high)})
+                if (cost_there := cost(tried)) < lowest:
+                    best, lowest, moved = tried, cost_there, True
                     break
         if not moved:
             size *= 0.5
             if size < SMALLEST_STEP:
                 break
-    return here, lowest
+    return best, lowest
 
 
 def with_trailing(best: Tried, loop: Loop) -> Pulse:
-    """The best stroke's pulse with a first second trapezoid: of a grid of places and widths what helps most.
+    """The best stroke's pulse with the second trapezoid, of a grid, that predicts the least error.
 
-    For each the amplitude of least squares; a starting point for the search.
+    Amplitudes by least squares. The result is a starting point for the search.
     """
     samples = best.error_m.shape[1]
     response = hats(samples, loop.period_s) @ loop.heights
@@ -172,6 +172,6 @@ def with_trailing(best: Tried, loop: Loop) -> Pulse:
             full = pulse_samples(Pulse(0.0, 0.0, begin_s, width_s, top), loop, samples)
             effect_m = convolved(response, full, loop.period_s)
             share = float(np.clip(error_m @ effect_m / max(float(effect_m @ effect_m), 1e-30), -1.0, 1.0))
-            left_m = rms_m(error_m - share * effect_m)
-            choices.append((left_m, (*best.pulse[:2], begin_s, width_s, share * top)))
+            residual_m = rms_m(error_m - share * effect_m)
+            choices.append((residual_m, (*best.pulse[:2], begin_s, width_s, share * top)))
     return Pulse(*min(choices)[1])

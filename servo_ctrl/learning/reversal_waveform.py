@@ -1,12 +1,12 @@
-"""How the waveform compensation (`control.compensation.learned_waveform`) is learned, and how it converges.
+"""Iterative learning of the waveform (`control.compensation.learned_waveform`), and its convergence.
 
-Learning law, between strokes j of one reverse acceleration:
+Learning law from stroke j to j + 1 at one reverse acceleration:
 
     w_j+1 = Q (w_j + g P^-1 e_j),    P^-1 e = M e'' + kv e' + (kv kp + ki) e + ki kp int e
 
-P is the response of the error to a force in the controller's own loop, Q a Gaussian low pass without phase.
+P is the response of the error to a force in the control loop, Q a Gaussian low pass with zero phase.
 The error shrinks from stroke to stroke where |Q (1 - g P / P_model)| < 1 at every frequency (Norrlof and
-Gunnarsson 2002, for monotone convergence of the filtered law); `contraction` says how far.
+Gunnarsson 2002, for monotone convergence of the filtered law); `contraction` computes it.
 """
 
 import math
@@ -20,15 +20,15 @@ from kernels.jit import kernel
 from servo_ctrl.learning.performance import Indices
 
 SPAN_S = 0.45
-"""Of a waveform behind the reversal; chosen: beyond twice Tm."""
+"""Duration of a waveform after the reversal; chosen: more than twice Tm."""
 TAPER = 0.3
-"""Share at the end of a waveform in which it goes to zero; chosen."""
+"""Share at the end of a waveform in which it fades to zero; chosen."""
 FILTER_HZ = 80.0
-"""Q is 0.61 there; of 40, 80 and 120 Hz the one with the least J over the learning strokes."""
+"""Frequency at which Q is 0.61; of 40, 80 and 120 Hz the one of least J over the learning strokes."""
 
 
 class LoopModel(NamedTuple):
-    """What the controller knows of its own loop."""
+    """Model of the control loop, from the machine file."""
 
     mass_kg: float
     kp_1_s: float
@@ -36,45 +36,45 @@ class LoopModel(NamedTuple):
     ki_n_m: float
     period_s: float
     lead_s: float
-    """From a force set point to the force."""
+    """Dead time from a force set point to the force."""
     slip_m: tuple[float, ...]
-    """Slip distances of the friction with memory, as the law has them."""
+    """Slip distances of presliding, as in the control law."""
     ahead_s: float
-    """Before a reversal, from where the law's waveform acts."""
+    """How long before a reversal the waveform of the control law begins."""
 
     @property
     def dead_samples(self) -> int:
-        """The lead in whole periods."""
+        """The dead time in whole periods."""
         return round(self.lead_s / self.period_s)
 
 
 class WaveformLearned(NamedTuple):
-    """What was learned of one axis."""
+    """The learned friction and waveforms of one axis."""
 
     learner: str
     friction: tuple[float, ...]
     """Level of each slip distance, N; force per speed, N s/m; force per acceleration, kg."""
     accelerations_m_s2: tuple[float, ...]
-    """Rising; none = friction alone."""
+    """Rising; empty: friction alone."""
     waves_n: tuple[tuple[float, ...], ...]
-    """Each period, from `ahead_s` before a reversal into the positive direction on."""
+    """One value per period, from `ahead_s` before a reversal into the positive direction on."""
     before_m: float = math.nan
     """J without compensation, mean over the checked accelerations."""
     after_m: float = math.nan
-    """J with what was learned, likewise."""
+    """J with friction and waveforms, likewise."""
     strokes: int = 0
     machine_time_s: float = 0.0
 
 
 def wave_table(accelerations_m_s2: tuple[float, ...], waves_n: tuple[tuple[float, ...], ...]) -> Array:
-    """(m, 1 + n): the table of the control law; without a waveform one of zeros."""
+    """The table of the control law, (m, 1 + n); zeros (1, 2) without a waveform."""
     if not accelerations_m_s2:
         return np.zeros((1, 2))
     return np.column_stack([np.array(accelerations_m_s2), np.array(waves_n)])
 
 
 def samples_of(loop: LoopModel) -> int:
-    """Samples of a waveform."""
+    """Number of samples of a waveform."""
     return round((loop.ahead_s + SPAN_S) / loop.period_s)
 
 
@@ -88,13 +88,13 @@ def _relaxed(position_m: Array, slip_m: float) -> Array:
     return memory
 
 
-def memories(loop: LoopModel, position_m: Array) -> Array:
-    """(n, elements): every D_i of a commanded motion, at rest before it."""
+def presliding_states(loop: LoopModel, position_m: Array) -> Array:
+    """States D_i of presliding along a commanded motion, (n, elements); 0 before it."""
     return np.column_stack([_relaxed(position_m, slip_m) for slip_m in loop.slip_m])
 
 
 def missing_force_n(loop: LoopModel, error_m: Array, filter_hz: float = FILTER_HZ) -> Array:
-    """P^-1 e, low-passed without phase: the force (n,) that would have left no error. Starts at rest."""
+    """P^-1 e, zero-phase low-passed: the force (n,) that would have left no error, from rest."""
     sigma = 1.0 / (2.0 * math.pi * filter_hz * loop.period_s)
     smooth_m = gaussian_filter1d(error_m, sigma, mode="nearest")
     speed_m_s = np.gradient(smooth_m, loop.period_s)
@@ -107,33 +107,37 @@ def missing_force_n(loop: LoopModel, error_m: Array, filter_hz: float = FILTER_H
     )
 
 
-def identified(loop: LoopModel, strokes: list[tuple[Array, Array]]) -> tuple[float, ...]:
-    """Friction from strokes without compensation: (commands (n, >= 3), error (n,)). No W_i is negative.
+def identify_friction(loop: LoopModel, strokes: list[tuple[Array, Array]]) -> tuple[float, ...]:
+    """Identify friction from strokes without compensation: commands (n, >= 3) and error (n,) of each.
 
-    What the integrator holds at the beginning of a stroke is unknown: a constant for each.
+    Least squares with W_i >= 0, and a constant for each stroke: the unknown initial value of the integrator.
+    Returns the fields of `WaveformLearned.friction`.
     """
-    from scipy.optimize import lsq_linear  # noqa: PLC0415  # not wanted by who only applies waveforms
+    from scipy.optimize import lsq_linear  # noqa: PLC0415  # loaded only where waveforms are learned
 
-    rows = [np.column_stack([memories(loop, commands[:, 0]), commands[:, 1:3]]) for commands, _ in strokes]
-    wanted = [missing_force_n(loop, error_m) for _, error_m in strokes]
-    held = [
-        np.repeat(np.eye(len(strokes))[[place]], len(entry), axis=0) for place, entry in enumerate(wanted)
+    rows = [
+        np.column_stack([presliding_states(loop, commands[:, 0]), commands[:, 1:3]])
+        for commands, _ in strokes
     ]
-    matrix = np.hstack([np.concatenate(rows), np.concatenate(held)])
+    targets = [missing_force_n(loop, error_m) for _, error_m in strokes]
+    constants = [
+        np.repeat(np.eye(len(strokes))[[place]], len(entry), axis=0) for place, entry in enumerate(targets)
+    ]
+    matrix = np.hstack([np.concatenate(rows), np.concatenate(constants)])
     lowest = [0.0] * len(loop.slip_m) + [-np.inf] * (2 + len(strokes))
-    weights = lsq_linear(matrix, np.concatenate(wanted), (lowest, np.inf)).x.tolist()
+    weights = lsq_linear(matrix, np.concatenate(targets), (lowest, np.inf)).x.tolist()
     return tuple(weights[: len(loop.slip_m) + 2])
 
 
 def cut_out(values: Array, starts: Indices, directions: Array, length: int, ahead: int) -> Array:
-    """Mean (length,) of what stands around the reversals, each turned into the positive direction."""
-    whole = [(s, d) for s, d in zip(starts, directions, strict=True) if s - ahead + length <= len(values)]
-    pieces = [direction * values[start - ahead : start - ahead + length] for start, direction in whole]
+    """Mean (length,) of the values from `ahead` samples before each reversal, turned into + direction."""
+    complete = [(s, d) for s, d in zip(starts, directions, strict=True) if s - ahead + length <= len(values)]
+    pieces = [direction * values[start - ahead : start - ahead + length] for start, direction in complete]
     return np.asarray(np.mean(pieces, axis=0))
 
 
 def corrected(wave_n: Array, missing_n: Array, gain: float, loop: LoopModel) -> Array:
-    """The next waveform (n,) from what was missing with this one: led, low-passed, tapered."""
+    """The next waveform (n,) from the missing force (n,): advanced by the dead time, low-passed, tapered."""
     early_n = missing_n[np.minimum(np.arange(len(missing_n)) + loop.dead_samples, len(missing_n) - 1)]
     sigma = 1.0 / (2.0 * math.pi * FILTER_HZ * loop.period_s)
     changed = gaussian_filter1d(wave_n + gain * early_n, sigma, mode="nearest")
@@ -147,9 +151,9 @@ def _taper(samples: int, loop: LoopModel) -> Array:
 
 
 def contraction(loop: LoopModel, mass_share: float, gain: float, frequency_hz: Array) -> Array:
-    """|Q (1 - g P / P_model)| (n,) for a mass of `mass_share` times the model's; below 1 it converges."""
+    """|Q (1 - g P / P_model)|, (n,), for `mass_share` times the model's mass; below 1, learning converges."""
     s = 2j * math.pi * frequency_hz
-    rest = loop.kv_n_s_m * s + loop.kv_n_s_m * loop.kp_1_s + loop.ki_n_m + loop.ki_n_m * loop.kp_1_s / s
-    ratio = (loop.mass_kg * s**2 + rest) / (mass_share * loop.mass_kg * s**2 + rest)
+    feedback = loop.kv_n_s_m * s + loop.kv_n_s_m * loop.kp_1_s + loop.ki_n_m + loop.ki_n_m * loop.kp_1_s / s
+    ratio = (loop.mass_kg * s**2 + feedback) / (mass_share * loop.mass_kg * s**2 + feedback)
     low_pass = np.exp(-0.5 * (frequency_hz / FILTER_HZ) ** 2)
     return np.asarray(np.abs(low_pass * (1.0 - gain * low_pass * ratio)))

@@ -1,7 +1,7 @@
-"""A whole learning run: its stages in order, the next stroke, and how far it is.
+"""A whole learning run: its stages in order, the next stroke, and its progress.
 
-The stages are generators: they yield strokes and are sent results. The same results give the same strokes, so
-a run is resumed by giving it the results that it already had.
+The stages are generators: they yield strokes and receive results. The same results give the same strokes, so
+a run is resumed by replaying the results that it already had.
 """
 
 import math
@@ -25,22 +25,22 @@ from servo_ctrl.learning.stroke_result import evaluation_m, interval_s
 from servo_ctrl.learning.types import NO_PULSE, Learned, LearningSettings, Outlook, Stroke, StrokeResult
 
 CHECKS = 4
-"""Accelerations at which J is taken without and with what was learned; none of those learned at; chosen."""
+"""Number of accelerations at which J is compared without and with the learned functions; chosen."""
 EXPECTED_INTERVAL_S = 0.1
-"""t2 - t1 for the outlook, seconds, until it is measured; chosen."""
+"""t2 - t1 assumed for the outlook until it is measured, seconds; chosen."""
 RAMP_SHARE = 0.1
-"""Ramps as a share of a sine's period: over long before the first reversal, at a quarter; chosen."""
+"""Duration of the ramps as a share of a sine's period; chosen: they end well before the first reversal."""
 
 
 def stroke_s(settings: LearningSettings, acceleration_m_s2: float) -> float:
-    """How long a stroke takes, seconds: one cycle of the sine and its ramps."""
+    """Duration of a stroke, seconds: one cycle of the sine and its ramps."""
     return (1.0 + RAMP_SHARE) * 2.0 * math.pi * math.sqrt(settings.radius_m / acceleration_m_s2)
 
 
 def learn(settings: LearningSettings) -> Generator[Stroke, StrokeResult, Learned]:
-    """All stages of the learner that the settings name; strokes in, learned functions out.
+    """Run all stages of the learner that the settings name: yield strokes, return the learned functions.
 
-    Strokes and machine time of what is returned are filled in by `LearningRun`.
+    `LearningRun` fills in strokes and machine time.
     """
     if settings.learner == "fast":
         pulses = yield from learn_fast(settings)
@@ -68,7 +68,7 @@ def learn(settings: LearningSettings) -> Generator[Stroke, StrokeResult, Learned
 
 
 def check_accelerations(settings: LearningSettings) -> list[float]:
-    """Where J is checked, m/s^2: over the whole range, midway between points of the faster learner."""
+    """Accelerations at which J is checked, m/s^2: over the whole range, none of those learned at."""
     a_min, *_, a_max = settings.accelerations_m_s2
     middles = np.geomspace(a_min, a_max, 2 * ACCELERATIONS - 1)[1::2]
     chosen = np.linspace(0, len(middles) - 1, CHECKS).round().astype(int)
@@ -76,23 +76,23 @@ def check_accelerations(settings: LearningSettings) -> list[float]:
 
 
 class LearningRun:
-    """One axis learning: ask for `stroke`, make it, give `take` its result, until `stroke` is None."""
+    """Learning of one axis: make `stroke`, give `take` its result, until `stroke` is None."""
 
     def __init__(self, settings: LearningSettings) -> None:
         self.stroke: Stroke | None = None
-        """The next one to make; None when all is learned."""
+        """The next stroke to make; None when learning is complete."""
         self.learned: Learned | None = None
         self._settings = settings
         self._stages = learn(settings)
         self._done: list[tuple[str, float]] = []
-        """(stage, acceleration) of the strokes made."""
+        """(stage, acceleration) of the completed strokes."""
         self._intervals: dict[float, float] = {}
         self._machine_time_s = 0.0
         self._best_m = math.nan
         self.stroke = next(self._stages)
 
     def take(self, result: StrokeResult) -> None:
-        """The result of `stroke`. May compute for some tenths of a second."""
+        """Take the result of `stroke`, and determine the next. May compute for some tenths of a second."""
         stroke = self.stroke
         if stroke is None:
             raise ValueError("all strokes have been made")
@@ -112,22 +112,22 @@ class LearningRun:
 
     @property
     def outlook(self) -> Outlook:
-        """How far it is."""
+        """Progress of the run."""
         made = len(self._done)
         if self.stroke is None:
             return Outlook("done", made, made, remaining_s=0.0, best_m=self._best_m)
-        here = self.stroke.stage, self.stroke.acceleration_m_s2
-        left = self._strokes_left(*here)
+        current = self.stroke.stage, self.stroke.acceleration_m_s2
+        remaining = self._remaining_strokes(*current)
         return Outlook(
             stage=self.stroke.stage,
             strokes_done=made,
-            strokes_total=made + sum(count for _, count in left),
-            remaining_s=sum(count * stroke_s(self._settings, a) for a, count in left),
+            strokes_total=made + sum(count for _, count in remaining),
+            remaining_s=sum(count * stroke_s(self._settings, a) for a, count in remaining),
             acceleration_m_s2=self.stroke.acceleration_m_s2,
-            best_m=self._best_m if self._done[-1:] == [here] else math.nan,
+            best_m=self._best_m if self._done[-1:] == [current] else math.nan,
         )
 
-    def _strokes_left(self, stage: str, at_m_s2: float) -> list[tuple[float, int]]:
+    def _remaining_strokes(self, stage: str, at_m_s2: float) -> list[tuple[float, int]]:
         """(acceleration, strokes) from the present stage on; the fast learner may need fewer."""
         plan = self._plan()
         places = (i for i, (name, a, _) in enumerate(plan) if name == stage and math.isclose(a, at_m_s2))

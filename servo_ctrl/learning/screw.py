@@ -4,8 +4,8 @@
     moving down  d_down(x) = scale - x = e(x) + b/2      ->   b = mean of d_down - d_up, the lost motion
 
 e is the table of `control.compensation.screw_error`, over the table's positions x + e; b is the lost motion
-of `control.compensation.backlash`. Where only one direction could be read (at the ends, just after turning
-round) the other follows from the lost motion. e is 0 at home: there scale and encoder are set equal.
+of `control.compensation.backlash`. Where only one direction was read (at the ends, just after the
+reversal), the other follows from the lost motion. e is 0 at home: there scale and encoder are set equal.
 ISO 230-2: the spread of e is the mean bidirectional deviation M, b the mean reversal value.
 """
 
@@ -24,7 +24,7 @@ LEARNER = "screw"
 
 
 class ScrewLearned(NamedTuple):
-    """What one axis has learned about its screw."""
+    """Learned table and lost motion of one screw."""
 
     points: tuple[tuple[float, float, float], ...]
     """(table position, error e, lost motion there), rising positions."""
@@ -35,9 +35,9 @@ class ScrewLearned(NamedTuple):
     before_m: float
     """J without compensation: mean |scale - command| over the travel in both directions, less its mean."""
     after_m: float
-    """J with what was learned, likewise."""
+    """J with table and lost motion, likewise."""
     strokes: int
-    """Travels."""
+    """Number of travels."""
     machine_time_s: float
     learner: str = LEARNER
 
@@ -48,15 +48,15 @@ def error_table(learned: ScrewLearned) -> Array:
 
 
 def learned_screw(travels_m: Sequence[Array], settings: ScrewSettings) -> ScrewLearned:
-    """Table and lost motion from the `deviations_m` of several travels without compensation; J after is NaN.
+    """Compute table and lost motion from the `deviations_m` of several travels without compensation.
 
-    Raises ValueError when they cannot be used.
+    `after_m` is NaN until a check. Raises ValueError when the travels cannot be used.
     """
     if len(travels_m) < 2:
-        raise ValueError("two travels at least are needed, to tell the error from chance")
-    found_m = np.array(travels_m)
-    spread_m = float(np.sqrt(np.nanmean(np.var(found_m, axis=0, ddof=1))))
-    up_m, down_m = np.mean(found_m, axis=0)
+        raise ValueError("at least two travels are needed, to tell the error from chance")
+    deviation_m = np.array(travels_m)
+    spread_m = float(np.sqrt(np.nanmean(np.var(deviation_m, axis=0, ddof=1))))
+    up_m, down_m = np.mean(deviation_m, axis=0)
     both = np.isfinite(up_m) & np.isfinite(down_m)
     if not both.any():
         raise ValueError("nowhere on the travel were both directions read")
@@ -79,10 +79,10 @@ def learned_screw(travels_m: Sequence[Array], settings: ScrewSettings) -> ScrewL
 
 
 def _lost_motion_m(mean_m: float, spread_m: float) -> float:
-    """Of a stiff drive it is 0, or by chance a little less; by more than chance it cannot be."""
+    """Lost motion, at least 0: a stiff drive has none, which by chance may look slightly negative."""
     if mean_m < -spread_m:
         raise ValueError(
-            f"the table leads the motor by {-mean_m / UM:.2f} um instead of hanging back: scale and encoder "
+            f"the table leads the motor by {-mean_m / UM:.2f} um instead of lagging: scale and encoder "
             "do not count in the same direction, or are not latched at the same instant"
         )
     return max(mean_m, 0.0)
@@ -97,38 +97,38 @@ def _refuse_unlikely(
             f"the correction would be up to {largest_m / UM:.1f} um, {settings.limit_m / UM:g} um are "
             "allowed; are lead, counts and resolution right?"
         )
-    size_m = float(np.sqrt(np.var(error_m) + 0.25 * lost_motion_m**2))
-    if spread_m >= size_m:
+    error_rms_m = float(np.sqrt(np.var(error_m) + 0.25 * lost_motion_m**2))
+    if spread_m >= error_rms_m:
         raise ValueError(
             f"the readings differ by {spread_m / UM:.3f} um from travel to travel, and the error is "
-            f"{size_m / UM:.3f} um: there is nothing to be compensated"
+            f"{error_rms_m / UM:.3f} um: there is nothing to compensate"
         )
     if not (np.diff(positions_m) > 0.0).all():
         raise ValueError("the error changes faster than the position: scale or encoder is at fault")
 
 
 def evaluation_m(travels_m: Sequence[Array]) -> float:
-    """J: mean absolute deviation over nodes and both directions, mean of the travels, less its mean; metres.
+    """J, m: mean absolute deviation over nodes and both directions, of the mean travel, minus its mean.
 
-    The mean depends only on where scale and encoder were set equal.
+    That mean depends only on where scale and encoder were set equal.
     """
-    found_m = np.mean(np.array(travels_m), axis=0)
-    return float(np.nanmean(np.abs(found_m - np.nanmean(found_m))))
+    mean_m = np.mean(np.array(travels_m), axis=0)
+    return float(np.nanmean(np.abs(mean_m - np.nanmean(mean_m))))
 
 
 class ScrewRun:
-    """One axis learning: make the travel `stroke`, give `take` its deviations, until `stroke` is None."""
+    """Learning of one axis: make the travel `stroke`, give `take` its deviations, until `stroke` is None."""
 
     def __init__(self, settings: ScrewSettings) -> None:
         self.stroke: ScrewTravel | None = ScrewTravel("travel")
-        """The next one to make; None when all is learned."""
+        """The next travel to make; None when learning is complete."""
         self.learned: ScrewLearned | None = None
         """Complete when `stroke` is None."""
         self._settings = settings
         self._travels_m: list[Array] = []
 
     def take(self, travel_m: Array) -> None:
-        """`deviations_m` of `stroke`. Raises ValueError when the travels together cannot be used."""
+        """Take the `deviations_m` of `stroke`. Raises ValueError when the travels together cannot be used."""
         if self.stroke is None:
             raise ValueError("all travels have been made")
         if self.learned is not None:
@@ -146,7 +146,7 @@ class ScrewRun:
 
     @property
     def outlook(self) -> Outlook:
-        """How far it is."""
+        """Progress of the run."""
         total = self._settings.travels + 1
         stage, done = ("done", total) if self.stroke is None else (self.stroke.stage, len(self._travels_m))
         return Outlook(stage, done, total, remaining_s=(total - done) * travel_s(self._settings))

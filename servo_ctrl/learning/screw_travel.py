@@ -1,7 +1,7 @@
-"""From the samples of a slow travel there and back to the deviations of the table in both directions.
+"""Deviations of the table in both directions, from the samples of a slow travel there and back.
 
-Scale and encoder are latched at the same SYNC, so neither the moment nor the lag of the loop matters: the
-scale's position is compared with where the table was led to when the motor was there.
+Scale and encoder are latched at the same SYNC, so the lag of the loop does not matter: the scale position is
+compared with the table position that was commanded for the motor's actual position.
 """
 
 import math
@@ -13,9 +13,9 @@ from kernels.arrays import Array
 from servo_ctrl.units import MM
 
 ARRIVED_M = 1e-9
-"""An end of the travel is reached within this, metres; chosen: more than rounding, below any scale."""
+"""Tolerance for the ends of the travel, metres; chosen: above rounding, below the resolution of any scale."""
 RAMP_S = 0.25
-"""A travel's feed by its acceleration, seconds; chosen: many periods of a structure, not to excite it."""
+"""Duration of the ramps of a travel, seconds; chosen: many periods of a structure, so as not to excite it."""
 
 
 class ScrewSettings(NamedTuple):
@@ -23,52 +23,52 @@ class ScrewSettings(NamedTuple):
 
     lower_m: float
     upper_m: float
-    """The ends of the travel."""
+    """Upper end of the travel; `lower_m`: its lower end."""
     step_m: float
-    """Largest distance of two nodes."""
+    """Largest distance between nodes."""
     travels: int
-    """There and back."""
+    """Number of travels there and back."""
     feed_m_s: float
     dwell_s: float
-    """Rest at the ends."""
+    """Dwell at the ends."""
     limit_m: float
-    """Bound of the correction. Lost motion is not larger, so a pass has taken it up after that distance."""
+    """Bound of the correction and of the lost motion, which a pass has taken up after this distance."""
 
 
 class ScrewTravel(NamedTuple):
-    """A travel that learning asks for, there and back, and what is tried out in it."""
+    """A travel there and back that learning requests, and the compensation to apply in it."""
 
     stage: str
-    """Either "travel": nothing compensates; or "check": what was learned does."""
+    """Either "travel": without compensation; or "check": with the learned table."""
     table: Array | None = None
     """(2, n): table positions and errors, metres."""
     lost_motion_m: float = 0.0
 
 
 class Pass(NamedTuple):
-    """The travel in one direction, (n,) each, in order."""
+    """Samples of a travel in one direction, (n,) each, in order."""
 
-    led_m: Array
-    """Where the table was led to: the motor's position, less the correction in it."""
+    nominal_m: Array
+    """Table position commanded for the motor's position: that position minus the correction in it."""
     scale_m: Array
-    """At the same instants."""
+    """Scale position at the same instants."""
 
 
 def nodes_m(settings: ScrewSettings) -> Array:
-    """Positions at which deviations are taken: over the whole travel, evenly, 2 at least."""
+    """Positions at which deviations are evaluated: equidistant over the whole travel, at least 2."""
     length_m = settings.upper_m - settings.lower_m
     count = max(math.ceil(length_m / settings.step_m - 1e-9), 1) + 1
     return np.linspace(settings.lower_m, settings.upper_m, count)
 
 
 def run_in_nodes(settings: ScrewSettings) -> int:
-    """So many nodes at its beginning a pass need not have read."""
+    """Number of nodes at the start of a pass that may be missing."""
     first, second, *_ = nodes_m(settings)
     return math.ceil(settings.limit_m / float(second - first)) + 1
 
 
 def travel_s(settings: ScrewSettings) -> float:
-    """How long a travel takes, seconds."""
+    """Duration of a travel, seconds."""
     pass_s = (settings.upper_m - settings.lower_m) / settings.feed_m_s
     return 2.0 * (pass_s + 2.0 * RAMP_S + settings.dwell_s)
 
@@ -76,10 +76,10 @@ def travel_s(settings: ScrewSettings) -> float:
 def passes_of(
     command_m: Array, correction_m: Array, motor_m: Array, scale_m: Array, settings: ScrewSettings
 ) -> tuple[Pass, Pass]:
-    """The passes up and down of one travel, from the samples (n,) of its cycles.
+    """Split the samples (n,) of one travel into the passes up and down.
 
-    Each begins when the motor has moved by `limit_m`, so that the lost motion is taken up. Samples that are
-    missing (NaN) are left out. Raises ValueError when the command has not gone up and down.
+    Each pass begins when the motor has moved by `limit_m`, so that the lost motion is taken up. Missing
+    samples (NaN) are omitted. Raises ValueError when the command did not go up and down.
     """
     top = np.flatnonzero(command_m >= settings.upper_m - ARRIVED_M)
     bottom = np.flatnonzero(command_m <= settings.lower_m + ARRIVED_M)
@@ -96,25 +96,25 @@ def passes_of(
 def _pass(
     command_m: Array, correction_m: Array, motor_m: Array, scale_m: Array, sign: float, run_in_m: float
 ) -> Pass:
-    """`sign`: direction. The motor lags: the correction in its position is that of a set point before."""
+    """One pass in the direction `sign`. The motor lags, so its position contains an earlier correction."""
     good = np.isfinite(motor_m) & np.isfinite(scale_m) & np.isfinite(correction_m)
     if not good.any():
         raise ValueError("there are no samples of scale and encoder")
-    motor_led_to_m = (command_m + correction_m)[good]
-    corrections_m = np.interp(motor_m[good] * sign, motor_led_to_m * sign, correction_m[good])
+    motor_set_point_m = (command_m + correction_m)[good]
+    corrections_m = np.interp(motor_m[good] * sign, motor_set_point_m * sign, correction_m[good])
     run_in = (motor_m[good] - motor_m[good][0]) * sign > run_in_m
     return Pass((motor_m[good] - corrections_m)[run_in], scale_m[good][run_in])
 
 
 def deviations_m(up: Pass, down: Pass, settings: ScrewSettings) -> Array:
-    """(2, nodes): scale less where the table was led to, moving up and down; NaN where a pass runs in.
+    """Scale minus nominal position at the nodes, moving up and down, (2, nodes); NaN where a pass starts.
 
-    Raises ValueError where a node was not read that should have been.
+    Raises ValueError where a later node has no samples.
     """
     nodes = nodes_m(settings)
-    found_m = np.array([_means(one.led_m, one.scale_m - one.led_m, nodes) for one in (up, down)])
+    deviation_m = np.array([_means(one.nominal_m, one.scale_m - one.nominal_m, nodes) for one in (up, down)])
     run_in = run_in_nodes(settings)
-    missing = ~np.isfinite(found_m)
+    missing = ~np.isfinite(deviation_m)
     missing[0, :run_in] = missing[1, len(nodes) - run_in :] = False
     for name, absent in zip(("up", "down"), missing, strict=True):
         if absent.any():
@@ -123,25 +123,25 @@ def deviations_m(up: Pass, down: Pass, settings: ScrewSettings) -> Array:
                 f"on the way {name} nothing was read at {at_mm:.3f} mm: samples are missing, or the motor "
                 "did not get there"
             )
-    return found_m
+    return deviation_m
 
 
 def _means(at_m: Array, values: Array, nodes: Array) -> Array:
-    """Mean of the values nearest to each node, weighted by the distance each stands for: 0 at rest.
+    """Mean (nodes,) of the values nearest to each node, weighted by the distance each sample covers.
 
-    Where they do not lie about the node evenly (at an end never) the slope carries the mean to it.
+    Where the samples are not centred on the node, as at the ends, the mean is extrapolated by the slope.
     """
-    found = np.full(len(nodes), np.nan)
+    at_nodes = np.full(len(nodes), np.nan)
     places = np.rint((at_m - nodes[0]) / (nodes[1] - nodes[0])).astype(np.int64)
     inside = (places >= 0) & (places < len(nodes))
     if inside.sum() < 2:
-        return found
+        return at_nodes
     at_m, values, places = at_m[inside], values[inside], places[inside]
     weights = np.abs(np.gradient(at_m))
     total = np.bincount(places, weights, len(nodes))
     read = np.flatnonzero(total > 0.0)
     if len(read) < 2:
-        return found
+        return at_nodes
     centres_m, means = (np.bincount(places, weights * of)[read] / total[read] for of in (at_m, values))
-    found[read] = means + np.gradient(means, centres_m) * (nodes[read] - centres_m)
-    return found
+    at_nodes[read] = means + np.gradient(means, centres_m) * (nodes[read] - centres_m)
+    return at_nodes

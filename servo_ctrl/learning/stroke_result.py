@@ -3,7 +3,7 @@
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.learning.performance import reversals
+from servo_ctrl.learning.performance import Indices, reversals
 from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
 
 TRACE_S = 0.8
@@ -13,7 +13,7 @@ HALF_CYCLE_SHARE = 0.4
 REVERSALS = 2
 """Reversals of one sine cycle."""
 HALF_CYCLE_TOLERANCE = 0.02
-"""Relative tolerance of the time between reversals; beyond it they are not the sine's; chosen."""
+"""Relative tolerance of the time between the reversals of a sine; chosen."""
 UNIT_M = 1e-9
 """Errors are rounded to nanometres: finer than any scale, and a journal reproduces the same numbers."""
 
@@ -34,24 +34,35 @@ def stroke_result(
 ) -> StrokeResult:
     """Take the errors after the reversals of one stroke; its samples (n,) enclose the sine.
 
-    The two reversals at the full reverse acceleration are the outermost ones; a move to the centre before
-    the sine may have others. Raises ValueError when a reversal is incomplete or a sample is missing.
+    Raises ValueError when a reversal is incomplete or a sample is missing.
     """
     if not np.isfinite(position_command_m).all():
         raise ValueError("a position command is missing in the stroke")
     samples = trace_samples(stroke, settings, period_s)
-    starts = reversals(position_command_m)[-REVERSALS:]
-    if len(starts) < REVERSALS or starts[-1] + samples > len(position_m):
-        raise ValueError(f"the stroke ends before {REVERSALS} reversals are whole")
-    apart_s, expected_s = float(starts[1] - starts[0]) * period_s, half_cycle_s(stroke, settings)
-    if abs(apart_s - expected_s) > HALF_CYCLE_TOLERANCE * expected_s + period_s:
-        raise ValueError(f"the reversals are {apart_s:.3f} s apart, those of the sine {expected_s:.3f} s")
+    starts = sine_reversals(position_command_m, samples, stroke, settings, period_s)
     rows = starts[:, np.newaxis] + np.arange(samples)
     direction = np.sign(position_command_m[starts] - position_command_m[starts - 1])
     error_m = (position_command_m[rows] - position_m[rows]) * direction[:, np.newaxis]
     if not np.isfinite(error_m).all():
         raise ValueError("a position sample is missing in the stroke")
     return StrokeResult(np.round(error_m / UNIT_M) * UNIT_M + 0.0, period_s)
+
+
+def sine_reversals(
+    position_command_m: Array, samples: int, stroke: Stroke, settings: LearningSettings, period_s: float
+) -> Indices:
+    """Indices (2,) of the first samples after the reversals of the sine in the commands (n,) of a stroke.
+
+    They are the last two: a move to the centre before the sine may have others. Raises ValueError when they
+    are not a half cycle apart, or fewer than `samples` follow.
+    """
+    starts = reversals(position_command_m)[-REVERSALS:]
+    if len(starts) < REVERSALS or starts[-1] + samples > len(position_command_m):
+        raise ValueError(f"the stroke ends before {REVERSALS} reversals are whole")
+    apart_s, expected_s = float(starts[1] - starts[0]) * period_s, half_cycle_s(stroke, settings)
+    if abs(apart_s - expected_s) > HALF_CYCLE_TOLERANCE * expected_s + period_s:
+        raise ValueError(f"the reversals are {apart_s:.3f} s apart, those of the sine {expected_s:.3f} s")
+    return starts
 
 
 def first_samples(result: StrokeResult, span_s: float) -> Array:

@@ -7,7 +7,7 @@ from kernels.arrays import Array
 
 
 class Pulse(NamedTuple):
-    """The friction compensation pulse of one reversal; `PulseShape` of the control law says more."""
+    """The friction compensation pulse of one reversal, as `PulseShape` of the control law describes it."""
 
     duration_s: float = 0.0
     amplitude_m_s: float = 0.0
@@ -20,10 +20,10 @@ NO_PULSE = Pulse()
 
 
 class Stroke(NamedTuple):
-    """One sine motion that learning asks for: radius R from the settings, reverse acceleration and pulse."""
+    """One sine motion that learning requests: radius R from the settings, reverse acceleration and pulse."""
 
     stage: str
-    """What it is for: "interval", "duration", "coarse", "fine", "search", "trailing", "check"."""
+    """Purpose: "interval", "duration", "coarse", "fine", "search", "trailing", "check"."""
     acceleration_m_s2: float
     pulse: Pulse
 
@@ -75,7 +75,7 @@ class Learned(NamedTuple):
     before_m: float = math.nan
     """J without compensation, mean over the checked accelerations."""
     after_m: float = math.nan
-    """J with what was learned, likewise."""
+    """J with the learned functions, likewise."""
     strokes: int = 0
     machine_time_s: float = 0.0
 
@@ -88,7 +88,7 @@ class Outlook(NamedTuple):
     strokes_total: int
     """Expected. Exact for the paper's sweeps once their intervals are known; other stages may end early."""
     remaining_s: float
-    """Machine time expected for the strokes to come."""
+    """Expected machine time of the remaining strokes."""
     acceleration_m_s2: float = math.nan
     best_m: float = math.nan
     """Least J so far at this acceleration, NaN before the first."""
@@ -100,7 +100,7 @@ class ReversalReport(NamedTuple):
     cycle: int
     """SYNC cycle of t1."""
     direction: int
-    """Of the motion after the reversal: +1 or -1."""
+    """Direction of motion after the reversal: +1 or -1."""
     acceleration_m_s2: float
     """Reverse acceleration, positive."""
     contour_peak_m: float

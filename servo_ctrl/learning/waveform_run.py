@@ -1,8 +1,8 @@
-"""A learning run of the waveform compensation: strokes to be made, and what was learned of them.
+"""A learning run of the waveform compensation: the strokes it requests, and what it learns from them.
 
-Two strokes without compensation identify the friction. Then come strokes at each acceleration, from the
-fastest to the slowest, each beginning with its neighbour's waveform; the best one counts. Two more check the
-result.
+Two strokes without compensation identify the friction. Strokes at each acceleration follow, from the largest
+to the smallest, each starting with its neighbour's waveform; the best waveform counts. Two more strokes check
+the result.
 """
 
 import math
@@ -12,47 +12,47 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.learning.performance import Indices, evaluation_m, reversals, window_samples
+from servo_ctrl.learning.performance import Indices, evaluation_m, window_samples
 from servo_ctrl.learning.reversal_waveform import (
     SPAN_S,
     LoopModel,
     WaveformLearned,
     corrected,
     cut_out,
-    identified,
+    identify_friction,
     missing_force_n,
     samples_of,
     wave_table,
 )
 from servo_ctrl.learning.schedule import stroke_s
-from servo_ctrl.learning.stroke_result import HALF_CYCLE_TOLERANCE, REVERSALS, half_cycle_s
+from servo_ctrl.learning.stroke_result import sine_reversals
 from servo_ctrl.learning.types import NO_PULSE, LearningSettings, Outlook, Stroke
 
 LEARNER = "waveform"
 ACCELERATIONS, ITERATIONS, GAIN = 9, 6, 0.7
 """Reverse accelerations, most strokes at each, and learning gain; chosen: 58 strokes at most in all."""
 LEAST_ITERATIONS, STALLED = 3, 0.95
-"""An acceleration is over when a stroke after so many was not below this share of the best before; chosen."""
+"""An acceleration ends when a stroke after this many exceeds this share of the best J before; chosen."""
 LEAST_ROWS = 2
-"""From which on a waveform is carried on above what was learned."""
-BEHIND_S = 1.2 * SPAN_S
-"""How long a stroke is looked at after its last reversal."""
+"""Number of waveforms from which on they are extrapolated above the learned accelerations."""
+AFTER_S = 1.2 * SPAN_S
+"""How long a stroke is evaluated after its last reversal."""
 
 
 class WaveformSettings(NamedTuple):
-    """How to learn one axis, and its own loop."""
+    """How to learn one axis, and the model of its loop."""
 
     sines: LearningSettings
-    """Of the strokes."""
+    """Settings of the sine strokes."""
     reach_m_s2: float
-    """The largest reverse acceleration that is learned; not below that of the sines."""
+    """Largest reverse acceleration that is learned; at least that of the sines."""
     limit_m_s2: float
-    """The largest one that the axis may be commanded."""
+    """Largest acceleration that the axis may be commanded."""
     loop: LoopModel
 
 
 class WaveformStroke(NamedTuple):
-    """A sine, and the force that is tried on it."""
+    """A sine, and the force to be tried on it."""
 
     sine: Stroke
     friction: tuple[float, ...] | None
@@ -62,14 +62,14 @@ class WaveformStroke(NamedTuple):
 
 
 class WaveformResult(NamedTuple):
-    """A stroke as it was made, up to `BEHIND_S` after its last reversal."""
+    """A completed stroke, up to `AFTER_S` after its last reversal."""
 
     commands: Array
     """(n, 3): position m, velocity m/s, acceleration m/s^2."""
     error_m: Array
-    """(n,) against the feedback of the position loop."""
+    """(n,): command minus the feedback of the position loop."""
     reversals: Indices
-    """(2,) samples."""
+    """(2,): indices of the first samples of the new directions."""
 
 
 def waveform_result(
@@ -79,18 +79,16 @@ def waveform_result(
     stroke: Stroke,
     settings: WaveformSettings,
 ) -> WaveformResult:
-    """The samples (n,) that count of a stroke. Raises ValueError when a reversal or a sample is missing."""
+    """Cut the evaluated samples out of those (n,) of a stroke.
+
+    Raises ValueError when a reversal or a sample is missing.
+    """
     period_s = settings.loop.period_s
     window = window_samples(settings.sines.window_s, period_s)
     if not (np.isfinite(position_command_m).all() and np.isfinite(velocity_command_m_s).all()):
         raise ValueError("a position command is missing in the stroke")
-    starts = reversals(position_command_m)[-REVERSALS:]
-    if len(starts) < REVERSALS or starts[-1] + window > len(error_m):
-        raise ValueError(f"the stroke ends before {REVERSALS} reversals are whole")
-    apart_s, expected_s = float(starts[1] - starts[0]) * period_s, half_cycle_s(stroke, settings.sines)
-    if abs(apart_s - expected_s) > HALF_CYCLE_TOLERANCE * expected_s + period_s:
-        raise ValueError(f"the reversals are {apart_s:.3f} s apart, those of the sine {expected_s:.3f} s")
-    end = int(starts[-1]) + round(BEHIND_S / period_s)
+    starts = sine_reversals(position_command_m, window, stroke, settings.sines, period_s)
+    end = int(starts[-1]) + round(AFTER_S / period_s)
     if not np.isfinite(error_m[:end]).all():
         raise ValueError("a position sample is missing in the stroke")
     if starts[0] + samples_of(settings.loop) > len(error_m):
@@ -101,28 +99,28 @@ def waveform_result(
 
 
 def learn(settings: WaveformSettings) -> Generator[WaveformStroke, WaveformResult, WaveformLearned]:
-    """Strokes in, waveforms out; strokes and machine time are filled in by `WaveformRun`."""
+    """Yield strokes, return waveforms; `WaveformRun` fills in strokes and machine time."""
     loop, a = settings.loop, settings.sines.accelerations_m_s2
-    nothing = wave_table((), ())
+    no_waves = wave_table((), ())
     checks = (float(np.sqrt(a[0] * a[-1])), a[-1])
-    seen: list[tuple[Array, Array]] = []
+    free_strokes: list[tuple[Array, Array]] = []
     before_m: list[float] = []
     for a_m_s2 in checks:
-        result = yield WaveformStroke(Stroke("identify", a_m_s2, NO_PULSE), None, nothing)
-        seen.append((result.commands, result.error_m))
+        result = yield WaveformStroke(Stroke("identify", a_m_s2, NO_PULSE), None, no_waves)
+        free_strokes.append((result.commands, result.error_m))
         before_m.append(score_m(result, settings))
-    friction = identified(loop, seen)
-    wave_n, found = np.zeros(samples_of(loop)), {}
+    friction = identify_friction(loop, free_strokes)
+    wave_n, waves = np.zeros(samples_of(loop)), {}
     for a_m_s2 in np.geomspace(settings.reach_m_s2, a[0], ACCELERATIONS).tolist():
         wave_n = yield from _learn_wave(settings, friction, a_m_s2, wave_n)
-        found[a_m_s2] = tuple(wave_n.round(4).tolist())
-    found |= beyond_reach(found, settings)
-    order = tuple(sorted(found))
-    learned = WaveformLearned(LEARNER, friction, order, tuple(found[entry] for entry in order))
+        waves[a_m_s2] = tuple(wave_n.round(4).tolist())
+    waves |= beyond_reach(waves, settings)
+    order = tuple(sorted(waves))
+    learned = WaveformLearned(LEARNER, friction, order, tuple(waves[entry] for entry in order))
     after_m = []
     for a_m_s2 in checks:
-        whole = wave_table(learned.accelerations_m_s2, learned.waves_n)
-        result = yield WaveformStroke(Stroke("check", a_m_s2, NO_PULSE), friction, whole)
+        table = wave_table(learned.accelerations_m_s2, learned.waves_n)
+        result = yield WaveformStroke(Stroke("check", a_m_s2, NO_PULSE), friction, table)
         after_m.append(score_m(result, settings))
     return learned._replace(before_m=float(np.mean(before_m)), after_m=float(np.mean(after_m)))
 
@@ -135,10 +133,10 @@ def _learn_wave(
     for iteration in range(ITERATIONS):
         table = wave_table((a_m_s2,), (tuple(wave_n.tolist()),))
         result = yield WaveformStroke(Stroke(LEARNER, a_m_s2, NO_PULSE), friction, table)
-        found_m = score_m(result, settings)
-        stalled = iteration >= LEAST_ITERATIONS and found_m > STALLED * best_m
-        if found_m < best_m:  # never worse than before
-            best_m, best_n = found_m, wave_n
+        j_m = score_m(result, settings)
+        stalled = iteration >= LEAST_ITERATIONS and j_m > STALLED * best_m
+        if j_m < best_m:
+            best_m, best_n = j_m, wave_n
         if stalled:
             break
         missing_n = missing_force_n(loop, result.error_m)
@@ -148,28 +146,28 @@ def _learn_wave(
 
 
 def beyond_reach(
-    found: dict[float, tuple[float, ...]], settings: WaveformSettings
+    waves: dict[float, tuple[float, ...]], settings: WaveformSettings
 ) -> dict[float, tuple[float, ...]]:
-    """The waveform at the limit of acceleration, if above all learned ones: over the same distance.
+    """Extrapolate the waveform to the acceleration limit, if that is above all learned accelerations.
 
-    Its size goes on as between the last two, at most with the speed at a distance, a^(1/2): so grow forces
-    of friction that go with speed. It never shrinks.
+    Equal distances correspond. Its size grows as between the last two accelerations, at most like a^(1/2),
+    the speed at equal distance, because viscous friction grows so. It never shrinks.
     """
-    order, loop, limit_m_s2 = sorted(found), settings.loop, settings.limit_m_s2
+    order, loop, limit_m_s2 = sorted(waves), settings.loop, settings.limit_m_s2
     if len(order) < LEAST_ROWS or not limit_m_s2 > order[-1]:
         return {}
-    largest_n = [max(np.abs(found[entry]).max(), 1e-9) for entry in order[-2:]]
+    largest_n = [max(np.abs(waves[entry]).max(), 1e-9) for entry in order[-2:]]
     exponent = math.log(largest_n[1] / largest_n[0]) / math.log(order[-1] / order[-2])
     ratio = limit_m_s2 / order[-1]
-    led = np.arange(samples_of(loop)) - round(loop.ahead_s / loop.period_s) + loop.dead_samples
-    own = np.where(led > 0, led * math.sqrt(ratio), led) - led[0]
-    wave_n = np.interp(own, np.arange(len(led)), found[order[-1]], right=0.0)
+    position = np.arange(samples_of(loop)) - round(loop.ahead_s / loop.period_s) + loop.dead_samples
+    own = np.where(position > 0, position * math.sqrt(ratio), position) - position[0]
+    wave_n = np.interp(own, np.arange(len(position)), waves[order[-1]], right=0.0)
     size = ratio ** min(max(exponent, 0.0), 0.5)
     return {limit_m_s2: tuple((size * wave_n).round(4).tolist())}
 
 
 def score_m(result: WaveformResult, settings: WaveformSettings) -> float:
-    """J over Tm, mean over the reversals."""
+    """J over Tm, mean over the reversals, m."""
     window = window_samples(settings.sines.window_s, settings.loop.period_s)
     parts = [result.error_m[start : start + window] for start in result.reversals]
     return float(np.mean([evaluation_m(part) for part in parts]))
@@ -181,7 +179,7 @@ def _directions(result: WaveformResult) -> Array:
 
 
 class WaveformRun:
-    """The strokes one by one: `stroke` is the next, None at the end; then `learned` is there."""
+    """Learning of one axis: make `stroke`, give `take` its result, until `stroke` is None; see `learned`."""
 
     def __init__(self, settings: WaveformSettings) -> None:
         self.learned: WaveformLearned | None = None
@@ -193,7 +191,7 @@ class WaveformRun:
         self._time_s = 0.0
 
     def take(self, result: WaveformResult) -> None:
-        """Take the result of `stroke`, and go on to the next."""
+        """Take the result of `stroke`, and determine the next."""
         if self.stroke is None:
             raise ValueError("there is no stroke to be made")
         sine = self.stroke.sine
@@ -207,7 +205,7 @@ class WaveformRun:
 
     @property
     def outlook(self) -> Outlook:
-        """How far it is."""
+        """Progress of the run."""
         a = self._settings.sines.accelerations_m_s2
         total, done = 4 + ACCELERATIONS * ITERATIONS, len(self.course)
         if self.stroke is None:

@@ -15,7 +15,7 @@ from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.learning.performance import evaluation_m, window_samples
 from servo_ctrl.learning.reversal_waveform import WaveformLearned
-from servo_ctrl.learning.waveform_adaptation import Adapting, SeenReversal, next_state
+from servo_ctrl.learning.waveform_adaptation import AdaptationState, ProductionReversal, next_state
 from studies.feng_2015.waveform_learning import with_learned
 from studies.twin_axis import twin_axis
 
@@ -96,13 +96,15 @@ def _course(
     window = window_samples(settings.sines.window_s, machine.period_s)
     params = axis_params(machine, axis)
     twin = twin_axis(machine, plant, axis, with_learned(params, learned)).rollout
-    state, errors_m, first = Adapting(learned), [], 0
+    state, errors_m, first = AdaptationState(learned), [], 0
     for start in starts:
         rows = twin.rows(commands[first : start + window])
         error_m = np.asarray(rows["position_error_m"], np.float64)[-window:]
         first = start + window
         direction = float(np.sign(commands[start, 0] - commands[start - 1, 0]))
-        reversal = SeenReversal(abs(float(commands[start, 2])), direction * error_m, evaluation_m(error_m))
+        reversal = ProductionReversal(
+            abs(float(commands[start, 2])), direction * error_m, evaluation_m(error_m)
+        )
         errors_m.append(reversal.error_m)
         if adapts:
             state = next_state(state, settings.loop, reversal)

@@ -14,10 +14,10 @@ from servo_ctrl.config.learning import stroke_steps, waveform_settings
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.performance import reversals
-from servo_ctrl.learning.reversal_waveform import WaveformLearned, identified, wave_table
+from servo_ctrl.learning.reversal_waveform import WaveformLearned, identify_friction, wave_table
 from servo_ctrl.learning.types import NO_PULSE, Stroke
 from servo_ctrl.learning.waveform_run import (
-    BEHIND_S,
+    AFTER_S,
     LEARNER,
     WaveformResult,
     WaveformRun,
@@ -51,7 +51,7 @@ class ErrorStrokes:
             stroke = Stroke(LEARNER, a_m_s2, NO_PULSE)
             start_m = [0.0] * len(self.machine.axes)
             whole = motion(self.machine, self.axis, stroke_steps(self.machine, self.axis, stroke, start_m))
-            end = reversals(whole[:, 0])[-1] + round(BEHIND_S / self.machine.period_s)
+            end = reversals(whole[:, 0])[-1] + round(AFTER_S / self.machine.period_s)
             self._motions[a_m_s2] = whole[:end]
         return self._motions[a_m_s2].copy()
 
@@ -80,7 +80,7 @@ def identify(strokes: ErrorStrokes) -> tuple[float, ...]:
         result = strokes.stroke(run.stroke)
         seen.append((result.commands, result.error_m))
         run.take(result)
-    return identified(strokes.settings.loop, seen)
+    return identify_friction(strokes.settings.loop, seen)
 
 
 def learn_waveforms(

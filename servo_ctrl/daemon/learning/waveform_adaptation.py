@@ -16,7 +16,7 @@ from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensatio
 from servo_ctrl.learned.store import WaveformStore
 from servo_ctrl.learning.reversal_waveform import LoopModel
 from servo_ctrl.learning.types import ReversalReport
-from servo_ctrl.learning.waveform_adaptation import Adapting, SeenReversal, next_state
+from servo_ctrl.learning.waveform_adaptation import AdaptationState, ProductionReversal, next_state
 
 
 class WaveformAdaptation:
@@ -36,7 +36,7 @@ class WaveformAdaptation:
         self._loops: list[LoopModel | None] = [
             waveform_settings(config, axis.name).loop if axis.learns else None for axis in self._axes
         ]
-        self._states: list[Adapting | None] = [None] * len(self._axes)
+        self._states: list[AdaptationState | None] = [None] * len(self._axes)
         self._changes = [0] * len(self._axes)
         """By axis: changes since the stored version."""
         self._busy = False
@@ -49,10 +49,10 @@ class WaveformAdaptation:
             return
         state = self._states[index]
         if state is None or state.learned is not learned:  # learned again, or rolled back
-            state, self._changes[index] = Adapting(learned), 0
-        reversal = SeenReversal(report.acceleration_m_s2, trace_m, report.error_mean_m)
+            state, self._changes[index] = AdaptationState(learned), 0
+        reversal = ProductionReversal(report.acceleration_m_s2, trace_m, report.error_mean_m)
 
-        def then(after: Adapting) -> None:
+        def then(after: AdaptationState) -> None:
             self._busy = False
             if axis.learned is not learned:  # another waveform came into use meanwhile
                 return

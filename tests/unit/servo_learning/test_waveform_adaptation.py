@@ -12,9 +12,9 @@ from servo_ctrl.learning.reversal_waveform import LoopModel
 from servo_ctrl.learning.waveform_adaptation import (
     GAIN,
     LEVEL_RANGE,
-    Adapting,
-    SeenReversal,
-    changed,
+    AdaptationState,
+    ProductionReversal,
+    corrected_by,
     next_state,
     scaled,
 )
@@ -35,9 +35,9 @@ def answered(loop: LoopModel, force_n: np.ndarray) -> np.ndarray:
     return error_m
 
 
-def reversal(force_n: np.ndarray) -> SeenReversal:
+def reversal(force_n: np.ndarray) -> ProductionReversal:
     trace_m = answered(LOOP, force_n)
-    return SeenReversal(AT, trace_m, float(np.mean(np.abs(trace_m))))
+    return ProductionReversal(AT, trace_m, float(np.mean(np.abs(trace_m))))
 
 
 def grown(share: float) -> np.ndarray:
@@ -49,7 +49,7 @@ def grown(share: float) -> np.ndarray:
 
 
 def test_friction_that_has_grown_is_seen_as_that_and_scales_all_that_was_learned() -> None:
-    state = Adapting(example_waveform())
+    state = AdaptationState(example_waveform())
     after = next_state(state, LOOP, reversal(grown(0.8)))
     assert after.level == pytest.approx(1.0 + GAIN * 0.8, rel=0.15)
     ratio = np.array(after.learned.friction[:4]) / np.array(state.learned.friction[:4])
@@ -60,7 +60,7 @@ def test_friction_that_has_grown_is_seen_as_that_and_scales_all_that_was_learned
 def test_a_force_that_is_missing_for_a_while_goes_into_the_waveforms_beside_it() -> None:
     time_s = np.arange(194) * LOOP.period_s
     missing_n = 2.0 * np.sin(np.pi * np.clip((time_s - 0.05) / 0.08, 0.0, 1.0)) ** 2
-    learned, level = changed(Adapting(example_waveform()), LOOP, reversal(missing_n))
+    learned, level = corrected_by(AdaptationState(example_waveform()), LOOP, reversal(missing_n))
     base = scaled(example_waveform(), level)
     added = np.array(learned.waves_n) - np.array(base.waves_n)
     share = np.log(AT / 0.05) / np.log(0.4 / 0.05)
@@ -70,7 +70,7 @@ def test_a_force_that_is_missing_for_a_while_goes_into_the_waveforms_beside_it()
 
 
 def test_a_change_that_makes_it_worse_is_taken_back_and_the_next_is_smaller() -> None:
-    first = next_state(Adapting(example_waveform()), LOOP, reversal(grown(0.2)))
+    first = next_state(AdaptationState(example_waveform()), LOOP, reversal(grown(0.2)))
     worse = next_state(first, LOOP, reversal(grown(0.3)))
     assert worse.learned == example_waveform()
     assert worse.gain == 0.5 * GAIN
@@ -80,18 +80,18 @@ def test_a_change_that_makes_it_worse_is_taken_back_and_the_next_is_smaller() ->
 
 
 def test_another_acceleration_neither_judges_a_change_nor_makes_one_before_it_is_judged() -> None:
-    first = next_state(Adapting(example_waveform()), LOOP, reversal(grown(0.2)))
+    first = next_state(AdaptationState(example_waveform()), LOOP, reversal(grown(0.2)))
     other = next_state(first, LOOP, reversal(grown(0.9))._replace(acceleration_m_s2=0.3))
     assert other == first
 
 
 def test_what_is_good_enough_is_left_alone_and_the_level_stays_within_its_bounds() -> None:
-    state = Adapting(example_waveform())
+    state = AdaptationState(example_waveform())
     assert next_state(state, LOOP, reversal(grown(0.001))).learned is state.learned
-    huge = changed(state._replace(level=4.9), LOOP, reversal(grown(5.0)))[1]
+    huge = corrected_by(state._replace(level=4.9), LOOP, reversal(grown(5.0)))[1]
     assert huge == LEVEL_RANGE[1]
 
 
 def test_no_change_below_the_slowest_acceleration_that_was_learned() -> None:
     slow = reversal(grown(0.5))._replace(acceleration_m_s2=0.01)
-    assert changed(Adapting(example_waveform()), LOOP, slow)[0] == example_waveform()
+    assert corrected_by(AdaptationState(example_waveform()), LOOP, slow)[0] == example_waveform()

@@ -13,9 +13,9 @@ from servo_ctrl.learning import waveform_run
 from servo_ctrl.learning.reversal_waveform import (
     contraction,
     corrected,
-    identified,
-    memories,
+    identify_friction,
     missing_force_n,
+    presliding_states,
 )
 from servo_ctrl.learning.waveform_run import GAIN, WaveformRun, beyond_reach
 from studies.feng_2015.rival_tuning import Setting, Tuner
@@ -54,7 +54,7 @@ def test_a_memory_relaxes_over_its_slip_distance_and_knows_no_time() -> None:
     for step_m in (1e-7, 1e-6):
         path_m = np.arange(0.0, 50e-6, step_m)
         expected = [-math.expm1(-path_m[-1] / slip) for slip in LOOP.slip_m]
-        assert memories(LOOP, path_m)[-1] == pytest.approx(expected)
+        assert presliding_states(LOOP, path_m)[-1] == pytest.approx(expected)
 
 
 def test_the_missing_force_is_the_disturbance_that_made_the_error() -> None:
@@ -71,7 +71,9 @@ def test_the_missing_force_is_the_disturbance_that_made_the_error() -> None:
 def test_friction_that_was_put_in_is_identified() -> None:
     levels, motion = (3.0, 0.0, 5.0, 0.0), (-200.0, 2.0)
     commands = sine()
-    wanted_n = memories(LOOP, commands[:, 0]) @ np.array(levels) + commands[:, 1:3] @ np.array(motion)
+    wanted_n = presliding_states(LOOP, commands[:, 0]) @ np.array(levels) + commands[:, 1:3] @ np.array(
+        motion
+    )
     error_m = np.zeros(len(wanted_n))
     speed = integral = 0.0
     for k in range(1, len(error_m)):  # the loop's differential equation, explicitly
@@ -80,7 +82,7 @@ def test_friction_that_was_put_in_is_identified() -> None:
         pull_n = wanted_n[k] - stiff_n - LOOP.kv_n_s_m * speed - LOOP.ki_n_m * LOOP.kp_1_s * integral
         speed += pull_n / LOOP.mass_kg * T
         error_m[k] = error_m[k - 1] + speed * T
-    found = identified(LOOP, [(commands, error_m)])
+    found = identify_friction(LOOP, [(commands, error_m)])
     assert sum(found[:4]) == pytest.approx(8.0, rel=0.05)
     assert found[4] == pytest.approx(-200.0, rel=0.2)
 
