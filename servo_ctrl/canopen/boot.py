@@ -1,7 +1,7 @@
-"""From an unknown bus to configured nodes: identity, scaling, PDOs, limits, then NMT start.
+"""Boot of the nodes: identity, scaling, PDOs and limits are checked and configured by SDO.
 
-Blocking SDO in worker threads, one a node, every wait bounded. All nodes are tried, and all that fail are
-reported together, each with what to do about it.
+Blocking SDO transfers run in worker threads, one per node, and every wait is bounded. All nodes are tried,
+and all failures are reported together, each with a remedy.
 """
 
 import asyncio
@@ -17,7 +17,7 @@ from servo_ctrl.canopen.pdo import COB_ID_INVALID
 from servo_ctrl.canopen.stack import SDO_TIMEOUT_S, Network, SdoPort
 
 PRESENCE_TRIES = 10
-"""SDO tries before a node counts as absent; chosen: 3 s, for one that was just switched on."""
+"""SDO tries before a node counts as absent; chosen: 3 s, because a node may just have been switched on."""
 IDENTITY = {
     (0x1000, 0): "device type",
     (0x1018, 1): "vendor-ID",
@@ -36,8 +36,8 @@ async def boot_nodes(
 ) -> None:
     """Check and configure every node; they are pre-operational afterwards.
 
-    `timeout_s` bounds each SDO answer (wall clock). `in_thread` is called first in the thread of each node,
-    which counts as absent after so many `tries`.
+    `timeout_s` bounds the wait for each SDO answer (wall clock). `in_thread` is called first in the thread of
+    each node. A node counts as absent after `tries` requests.
     Raises BootError with all nodes that cannot be used.
     """
     command_nodes(network, plans, NmtCommand.ENTER_PRE_OPERATIONAL)
@@ -65,7 +65,7 @@ async def boot_nodes(
 
 @contextlib.contextmanager
 def _boot_ups(network: Network, plans: Sequence[NodePlan]) -> Iterator[set[int]]:
-    """The ids of nodes that send a boot-up message, as they do."""
+    """Collect the ids of nodes that send a boot-up message meanwhile."""
     booted: set[int] = set()
 
     def on_heartbeat(can_id: int, payload: bytes | bytearray, _timestamp_s: float) -> None:
@@ -92,10 +92,10 @@ def _boot_node(
     timeout_s = plan.sdo_timeout_s or timeout_s
     with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s, tries=tries)) as sdo:
         _check_presence(sdo, plan, tries)
-    restarted.discard(plan.node_id)  # it may have been switched on just now; from here on it may not
+    restarted.discard(plan.node_id)  # it may have just been switched on; a later restart is an error
     with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s)) as sdo:
         _check_identity(sdo, plan)
-        _write(sdo, plan, _concise(plan))  # it may be what sets the units
+        _write(sdo, plan, _concise(plan))  # before the units are checked: it may set them
         _check_expectations(sdo, plan)
         _check_units(sdo, plan)
         for pdo in plan.pdos:
@@ -105,7 +105,7 @@ def _boot_node(
 
 
 def _write(sdo: SdoPort, plan: NodePlan, writes: Iterable[Write]) -> None:
-    """Write them one after the other. Raises NodeError for the first that is not taken."""
+    """Write in this order. Raises NodeError for the first entry that the node refuses."""
     for write in writes:
         try:
             sdo.write(write.index, write.subindex, write.data)
@@ -150,7 +150,7 @@ def _check_expectations(sdo: SdoPort, plan: NodePlan) -> None:
 
 
 def _check_units(sdo: SdoPort, plan: NodePlan) -> None:
-    """Read what the drive makes of its integers, and hold it against the machine file. Raises NodeError."""
+    """Compare the units of the drive with the machine file. Raises NodeError."""
     if plan.units is None:
         return
     wanted = [address for address in ADDRESSES if address in plan.eds and address[0] not in plan.left_alone]
@@ -160,7 +160,7 @@ def _check_units(sdo: SdoPort, plan: NodePlan) -> None:
 
 
 def _check_mapping(sdo: SdoPort, plan: NodePlan, pdo: PdoPlan) -> None:
-    """Raise NodeError unless a mapping that cannot be written is the one that is asked for."""
+    """Raise NodeError unless a fixed mapping is the one of the machine file."""
     count = _read(sdo, plan, pdo.mapping, 0)
     found = [_read(sdo, plan, pdo.mapping, entry) for entry in range(1, count + 1)]
     wanted = [mapped.mapping_entry for mapped in pdo.codec.objects]
@@ -181,7 +181,7 @@ def _unused_pdos_off(plan: NodePlan) -> Iterator[Write]:
 
 
 def _pdo_writes(pdo: PdoPlan) -> Iterator[Write]:
-    """The remap sequence that CiA 301 prescribes with 1600h: switch off, empty, map, count, switch on."""
+    """The sequence of CiA 301 for a new mapping: PDO off, count 0, entries, count, PDO on."""
     objects = pdo.codec.objects
     yield Write(pdo.communication, 1, _u32(pdo.cob_id | COB_ID_INVALID), "PDO off")
     yield Write(pdo.communication, 2, bytes((pdo.transmission_type,)), "transmission type")

@@ -1,4 +1,4 @@
-"""How full a machine makes its bus: what goes over it every cycle, as a share of the bit rate."""
+"""Bus load of a machine: cyclic frames as a share of the bit rate."""
 
 from collections.abc import Sequence
 
@@ -9,15 +9,15 @@ from servo_ctrl.errors import ConfigError
 
 
 def cyclic_load(machine: MachineConfig, plans: Sequence[NodePlan]) -> float:
-    """Share of the bit rate, as many stuff bits as may be: SYNC, PDOs, heartbeats.
+    """Share of the bit rate of SYNC, PDOs and heartbeats, with the most stuff bits possible.
 
-    Those that come at a change count by their event timer, or by their inhibit time.
+    Event-driven PDOs count at their inhibit time, or else at their event timer.
     """
     period_s = machine.period_s
     bits_s = FRAME_BITS[0] / period_s
     for plan in plans:
         for pdo in plan.pdos:
-            bits_s += FRAME_BITS[pdo.codec.size] * _frames_s(
+            bits_s += FRAME_BITS[pdo.codec.size] * _frames_per_s(
                 pdo.transmission_type, pdo.event_timer_ms, pdo.inhibit_ms, period_s, received=pdo.received
             )
     if machine.controller.heartbeat_ms:
@@ -26,7 +26,7 @@ def cyclic_load(machine: MachineConfig, plans: Sequence[NodePlan]) -> float:
 
 
 def check_load(machine: MachineConfig, plans: Sequence[NodePlan]) -> float:
-    """The load. Raises ConfigError for a cycle that the bus cannot carry."""
+    """Return the load. Raises ConfigError where the bus cannot carry a cycle."""
     load = cyclic_load(machine, plans)
     if load > 1.0:
         bus = machine.bus
@@ -38,10 +38,10 @@ def check_load(machine: MachineConfig, plans: Sequence[NodePlan]) -> float:
     return load
 
 
-def _frames_s(kind: int, timer_ms: int, inhibit_ms: float, period_s: float, *, received: bool) -> float:
+def _frames_per_s(kind: int, timer_ms: int, inhibit_ms: float, period_s: float, *, received: bool) -> float:
     if received:
-        return 1.0 / period_s  # set points go out every cycle, whatever their type
+        return 1.0 / period_s  # set points are sent every cycle, whatever the transmission type
     if 1 <= kind <= 240:
         return 1.0 / (kind * period_s)
-    least_ms = inhibit_ms or timer_ms
-    return 1e3 / least_ms if least_ms else 0.0
+    shortest_ms = inhibit_ms or timer_ms
+    return 1e3 / shortest_ms if shortest_ms else 0.0

@@ -1,4 +1,4 @@
-"""Our objects for commands and status: reads come from the command handler, and writes go there."""
+"""Our objects for commands and status fields, read from and written to the command handler."""
 
 import struct
 from collections import defaultdict
@@ -28,12 +28,12 @@ ABORTS = {
 STATUS_PDO = sorted(
     (found for found in object_fields(MachineStatus) if found.entry.pdo), key=lambda found: found.entry.pdo
 )
-"""The fields in the status TPDO, in the order of 1A00h."""
+"""Fields of the status TPDO, in the order of 1A00h."""
 STATUS_LAYOUT = struct.Struct("<" + "".join(STRUCT_FORMATS[found.entry.data_type] for found in STATUS_PDO))
 
 
 class CommandObjects:
-    """Answers for the entries of `dictionary` that commands and status fields have."""
+    """Registers readers and writers in `dictionary` for the entries of commands and status fields."""
 
     def __init__(self, handler: CommandHandler, axis_names: Sequence[str], dictionary: Dictionary) -> None:
         self._handler, self._names = handler, tuple(axis_names)[:AXES]
@@ -64,12 +64,12 @@ class CommandObjects:
         }
 
     def status_payload(self) -> bytes:
-        """What the status TPDO carries now."""
+        """Present payload of the status TPDO."""
         status = self._handler.status()
         return STATUS_LAYOUT.pack(*(found.of(status, self._names) for found in STATUS_PDO))
 
     def _value(self, found: ObjectField, axis: int = 0) -> Value:
-        """A field of the machine, or of an axis, counted from 1."""
+        """Value of a field of the machine (axis 0), or of an axis, numbered from 1."""
         status = self._handler.status()
         return found.of(status.axes[axis - 1] if axis else status, self._names)
 
@@ -78,7 +78,7 @@ class CommandObjects:
         self._command = value
 
     def _execute_for_axis(self, _subindex: int, value: int) -> None:
-        """Axis and command in one transfer, so that no other client can change the axis between the two."""
+        """Take axis and command in one transfer: no other client can select another axis in between."""
         axis, command = divmod(value, 0x100)
         self._check_axis(axis)
         self._carry_out(command, axis)
@@ -86,9 +86,9 @@ class CommandObjects:
 
     def _carry_out(self, command: int, axis: int) -> None:
         if command not in COMMAND_OF:
-            self._settle(CommandResult(Refusal.UNKNOWN, f"there is no command {command}"))
+            self._abort_if_refused(CommandResult(Refusal.UNKNOWN, f"there is no command {command}"))
         name = self._names[axis - 1] if axis else ""
-        self._settle(self._handler.execute(CommandRequest(COMMAND_OF[command], name)))
+        self._abort_if_refused(self._handler.execute(CommandRequest(COMMAND_OF[command], name)))
 
     def _select(self, _subindex: int, value: int) -> None:
         self._check_axis(value)
@@ -97,31 +97,31 @@ class CommandObjects:
     def _check_axis(self, number: int) -> None:
         if number > len(self._names):
             reason = f"there is no axis {number}; the machine has {', '.join(self._names)}"
-            self._settle(CommandResult(Refusal.UNKNOWN, reason))
+            self._abort_if_refused(CommandResult(Refusal.UNKNOWN, reason))
 
     def _change(self, subindex: int, value: int) -> None:
         found = next(found for found in object_fields(Settings) if found.entry.subindex == subindex)
         setting: Any = decoded(value, found.entry, found.found.hint)
-        self._settle(self._handler.change(found.found.path[0], setting))
+        self._abort_if_refused(self._handler.change(found.found.path[0], setting))
 
     def _switch(self, index: int) -> Writer:
         def write(subindex: int, value: int) -> None:
             if subindex > len(self._names):
                 raise SdoAbort(AbortCode.NO_SUCH_SUBINDEX)
             command = o.SWITCHES[index][value]
-            self._settle(self._handler.execute(CommandRequest(command, self._names[subindex - 1])))
+            self._abort_if_refused(self._handler.execute(CommandRequest(command, self._names[subindex - 1])))
 
         return write
 
-    def _settle(self, result: CommandResult) -> None:
-        """Raise SdoAbort for a refusal, and keep its reason for 2105h."""
+    def _abort_if_refused(self, result: CommandResult) -> None:
+        """Raise SdoAbort for a refusal, and store its reason for 2105h."""
         if not result.accepted:
             self._refusal = result.reason
             raise SdoAbort(ABORTS[result.refusal])
 
 
 def _reader(subindices: dict[int, Callable[[], Value]]) -> Reader:
-    """Reads the entries of one object; subindex 0 of several is the highest of them."""
+    """Make a reader for the entries of one object; subindex 0 of a record is the highest subindex."""
 
     def read(subindex: int) -> Value:
         if subindex in subindices:
@@ -134,5 +134,5 @@ def _reader(subindices: dict[int, Callable[[], Value]]) -> Reader:
 
 
 def _missing(_subindex: int) -> Value:
-    """An object of an axis that the machine does not have."""
+    """Reader for an object of an axis that the machine lacks. Raises SdoAbort."""
     raise SdoAbort(AbortCode.NO_SUCH_OBJECT)

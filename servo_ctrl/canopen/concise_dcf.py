@@ -1,6 +1,6 @@
-"""A concise DCF (CiA 302, object 1F22h): a node's configuration as a block of bytes, as dcfgen writes it.
+"""Concise DCF (CiA 302, object 1F22h): the configuration of a node as a block of bytes, as dcfgen writes it.
 
-number of entries u32, then of each: index u16, subindex u8, size u32, data; all little-endian
+Layout, little-endian: number of entries u32; for each entry index u16, subindex u8, size u32, data.
 """
 
 import struct
@@ -11,7 +11,7 @@ from servo_ctrl.canopen.errors import EdsError
 
 _COUNT, _ENTRY = struct.Struct("<I"), struct.Struct("<HBI")
 LARGEST_BYTES = 1 << 20
-"""Bounds a file; chosen."""
+"""Largest file that is read; chosen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,7 @@ class SdoDownload:
 
 
 def read_concise_dcf(path: Path) -> tuple[SdoDownload, ...]:
-    """The entries of a file, in its order. Raises EdsError naming it."""
+    """Read the entries of a file, in its order. Raises EdsError naming the file."""
     try:
         with path.open("rb") as file:
             block = file.read(LARGEST_BYTES + 1)
@@ -39,21 +39,21 @@ def read_concise_dcf(path: Path) -> tuple[SdoDownload, ...]:
 
 
 def pack_concise_dcf(entries: list[SdoDownload]) -> bytes:
-    """The block of these entries."""
+    """Encode these entries."""
     packed = (_ENTRY.pack(entry.index, entry.subindex, len(entry.data)) + entry.data for entry in entries)
     return _COUNT.pack(len(entries)) + b"".join(packed)
 
 
 def _entries(block: bytes) -> list[SdoDownload]:
     (count,) = _COUNT.unpack_from(block)
-    at, found = _COUNT.size, []
+    offset, entries = _COUNT.size, []
     for number in range(1, count + 1):
-        index, subindex, size = _ENTRY.unpack_from(block, at)
-        at += _ENTRY.size
-        if at + size > len(block):
+        index, subindex, size = _ENTRY.unpack_from(block, offset)
+        offset += _ENTRY.size
+        if offset + size > len(block):
             raise ValueError(f"entry {number}, {index:04X}h:{subindex:02X}, is cut off")
-        found.append(SdoDownload(index, subindex, block[at : at + size]))
-        at += size
-    if at != len(block):
-        raise ValueError(f"{len(block) - at} bytes behind the last entry")
-    return found
+        entries.append(SdoDownload(index, subindex, block[offset : offset + size]))
+        offset += size
+    if offset != len(block):
+        raise ValueError(f"{len(block) - offset} bytes after the last entry")
+    return entries

@@ -1,7 +1,7 @@
-"""The object dictionary of our own node: types, access rights, limits and defaults of the EDS.
+"""The object dictionary of our own node: data types, access, limits and defaults of the EDS.
 
-Values are not kept here: an entry that changes has a reader, one that may be written has a writer, and the
-others are the defaults of the EDS.
+It holds no values: variable entries have a reader, writable entries a writer, and all others are the defaults
+of the EDS.
 """
 
 import struct
@@ -19,7 +19,7 @@ Writer = Callable[[int, int], None]
 class Dictionary:
     """Entries by index and subindex.
 
-    `readers[index](subindex)` gives a value, `writers[index](subindex, value)` takes one; both may raise
+    `readers[index](subindex)` returns a value, `writers[index](subindex, value)` sets one; both may raise
     SdoAbort. Only numbers can be written.
     """
 
@@ -30,7 +30,7 @@ class Dictionary:
         self._indices = {index for index, _ in eds.variables}
 
     def read(self, index: int, subindex: int) -> bytes:
-        """The value of an entry as it travels. Raises SdoAbort."""
+        """Return the encoded value of an entry. Raises SdoAbort."""
         variable = self._variable(index, subindex)
         if variable.access == "wo":
             raise SdoAbort(AbortCode.READ_OF_WRITE_ONLY)
@@ -39,14 +39,14 @@ class Dictionary:
         return _encoded(value, variable)
 
     def writable_size(self, index: int, subindex: int) -> int:
-        """Bytes that a write of this entry takes. Raises SdoAbort for what cannot be written."""
+        """Number of bytes of a writable entry. Raises SdoAbort for any other."""
         variable = self._variable(index, subindex)
         if "w" not in variable.access or index not in self.writers:
             raise SdoAbort(AbortCode.WRITE_OF_READ_ONLY)
         return struct.calcsize(STRUCT_FORMATS[variable.data_type])
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
-        """Write an entry, `writable_size` bytes. Raises SdoAbort."""
+        """Write an entry from its `writable_size` bytes. Raises SdoAbort."""
         variable = self._variable(index, subindex)
         (value,) = struct.unpack("<" + STRUCT_FORMATS[variable.data_type], data)
         if variable.high is not None and value > variable.high:

@@ -1,11 +1,11 @@
-"""What the units of a drive come to, read from it at boot: positions a revolution, unit of velocities.
+"""Units of a drive, read from it at boot: position units per revolution, units of velocity and acceleration.
 
-    positions a motor revolution = feed constant 6092h (without one: resolution 608Fh) / gear ratio 6091h
+    position units per motor revolution = feed constant 6092h (else: resolution 608Fh) / gear ratio 6091h
 
-where 60A8h says increments or nothing; a revolution, a degree or a metre gives it by itself (CiA 402-2).
+if 60A8h is increments or 0; revolutions, degrees and metres define the number themselves (CiA 402-2).
 
-The machine file states the same numbers, and set points are made with those. Where the two differ the drive
-would take them for others, so it is not led.
+Set points are computed with the numbers of the machine file. If those of the drive differ, it would move by
+other amounts, so boot refuses it.
 """
 
 from collections.abc import Iterator, Mapping
@@ -20,20 +20,20 @@ POSITION_UNIT, VELOCITY_UNIT, ACCELERATION_UNIT = 0x60A8, 0x60A9, 0x60AA
 RATIOS = (ENCODER, GEAR, FEED, VELOCITY_FACTOR)
 POSITION_RANGE = 0x607B
 WHOLE_RANGE = (-(1 << 31), (1 << 31) - 1)
-"""Positions that do not wrap before the type does."""
+"""Position range without wrap-around before that of the data type."""
 UNITS = (POSITION_UNIT, VELOCITY_UNIT, ACCELERATION_UNIT)
 ADDRESSES = (
     *((index, sub) for index in (*RATIOS, POSITION_RANGE) for sub in (1, 2)),
     *((index, 0) for index in UNITS),
 )
-"""All that is read."""
+"""Addresses of all entries that are read."""
 _NUMERATOR = 0x00FF_0000
 INCREMENT, REVOLUTION, DEGREE, METRE = 0x00B5_0000, 0x00B4_0000, 0x0041_0000, 0x0001_0000
-"""Numerators of 60A8h (CiA 303-2)."""
+"""Unit codes in the numerator of 60A8h (CiA 303-2)."""
 
 
 class DriveUnits(NamedTuple):
-    """What the machine file states of a drive's units; `key` is its section."""
+    """Units of a drive by the machine file; `key`: section of the drive."""
 
     key: str
     counts_per_rev: int
@@ -44,13 +44,13 @@ class DriveUnits(NamedTuple):
     acceleration_code: int | None
 
     def objections(self, values: Values) -> Iterator[str]:
-        """Why a drive with these values of `ADDRESSES`, as far as it has them, cannot be led."""
-        found = self._positions_per_rev(values)
-        if isinstance(found, str):
-            yield found
-        elif found is not None and abs(found - self.counts_per_rev) > 1e-6 * self.counts_per_rev:
+        """Say why a drive with these values of `ADDRESSES` cannot follow our set points."""
+        per_rev = self._positions_per_rev(values)
+        if isinstance(per_rev, str):
+            yield per_rev
+        elif per_rev is not None and abs(per_rev - self.counts_per_rev) > 1e-6 * self.counts_per_rev:
             yield (
-                f"has {found:.10g} positions a motor revolution ({_shown(values)}), the machine file says "
+                f"has {per_rev:.10g} positions a motor revolution ({_shown(values)}), the machine file says "
                 f"{self.counts_per_rev} ({self.key}.counts_per_rev); correct the one that is wrong"
             )
         if _ratio(values, VELOCITY_FACTOR) not in {None, 1.0}:
@@ -75,7 +75,7 @@ class DriveUnits(NamedTuple):
                 )
 
     def _positions_per_rev(self, values: Values) -> float | str | None:
-        """Position units of a motor revolution, None where it does not tell, text where it cannot be."""
+        """Position units per motor revolution; None if not stated, a text for an unknown unit."""
         code = values.get((POSITION_UNIT, 0), 0)
         exponent = (code >> 24 ^ 0x80) - 0x80
         gear = _ratio(values, GEAR)
@@ -91,7 +91,7 @@ class DriveUnits(NamedTuple):
 
 
 def units_of(axis_key: str, axis: AxisConfig) -> DriveUnits:
-    """What the machine file states of an axis."""
+    """Units of an axis' drive by the machine file."""
     drive = axis.drive
     return DriveUnits(
         key=f"{axis_key}.drive",
@@ -105,7 +105,7 @@ def units_of(axis_key: str, axis: AxisConfig) -> DriveUnits:
 
 
 def _ratio(values: Values, index: int) -> float | None:
-    """An object of two numbers as their ratio; None where the drive has it not, or zero in it."""
+    """Ratio of the two entries of an object; None if the drive lacks it, or either is 0."""
     above, below = values.get((index, 1)), values.get((index, 2), 1)
     return above / below if above and below else None
 

@@ -1,4 +1,4 @@
-"""What goes wrong between us and the nodes, as one line each, and the answers of our own SDO server."""
+"""Errors of nodes, each as one line, and the abort codes of our own SDO server."""
 
 from collections.abc import Sequence
 from enum import IntEnum
@@ -7,7 +7,7 @@ from servo_ctrl.errors import ServoCtrlError
 
 
 class EdsError(ServoCtrlError):
-    """An EDS file that cannot be read, or that does not have what the machine file asks of it."""
+    """An EDS file that cannot be read, or lacks what the machine file requires."""
 
 
 class SdoError(ServoCtrlError):
@@ -19,7 +19,7 @@ class SdoError(ServoCtrlError):
 
 
 class NodeError(ServoCtrlError):
-    """One node that cannot be used: `node` which one, `problem` what is wrong and what to do about it."""
+    """One node that cannot be used; `problem` says what is wrong and what to do about it."""
 
     def __init__(self, node: str, problem: str) -> None:
         self.node = node
@@ -28,7 +28,7 @@ class NodeError(ServoCtrlError):
 
 
 class BootError(ServoCtrlError):
-    """All nodes that failed to boot, in one message, so that all can be put right at once."""
+    """All nodes that failed to boot, in one message, so that all can be corrected at once."""
 
     def __init__(self, failures: Sequence[NodeError]) -> None:
         self.failures = tuple(failures)
@@ -40,7 +40,7 @@ class BootError(ServoCtrlError):
 
 
 class AbortCode(IntEnum):
-    """SDO abort codes of CiA 301 (table 22) as our server uses them."""
+    """SDO abort codes of CiA 301 (table 22) that our server uses."""
 
     TOGGLE_NOT_ALTERNATED = 0x0503_0000
     INVALID_COMMAND = 0x0504_0001
@@ -59,10 +59,10 @@ class AbortCode(IntEnum):
     CANNOT_STORE = 0x0800_0020
     WRONG_DEVICE_STATE = 0x0800_0022
     NO_DATA = 0x0800_0024
-    """An empty string or table: SDO has no upload of nothing."""
+    """An empty string or table: SDO cannot upload zero bytes."""
 
 
-class SdoAbort(Exception):  # noqa: N818  # CiA 301 calls it so; it is an answer, not an error of ours
+class SdoAbort(Exception):  # noqa: N818  # the term of CiA 301; it is an answer, not an error of ours
     """Ends the transfer in progress with `code`."""
 
     def __init__(self, code: AbortCode) -> None:

@@ -8,7 +8,7 @@ from servo_ctrl.canopen.stack import Network
 
 
 class NmtState(IntEnum):
-    """As a heartbeat carries it; `INITIALISING` is the boot-up message."""
+    """NMT state in a heartbeat; `INITIALISING` is the boot-up message."""
 
     INITIALISING = 0x00
     STOPPED = 0x04
@@ -31,10 +31,10 @@ STATE_AFTER: dict[int, NmtState] = {
     NmtCommand.STOP: NmtState.STOPPED,
     NmtCommand.ENTER_PRE_OPERATIONAL: NmtState.PRE_OPERATIONAL,
 }
-"""What a command leads to; the resets lead to a boot-up."""
+"""State after a command; the resets lead to a boot-up message."""
 
 
 def command_nodes(network: Network, plans: Iterable[NodePlan], command: NmtCommand) -> None:
-    """Send one NMT command to each of our nodes; other nodes on the bus are not ours to command."""
+    """Send an NMT command to each of our nodes, by node id: other nodes on the bus are not ours."""
     for plan in plans:
         network.send_message(0x000, bytes((command, plan.node_id)))

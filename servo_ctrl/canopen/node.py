@@ -1,8 +1,8 @@
-"""The controller as a CANopen node of its own: identity, heartbeat, errors, and its commands by SDO.
+"""The controller as a CANopen node: identity, heartbeat, errors, and its commands by SDO.
 
-Entries come from the EDS; what they are for is in docs/commands.md. Heartbeat and status TPDO are counted in
-SYNC cycles once SYNC runs, so that they keep simulated time in lockstep; until then the supervisor calls
-`send_heartbeat` by the wall clock, and there is no PDO.
+Entries come from the EDS; docs/commands.md explains them. Once SYNC runs, heartbeat and status TPDO are timed
+in SYNC cycles, so that they keep simulated time in lockstep. Before, the supervisor calls `send_heartbeat` by
+the wall clock, and there is no PDO.
 """
 
 import struct
@@ -41,21 +41,21 @@ EMCY = struct.Struct("<HB5x")
 
 
 def own_dictionary(machine: MachineConfig) -> Eds:
-    """Our own EDS. Raises ConfigError naming the machine file and the EDS."""
+    """Load our own EDS. Raises ConfigError naming the machine file and the EDS."""
     path = machine.controller.eds
     try:
         eds = load_eds(path, machine.controller.node_id)
     except EdsError as error:
         raise ConfigError(machine.source, "controller.eds", str(error)) from None
-    there = {index for index, _ in eds.variables}
+    present = {index for index, _ in eds.variables}
     for index in (ERROR_REGISTER, ERROR_HISTORY, CONSUMERS, HEARTBEAT, o.STATUS_TPDO, o.COMMAND, o.LEARNING):
-        if index not in there:
+        if index not in present:
             raise ConfigError(machine.source, "controller.eds", f"{path}: object {index:04X}h is missing")
     return eds
 
 
 class ControllerNode:
-    """Our node on `network`; its objects ask and command `handler`."""
+    """Our node on `network`; its objects read status from `handler` and pass commands to it."""
 
     def __init__(
         self,
@@ -66,9 +66,9 @@ class ControllerNode:
         store: Callable[[dict[str, int] | None], None] = lambda _values: None,
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`stored`: settings that an earlier run kept; `store` keeps those of this one (1010h, 1011h).
+        """`stored`: settings of an earlier run; `store` writes those of this one (1010h, 1011h).
 
-        `now_s`: the clock by which a client of block transfers has gone.
+        `now_s`: monotonic clock for the timeout of block transfers, seconds.
         """
         eds = own_dictionary(machine)
         self._network = network
@@ -117,12 +117,12 @@ class ControllerNode:
         network.subscribe(0x000, self._on_nmt)
 
     def boot_up(self) -> None:
-        """Announce ourselves (boot-up message) and become pre-operational. Before it we are silent."""
+        """Send our boot-up message and become pre-operational; before, the node sends nothing."""
         self._network.send_message(0x700 + self._node_id, bytes((NmtState.INITIALISING,)))
         self._state = NmtState.PRE_OPERATIONAL
 
     def operational(self, running: bool) -> None:
-        """The NMT state that our heartbeat carries; entering it sends the status TPDO with the next cycle."""
+        """Enter NMT operational, which sends the status TPDO with the next cycle, or pre-operational."""
         if running:
             self._tpdo.announce()
         elif self._state is NmtState.OPERATIONAL:
@@ -131,16 +131,16 @@ class ControllerNode:
 
     @property
     def heartbeat_s(self) -> float:
-        """Time between heartbeats, seconds; 0 = none. A client may change it by 1017h."""
+        """Producer heartbeat time, seconds; 0: none. A client may change it by 1017h."""
         return self._heartbeat_ms * 1e-3 if self._state is not NmtState.INITIALISING else 0.0
 
     def send_heartbeat(self) -> None:
-        """Send one now, if we have one."""
+        """Send a heartbeat now, unless they are off."""
         if self.heartbeat_s:
             self._network.send_message(0x700 + self._node_id, bytes((self._state,)))
 
     def count_cycles(self, elapsed: int) -> None:
-        """Let `elapsed` SYNC periods pass; sends heartbeat and status TPDO when they are due."""
+        """Count `elapsed` SYNC periods; send heartbeat and status TPDO when they are due."""
         self._countdown -= elapsed
         if self._countdown <= 0:
             self._countdown = max(round((self.heartbeat_s or 1.0) / self._period_s), 1)
@@ -149,18 +149,18 @@ class ControllerNode:
             self._tpdo.count_cycles(elapsed)
 
     def announce(self) -> None:
-        """Something changed: the status TPDO goes out with the next cycle, several changes as one."""
+        """Announce a change of status: the TPDO is sent with the next cycle, once for several changes."""
         self._tpdo.announce()
 
     def report_error(self, code: int, text: str) -> None:
-        """Put an error into 1001h, 1003h and 2001h and send it as EMCY. `code` is a CiA error code."""
+        """Enter an error into 1001h, 1003h and 2001h and send it as EMCY. `code`: error code of CiA."""
         self._register |= GENERIC_ERROR
         self._errors = [code, *self._errors][:ERRORS_KEPT]
         self._last_error = text
         self._send_emcy(code)
 
     def clear_error(self) -> None:
-        """The error is over: 1001h becomes 0, and the emergency message says so; 1003h and 2001h keep it."""
+        """Clear 1001h and send EMCY "error reset"; 1003h and 2001h keep the error."""
         self._register = 0
         self._send_emcy(EMCY_RESET)
 
@@ -179,11 +179,11 @@ class ControllerNode:
             self._server.on_request(can_id, payload, timestamp_s)
 
     def _on_nmt(self, _can_id: int, payload: bytearray, _timestamp_s: float) -> None:
-        """A command of another NMT master. It concerns our node, not the machine: that has the handler."""
+        """Obey another NMT master, for our node only: motion is commanded through `handler`."""
         if len(payload) != 2 or payload[1] not in {0, self._node_id} or self._state is NmtState.INITIALISING:
             return
         if payload[0] in {NmtCommand.RESET_NODE, NmtCommand.RESET_COMMUNICATION}:
-            # the controller does not restart for it, but its settings do
+            # the controller does not restart, but its communication parameters return to their defaults
             self._server.forget()
             self._heartbeat_ms = self._default_heartbeat_ms
             self._tpdo.reset()
@@ -206,7 +206,7 @@ class ControllerNode:
 
 
 def _consumers(machine: MachineConfig) -> tuple[int, ...]:
-    """1016h: whom we watch and for how long."""
+    """Entries of 1016h: the nodes whose heartbeat we consume, and the consumer time."""
     nodes = [axis.drive.node_id for axis in machine.axes.values()]
     nodes += [axis.scale.node_id for axis in machine.axes.values() if axis.scale is not None]
     time_ms = min(machine.controller.heartbeat_ms * HEARTBEATS_MISSED, 0xFFFF)

@@ -1,4 +1,4 @@
-"""What boot does to one node: its PDOs, what it must read back, and what is written to it. Data alone."""
+"""Boot plan of one node: its PDOs, expected values, and values to write. Data only."""
 
 from dataclasses import dataclass
 
@@ -9,14 +9,14 @@ from servo_ctrl.canopen.stack import Eds
 
 LIMIT_SWITCHES = 0x60FD
 SYNCHRONOUS = 1
-"""Transmission type of what comes or goes with every SYNC."""
+"""Transmission type of a PDO with every SYNC."""
 RPDO_1, TPDO_1 = 0x1400, 0x1800
-"""Communication parameters (CiA 301)."""
+"""Communication parameters of PDO 1 (CiA 301)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """One SDO download; `data` is little-endian, `what` names it for the error message."""
+    """One SDO download; `data` is little-endian, `what` names it in error messages."""
 
     index: int
     subindex: int
@@ -26,14 +26,14 @@ class Write:
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """One SDO upload and what it must give; `key` is the machine file's word for it."""
+    """One SDO upload and its expected value; `key`: its key in the machine file."""
 
     index: int
     subindex: int
     value: int
     key: str
     mask: int = -1
-    """Bits that are compared."""
+    """Bits to compare."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,16 +47,16 @@ class PdoPlan:
     event_timer_ms: int = 0
     inhibit_ms: float = 0.0
     fixed: bool = False
-    """Its mapping cannot be written; it must be this one."""
+    """Whether the mapping is read-only; it must then be this one."""
 
     @property
     def name(self) -> str:
-        """As people call it, e.g. "TPDO 2"."""
+        """Name in messages, e.g. "TPDO 2"."""
         return f"{'RPDO' if self.received else 'TPDO'} {(self.communication & 0x1FF) + 1}"
 
     @property
     def key(self) -> str:
-        """As the machine file calls it, e.g. "tpdo2"."""
+        """Key in the machine file, e.g. "tpdo2"."""
         return self.name.lower().replace(" ", "")
 
     @property
@@ -66,18 +66,18 @@ class PdoPlan:
 
     @property
     def cyclic(self) -> bool:
-        """Whether it comes or goes with every SYNC."""
+        """Whether it is transmitted with every SYNC."""
         return self.transmission_type == SYNCHRONOUS
 
     @property
     def mapping(self) -> int:
-        """Index of its mapping parameter."""
+        """Index of the mapping parameter."""
         return self.communication + 0x200
 
 
 @dataclass(frozen=True, slots=True)
 class NodePlan:
-    """All that boot does to one node; `key` is its section in the machine file, e.g. "axis.x.drive"."""
+    """Boot plan of one node; `key`: its section in the machine file, e.g. "axis.x.drive"."""
 
     key: str
     node_id: int
@@ -88,42 +88,42 @@ class NodePlan:
     expectations: tuple[Expectation, ...]
     writes: tuple[Write, ...]
     units: DriveUnits | None = None
-    """Those of a drive, which are read and held against the machine file."""
+    """Units of a drive, to compare with those it has; None for other nodes."""
     left_alone: frozenset[int] = frozenset()
     """Objects that are neither read nor written."""
     concise_dcf: tuple[SdoDownload, ...] = ()
-    """Configuration of a file, which is written before everything else."""
+    """Entries of a configuration file, written before everything else."""
     sdo_timeout_s: float | None = None
-    """Patience with its answers; None = the usual."""
+    """Longest wait for its answers; None: the default."""
 
     @property
     def name(self) -> str:
-        """How messages name the node, as "axis.x.drive (node 1)"."""
+        """Name in messages, e.g. "axis.x.drive (node 1)"."""
         return f"{self.key} (node {self.node_id})"
 
     @property
     def tpdo(self) -> PdoPlan:
-        """What the node sends us every cycle."""
+        """TPDO 1, which the node sends every cycle."""
         return next(pdo for pdo in self.pdos if pdo.communication == TPDO_1)
 
     @property
     def further_tpdos(self) -> tuple[PdoPlan, ...]:
-        """What else the node sends us."""
+        """The other TPDOs of the node."""
         return tuple(pdo for pdo in self.pdos if not pdo.received and pdo.communication != TPDO_1)
 
     @property
     def switches(self) -> PdoPlan | None:
-        """What brings the limit switches of a drive, where they are read."""
+        """The TPDO with the limit switches of a drive; None if they are not read."""
         return next(
             (pdo for pdo in self.further_tpdos if pdo.codec.position(LIMIT_SWITCHES) is not None), None
         )
 
     @property
     def rpdos(self) -> tuple[PdoPlan, ...]:
-        """What we send the node (drives), PDO 1 first."""
+        """RPDOs of a drive, PDO 1 first."""
         return tuple(pdo for pdo in self.pdos if pdo.received)
 
     @property
     def rpdo(self) -> PdoPlan:
-        """The first of them."""
+        """RPDO 1."""
         return next(pdo for pdo in self.pdos if pdo.communication == RPDO_1)

@@ -1,4 +1,4 @@
-"""PDO mapping -> compiled codec: names from the machine file, types from the EDS, one `struct` per PDO."""
+"""Codecs of PDOs: object names from the machine file, data types from the EDS, one `struct` per PDO."""
 
 import re
 import struct
@@ -20,11 +20,11 @@ STRUCT_FORMATS: dict[int, str] = {
     0x15: "q",  # INTEGER64
     0x1B: "Q",  # UNSIGNED64
 }
-"""CiA 301 data type -> struct format. Booleans and odd widths (24, 40, ... bits) do not go into our PDOs."""
+"""CiA 301 data type -> struct format. Booleans and widths of 24, 40, ... bits are not supported."""
 PDO_BYTES_MAX = 8
-"""Data of a CAN frame."""
+"""Data bytes of a CAN frame."""
 COB_ID_INVALID = 1 << 31
-"""Bit of a PDO's COB-ID by which the PDO does not exist (CiA 301)."""
+"""Bit of a PDO's COB-ID that switches the PDO off (CiA 301)."""
 _ADDRESS = re.compile(r"0x([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})")
 
 
@@ -44,7 +44,7 @@ class MappedObject:
 
     @property
     def mapping_entry(self) -> int:
-        """What 1600h/1A00h hold: index, subindex and length in bits, as one UNSIGNED32."""
+        """Entry of 1600h/1A00h: index, subindex and length in bits, as one UNSIGNED32."""
         return self.index << 16 | self.subindex << 8 | self.bits
 
     @property
@@ -54,7 +54,7 @@ class MappedObject:
 
 
 class PdoCodec:
-    """Packs and unpacks the values of one PDO, in mapping order; raw device units, no scaling."""
+    """Packs and unpacks the values of one PDO in mapping order, in device units."""
 
     def __init__(self, objects: Sequence[MappedObject]) -> None:
         self.objects = tuple(objects)
@@ -62,25 +62,24 @@ class PdoCodec:
         self.size = self.layout.size
 
     def pack(self, *values: float) -> bytes:
-        """The payload; raises struct.error when a value does not fit its type."""
+        """Pack the payload. Raises struct.error when a value does not fit its type."""
         return self.layout.pack(*values)
 
     def unpack(self, payload: bytes | bytearray) -> tuple[int, ...]:
-        """The values; raises struct.error when the payload has another length."""
+        """Unpack the values. Raises struct.error when the payload has another length."""
         return self.layout.unpack(payload)
 
     def position(self, index: int, subindex: int = 0) -> int | None:
-        """Where an object is among the values, None when it is not mapped."""
+        """Index of an object among the values; None when it is not mapped."""
         places = {mapped.address: place for place, mapped in enumerate(self.objects)}
         return places.get((index, subindex))
 
 
 def compile_pdo(eds: Eds, names: Iterable[str], *, receive: bool) -> PdoCodec:
-    """The codec of a mapping given by names ("controlword", "0x6071:00").
+    """Compile the codec of a mapping of names or addresses ("controlword", "0x6071:00").
 
-    `receive`: True for an RPDO (the node receives, its objects must be writable), False for a TPDO.
-    Raises EdsError naming the EDS and the name: unknown, not mappable, of a type no PDO can carry, or
-    more than 8 bytes together.
+    `receive`: True for an RPDO (its objects must be writable), False for a TPDO. Raises EdsError naming the
+    EDS and the object: unknown, not mappable, of a type without a codec, or more than 8 bytes together.
     """
     objects = [_mapped(eds, name, receive=receive) for name in names]
     codec = PdoCodec(objects)
@@ -103,7 +102,7 @@ def _mapped(eds: Eds, name: str, *, receive: bool) -> MappedObject:
 
 
 def find(eds: Eds, name: str) -> EdsVariable:
-    """The EDS entry of a name or address. Raises EdsError naming both."""
+    """Find the EDS entry of a name or address. Raises EdsError naming EDS and object."""
     if match := _ADDRESS.fullmatch(name):
         variable = eds.variables.get((int(match[1], 16), int(match[2], 16)))
     else:

@@ -1,4 +1,4 @@
-"""Machine file + EDS files -> what boot does to every node. Pure: `servo-ctrl check` runs it offline."""
+"""Boot plan of every node from machine file and EDS files, without a bus; `servo-ctrl check` uses it too."""
 
 import struct
 from collections.abc import Iterable, Iterator, Sequence
@@ -16,13 +16,13 @@ from servo_ctrl.cyclic.cia402 import MODE_OF_NAME, SUPPORTED_BIT, Mode
 from servo_ctrl.errors import ConfigError
 
 PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
-"""Objects the controller has a value for every cycle; nothing else may be in an RPDO."""
+"""Objects for which the controller has a value in every cycle; an RPDO may map no other."""
 PDOS_MAX = 512
-"""PDOs of either direction that a node may have (CiA 301)."""
+"""Largest number of PDOs per direction of a node (CiA 301)."""
 COB_ID_BASE = {0x1400: 0x200, 0x1800: 0x180}
-"""Pre-defined connection set: of PDO 1 by its communication parameter; each that follows has 100h more."""
+"""Pre-defined connection set: base of the COB-ID of PDO 1 by communication parameter; 100h more a PDO."""
 PDOS = 4
-"""PDOs of either direction in that set."""
+"""Number of PDOs per direction in that set."""
 COB_ID_INVALID = 1 << 31
 READ_ONLY = {"ro", "const"}
 RESTRICTED = (
@@ -33,14 +33,14 @@ RESTRICTED = (
     range(0x6E0, 0x700),
     range(0x701, 0x800),
 )
-"""Identifiers that no PDO may have (CiA 301, 7.3.5): NMT, SYNC, TIME, SDO, heartbeats and reserved ones."""
+"""Restricted CAN-IDs, not for PDOs (CiA 301, 7.3.5): NMT, SYNC, TIME, SDO, heartbeats, reserved ones."""
 
 
 def plan_machine(machine: MachineConfig) -> tuple[NodePlan, ...]:
-    """The boot plan of every node, in order of axes, the drive before the scale.
+    """Plan the boot of every node, in order of axes, the drive before the scale.
 
     Raises ConfigError naming the machine file and the key: EDS absent or unreadable, unknown PDO name,
-    an object we have no value for, a mode the drive does not have, a limit its integers cannot hold.
+    an object without a value of ours, a mode that the drive lacks, a limit that its integers cannot hold.
     """
     plans = []
     for name, axis in machine.axes.items():
@@ -52,7 +52,7 @@ def plan_machine(machine: MachineConfig) -> tuple[NodePlan, ...]:
 
 
 def _check_identifiers(machine: MachineConfig, plans: Sequence[NodePlan]) -> None:
-    """Refuse an identifier that no PDO may have, or that two participants would send."""
+    """Refuse a CAN-ID that is restricted, or that two senders would use."""
     own = machine.controller.node_id
     emcy = {
         0x080 + node_id: f"EMCY of node {node_id}" for node_id in (own, *(plan.node_id for plan in plans))
@@ -81,7 +81,7 @@ class _Planner:
             raise ConfigError(machine.source, f"{key}.eds", str(error)) from None
 
     def pdo(self, number: int, key: str, names: Iterable[str], transmission_type: int) -> PdoPlan:
-        """The PDO of this number with these objects, which the file has under `key`."""
+        """Plan the PDO of this number with these objects, from `key` of the machine file."""
         received = key.startswith("r")
         communication = (RPDO_1 if received else TPDO_1) + number - 1
         try:
@@ -107,14 +107,14 @@ class _Planner:
         )
 
     def further(self, direction: str) -> Iterator[PdoPlan]:
-        """The PDOs from 2 on of one direction, "r" or "t"."""
+        """Plan PDO 2 and those after it of one direction, "r" or "t"."""
         for number, settings in self._node.numbered(direction).items():
             if number > 1:
                 kind = SYNCHRONOUS if settings.transmission_type is None else settings.transmission_type
                 yield self.pdo(number, f"{direction}pdo{number}", settings.objects or (), kind)
 
     def tpdo(self) -> PdoPlan:
-        """TPDO 1, which comes with every SYNC."""
+        """Plan TPDO 1, which answers every SYNC."""
         if self._node.tpdo_transmission_type != SYNCHRONOUS:
             reason = "must be 1: every cycle waits for every node's inputs"
             raise ConfigError(self._machine.source, f"{self._key}.tpdo_transmission_type", reason)
@@ -127,7 +127,7 @@ class _Planner:
         settings: Iterable[Setting],
         units: DriveUnits | None = None,
     ) -> NodePlan:
-        """The whole plan. What the EDS does not have or is to be left alone is neither read nor written."""
+        """Plan the node, without entries that the EDS lacks or that are to be left alone."""
         used, node = {pdo.communication for pdo in pdos}, self._node
         alone = {int(address, 16) for address in node.leave_alone}
         try:
@@ -153,7 +153,7 @@ class _Planner:
         )
 
     def _unused(self, used: set[int]) -> Iterator[tuple[int, int]]:
-        """The node's other PDOs, unless they are off for good or by their default."""
+        """Communication parameter and COB-ID of the other PDOs of the node that may be on."""
         for first in COB_ID_BASE:
             for communication in range(first, first + PDOS_MAX):
                 variable = self.eds.variables.get((communication, 1))
@@ -165,7 +165,7 @@ class _Planner:
                     yield communication, variable.default & 0x7FF
 
     def _writes(self, settings: Iterable[Setting]) -> Iterator[Write]:
-        """The settings in the types of the EDS; a drive without limits keeps to ours."""
+        """Encode the settings in the types of the EDS, without objects that are absent or read-only."""
         for index, subindex, value, what in settings:
             variable = self.eds.variables.get((index, subindex))
             if variable is None or variable.data_type not in STRUCT_FORMATS or variable.access in READ_ONLY:
@@ -179,7 +179,7 @@ class _Planner:
 
 
 def _cob_id(communication: int, node_id: int) -> int:
-    """The COB-ID that the pre-defined connection set has for a PDO."""
+    """COB-ID of a PDO in the pre-defined connection set."""
     first, number = communication & ~0xFF, communication & 0xFF
     return COB_ID_BASE[first] + 0x100 * number + node_id
 
@@ -209,7 +209,7 @@ def _drive_plan(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Node
 
 
 def _check_rpdos(machine: MachineConfig, axis_key: str, axis: AxisConfig, rpdos: Sequence[PdoPlan]) -> None:
-    """Refuse an object that we have no value for, and an object that is missing where we have one."""
+    """Refuse mapped objects without a value of ours, and missing objects that the axis needs."""
     key = f"{axis_key}.drive.rpdo1"
     carried = set()
     for pdo in rpdos:
@@ -221,7 +221,7 @@ def _check_rpdos(machine: MachineConfig, axis_key: str, axis: AxisConfig, rpdos:
     if axis.homing_method and 0x6060 not in carried:
         reason = "modes_of_operation is missing; homing switches the mode over the PDO"
         raise ConfigError(machine.source, key, reason)
-    # Where the amplifier closes a loop, feedforward reaches it as an offset of its own or not at all.
+    # Where the amplifier closes a loop, feedforward reaches it only as an offset object.
     control, csv, csp = axis.control, "csv", "csp"
     for gain, value, modes, index, name in (
         (

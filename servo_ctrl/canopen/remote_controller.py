@@ -1,6 +1,6 @@
-"""Commands and status of a running controller by SDO, for the command line; see `command_objects`.
+"""SDO client for commands and status of a running controller, for the command line; see `command_objects`.
 
-Blocking, for a worker thread; every wait is bounded by the SDO client's.
+Blocking, for a worker thread; the SDO client bounds every wait.
 """
 
 import struct
@@ -22,10 +22,10 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS
 
 ANSWER_S = 2.0
-"""Answer time granted to a request; chosen: a lockstep on a slow computer leaves others little of the bus."""
+"""Longest wait for an answer; chosen: lockstep on a slow computer leaves little bus time to others."""
 READ_TRIES = 2
 WRITE_TRIES = 1
-"""A command is sent once: the answer to a second one could be that the first is being carried out."""
+"""A command is sent once: a second request could be refused because the first is being executed."""
 REFUSALS = {int(code): refusal for refusal, code in ABORTS.items()} | {
     int(AbortCode.VALUE_TOO_HIGH): Refusal.OUT_OF_RANGE,
     int(AbortCode.VALUE_TOO_LOW): Refusal.OUT_OF_RANGE,
@@ -33,7 +33,7 @@ REFUSALS = {int(code): refusal for refusal, code in ABORTS.items()} | {
 
 
 class RemoteController:
-    """The controller `node_id` on `network`, its commands and its status. All calls may raise SdoError."""
+    """Client of the controller `node_id` on `network`. All calls may raise SdoError."""
 
     def __init__(self, network: Network, node_id: int, eds: Eds, axis_names: Sequence[str]) -> None:
         self._eds, self._names = eds, tuple(axis_names)
@@ -41,29 +41,29 @@ class RemoteController:
         self._writer = SdoPort(network, node_id, timeout_s=ANSWER_S, tries=WRITE_TRIES)
 
     def close(self) -> None:
-        """Stop listening to the controller's answers."""
+        """Stop receiving the controller's answers."""
         self._reader.close()
         self._writer.close()
 
     def identify(self) -> None:
-        """Raises SdoError when the node is something else than a controller of our kind."""
-        found, wanted = self._number(*o.PRODUCT_CODE, DataType.U32), self._eds.default(*o.PRODUCT_CODE)
-        if found != wanted:
-            raise SdoError(f"product code {found:08X}h is not that of a servo-ctrl ({wanted:08X}h)")
+        """Raise SdoError unless the node is a servo-ctrl."""
+        code, ours = self._number(*o.PRODUCT_CODE, DataType.U32), self._eds.default(*o.PRODUCT_CODE)
+        if code != ours:
+            raise SdoError(f"product code {code:08X}h is not that of a servo-ctrl ({ours:08X}h)")
 
     def execute(self, request: CommandRequest) -> CommandResult:
-        """Carry out a command, or say why not."""
+        """Have a command executed; return its result."""
         number = self._names.index(request.axis) + 1 if request.axis else 0
         return self._write(o.AXIS_COMMAND, 0, number << 8 | request.command)
 
     def change(self, setting: str, value: float | str | bool) -> CommandResult:
-        """Change a setting, or say why not."""
+        """Change a setting; return the result."""
         entry = SETTINGS[setting].entry
         number = entry.names.index(value) if isinstance(value, str) else round(value / (entry.unit or 1.0))
         return self._write(entry.index, entry.subindex, number)
 
     def status(self) -> MachineStatus:
-        """The status now; entry after entry, so that one may be a cycle older than the next."""
+        """Read the status entry by entry; entries may be of different cycles."""
         axes = tuple(
             self._record(AxisStatus, {"name": name}, number)
             for number, name in enumerate(self._names[:AXES], start=1)
@@ -72,12 +72,12 @@ class RemoteController:
         return status
 
     def learning(self) -> LearningStatus:
-        """The learning run alone."""
+        """Read the status of the learning run."""
         learning: LearningStatus = self._record(LearningStatus, {})
         return learning
 
     def _record(self, kind: Any, given: dict[str, Any], axis: int = 0) -> Any:
-        """A status type, read entry by entry but for derived fields; `given` are fields without an entry."""
+        """Read a status record entry by entry, except derived fields; `given`: fields without an entry."""
         values: dict[tuple[str, ...], Any] = {}
         rows: dict[tuple[str, ...], int] = {}
         counts_first = sorted(object_fields(kind), key=lambda found: not found[0].rows)

@@ -1,4 +1,4 @@
-"""Integers of the drive and the scale <-> SI. Counts and per mille end here and in the drive.
+"""Conversion between SI units and the integers of drive and scale: counts and per mille.
 
 x_m      = counts / counts_per_rev * lead_m
 force_n  = torque_nm * 2 pi / lead_m,  torque in per mille of 6076h,  current in per mille of 6075h
@@ -12,20 +12,20 @@ from servo_ctrl.config.model import AxisConfig
 
 
 class DriveScaling(NamedTuple):
-    """SI per device unit of one drive, seen at the table."""
+    """SI units per device unit of one drive, at the table."""
 
     metre_per_count: float
     newton_per_permille: float
     ampere_per_permille: float
     newton_per_ampere: float
     metre_per_s_per_unit: float
-    """Of its velocities."""
+    """Unit of velocities."""
     metre_per_s2_per_unit: float
-    """Of its accelerations."""
+    """Unit of accelerations."""
 
 
 def drive_scaling(axis: AxisConfig) -> DriveScaling:
-    """The scaling that an axis' machine file states; boot holds it against what the drive says."""
+    """Scaling of an axis by the machine file; boot compares it with the drive's."""
     lead_m = axis.transmission.lead_mm * 1e-3
     rated_torque_nm = axis.drive.rated_torque_mnm * 1e-3
     metre_per_count = lead_m / axis.drive.counts_per_rev
@@ -47,7 +47,7 @@ def scale_metre_per_count(axis: AxisConfig) -> float:
 
 
 def to_integer(value: float, unit: float, lowest: int, highest: int) -> int:
-    """`value` in whole multiples of `unit`, rounded half to even, held inside [lowest, highest]; NaN is 0."""
+    """Round `value` to whole multiples of `unit`, half to even, limited to [lowest, highest]; NaN gives 0."""
     multiple = value / unit
     if lowest <= multiple <= highest:
         return round(multiple)

@@ -1,4 +1,4 @@
-"""Block transfers of our SDO server (CiA 301, 7.2.4): many segments, one acknowledgement, one CRC."""
+"""Block transfers of our SDO server (CiA 301, 7.2.4): one acknowledgement for many segments, and a CRC."""
 
 from binascii import crc_hqx
 from collections.abc import Callable
@@ -7,38 +7,38 @@ from servo_ctrl.canopen.errors import AbortCode, SdoAbort
 
 SEGMENT = 7
 MOST_SEGMENTS = 127
-"""In a block (CiA 301)."""
+"""Largest number of segments in a block (CiA 301)."""
 LAST = 0x80
-"""Bit of a segment's number."""
+"""Bit in the sequence number of the last segment."""
 UPLOAD, DOWNLOAD = 5, 6
 """Client command specifiers: the upper three bits of a request's first byte."""
 
 
 def padded(*head: int) -> bytes:
-    """A frame that begins so."""
+    """A frame of 8 bytes that begins with `head`."""
     return bytes(head).ljust(8, b"\0")
 
 
 class BlockUpload:
-    """Sends `data` in blocks of `size` segments; a segment that was not acknowledged is sent again."""
+    """Sends `data` in blocks of `size` segments; segments that are not acknowledged are sent again."""
 
     def __init__(self, data: bytes, size: int, *, with_crc: bool, send: Callable[[bytes], None]) -> None:
         self.over = False
         self._data, self._send = data, send
         self._crc = crc_hqx(data, 0) if with_crc else 0
         self._size = _checked(size)
-        self._at = 0
-        """Segments that have been acknowledged."""
+        self._acknowledged = 0
+        """Number of acknowledged segments."""
         self._sent = 0
-        """Segments of the present block."""
+        """Number of segments in the present block."""
         self._ending = False
 
     def takes(self, frame: bytes) -> bool:
-        """Whether a frame goes on with this transfer; another initiate does not."""
+        """Whether a frame belongs to this transfer; another initiate does not."""
         return frame[0] >> 5 == UPLOAD and bool(frame[0] & 0x03)
 
     def serve(self, frame: bytes) -> bytes:
-        """Answer a frame; a block goes out by `send`. Raises SdoAbort."""
+        """Answer a frame; blocks are sent by `send`. Raises SdoAbort."""
         match frame[0] & 0x1F:
             case 0x03 if not self._sent and not self._ending:
                 return self._block()
@@ -46,8 +46,8 @@ class BlockUpload:
                 if frame[1] > self._sent:
                     raise SdoAbort(AbortCode.INVALID_SEQUENCE_NUMBER)
                 self._size = _checked(frame[2])
-                self._at, self._sent = self._at + frame[1], 0
-                unused = SEGMENT * self._at - len(self._data)
+                self._acknowledged, self._sent = self._acknowledged + frame[1], 0
+                unused = SEGMENT * self._acknowledged - len(self._data)
                 if unused < 0:
                     return self._block()
                 self._ending = True
@@ -58,8 +58,8 @@ class BlockUpload:
         raise SdoAbort(AbortCode.INVALID_COMMAND)
 
     def _block(self) -> bytes:
-        rest = self._data[SEGMENT * self._at :]
-        segments = [rest[at : at + SEGMENT] for at in range(0, len(rest), SEGMENT)]
+        remaining = self._data[SEGMENT * self._acknowledged :]
+        segments = [remaining[k : k + SEGMENT] for k in range(0, len(remaining), SEGMENT)]
         block = segments[: self._size]
         self._sent = len(block)
         for number, segment in enumerate(block, start=1):
@@ -69,7 +69,7 @@ class BlockUpload:
 
 
 class BlockDownload:
-    """Takes the `wanted` bytes of an entry, and gives them to `write` at the end."""
+    """Receives the `wanted` bytes of an entry, and passes them to `write` at the end."""
 
     def __init__(self, wanted: int, *, with_crc: bool, write: Callable[[bytes], None]) -> None:
         self.over = False
@@ -79,11 +79,11 @@ class BlockDownload:
         self._complete = False
 
     def takes(self, _frame: bytes) -> bool:
-        """Every frame: a segment has its number where others have their command."""
+        """Whether a frame belongs to this transfer: all do, as a segment has no specifier."""
         return True
 
     def serve(self, frame: bytes) -> bytes:
-        """Take a segment, or the end. Raises SdoAbort."""
+        """Receive a segment or the end; return the answer. Raises SdoAbort."""
         if self._complete:
             return self._end(frame)
         number = frame[0] & ~LAST
@@ -96,8 +96,8 @@ class BlockDownload:
                 raise SdoAbort(AbortCode.TOO_LONG)
         if not frame[0] & LAST and number < MOST_SEGMENTS:
             return b""
-        taken, self._number = self._number, 0
-        return padded(0xA2, taken, MOST_SEGMENTS)
+        received, self._number = self._number, 0
+        return padded(0xA2, received, MOST_SEGMENTS)
 
     def _end(self, frame: bytes) -> bytes:
         if frame[0] & 0xE3 != 0xC1:

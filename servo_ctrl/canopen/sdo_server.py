@@ -1,9 +1,8 @@
-"""SDO server of our own node: expedited, segmented and block transfer by CiA 301, section 7.2.4.
+"""SDO server of our own node: expedited, segmented and block transfer (CiA 301, section 7.2.4).
 
-One transfer at a time. A frame that does not fit the one in progress aborts it, a new initiate replaces it,
-and one that a client left half done waits without harm: nothing is written before its last segment, and
-what it may send is bounded by the entry it addressed. A block download, which would take every other frame
-for a segment, is given up when its client is silent.
+There is one transfer at a time. A frame that does not fit it aborts it, and a new initiate replaces it. An
+abandoned transfer does no harm: nothing is written before its last segment, and the entry bounds its size. A
+block download, which would take any other frame for a segment, is given up when its client is silent.
 """
 
 import struct
@@ -25,25 +24,25 @@ UPLOAD_ANSWER, DOWNLOAD_ANSWER, DOWNLOAD_SEGMENT_ANSWER, ABORT = 0x40, 0x60, 0x2
 SEGMENT = 7
 """Bytes that a segment carries."""
 WITH_CRC, BLOCK_SIZED = 0x04, 0x02
-"""Bits of an initiate of a block transfer."""
-SILENCE_S = 1.0
-"""Wall clock, after which the client of a block transfer has gone; chosen."""
+"""Bits of the initiate of a block transfer."""
+BLOCK_TIMEOUT_S = 1.0
+"""Silence of the client, monotonic clock, after which a block transfer is given up; chosen."""
 
 
 class Transfer(NamedTuple):
     """A segmented transfer in progress."""
 
     specifier: int
-    """UPLOAD_SEGMENT or DOWNLOAD_SEGMENT: what the client has to go on with."""
+    """UPLOAD_SEGMENT or DOWNLOAD_SEGMENT: the specifier that the client must continue with."""
     data: bytes
-    """Still to be sent, or received so far."""
+    """Remaining data of an upload, received data of a download."""
     size: int
-    """Announced by the client that writes; what the entry has, where it announced none."""
+    """Size of a download as announced by the client, else that of the entry."""
     toggle: int
 
 
 class SdoServer:
-    """Serves `dictionary`; `on_request` takes each frame of 600h + node id, `send` puts the answer out."""
+    """Serves `dictionary`: `on_request` receives each frame of 600h + node id, `send` sends the answer."""
 
     def __init__(
         self,
@@ -55,10 +54,10 @@ class SdoServer:
         self._address = (0, 0)
         self._transfer: Transfer | None = None
         self._block: BlockUpload | BlockDownload | None = None
-        self._heard_s = 0.0
+        self._last_frame_s = 0.0
 
     def on_request(self, _can_id: int, payload: bytes | bytearray, _timestamp_s: float) -> None:
-        """Answer one frame. What is not eight bytes long is no SDO and gets no answer."""
+        """Answer one frame. A frame of another length than eight bytes is no SDO and gets no answer."""
         if len(payload) != FRAME:
             return
         frame = bytes(payload)
@@ -88,7 +87,7 @@ class SdoServer:
             if frame[0] & TOGGLE != transfer.toggle:
                 raise SdoAbort(AbortCode.TOGGLE_NOT_ALTERNATED)
             upload = specifier == UPLOAD_SEGMENT
-            return self._send_segment(transfer) if upload else self._take(transfer, frame)
+            return self._send_segment(transfer) if upload else self._receive_segment(transfer, frame)
         self.forget()
         _, index, subindex, announced = INITIATE.unpack(frame)
         self._address = (index, subindex)
@@ -99,9 +98,9 @@ class SdoServer:
         return self._begin_block(frame, announced)
 
     def _in_block(self, frame: bytes) -> bytes | None:
-        """Go on with a block transfer; None where there is none, or the frame is none of it."""
+        """Continue a block transfer; None if there is none, or the frame does not belong to it."""
         now_s = self._now_s()
-        silent, self._heard_s = now_s - self._heard_s > SILENCE_S, now_s
+        silent, self._last_frame_s = now_s - self._last_frame_s > BLOCK_TIMEOUT_S, now_s
         block = self._block
         if block is None or silent or frame[0] == ABORT or not block.takes(frame):
             self._block = None
@@ -120,7 +119,7 @@ class SdoServer:
 
     def _block_upload(self, frame: bytes) -> bytes:
         data = self._dictionary.read(*self._address)
-        if len(data) <= frame[5]:  # the client lets us change the protocol below so many bytes
+        if len(data) <= frame[5]:  # protocol switch threshold of the client: a normal upload will do
             return self._upload(data)
         if not data:
             raise SdoAbort(AbortCode.NO_DATA)
@@ -147,16 +146,16 @@ class SdoServer:
         return INITIATE.pack(UPLOAD_ANSWER | SIZED, *self._address, len(data))
 
     def _send_segment(self, transfer: Transfer) -> bytes:
-        data, rest = transfer.data[:SEGMENT], transfer.data[SEGMENT:]
-        if rest:
-            self._transfer = transfer._replace(data=rest, toggle=transfer.toggle ^ TOGGLE)
+        data, remaining = transfer.data[:SEGMENT], transfer.data[SEGMENT:]
+        if remaining:
+            self._transfer = transfer._replace(data=remaining, toggle=transfer.toggle ^ TOGGLE)
         else:
             self.forget()
-        command = transfer.toggle | SEGMENT - len(data) << 1 | (0 if rest else LAST)
+        command = transfer.toggle | SEGMENT - len(data) << 1 | (0 if remaining else LAST)
         return bytes((command,)) + data.ljust(SEGMENT, b"\0")
 
     def _download(self, frame: bytes, announced: int) -> bytes:
-        """The beginning of a write, and all of it where the data came along."""
+        """Begin a download; complete it if it is expedited."""
         wanted = self._dictionary.writable_size(*self._address)
         if frame[0] & EXPEDITED:
             size = 4 - (frame[0] >> 2 & 0x03) if frame[0] & SIZED else min(wanted, 4)
@@ -167,7 +166,7 @@ class SdoServer:
             self._transfer = Transfer(DOWNLOAD_SEGMENT, b"", size, 0)
         return INITIATE.pack(DOWNLOAD_ANSWER, *self._address, 0)
 
-    def _take(self, transfer: Transfer, frame: bytes) -> bytes:
+    def _receive_segment(self, transfer: Transfer, frame: bytes) -> bytes:
         data = transfer.data + frame[1 : FRAME - (frame[0] >> 1 & 0x07)]
         if len(data) > transfer.size:
             raise SdoAbort(AbortCode.TOO_LONG)

@@ -1,4 +1,4 @@
-"""What boot writes into the nodes besides the PDOs: the machine file's figures in device units."""
+"""Settings that boot writes into the nodes besides the PDOs: values of the machine file in device units."""
 
 import math
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from servo_ctrl.cyclic.cia402 import MODE_OF_NAME
 from servo_ctrl.errors import ConfigError
 
 HEARTBEATS_MISSED = 3
-"""A node is lost when this many of its heartbeats are missing, and we are lost to it likewise; chosen."""
+"""Consumer heartbeat time in producer times, of our nodes for us and ours for them; chosen."""
 HOMING_SPEED_SHARE = (0.1, 0.01)
 """6099h: speeds towards the switch and towards the index as shares of the velocity limit; chosen."""
 QUICK_STOP_RAMP_THEN_DISABLE = 2
@@ -19,11 +19,11 @@ QUICK_STOP_RAMP_THEN_DISABLE = 2
 ABORT_CONNECTION_QUICK_STOP = 3
 """6007h: a lost connection has the effect of the quick stop command (CiA 402)."""
 Setting = tuple[int, int, int, str]
-"""(index, subindex, value, what it is)."""
+"""(index, subindex, value, name in messages)."""
 
 
 def common_settings(machine: MachineConfig) -> Iterator[Setting]:
-    """Settings of every node: the period of SYNC, and who watches whom by heartbeat."""
+    """Settings of every node: SYNC period, producer and consumer heartbeat time."""
     own = machine.controller
     yield (0x1006, 0, machine.bus.sync_period_us, "communication cycle period")
     yield (0x1017, 0, own.heartbeat_ms, "producer heartbeat time")
@@ -32,7 +32,7 @@ def common_settings(machine: MachineConfig) -> Iterator[Setting]:
 
 
 def force_limit_permille(axis: AxisConfig) -> tuple[int, int]:
-    """6072h and 6073h for the force limit, rounded up: the drive never cuts what our limit lets through."""
+    """Values of 6072h and 6073h for the force limit, rounded up: the drive never limits before we do."""
     drive = axis.drive
     torque_permille = axis.limits.force_n / drive_scaling(axis).newton_per_permille
     current_permille = (
@@ -42,9 +42,9 @@ def force_limit_permille(axis: AxisConfig) -> tuple[int, int]:
 
 
 def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Iterator[Setting]:
-    """Settings of a drive: mode, stops, limits and homing, in its integers.
+    """Settings of a drive: mode, stops, limits and homing, in device units.
 
-    Raises ConfigError for a limit that no set point can hold.
+    Raises ConfigError for a limit that no set point can represent.
     """
     scaling, limits = drive_scaling(axis), axis.limits
     count_per_mm = 1e-3 / scaling.metre_per_count
@@ -87,7 +87,7 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
 
 
 def _correction_mm(axis: AxisConfig) -> float:
-    """How far beyond the table's limits its motor may be led: the drive must not cut that off."""
+    """How far the motor may be commanded beyond the limits of the table, so that the drive must allow it."""
     sampled = axis.section(SampledDualLoopSettings)
     if sampled is None and axis.section(ScrewCompensationSettings) is None:
         return 0.0
@@ -95,7 +95,7 @@ def _correction_mm(axis: AxisConfig) -> float:
 
 
 def interpolation_period(period_us: int) -> tuple[int, int]:
-    """60C2h: period = value * 10^exponent seconds with an 8-bit value, as exactly as that allows."""
+    """Value and exponent of 60C2h: period = value * 10^exponent seconds, as exactly as 8 bits allow."""
     value, exponent = period_us, -6
     while value > 0xFF or (value % 10 == 0 and exponent < 0):
         value, exponent = round(value / 10), exponent + 1

@@ -1,9 +1,9 @@
-"""The canopen library behind one file: EDS reading, the SDO client, and nothing else of it.
+"""The canopen library behind one file: its EDS reader and its SDO client.
 
-The library's network is kept without a bus and without its Notifier thread: `Network.notify` is fed by
-our own reader, and everything it sends goes through the `send` we give it. Our own node is not its
-LocalNode, whose SDO server takes frames of any length, writes without a check of limits, and ends in
-struct.error on a segment that nobody began.
+The library's network has neither a bus nor its Notifier thread here: our reader calls `Network.notify`, and
+everything the network sends goes through `send`. Our own node is not the library's LocalNode, because its SDO
+server accepts frames of any length, writes without checking limits, and raises struct.error on a segment
+without a transfer.
 """
 
 import configparser
@@ -20,7 +20,7 @@ from kernels.lean_import import as_if_absent
 from servo_ctrl.canopen.errors import EdsError, SdoError
 from servo_ctrl.errors import first_line
 
-with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas with it: 0.5 s of every start
+with as_if_absent("asammdf"):  # python-can imports it and pandas for MF4 logs: 0.5 s at every start
     import canopen
     from canopen.objectdictionary import (
         ObjectDictionary,
@@ -35,33 +35,33 @@ with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas wi
 Answer = TypeVar("Answer")
 
 SDO_TIMEOUT_S = 0.3
-"""Answer time granted to one SDO request, wall clock, seconds; chosen."""
+"""Longest wait for the answer to one SDO request, wall clock, seconds; chosen."""
 LOCKSTEP_SDO_TIMEOUT_S = 1.0
-"""The same of a simulator in lockstep, which gets the processor when others leave it; chosen."""
+"""The same for a simulator in lockstep, which may have to wait for the processor; chosen."""
 SDO_TRIES = 3
 """Requests sent before a node counts as silent; chosen."""
 ADDRESSED = {2, 3, 4}
-"""Specifiers of a node's answers that name an entry: initiate upload, initiate download, abort."""
+"""Server command specifiers of answers that name an entry: initiate upload and download, abort."""
 TRANSFER_LIMIT_S = 5.0
-"""Bounds one transfer, however many segments it has, seconds; chosen: a node may answer without end."""
+"""Bounds one transfer of any number of segments, seconds; chosen: a node might never end it."""
 NO_ADDRESS = bytes(3)
-"""In an abort for want of a request; object 0000h cannot be asked for."""
+"""Address in an abort without a request; object 0000h is never requested."""
 
-# An SDO failure is reported by us once, with the node's name; the library's own lines would repeat it.
+# We report an SDO failure once, with the node's name; the library's log would repeat it.
 logging.getLogger("canopen").addHandler(logging.NullHandler())
 logging.getLogger("canopen").propagate = False
 
 
 class Network(canopen.Network):
-    """A canopen network whose frames leave through `send(can_id, data)`."""
+    """A canopen network that sends its frames through `send(can_id, data)`."""
 
     def __init__(self, send: Callable[[int, bytes], None]) -> None:
         super().__init__()
-        self.unsubscribe(self.lss.LSS_RX_COBID)  # it would keep every frame of an LSS master for ever
+        self.unsubscribe(self.lss.LSS_RX_COBID)  # its queue would keep all frames of an LSS master
         self._send = send
 
     def send_message(self, can_id: int, data: Any, remote: bool = False) -> None:
-        """Send one data frame; the library gives bytes or lists of integers. Remote frames are not used."""
+        """Send one data frame; the library passes bytes or lists of integers. Remote frames are not used."""
         if remote:
             raise NotImplementedError("remote frames are not used (CiA 301 advises against them)")
         with self.send_lock:
@@ -90,13 +90,13 @@ class EdsVariable:
 
     @property
     def address(self) -> str:
-        """As in the machine file, e.g. "0x6071:00"."""
+        """Notation of the machine file, e.g. "0x6071:00"."""
         return f"0x{self.index:04X}:{self.subindex:02X}"
 
 
 @dataclass(frozen=True, slots=True)
 class Eds:
-    """A device description: what the entries of a node are, keyed by (index, subindex)."""
+    """An electronic data sheet: the entries of a node by (index, subindex)."""
 
     path: Path
     variables: dict[tuple[int, int], EdsVariable]
@@ -120,7 +120,7 @@ def load_eds(path: Path, node_id: int) -> Eds:
 
 
 def _read_dictionary(path: Path, node_id: int) -> ObjectDictionary:
-    """The library's own object dictionary of an EDS. Raises EdsError naming the file."""
+    """Read the library's object dictionary of an EDS. Raises EdsError naming the file."""
     try:
         return canopen.import_od(str(path), node_id)
     except FileNotFoundError:
@@ -160,11 +160,11 @@ def _variable(source: ODVariable) -> EdsVariable:
 class _TimeLimitedClient(SdoClient):
     """The library's client, with a bound on each transfer."""
 
-    ends_s = math.inf
-    """Instant at which the present transfer is given up, by the monotonic clock."""
+    deadline_s = math.inf
+    """Instant at which the present transfer is given up, monotonic clock."""
 
     def read_response(self) -> bytes:
-        if time.monotonic() > self.ends_s:
+        if time.monotonic() > self.deadline_s:
             raise SdoCommunicationError(f"not over within {TRANSFER_LIMIT_S:g} s")
         answer: bytes = super().read_response()  # type: ignore[no-untyped-call]  # the library is half typed
         return answer
@@ -173,8 +173,8 @@ class _TimeLimitedClient(SdoClient):
 class SdoPort:
     """Blocking SDO access to one node, for a worker thread; every wait is bounded.
 
-    The library is given no dictionary: what we read and write is plain little-endian integers, and the
-    sizes come from the boot plan.
+    The library gets no dictionary, because we read and write plain little-endian integers, whose sizes the
+    boot plan knows.
     """
 
     def __init__(
@@ -190,7 +190,7 @@ class SdoPort:
         self._client.RESPONSE_TIMEOUT = timeout_s
         self._tries = tries
         self._address = b""
-        """Index and subindex of the request, as they travel."""
+        """Index and subindex of the request, as in its frame."""
         network.subscribe(0x580 + node_id, self._on_answer)
 
     def close(self) -> None:
@@ -198,26 +198,26 @@ class SdoPort:
         self._network.unsubscribe(0x580 + self.node_id, self._on_answer)
 
     def read(self, index: int, subindex: int) -> bytes:
-        """The value of an entry. Raises SdoError when refused or when no try is answered."""
-        return self._tried(lambda: self._client.upload(index, subindex), index, subindex, "reading")
+        """Upload an entry. Raises SdoError when it is refused or no try is answered."""
+        return self._with_tries(lambda: self._client.upload(index, subindex), index, subindex, "reading")
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
-        """Write an entry. Raises SdoError when refused or when no try is answered."""
-        self._tried(lambda: self._client.download(index, subindex, data), index, subindex, "writing")
+        """Download an entry. Raises SdoError when it is refused or no try is answered."""
+        self._with_tries(lambda: self._client.download(index, subindex, data), index, subindex, "writing")
 
     def _on_answer(self, can_id: int, data: bytearray, timestamp_s: float) -> None:
-        """Take an answer to our request; those to another client of the node are left out."""
+        """Pass an answer to our request on; drop those to another client of the node."""
         if len(data) != 8:
             return
         if data[0] >> 5 in ADDRESSED and bytes(data[1:4]) not in {self._address, NO_ADDRESS}:
             return
         self._client.on_response(can_id, data, timestamp_s)  # type: ignore[no-untyped-call]  # half typed
 
-    def _tried(self, request: Callable[[], Answer], index: int, subindex: int, doing: str) -> Answer:
+    def _with_tries(self, request: Callable[[], Answer], index: int, subindex: int, doing: str) -> Answer:
         what = f"{doing} {index:04X}h:{subindex:02X}"
         self._address = struct.pack("<HB", index, subindex)
         for _ in range(self._tries):
-            self._client.ends_s = time.monotonic() + TRANSFER_LIMIT_S
+            self._client.deadline_s = time.monotonic() + TRANSFER_LIMIT_S
             try:
                 return request()
             except SdoAbortedError as abort:

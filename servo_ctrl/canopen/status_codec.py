@@ -1,6 +1,6 @@
-"""Status fields as the numbers, texts and tables of our objects, and back; see `servo_ctrl.commands.field`.
+"""Codec of status fields as numbers, texts and tables of our objects; see `servo_ctrl.commands.field`.
 
-All ones in an unsigned number say that there is no value.
+An unsigned number of all ones means that there is no value.
 """
 
 import math
@@ -25,20 +25,20 @@ class ObjectField(NamedTuple):
     entry: Entry
 
     def of(self, status: Any, axes: Sequence[str]) -> Value:
-        """Its value as the object has it; `axes` are the names by their numbers, from 1."""
+        """Value of the object; `axes`: axis names, numbered from 1."""
         return encoded(self.found.of(status), self.entry, axes)
 
 
 @cache
 def object_fields(kind: Any) -> tuple[ObjectField, ...]:
-    """The fields of a status type that have objects, in the order of declaration."""
+    """Fields of a status type that have objects, in the order of declaration."""
     return tuple(
         ObjectField(found, entry) for found in status_fields(kind) if (entry := found.field.entry) is not None
     )
 
 
 def encoded(value: Any, entry: Entry, axes: Sequence[str] = ()) -> Value:
-    """A value as the object has it; `value` None = there is none."""
+    """Encode a value for its object; None: there is no value."""
     if entry.data_type is DataType.TEXT:
         return value or ""
     if entry.data_type is DataType.TABLE:
@@ -62,7 +62,7 @@ def _number(value: Any, entry: Entry) -> int:
 
 
 def decoded(value: Value, entry: Entry, hint: Any, axes: Sequence[str] = ()) -> Any:
-    """The value of an object as a field of this type; None where there is none."""
+    """Decode the value of an object for a field of type `hint`; None if there is no value."""
     if isinstance(value, str):
         return value
     if isinstance(value, bytes):
@@ -77,12 +77,12 @@ def decoded(value: Value, entry: Entry, hint: Any, axes: Sequence[str] = ()) -> 
 
 
 def in_si(number: int, unit: float) -> float:
-    """Counts in SI. One division: 3500 nm is 3.5e-6 to the last bit."""
+    """Convert counts to SI, by one division: 3500 nm is 3.5e-6 to the last bit."""
     return number / round(1.0 / unit)
 
 
 def packed_rows(rows: tuple[tuple[float, ...], ...], units: tuple[float, ...]) -> bytes:
-    """A table as INTEGER32 after INTEGER32, row by row."""
+    """Encode a table as INTEGER32 values, row by row."""
     numbers = [
         to_integer(value, unit, -_INT32_MAX, _INT32_MAX)
         for row in rows
@@ -92,15 +92,15 @@ def packed_rows(rows: tuple[tuple[float, ...], ...], units: tuple[float, ...]) -
 
 
 def unpacked_rows(data: bytes, units: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
-    """The table in these bytes. Raises struct.error for half a row."""
+    """Decode a table. Raises struct.error for an incomplete row."""
     rows = struct.iter_unpack(f"<{len(units)}i", data)
     return tuple(tuple(in_si(n, unit) for n, unit in zip(row, units, strict=True)) for row in rows)
 
 
 def built(kind: Any, values: Mapping[tuple[str, ...], Any], given: Mapping[str, Any]) -> Any:
-    """A status of these values, by their paths; `given` are fields that have no object.
+    """Build a status record from values by path; `given`: fields without an object.
 
-    None where the field that marks the presence of the record has no value.
+    None if the field that marks the presence of the record has no value.
     """
     fields, hints = FIELDS_OF[kind], type_hints(kind)
     if any(field.presence and not values[name,] for name, field in fields.items()):

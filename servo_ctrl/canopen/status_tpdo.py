@@ -1,4 +1,4 @@
-"""TPDO 1 of our own node: when it is due, counted in SYNC cycles. Objects 1800h:01, :02, :03 and :05."""
+"""TPDO 1 of our own node, timed in SYNC cycles (1800h:01, :02, :03 and :05)."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, Self
@@ -15,7 +15,7 @@ INHIBIT_UNIT_S, TIMER_UNIT_S = 1e-4, 1e-3
 
 
 class TpdoSettings(NamedTuple):
-    """The communication parameter, as in 1800h."""
+    """Communication parameter 1800h."""
 
     cob_id: int
     transmission_type: int
@@ -24,7 +24,7 @@ class TpdoSettings(NamedTuple):
     event_timer_ms: int
 
     def kept(self, values: Mapping[str, int]) -> Self:
-        """These, but for what was stored and still is allowed; the identifier may only be on or off."""
+        """Return these settings with the stored values, if still valid; the CAN-ID may only be on or off."""
         stored = self._replace(**{name: value for name, value in values.items() if name in self._fields})
         kind = stored.transmission_type
         if (stored.cob_id ^ self.cob_id) & ~COB_ID_INVALID or (
@@ -35,11 +35,11 @@ class TpdoSettings(NamedTuple):
 
 
 SUBINDICES = dict(zip((1, 2, 3, 5), TpdoSettings._fields, strict=True))
-"""Where they are in 1800h; 4 is reserved."""
+"""Subindices of the fields in 1800h; 4 is reserved."""
 
 
 class StatusTpdo:
-    """Decides when to `send`; our node's NMT state is its caller's business."""
+    """Decides when to `send`; the caller considers the NMT state of our node."""
 
     def __init__(self, defaults: TpdoSettings, period_s: float, send: Callable[[int], None]) -> None:
         self._defaults, self._period_s, self._send = defaults, period_s, send
@@ -48,15 +48,15 @@ class StatusTpdo:
 
     @property
     def settings(self) -> TpdoSettings:
-        """The present ones."""
+        """The present settings."""
         return self._settings
 
     def reset(self) -> None:
-        """Take the settings of the EDS."""
+        """Return to the default settings."""
         self._settings, self._since_cycles = self._defaults, 0
 
     def read(self, subindex: int) -> int:
-        """An entry of 1800h."""
+        """Read an entry of 1800h."""
         return getattr(self._settings, SUBINDICES[subindex]) if subindex else max(SUBINDICES)
 
     def write(self, subindex: int, value: int) -> None:
@@ -70,11 +70,11 @@ class StatusTpdo:
                 self._settings, self._since_cycles = self._settings._replace(**{name: value}), 0
 
     def announce(self) -> None:
-        """Something changed: send with the next cycle, unless it is sent by the count of SYNCs anyway."""
+        """Announce a change: send with the next cycle, unless the type is a number of SYNCs."""
         self._changed = True
 
     def count_cycles(self, elapsed: int) -> None:
-        """A SYNC was sent, `elapsed` periods after the one before; sends what is due."""
+        """Count a SYNC, `elapsed` periods after the last one; send the TPDO if it is due."""
         cob_id, kind, inhibit_time, timer_ms = self._settings
         if cob_id & COB_ID_INVALID:
             return
@@ -87,14 +87,14 @@ class StatusTpdo:
         elif kind == SYNCHRONOUS_ACYCLIC:
             due = self._changed
         else:
-            self._since_cycles += 1  # SYNCs, not periods: a SYNC that was missed was not sent
+            self._since_cycles += 1  # SYNCs, not periods: a missed SYNC was not sent
             due = self._since_cycles >= kind
         if due:
             self._since_cycles, self._changed = 0, False
             self._send(cob_id & 0x7FF)
 
     def flush(self) -> None:
-        """Send a change that waits for its cycle, as there will be none."""
+        """Send an announced change now, because no cycle will follow."""
         if self._changed and not self._settings.cob_id & COB_ID_INVALID:
             self._changed = False
             self._send(self._settings.cob_id & 0x7FF)

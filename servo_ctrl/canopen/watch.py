@@ -1,4 +1,4 @@
-"""Heartbeats of the nodes, counted in cycles, and their emergency messages, in words."""
+"""Consumer heartbeat of the nodes, timed in SYNC cycles, and texts for their emergency messages."""
 
 import struct
 from collections.abc import Callable, Sequence
@@ -36,16 +36,16 @@ EMCY_TEXTS: tuple[tuple[int, int, str], ...] = (
     (0xF000, 0x8000, "monitoring"),
     (0xFF00, 0xFF00, "manufacturer specific"),
 )
-"""(mask, value, text), the particular before the general; CiA 301 and 402 error codes."""
+"""(mask, value, text) of the error codes of CiA 301 and 402; specific codes before general ones."""
 
 
 def describe_emcy(code: int) -> str:
-    """An emergency error code in words."""
+    """Text for an emergency error code."""
     return next((text for mask, value, text in EMCY_TEXTS if code & mask == value), "error")
 
 
 def emcy_handler(plan: NodePlan, report: Callable[[str], None]) -> Callable[[bytearray, float], None]:
-    """A handler for the node's EMCY frames; "error reset" (00xxh) is not reported."""
+    """Make a handler for the node's EMCY frames; "error reset" (00xxh) is not reported."""
 
     def on_emcy(payload: bytearray, _timestamp_s: float) -> None:
         if len(payload) != _EMCY.size:
@@ -60,10 +60,10 @@ def emcy_handler(plan: NodePlan, report: Callable[[str], None]) -> Callable[[byt
 
 
 class HeartbeatWatch:
-    """Consumer heartbeat of all nodes, in SYNC cycles, so that simulated time counts in lockstep.
+    """Consumer heartbeat of all nodes, timed in SYNC cycles, so that lockstep keeps simulated time.
 
-    `heartbeat_cycles` is the producer time of the nodes, 0 = they send none. `on_restart` is called with each
-    boot-up message: the node has forgotten its configuration.
+    `heartbeat_cycles`: producer heartbeat time of the nodes, 0: none. `on_restart` is called at each boot-up
+    message: the node has lost its configuration.
     """
 
     def __init__(
@@ -76,20 +76,20 @@ class HeartbeatWatch:
         """Cycle of the last heartbeat of each node."""
         self._states = [NmtState.OPERATIONAL.value] * len(plans)
         self._restarted = [False] * len(plans)
-        self._heard = [True] * len(plans)
-        """It has sent a heartbeat since its inputs were given up."""
+        self._responding = [True] * len(plans)
+        """Whether it has sent a heartbeat since `give_up`."""
         self._reported = [False] * len(plans)
-        """Its silence was complained about."""
+        """Whether its silence was reported."""
         self._next_check = heartbeat_cycles
         self._on_restart = on_restart
         self.cycle = 0
-        """The cycle that arriving heartbeats belong to."""
+        """SYNC cycle to which arriving heartbeats belong."""
 
     def handler(self, node: int) -> Callable[[bytearray, float], None]:
-        """A handler for the heartbeats (700h + id) of the node at this place among the plans."""
+        """Make a handler for the heartbeats (700h + id) of the node with this index among the plans."""
 
         def on_heartbeat(payload: bytearray, _timestamp_s: float) -> None:
-            self._last[node], self._reported[node], self._heard[node] = self.cycle, False, True
+            self._last[node], self._reported[node], self._responding[node] = self.cycle, False, True
             if payload:
                 self._states[node] = payload[0] & 0x7F
                 if self._states[node] == NmtState.INITIALISING:
@@ -103,47 +103,47 @@ class HeartbeatWatch:
         return self._restarted[node]
 
     def give_up(self, node: int) -> None:
-        """The inputs of a node do not come any more."""
-        self._heard[node] = False
+        """Note that the inputs of a node no longer arrive."""
+        self._responding[node] = False
 
-    def heard(self, node: int) -> bool:
-        """Whether a node that was given up has restarted, or has sent a heartbeat since."""
-        return self._heard[node] or self._restarted[node]
+    def is_responding(self, node: int) -> bool:
+        """Whether a node has restarted, or sent a heartbeat, since it was given up."""
+        return self._responding[node] or self._restarted[node]
 
     def doubt(self, node: int) -> None:
-        """A node could not be configured: it counts as restarted until it is."""
+        """Treat a node that could not be configured as restarted, until it is configured."""
         self._restarted[node] = True
 
     def forget_restart(self, node: int) -> None:
-        """A node is being configured: only a restart from now on counts."""
+        """Forget restarts before now: the node is being configured."""
         self._restarted[node] = False
 
     def take_for_operational(self, node: int) -> None:
-        """A node was started and answers; heartbeats from before that tell an older state."""
+        """Treat a node as operational: it was started and answers, and earlier heartbeats are out of date."""
         self._last[node], self._reported[node] = self.cycle, False
         self._states[node] = NmtState.OPERATIONAL
 
     def left_operational(self) -> list[int]:
-        """The nodes whose heartbeats tell another NMT state."""
+        """Indices of the nodes whose last heartbeat has another NMT state."""
         return [node for node, state in enumerate(self._states) if state != NmtState.OPERATIONAL]
 
     def advance(self, cycle: int) -> list[str]:
-        """Complaints at this cycle, looked for once a heartbeat time. Silence is complained about once."""
+        """Return problems at this cycle, checked once per heartbeat time. Silence is reported once."""
         self.cycle = cycle
         if cycle < self._next_check or not self._period:
             return []
         self._next_check = cycle + self._period
-        complaints = []
+        problems = []
         for node, name in enumerate(self._names):
             if silence := self.silence(node):
                 if not self._reported[node]:
-                    complaints.append(f"{name}: {silence}")
+                    problems.append(f"{name}: {silence}")
                 self._reported[node] = True
             elif self._states[node] != NmtState.OPERATIONAL and cycle > self._period:
-                complaints.append(f"{name}: has left NMT operational")
-        return complaints
+                problems.append(f"{name}: has left NMT operational")
+        return problems
 
     def silence(self, node: int) -> str:
-        """For how long a node has sent no heartbeat, where that is too long; else ""."""
+        """Text about a missing heartbeat of a node; "" if it is not overdue."""
         silent = self.cycle - self._last[node]
         return f"no heartbeat in {silent} cycles" if self._period and silent > self._limit else ""

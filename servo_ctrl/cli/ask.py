@@ -1,4 +1,4 @@
-"""What is asked over the bus by SDO: command and status of a running controller, what other nodes are."""
+"""`servo-ctrl ask`, `conformance` and `nodes`: SDO requests to a running controller and to other nodes."""
 
 from pathlib import Path
 from typing import Annotated
@@ -68,8 +68,8 @@ def conformance(
         raise typer.Exit(1)
 
 
-def _rate(value: int | None) -> int | None:
-    """A bit rate that CiA 305 has. Raises typer.BadParameter."""
+def _checked_rate(value: int | None) -> int | None:
+    """Check that CiA 305 has this bit rate. Raises typer.BadParameter."""
     rates = (1000, 800, 500, 250, 125, 50, 20, 10)
     if value is not None and value not in rates:
         raise typer.BadParameter(f"{value} is none of {', '.join(map(str, rates))} kbit/s")
@@ -89,7 +89,7 @@ def nodes(
         typer.Option(
             metavar="KBIT_S",
             help="Give every node this bit rate by LSS; they take it at power-up.",
-            callback=_rate,
+            callback=_checked_rate,
         ),
     ] = None,
     activate: Annotated[
@@ -110,28 +110,28 @@ def nodes(
     """
     import asyncio
 
-    from servo_ctrl.cli.conformance_request import BitRateWish, lines_of
+    from servo_ctrl.cli.conformance_request import BitRateChange, configure_nodes
     from servo_ctrl.conformance.dialogue import Failed
 
     if activate is not None and bit_rate is None:
         raise typer.BadParameter("goes with --bit-rate", param_hint="--activate")
-    rate = None if bit_rate is None else BitRateWish(bit_rate, activate)
+    rate = None if bit_rate is None else BitRateChange(bit_rate, activate)
     try:
-        found = asyncio.run(lines_of(bus, _names(name or []), rate))
+        lines = asyncio.run(configure_nodes(bus, _names(name or []), rate))
     except Failed as failed:
         raise typer.BadParameter(str(failed), param_hint="--name" if rate is None else "LSS") from failed
-    for line in found:
+    for line in lines:
         typer.echo(line)
-    typer.echo(f"{len(found)} nodes")
-    if rate is not None and found:
+    typer.echo(f"{len(lines)} nodes")
+    if rate is not None and lines:
         when = "from their next power-up on" if activate is None else f"{activate} ms from now on"
         typer.echo(f"they have {rate.kbit_s} kbit/s {when}: set the interface of this computer likewise")
-    if not found:
+    if not lines:
         raise typer.Exit(1)
 
 
 def _names(texts: list[str]) -> dict[int, int]:
-    """Node ids by serial number. Raises typer.BadParameter."""
+    """Parse SERIAL=ID into node ids by serial number. Raises typer.BadParameter."""
     names: dict[int, int] = {}
     for text in texts:
         serial_text, _, id_text = text.partition("=")

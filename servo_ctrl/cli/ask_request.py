@@ -1,4 +1,4 @@
-"""One request of `servo-ctrl ask`: parsed from its words, sent to the controller by SDO, and its answer."""
+"""One request of `servo-ctrl ask`: parse its words, send it to the controller by SDO, print the answer."""
 
 import asyncio
 import math
@@ -18,17 +18,17 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ServoCtrlError
 
 SETTING_OF = {setting.word: setting for setting in SETTINGS.values()}
-"""By their words on the command line."""
+"""Settings by their names on the command line."""
 WATCH_S = 0.5
-"""Period of the status reads of `watch`: a person reads no faster."""
+"""Period of the status reads of `watch`; chosen: a person reads no faster."""
 
 
 class RefusedError(ServoCtrlError):
-    """The words make no request, the controller refused it, or learning that is watched has failed."""
+    """The words are no request, the controller refused it, or the learning that is watched has failed."""
 
 
 class SettingChange(NamedTuple):
-    """A field of `Settings` and its value, SI."""
+    """A field of `Settings` and its new value, SI."""
 
     setting: str
     value: float | str | bool
@@ -37,7 +37,7 @@ class SettingChange(NamedTuple):
 def parse_request(
     words: Sequence[str], axis: str, axes: Sequence[str]
 ) -> CommandRequest | SettingChange | str:
-    """The request in the words; "status" and "watch" stay words. Raises RefusedError naming what is wrong."""
+    """Parse a request; "status" and "watch" are returned as they are. Raises RefusedError with the reason."""
     if axis and axis not in axes:
         raise RefusedError(f'--axis: there is no axis "{axis}"; the machine has {", ".join(axes)}')
     match list(words):
@@ -56,7 +56,7 @@ def parse_request(
 
 
 def _setting_value(setting: Setting, text: str) -> float | str | bool:
-    """The value in SI. Raises RefusedError."""
+    """Parse the value of a setting, SI. Raises RefusedError."""
     if setting.entry.names:
         if text not in setting.entry.names:
             raise RefusedError(f'{setting.word}: "{text}" is none of {", ".join(setting.entry.names)}')
@@ -99,7 +99,7 @@ async def perform(
 
 
 async def _watch(remote: RemoteController) -> None:
-    """Print a line whenever it differs from the last one, until learning ends."""
+    """Print the progress of learning whenever it changes, until it ends."""
     printed = ""
     while True:
         learning: LearningStatus = await asyncio.to_thread(remote.learning)

@@ -1,4 +1,4 @@
-"""`servo-ctrl check`: everything that can be wrong without a bus."""
+"""`servo-ctrl check`: check machine, EDS files and program without a bus."""
 
 from pathlib import Path
 from typing import Annotated

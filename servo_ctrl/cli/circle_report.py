@@ -1,4 +1,4 @@
-"""A run of circles for a person: a table of indicators, and two pictures."""
+"""Report of a run of circles: a table of indicators, and two pictures."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +18,7 @@ def indicator_table(
     reference: Mapping[int, ReversalFigures] = MappingProxyType({}),
     caption: str | None = None,
 ) -> Table:
-    """Indicators at the reversals, micrometres; in brackets a reference of the x axis, by feed (mm/min)."""
+    """Table of the indicators at the reversals, um; in brackets, figures of a reference by feed."""
     radius_mm = results[0].radius_m * 1e3
     table = Table(
         title=f"Errors at the reversals, um, over {window_s * 1e3:.0f} ms, R = {radius_mm:g} mm",

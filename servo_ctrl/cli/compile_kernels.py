@@ -1,4 +1,4 @@
-"""`servo-ctrl compile`: the compiled kernels of a machine, made before its first start."""
+"""`servo-ctrl compile`: compile the kernels of a machine before its first start."""
 
 from servo_ctrl.cli.options import MachineOption
 

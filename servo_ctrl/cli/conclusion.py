@@ -1,4 +1,4 @@
-"""The outcome of a run, in lines and in an exit status; the same for all commands that make one."""
+"""Outcome of a run as lines and as an exit status, for all commands that make a run."""
 
 import typer
 
@@ -14,7 +14,7 @@ from servo_ctrl.recording.recorder import RecordingError
 
 
 def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | None = None) -> None:
-    """Print how the run went and exit accordingly. `progress` has printed the events as they happened."""
+    """Print the outcome of a run and exit accordingly. `progress` has printed its events already."""
     rate_1_s = report.cycles / report.wall_s if report.wall_s > 0.0 else 0.0
     summary = (
         f"{report.cycles} cycles, {report.cycles * config.period_s:.2f} s of machine time in "
@@ -32,7 +32,7 @@ def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | 
             try:
                 print_contour_error(config, program, report.recording)
             except RecordingError:
-                if not report.failed:  # else the reason names what could not be written
+                if not report.failed:  # after a failure, the reason names what could not be written
                     raise
     if report.failed or report.signal:
         typer.echo(f"servo-ctrl: {report.reason}", err=True)
@@ -40,7 +40,7 @@ def conclude(config: MachineConfig, report: RunReport, program: ProgramConfig | 
 
 
 def print_learned(report: RunReport, *, resumable: bool) -> None:
-    """Print what was learned, one line an axis, and how to go on where learning did not end."""
+    """Print what was learned, one line per axis, and how to continue unfinished learning."""
     for outcome in report.outcomes:
         learned = outcome.learned
         made = f"{learned.strokes} {'travels' if learned.learner == SCREW else 'strokes'}"

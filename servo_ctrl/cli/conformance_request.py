@@ -1,4 +1,4 @@
-"""What `servo-ctrl conformance` and `servo-ctrl nodes` do on the bus."""
+"""Bus access of `servo-ctrl conformance` and `servo-ctrl nodes`."""
 
 import asyncio
 from collections.abc import Iterable
@@ -16,65 +16,68 @@ from servo_ctrl.conformance.verdicts import ClauseFinding, line
 
 
 async def findings_of(bus: str, node_id: int, eds: Path) -> list[ClauseFinding]:
-    """Open the bus, ask, print a line a clause. Raises BusError, EdsError."""
-    found = []
+    """Run the conformance suite on a node and print one line per clause. Raises BusError, EdsError."""
+    done = []
     async with bus_wire(bus) as wire:
         findings = examine(wire, node_id, eds)
         while (finding := await asyncio.to_thread(next, findings, None)) is not None:
             typer.echo(line(finding))
-            found.append(finding)
-    return found
+            done.append(finding)
+    return done
 
 
 async def nodes_on(bus: str) -> list[FoundNode]:
-    """The nodes that answer on a bus. Raises BusError."""
+    """Return the nodes that answer on a bus. Raises BusError."""
     async with bus_wire(bus) as wire:
         return await asyncio.to_thread(scan, wire)
 
 
-class BitRateWish(NamedTuple):
-    """A bit rate for all nodes of a bus; `activate_ms` None: from their next power-up on."""
+class BitRateChange(NamedTuple):
+    """A bit rate for all nodes of a bus, after `activate_ms`, or from their next power-up on (None)."""
 
     kbit_s: int
     activate_ms: int | None
 
 
-async def lines_of(bus: str, names: dict[int, int], rate: BitRateWish | None = None) -> list[str]:
-    """Give ids by serial number, scan the bus, then give bit rates. Raises BusError, Failed."""
+async def configure_nodes(bus: str, names: dict[int, int], rate: BitRateChange | None = None) -> list[str]:
+    """Configure node ids by serial number, list the nodes, then configure their bit rate.
+
+    Returns one line per node. Raises BusError, Failed.
+    """
     async with bus_wire(bus) as wire:
-        return await asyncio.to_thread(_configured, wire, names, rate)
+        return await asyncio.to_thread(_configure, wire, names, rate)
 
 
-def _configured(wire: BusWire, names: dict[int, int], rate: BitRateWish | None) -> list[str]:
-    """A line a node, as it is before another rate."""
+def _configure(wire: BusWire, names: dict[int, int], rate: BitRateChange | None) -> list[str]:
+    """Configure ids and bit rate; return one line per node."""
     if names:
-        give(wire, names)
+        assign_ids(wire, names)
     nodes, unnamed = scan(wire), find_unnamed(wire)
     if rate is not None:
-        named = addresses_of(nodes)
-        if len(named) < len(nodes):
+        addresses = addresses_of(nodes)
+        if len(addresses) < len(nodes):
             raise Failed(
-                "a node tells no serial number in 1018h, or has that of another: LSS cannot select it"
+                "a node has no serial number in 1018h, or that of another node: LSS cannot select it"
             )
-        set_bit_rate(wire, [*unnamed, *named], rate.kbit_s, rate.activate_ms)
+        set_bit_rate(wire, [*unnamed, *addresses], rate.kbit_s, rate.activate_ms)
     return [node.line for node in nodes] + [address.line for address in unnamed]
 
 
 def addresses_of(nodes: Iterable[FoundNode]) -> dict[Address, int]:
-    """Node ids by the address of those that tell it."""
-    found = {}
+    """Node ids by LSS address, of the nodes with a complete identity."""
+    ids = {}
     for node in nodes:
         identity = (node.vendor, node.product, node.revision, node.serial)
         if None not in identity:
-            found[Address(*(number or 0 for number in identity))] = node.node_id
-    return found
+            ids[Address(*(number or 0 for number in identity))] = node.node_id
+    return ids
 
 
-def give(wire: BusWire, names: dict[int, int]) -> None:
-    """Give the nodes with these serial numbers their ids, once all of them are there and no id is taken.
+def assign_ids(wire: BusWire, names: dict[int, int]) -> None:
+    """Configure the ids of the nodes with these serial numbers, if all of them are found and no id is in use.
 
     Raises:
-        Failed: one is not there, an id is taken, or see `give_ids`.
+        Failed: a node is not found, an id is in use, or see `give_ids`.
     """
     nodes = scan(wire)
     present: dict[Address, int | None] = dict.fromkeys(find_unnamed(wire))
@@ -85,8 +88,8 @@ def give(wire: BusWire, names: dict[int, int]) -> None:
         if len(addresses) != 1:
             raise Failed(f"{len(addresses)} nodes have the serial number {serial:X}h")
         chosen.append((addresses[0], node_id, present[addresses[0]]))
-    moved = {before for _, _, before in chosen}
-    taken = {node.node_id for node in nodes} - moved
+    previous = {before for _, _, before in chosen}
+    taken = {node.node_id for node in nodes} - previous
     for _, node_id, _ in chosen:
         if node_id in taken:
             raise Failed(f"node id {node_id} is taken")

@@ -1,4 +1,4 @@
-"""`servo-ctrl demo`: the X-Y table runs circles on the embedded bus, with a table and pictures at the end."""
+"""`servo-ctrl demo`: the simulated X-Y table runs circles on the embedded bus, with table and pictures."""
 
 import sys
 from pathlib import Path
@@ -12,7 +12,7 @@ FIRST_CLICKS = (
     "first: Take control (top right), then Enable on page Drive and hold a jog button; STOP or Esc stops.\n"
     "then: page Motion loads and starts a program, page Friction shows J and learns the friction away."
 )
-"""What to click in the bench after the circles."""
+"""Printed hint: what to do in the operator's bench after the circles."""
 
 
 def demo(

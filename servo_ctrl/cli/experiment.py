@@ -1,4 +1,4 @@
-"""`servo-ctrl experiment`: the installed studies, found by their entry points and imported one by one."""
+"""`servo-ctrl experiment`: the installed studies, found by entry points; imports only the one to run."""
 
 from typing import Any
 
@@ -12,14 +12,14 @@ GROUP = "servo_ctrl.studies"
 
 
 class Studies(PlainGroup):
-    """A group whose commands are entry points: `experiment NAME` imports the module of NAME and no other."""
+    """A group whose commands are entry points: `experiment NAME` imports only the module of NAME."""
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002  # the group's signature
-        """Names of the installed studies."""
+        """Return the names of the installed studies."""
         return sorted(_entry_points().names)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The command of a study, None where no study has this name."""
+        """Return the command of a study; None if there is no study of this name."""
         if cmd_name not in self.list_commands(ctx):
             return None
         study = typer.Typer(add_completion=False, rich_markup_mode=self.rich_markup_mode)

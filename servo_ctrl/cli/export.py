@@ -1,4 +1,4 @@
-"""`servo-ctrl export`: a recording as CSV."""
+"""`servo-ctrl export`: write a recording as CSV."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The figures of a study as a JSON file, where `--json` asks for one."""
+"""The JSON file of a study's figures (`--json`)."""
 
 import json
 from pathlib import Path
@@ -10,7 +10,7 @@ from servo_ctrl.files.whole_file import write_text_whole
 
 
 def write_figures(path: Path | None, figures: dict[str, Any]) -> None:
-    """Write the figures, where there is a path. Raises OSError."""
+    """Write the figures if a path is given. Raises OSError."""
     if path is None:
         return
     path.parent.mkdir(parents=True, exist_ok=True)

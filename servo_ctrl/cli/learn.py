@@ -1,4 +1,4 @@
-"""`servo-ctrl learn`: boot a machine on a bus, learn its friction pulse or its screw, stop in order."""
+"""`servo-ctrl learn`: boot a machine on a bus, learn its compensations, stop in order."""
 
 from enum import StrEnum
 from typing import Annotated
@@ -18,7 +18,7 @@ from servo_ctrl.cli.options import (
 
 
 class LearnerChoice(StrEnum):
-    """What is learned, and how."""
+    """Learners, by what they learn and how."""
 
     FAST = "fast"
     PAPER = "paper"

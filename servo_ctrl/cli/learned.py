@@ -1,4 +1,4 @@
-"""`servo-ctrl learned`: learned pulses, waveforms and screws on the disk, without a bus."""
+"""`servo-ctrl learned`: stored pulses, waveforms and screws, without a bus."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Versions of what was learned, for a reader: the list of all, one of them in full, and a picture."""
+"""Stored versions of learned results: a list of all, one of them in full, and a picture."""
 
 import json
 from collections.abc import Sequence
@@ -49,17 +49,17 @@ SECTIONS = {
     LearnedKind.SCREW: ScrewCompensationSettings,
     LearnedKind.WAVEFORM: LearnedWaveformSettings,
 }
-"""The compensation that an axis runs without, when no version can be used."""
+"""Settings of the section that each kind belongs to."""
 
 
 def open_store(machine: Path, directory: Path | None, kind: LearnedKind) -> VersionStore[Any]:
-    """The stored versions of one kind, in `directory` or beside the machine file. Raises ConfigError."""
+    """Open the store of one kind, in `directory` or beside the machine file. Raises ConfigError."""
     config = load_machine(machine)
     return STORES[kind](directory or default_directory(config), config)
 
 
 def print_versions(machine: Path, directory: Path | None, axes: Sequence[str] | None) -> None:
-    """A table of all versions of the axes (None: all axes), then a line for each that cannot be used."""
+    """Print a table of all versions of the axes (None: all axes), and a line for each unusable one."""
     config = load_machine(machine)
     directory = directory or default_directory(config)
     table = Table(
@@ -70,7 +70,7 @@ def print_versions(machine: Path, directory: Path | None, axes: Sequence[str] | 
         box=None,
         padding=(0, 2, 0, 0),
     )
-    for heading in ("axis", "no.", "in use", "sound", "learned at", "learner", "strokes", "J um"):
+    for heading in ("axis", "no.", "in use", "valid", "learned at", "learner", "strokes", "J um"):
         table.add_column(heading, justify="right" if heading in {"no.", "strokes"} else "left", no_wrap=True)
     problems = []
     for axis in axes or config.axes:
@@ -117,7 +117,7 @@ def _cells(entry: VersionEntry) -> list[str]:
 
 
 def print_version(store: VersionStore[Any], axis: str, version: int | None, *, as_json: bool) -> None:
-    """One version (None: the one in use) in full. Raises StoreError where it is absent or damaged."""
+    """Print one version (None: the one in use) in full. Raises StoreError if it is absent or damaged."""
     entry = _entry(store, axis, version)
     if entry.result is None:
         raise StoreError(f"axis {axis}, version {entry.version}: {entry.problem}")
@@ -142,7 +142,7 @@ def _entry(store: VersionStore[Any], axis: str, version: int | None) -> VersionE
 
 
 def description(entry: VersionEntry, result: LearnedFile[Any]) -> list[str]:
-    """Where a version comes from, what it depends on, and what it holds, in lines."""
+    """Describe a version in lines: its origin, what it depends on, and its content."""
     functions = result.learned
     return [
         f"axis {result.axis} of {result.machine}, version {result.version}"
@@ -164,7 +164,7 @@ def _particulars(learned: Learned | ScrewLearned | WaveformLearned) -> str:
         largest_n = max((abs(force) for wave in learned.waves_n for force in wave), default=0.0)
         *levels_n, per_speed_n_s_m, per_acceleration_kg = learned.friction
         return (
-            f"friction {sum(levels_n):.2f} N with memory, {per_speed_n_s_m:.0f} N s/m, "
+            f"friction {sum(levels_n):.2f} N in presliding, {per_speed_n_s_m:.0f} N s/m, "
             f"{per_acceleration_kg:.2f} kg; waveforms up to {largest_n:.2f} N"
         )
     if isinstance(learned, ScrewLearned):
@@ -177,7 +177,7 @@ def _particulars(learned: Learned | ScrewLearned | WaveformLearned) -> str:
 
 
 def tables_of(learned: Learned | ScrewLearned | WaveformLearned) -> list[Table]:
-    """What was learned, point by point."""
+    """Return tables of the points of a learned result."""
     if isinstance(learned, WaveformLearned):
         rows = [
             (f"{a * 1e3:.4g}", f"{min(wave):.3f}", f"{max(wave):.3f}")
@@ -213,7 +213,7 @@ def _points(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) 
 def plot_in_use(
     machine: Path, directory: Path | None, axes: Sequence[str] | None, out: Path, kind: LearnedKind
 ) -> None:
-    """Draw the versions in use of the axes (None: all axes). Raises StoreError where there are none."""
+    """Draw the versions in use of the axes (None: all axes). Raises StoreError if there are none."""
     from servo_ctrl.config.freeze import axis_params
     from servo_ctrl.config.learning import waveform_settings
     from servo_ctrl.plots.learned import LearnedAxis, plot_learned, plot_screws, plot_waveforms

@@ -1,4 +1,4 @@
-"""`servo-ctrl`: the controller's command line. One subcommand a file; errors are one line."""
+"""`servo-ctrl`: the controller's command line. One file per subcommand; errors are one line."""
 
 import sys
 from typing import Annotated
@@ -28,7 +28,7 @@ app = typer.Typer(
 )
 
 
-def _tell_version(wanted: bool) -> None:
+def _print_version(wanted: bool) -> None:
     if wanted:
         from importlib.metadata import version
 
@@ -39,7 +39,7 @@ def _tell_version(wanted: bool) -> None:
 @app.callback()
 def commands(
     _version: Annotated[
-        bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version.")
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Tell the version.")
     ] = False,
 ) -> None:
     """Servo controller for CANopen drives (CiA 402) and linear scales (CiA 406).

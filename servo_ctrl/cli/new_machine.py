@@ -1,4 +1,4 @@
-"""`servo-ctrl new-machine`: a machine directory of one's own, copied, or made from answers about its axes."""
+"""`servo-ctrl new-machine`: a new machine directory, copied, or made from answers about its axes."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from servo_ctrl.config.machine_sheet import AxisSheet
 
 NAME = "x"
-"""Of the first axis that is asked for."""
+"""Suggested name of the first axis."""
 
 
 def new_machine(
@@ -60,7 +60,7 @@ def new_machine(
         if directory.exists():
             raise typer.BadParameter(f"{directory} exists already; name a directory that does not")
         try:
-            axes = [read_axis(text) for text in axis] if axis else _asked()
+            axes = [read_axis(text) for text in axis] if axis else _ask_for_axes()
         except ValueError as error:
             raise typer.BadParameter(str(error), param_hint="--axis") from None
         _make(directory, axes, drive_eds, scale_eds)
@@ -70,8 +70,8 @@ def new_machine(
         raise typer.Exit(1)
 
 
-def _asked() -> "list[AxisSheet]":
-    """Ask for the axes, one after the other, until somebody leaves the name empty."""
+def _ask_for_axes() -> "list[AxisSheet]":
+    """Ask for the axes, one after the other, until the name is left empty."""
     from servo_ctrl.config.machine_sheet import QUESTIONS, AxisSheet, read_value
 
     axes: list[AxisSheet] = []
@@ -98,7 +98,7 @@ def _asked() -> "list[AxisSheet]":
 
 
 def _make(directory: Path, axes: "list[AxisSheet]", drive_eds: Path | None, scale_eds: Path | None) -> None:
-    """Write the directory; leave nothing where the files do not fit the EDS files. Raises ServoCtrlError."""
+    """Write the directory; remove it if the files do not fit the EDS files. Raises ServoCtrlError."""
     import shutil
 
     from servo_ctrl.canopen.bus_load import check_load
@@ -130,7 +130,7 @@ def _make(directory: Path, axes: "list[AxisSheet]", drive_eds: Path | None, scal
 
 
 def _nodes_agree(directory: Path, bus: str) -> bool:
-    """Tell of each node of the machine whether it is on the bus and is the one of its EDS file."""
+    """Print whether each node of the machine is on the bus and fits its EDS file; return whether all do."""
     import asyncio
 
     from servo_ctrl.canopen.plan import plan_machine

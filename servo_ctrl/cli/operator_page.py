@@ -1,4 +1,4 @@
-"""Address and process of the operator's page (docs/operator_page.md), from the options of a run."""
+"""Address and process of the operator's page (docs/operator_page.md), by the options of a run."""
 
 import errno
 import importlib.util
@@ -28,7 +28,10 @@ def page_at(
     recordings: Path | None = None,
     language: str | None = None,
 ) -> PageOptions:
-    """The process that serves the page at `listen`. Raises ServoCtrlError where it cannot or must not."""
+    """Return the options of the process that serves the page at `listen`.
+
+    Raises ServoCtrlError where the page cannot be served, or must not without access control.
+    """
     host, port = address_of(listen, OPTION)
     load_access(host, access, certificate, key, OPTION)
     if not page_installed():
@@ -46,7 +49,7 @@ def page_at(
 
 
 def url_of(listen: str, *, tls: bool = False) -> str:
-    """The address as a browser wants it."""
+    """URL of the address."""
     return f"{'https' if tls else 'http'}://{listen}"
 
 
@@ -62,7 +65,7 @@ def free_address(listen: str) -> str:
 
 
 def occupied(host: str, port: int) -> str:
-    """Why no process can listen there, in words; "" when one can."""
+    """Say why no process can listen there, or return ""."""
     try:
         with _socket(host) as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

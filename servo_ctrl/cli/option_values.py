@@ -23,7 +23,7 @@ def read_program(
     *,
     block_delete: bool,
 ) -> ProgramConfig | None:
-    """The program of the options, TOML or G-code. Raises ConfigError and typer.BadParameter."""
+    """Load the program of the options, TOML or G-code. Raises ConfigError and typer.BadParameter."""
     if path is not None and is_part_program(path):
         return load_program(path, machine, reading=ReadingOptions(_offset_mm(g54), block_delete))
     for value, name in ((g54, "--g54"), (block_delete, "--block-delete")):
@@ -60,9 +60,9 @@ def _offset_mm(text: str | None) -> dict[str, float]:
 
 
 def with_broker(machine: MachineConfig, address: str | None) -> MachineConfig:
-    """The machine with its broker at the address of --mqtt, if there is one. Raises typer.BadParameter.
+    """Return the machine with its broker at the address of --mqtt, if given. Raises typer.BadParameter.
 
-    User, password and TLS of the connection stay those of the machine file.
+    User, password and TLS remain those of the machine file.
     """
     if address is None:
         return machine

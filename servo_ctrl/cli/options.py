@@ -1,4 +1,4 @@
-"""Declarations of the options that several subcommands share. `option_values` reads the values."""
+"""Declarations of options that several subcommands share; `option_values` interprets their values."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -10,14 +10,14 @@ from shipped_files import shipped, shipped_or_none
 
 
 class PacingChoice(StrEnum):
-    """What starts a cycle."""
+    """What starts a cycle: the clock, or the inputs of the previous cycle."""
 
     REALTIME = "realtime"
     LOCKSTEP = "lockstep"
 
 
 class LearnedKind(StrEnum):
-    """What was learned: friction pulse, error table and lost motion of the screw, or waveform."""
+    """Kind of learned result: friction pulse, error table and lost motion of the screw, or waveform."""
 
     PULSE = "pulse"
     SCREW = "screw"

@@ -1,4 +1,4 @@
-"""A part program for a person: limits and speeds before it runs, contour error after it."""
+"""Report of a part program: limits and speeds before it runs, contour error afterwards."""
 
 from collections.abc import Sequence
 from itertools import starmap
@@ -16,29 +16,30 @@ from servo_ctrl.motion.program import Step
 from servo_ctrl.recording.reader import load_recording
 
 SLOW_LINES_SHOWN = 5
+"""Most lines of the program that are listed as slow."""
 
 
 def print_dry_run(
-    program: ProgramConfig, steps: Sequence[Step], machine: MachineConfig, found: DryRun
+    program: ProgramConfig, steps: Sequence[Step], machine: MachineConfig, result: DryRun
 ) -> None:
     """Print the extents and limits of each axis; of a part program its corners, feed and remarks too."""
     typer.echo(
-        f"  path of {found.length_m * 1e3:.3f} mm from home, up to {found.path_speed_m_s * 1e3:.6g} mm/s"
+        f"  path of {result.length_m * 1e3:.3f} mm from home, up to {result.path_speed_m_s * 1e3:.6g} mm/s"
     )
     for index, (name, axis) in enumerate(machine.axes.items()):
         lowest, highest = axis.limits.position_mm
         typer.echo(
-            f"  {name}: {found.lowest_m[index] * 1e3:.3f} to {found.highest_m[index] * 1e3:.3f} mm "
+            f"  {name}: {result.lowest_m[index] * 1e3:.3f} to {result.highest_m[index] * 1e3:.3f} mm "
             f"(limits {lowest:g} to {highest:g}), up to "
-            f"{found.speed_m_s[index] * 1e3:.6g} of {axis.limits.velocity_mm_s:g} mm/s, "
-            f"{found.acceleration_m_s2[index] * 1e3:.6g} of {axis.limits.acceleration_mm_s2:g} mm/s^2, "
-            f"{found.jerk_m_s3[index] * 1e3:.6g} of {axis.limits.jerk_mm_s3:g} mm/s^3"
+            f"{result.speed_m_s[index] * 1e3:.6g} of {axis.limits.velocity_mm_s:g} mm/s, "
+            f"{result.acceleration_m_s2[index] * 1e3:.6g} of {axis.limits.acceleration_mm_s2:g} mm/s^2, "
+            f"{result.jerk_m_s3[index] * 1e3:.6g} of {axis.limits.jerk_mm_s3:g} mm/s^3"
         )
     if isinstance(program, PartProgram):
-        _print_part_program(program, steps, found)
+        _print_part_program(program, steps, result)
 
 
-def _print_part_program(program: PartProgram, steps: Sequence[Step], found: DryRun) -> None:
+def _print_part_program(program: PartProgram, steps: Sequence[Step], result: DryRun) -> None:
     paths = [step for step in steps if isinstance(step, PathMove)]
     rounded = sorted({path.tolerance_m for path in paths[1:]})
     stops = sum(element.exact_stop for path in paths[1:] for element in path.elements)
@@ -47,11 +48,11 @@ def _print_part_program(program: PartProgram, steps: Sequence[Step], found: DryR
     typer.echo(
         f"  {program.blocks} blocks, corners within {within} mm, exact stops: {stops}, G54 {offset} mm"
     )
-    slowest, slow = found.slowest, found.slow_lines
+    slowest, slow = result.slowest, result.slow_lines
     if slowest is not None:
         mean, feed = slowest.mean_m_s * 1e3, slowest.feed_m_s * 1e3
         typer.echo(
-            f"  the feed is reached on {100.0 * found.reached:.0f} % of the way at feed; "
+            f"  the feed is reached on {100.0 * result.reached:.0f} % of the way at feed; "
             f"slowest on line {slowest.line}, {mean:.3g} of {feed:.3g} mm/s on average"
         )
     if slow:
@@ -60,13 +61,13 @@ def _print_part_program(program: PartProgram, steps: Sequence[Step], found: DryR
             for entry in slow[:SLOW_LINES_SHOWN]
         )
         more = ", ..." if len(slow) > SLOW_LINES_SHOWN else ""
-        typer.echo(f"  never reached in {len(slow)} of {len(found.lines)} pieces (mm/s): {shown}{more}")
+        typer.echo(f"  never reached in {len(slow)} of {len(result.lines)} pieces (mm/s): {shown}{more}")
     for text in _remarks(program.remarks):
         typer.echo(f"  {text}")
 
 
 def _remarks(remarks: Sequence[Remark]) -> list[str]:
-    """A line for each kind of remark: the words that it is about, and the first line of each."""
+    """One line per kind of remark: the words concerned, and the first program line of each."""
     by_text: dict[str, dict[str, list[int]]] = {}
     for line, word, text in remarks:
         by_text.setdefault(text, {}).setdefault(word, []).append(line)

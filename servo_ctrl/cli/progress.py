@@ -52,7 +52,7 @@ def _bar(console: Console) -> Iterator[Show]:
 
 
 def _lines(console: Console) -> Show:
-    """For a log: a line whenever the stage or the step changes."""
+    """Print a line whenever the stage or the step changes, for a log."""
     printed = ""
 
     def show(progress: RunProgress) -> None:
@@ -67,15 +67,15 @@ def _lines(console: Console) -> Show:
 
 
 def _label(progress: RunProgress) -> str:
-    """The step of the program; while an axis is learning, its stroke, the remaining time and the best J."""
+    """Text for the program's step; while an axis learns, its stroke, the remaining time and the best J."""
     learning = progress.learning
     if not learning.planned or learning.state not in ACTIVE:
         return progress.label
-    left_s = learning.remaining_s
-    left = f"{left_s:.0f} s" if left_s < 120.0 else f"{left_s / 60.0:.0f} min"
+    remaining_s = learning.remaining_s
+    remaining = f"{remaining_s:.0f} s" if remaining_s < 120.0 else f"{remaining_s / 60.0:.0f} min"
     at = f" at {learning.acceleration_m_s2 * 1e3:.3g} mm/s^2"
     text = (
         f"axis {learning.axis}: {learning.stage}{'' if math.isnan(learning.acceleration_m_s2) else at}, "
-        f"stroke {learning.strokes_done + 1} of {learning.strokes_total}, {left} left"
+        f"stroke {learning.strokes_done + 1} of {learning.strokes_total}, {remaining} left"
     )
     return text if math.isnan(learning.best_m) else f"{text}, best J {learning.best_m * 1e6:.2f} um"

@@ -1,4 +1,4 @@
-"""`servo-ctrl report`: a recorded run as a web page and as a PDF."""
+"""`servo-ctrl report`: report of a recorded run as a web page and as a PDF."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The status of a running controller as a table, as JSON, and as a line of progress."""
+"""Status of a running controller as a table, as JSON, and as a line of progress."""
 
 import json
 import math
@@ -34,10 +34,10 @@ def print_status(status: MachineStatus, console: Console) -> None:
 
 
 def as_json(status: MachineStatus) -> str:
-    """The retained MQTT state as JSON, with the last reversal and the functions of each axis."""
+    """Format the retained MQTT state as JSON, with the last reversal and the functions of each axis."""
     document: dict[str, Any] = state_document(status)
     for axis in status.axes:
-        # its cycle says when it was
+        # the cycle says when the reversal was
         last = None if axis.last is None else {"cycle": axis.last.cycle, **to_document(axis.last)}
         document["axis"][axis.name] |= {"functions": functions_document(axis), "last_reversal": last}
     return json.dumps(document, indent=2)

@@ -1,4 +1,4 @@
-"""A bus as a worker thread talks on it: the loop reads, the thread takes from a queue."""
+"""A bus for a worker thread: the event loop reads frames, the thread takes them from a queue."""
 
 import asyncio
 import contextlib
@@ -9,7 +9,7 @@ from servo_ctrl.io.can_port import CanPort, open_port
 
 
 class BusWire:
-    """Frames of `port`, which the running loop reads."""
+    """Queues the frames of `port` for a worker thread."""
 
     def __init__(self, port: CanPort) -> None:
         self.send = port.send
@@ -17,7 +17,7 @@ class BusWire:
         port.fallback = lambda can_id, payload, _timestamp_s: self._frames.put((can_id, bytes(payload)))
 
     def receive(self, timeout_s: float) -> tuple[int, bytes] | None:
-        """The next frame, None when none has come in time."""
+        """Return the next frame; None when none arrives in time."""
         try:
             return self._frames.get(timeout=timeout_s) if timeout_s > 0.0 else self._frames.get_nowait()
         except queue.Empty:
@@ -26,7 +26,7 @@ class BusWire:
 
 @contextlib.asynccontextmanager
 async def bus_wire(bus: str) -> AsyncIterator[BusWire]:
-    """Open a bus for as long as the context lasts. Raises BusError."""
+    """Open a bus for the duration of the context. Raises BusError."""
     port = open_port(bus)
     try:
         port.attach(asyncio.get_running_loop())

@@ -1,7 +1,7 @@
-"""The list of clauses: one function each, whose docstring is what the clause asks.
+"""The list of clauses: one function each, whose docstring states the requirement.
 
-It returns where the node meets the clause, and raises Failed or NotApplicable otherwise. What it changes in
-the node it puts back, and no clause enables operation: a motor stays without power.
+The function returns if the node meets the clause, and raises Failed or NotApplicable otherwise. It restores
+what it changes in the node, and no clause enables operation: a motor stays without power.
 """
 
 import struct
@@ -19,31 +19,31 @@ CANNOT_BE_MAPPED, PDO_TOO_LONG, NO_BLOCK_TRANSFER = 0x0604_0041, 0x0604_0042, Ab
 OFF, PRE_OPERATIONAL, OPERATIONAL, STOPPED = 0x8000_0000, 0x7F, 0x05, 0x04
 START, STOP, ENTER_PRE_OPERATIONAL, RESET_COMMUNICATION = 0x01, 0x02, 0x80, 0x82
 BOOT_UP_S = 5.0
-"""How long a node may take to restart its communication (chosen)."""
+"""Longest time for a restart of communication; chosen."""
 TPDO, TPDO_MAPPING = 0x1800, 0x1A00
 
 
 class NodeUnderTest(NamedTuple):
-    """The node under test, and what its EDS says of it."""
+    """The node under test, and its EDS."""
 
     dialogue: Dialogue
     eds: Eds
 
     def variable(self, index: int, subindex: int = 0) -> EdsVariable:
-        """An entry of the EDS. Raises NotApplicable without it."""
+        """Return an entry of the EDS. Raises NotApplicable without it."""
         found = self.eds.variables.get((index, subindex))
         if found is None:
             raise NotApplicable(f"the EDS has no {index:04X}h:{subindex:02X}")
         return found
 
     def without_errors(self) -> None:
-        """Raise NotApplicable where 1001h tells an error: the node may stay out of operational (1029h)."""
+        """Raise NotApplicable if 1001h reports an error: the node may then refuse operational (1029h)."""
         if register := self.dialogue.number(0x1001):
             raise NotApplicable(f"it has an error, 1001h is {register:02X}h, and need not become operational")
 
 
 class Clause(NamedTuple):
-    """What a standard asks, and the dialogue that finds out."""
+    """A requirement of a standard, and the dialogue that tests it."""
 
     number: str
     title: str
@@ -54,7 +54,7 @@ CLAUSES: list[Clause] = []
 
 
 def clause(number: str) -> Callable[[Callable[[NodeUnderTest], None]], Callable[[NodeUnderTest], None]]:
-    """Put a dialogue on the list, its docstring as the title."""
+    """Register a dialogue, with its docstring as the title."""
 
     def add(check: Callable[[NodeUnderTest], None]) -> Callable[[NodeUnderTest], None]:
         CLAUSES.append(Clause(number, (check.__doc__ or "").rstrip("."), check))
@@ -64,6 +64,6 @@ def clause(number: str) -> Callable[[Callable[[NodeUnderTest], None]], Callable[
 
 
 def size_of(variable: EdsVariable) -> int:
-    """Bytes of a number; 0 of text and domains."""
+    """Size of a number in bytes; 0 for text and domains."""
     pattern = STRUCT_FORMATS.get(variable.data_type)
     return struct.calcsize("<" + pattern) if pattern else 0

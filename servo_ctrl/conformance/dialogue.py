@@ -1,6 +1,6 @@
 """Raw dialogues with one node: frames out, frames in, every wait bounded.
 
-SDO is spoken frame by frame (CiA 301, 7.2.4) and not by a client library, which would hide what is tested.
+SDO transfers are made frame by frame (CiA 301, 7.2.4), because a client library would hide what is tested.
 """
 
 import struct
@@ -12,21 +12,21 @@ FRAME_BYTES, SEGMENT_BYTES = 8, 7
 UPLOAD, EXPEDITED_UPLOAD, SEGMENT_UPLOAD, ABORT = 0x40, 0x42, 0x60, 0x80
 TOGGLE, LAST = 0x10, 0x01
 ANSWER_S = 0.5
-"""Answer time granted to one request, wall clock, seconds; chosen."""
+"""Longest wait for the answer to a request, wall clock, seconds; chosen."""
 LATE_S = 2.0
-"""How much longer a late answer is waited for, lest the next request take it for its own; chosen."""
+"""Further wait for a late answer, which the next request would take for its own; chosen."""
 SILENCE_S = 0.1
-"""How long a frame is waited for that must not come; chosen."""
+"""How long the bus is observed for a frame that must not arrive; chosen."""
 MOST_SEGMENTS = 1 << 17
 """Bounds an upload, whatever size the node announces; chosen."""
 
 
 class Failed(Exception):  # noqa: N818  # a verdict on the node, no error of the program
-    """The node does not do what the clause asks; the text says what it did."""
+    """The node does not meet the clause; the text says what it did."""
 
 
 class NotApplicable(Exception):  # noqa: N818  # the same
-    """The node has not what the clause is about."""
+    """The node lacks what the clause is about."""
 
 
 class Refused(Exception):  # noqa: N818  # an answer of the node
@@ -38,24 +38,24 @@ class Refused(Exception):  # noqa: N818  # an answer of the node
 
 
 class Wire(Protocol):
-    """The bus as the suite sees it."""
+    """Interface to the bus."""
 
     def send(self, can_id: int, data: bytes) -> None:
-        """Put a frame on the bus."""
+        """Send a frame."""
 
     def receive(self, timeout_s: float) -> tuple[int, bytes] | None:
-        """The next frame from the bus, None when none has come in time."""
+        """Return the next frame; None when none arrives in time."""
 
 
 class Dialogue:
-    """Requests to node `node_id` on `wire`, and its answers."""
+    """Requests to the node `node_id` on `wire`, and its answers."""
 
     def __init__(self, wire: Wire, node_id: int) -> None:
         self.node_id = node_id
         self._wire = wire
 
     def send(self, can_id: int, data: bytes = b"") -> None:
-        """Put a frame on the bus."""
+        """Send a frame."""
         self._wire.send(can_id, data)
 
     def command(self, specifier: int, node_id: int | None = None) -> None:
@@ -63,7 +63,7 @@ class Dialogue:
         self.send(0x000, bytes((specifier, self.node_id if node_id is None else node_id)))
 
     def wait_for(self, can_id: int, timeout_s: float = ANSWER_S) -> bytes | None:
-        """The next frame of an identifier; None when none comes in time. Other frames are dropped."""
+        """Return the next frame of a CAN-ID; None when none arrives in time. Other frames are dropped."""
         ends_s = time.monotonic() + timeout_s
         while (left_s := ends_s - time.monotonic()) > 0.0:
             frame = self._wire.receive(left_s)
@@ -74,19 +74,19 @@ class Dialogue:
         return None
 
     def forget(self) -> None:
-        """Drop what has come unasked."""
+        """Drop frames that have already arrived."""
         while self._wire.receive(0.0) is not None:
             pass
 
     def exchange(self, request: bytes) -> bytes:
-        """Send an SDO frame and return its answer. Raises Failed where none of eight bytes comes."""
+        """Send an SDO frame and return its answer. Raises Failed unless an answer of eight bytes arrives."""
         self.forget()
         self.send(0x600 + self.node_id, request)
         answer = self.wait_for(0x580 + self.node_id)
         if answer is None:
             late = self.wait_for(0x580 + self.node_id, LATE_S) is not None
-            came = f", but within {ANSWER_S + LATE_S:g} s" if late else ""
-            raise Failed(f"{request.hex(' ')} was not answered within {ANSWER_S:g} s{came}")
+            arrived = f", but within {ANSWER_S + LATE_S:g} s" if late else ""
+            raise Failed(f"{request.hex(' ')} was not answered within {ANSWER_S:g} s{arrived}")
         if len(answer) != FRAME_BYTES:
             raise Failed(f"{request.hex(' ')} was answered by {len(answer)} bytes")
         return answer
@@ -121,7 +121,7 @@ class Dialogue:
         return data
 
     def number(self, index: int, subindex: int = 0) -> int:
-        """Upload an unsigned number."""
+        """Upload an unsigned number. Raises Refused, Failed."""
         return int.from_bytes(self.read(index, subindex), "little")
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
@@ -132,11 +132,11 @@ class Dialogue:
             raise Failed(f"a download was answered by the command {answer[0]:02X}h")
 
     def refusal(self, request: bytes, *codes: int) -> None:
-        """Send an SDO frame that must be aborted with one of the codes."""
+        """Send an SDO frame that must be aborted with one of the codes. Raises Failed."""
         expect_code(self.exchange(request), *codes)
 
     def refused_write(self, index: int, subindex: int, data: bytes, *codes: int) -> None:
-        """A download that must be aborted; no code given: with any."""
+        """Try a download that must be aborted with one of the codes, if any are given. Raises Failed."""
         try:
             self.write(index, subindex, data)
         except Refused as refusal:
@@ -145,7 +145,7 @@ class Dialogue:
             raise Failed(f"{index:04X}h:{subindex:02X} took {data.hex()}")
 
     def refused_read(self, index: int, subindex: int, *codes: int) -> None:
-        """An upload that must be aborted."""
+        """Try an upload that must be aborted, likewise. Raises Failed."""
         try:
             self.read(index, subindex)
         except Refused as refusal:
@@ -154,14 +154,14 @@ class Dialogue:
             raise Failed(f"{index:04X}h:{subindex:02X} was sent")
 
     def silence(self, can_id: int) -> None:
-        """Raise Failed if a frame of this identifier comes."""
+        """Raise Failed if a frame of this CAN-ID arrives."""
         frame = self.wait_for(can_id, SILENCE_S)
         if frame is not None:
             raise Failed(f"{can_id:03X}h sent {frame.hex(' ') or 'a frame without data'}")
 
 
 def accepted(answer: bytes) -> bytes:
-    """The answer, unless it is an abort. Raises Refused."""
+    """Return the answer. Raises Refused if it is an abort."""
     if answer[0] == ABORT:
         raise Refused(int.from_bytes(answer[4:], "little"))
     return answer
@@ -175,7 +175,7 @@ def expect_code(answer: bytes, *codes: int) -> None:
 
 
 def check_code(code: int, *codes: int) -> None:
-    """Raise Failed unless `code` is one of `codes`, of which none is any."""
+    """Raise Failed unless `code` is one of `codes`; without codes, any is accepted."""
     if codes and code not in codes:
         wanted = " or ".join(f"{wanted:08X}h" for wanted in codes)
         raise Failed(f"aborted with {code:08X}h instead of {wanted}")

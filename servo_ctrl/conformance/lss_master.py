@@ -1,7 +1,7 @@
-"""LSS master (CiA 305): finds nodes without an id on a new bus, gives ids and bit rates to these and others.
+"""LSS master (CiA 305): finds nodes without a node id, and configures node ids and bit rates.
 
-Fastscan: every node without an id answers at once, and the master asks bit by bit which address the lowest
-one has. It is in configuration state then and answers no further scan, so the next scan finds the next one.
+Fastscan: all nodes without an id answer at the same time, and the master determines the lowest address bit by
+bit. That node is then in configuration state and ignores further scans, so the next scan finds the next one.
 """
 
 import struct
@@ -16,23 +16,23 @@ FRAME_BYTES = 8
 SWITCH_GLOBAL, CONFIGURE_NODE_ID, STORE, SELECT_VENDOR, SELECTED = 0x04, 0x11, 0x17, 0x40, 0x44
 CONFIGURE_BIT_TIMING, ACTIVATE_BIT_TIMING = 0x13, 0x15
 RATES_KBIT_S = {1000: 0, 800: 1, 500: 2, 250: 3, 125: 4, 50: 6, 20: 7, 10: 8}
-"""Index of a rate in table 0."""
+"""Index of a bit rate in table 0."""
 IDENTIFIED, FASTSCAN = 0x4F, 0x51
 WAITING, CONFIGURATION = 0, 1
 SCAN = struct.Struct("<BIBBB")
-"""Command, number, bit, word of the address, next word."""
+"""Command specifier, LSS number, bit checked, LSS sub, LSS next."""
 SCAN_BEGINS = 0x80
 BITS, WORDS = 32, 4
 ANSWER_S = 0.05
-"""How long the bus is listened to after a request; nodes answer within some ms (chosen)."""
+"""Longest wait for an answer; chosen: nodes answer within some milliseconds."""
 STORED_S = 1.0
-"""The same, where a node writes its memory (chosen)."""
+"""Longest wait while a node writes its memory; chosen."""
 MOST_NODES = 127
 RESET_COMMUNICATION = 130
 
 
 class Address(NamedTuple):
-    """Vendor, product, revision and serial number, 1018h: no two nodes have the same."""
+    """LSS address: vendor, product, revision and serial number (1018h), unique for each node."""
 
     vendor: int
     product: int
@@ -41,17 +41,20 @@ class Address(NamedTuple):
 
     @property
     def line(self) -> str:
-        """For the terminal, in the columns of `FoundNode.line`."""
+        """Line for the terminal, in the columns of `FoundNode.line`."""
         return f"no node id               {self.numbers}"
 
     @property
     def numbers(self) -> str:
-        """The four as they are shown."""
+        """The four numbers as text."""
         return " ".join(f"{number:08X}h" for number in self)
 
 
 def find_unnamed(wire: Wire) -> list[Address]:
-    """Addresses of the nodes without an id; they wait again at the end. Raises Failed for a lost scan."""
+    """Find the addresses of all nodes without an id, and return the nodes to waiting state.
+
+    Raises Failed for an inconsistent scan.
+    """
     found: list[Address] = []
     while len(found) < MOST_NODES and (address := _fastscan(wire)) is not None:
         found.append(address)
@@ -61,12 +64,13 @@ def find_unnamed(wire: Wire) -> list[Address]:
 
 
 def give_ids(wire: Wire, ids: Iterable[tuple[Address, int, int | None]]) -> None:
-    """Give each node (address, new id, present id or None) its id, stored by the node.
+    """Configure and store the id of each node; `ids`: (address, new id, present id or None).
 
-    A node without one starts up with it; another has its communication reset, and must not be operational.
+    A node without an id boots with the new one; the communication of any other is reset, and it must not be
+    operational.
 
     Raises:
-        Failed: a node does not answer, or refuses; those before it have their ids.
+        Failed: a node does not answer, or refuses; the nodes before it have their ids.
     """
     for address, node_id, present in ids:
         _select(wire, address)
@@ -78,13 +82,13 @@ def give_ids(wire: Wire, ids: Iterable[tuple[Address, int, int | None]]) -> None
 
 
 def set_bit_rate(wire: Wire, addresses: Sequence[Address], rate_kbit_s: int, activate_ms: int | None) -> None:
-    """Give each of these nodes a bit rate, which they store.
+    """Configure the bit rate of all these nodes, then have all store it.
 
-    They take it at power-up; with `activate_ms` after that time, and send nothing for as long again. None
-    stores where one refuses.
+    It is used from the next power-up on; with `activate_ms`, after that time, followed by silence of the same
+    length. If one node refuses the rate, no node stores it.
 
     Raises:
-        Failed: a node does not answer, refuses, or cannot store; those before it have stored then.
+        Failed: a node does not answer, refuses, or cannot store; nodes before it may have stored.
     """
     for address in addresses:
         _select(wire, address)
@@ -102,7 +106,7 @@ def set_bit_rate(wire: Wire, addresses: Sequence[Address], rate_kbit_s: int, act
 
 
 def _select(wire: Wire, address: Address) -> None:
-    """Have this node alone in configuration state. Raises Failed where it does not answer."""
+    """Bring this node alone into configuration state. Raises Failed if it does not answer."""
     _switch_to_waiting(wire)
     for word, number in enumerate(address):
         answer = _exchange(wire, bytes((SELECT_VENDOR + word,)) + number.to_bytes(4, "little"), ANSWER_S)
@@ -123,7 +127,7 @@ def _confirm(wire: Wire, request: bytes, what: str) -> None:
 
 
 def _exchange(wire: Wire, request: bytes, timeout_s: float) -> bytes | None:
-    """Send a request; return the first answer. A late answer to an earlier one is dropped before."""
+    """Send a request; return the first answer, None without one. Frames that arrived before are dropped."""
     while wire.receive(0.0) is not None:
         pass
     wire.send(REQUEST, request.ljust(FRAME_BYTES, b"\0"))
@@ -135,23 +139,23 @@ def _exchange(wire: Wire, request: bytes, timeout_s: float) -> bytes | None:
 
 
 def _fastscan(wire: Wire) -> Address | None:
-    """Address of a node without an id, which is in configuration state then; None where there is none."""
+    """Find a node without an id and bring it into configuration state; return its address, or None."""
 
-    def agrees(number: int, bit: int, word: int, following: int) -> bool:
+    def confirmed(number: int, bit: int, word: int, following: int) -> bool:
         answer = _exchange(wire, SCAN.pack(FASTSCAN, number, bit, word, following), ANSWER_S)
         return answer is not None and answer[0] == IDENTIFIED
 
-    if not agrees(0, SCAN_BEGINS, 0, 0):
+    if not confirmed(0, SCAN_BEGINS, 0, 0):
         return None
-    return Address(*(_word(agrees, word) for word in range(WORDS)))
+    return Address(*(_word(confirmed, word) for word in range(WORDS)))
 
 
-def _word(agrees: Callable[[int, int, int, int], bool], word: int) -> int:
-    """One number of the lowest address, from its highest bit down."""
+def _word(confirmed: Callable[[int, int, int, int], bool], word: int) -> int:
+    """Determine one number of the lowest address, from its highest bit down."""
     number = 0
     for bit in reversed(range(BITS)):
-        if not agrees(number, bit, word, word):
+        if not confirmed(number, bit, word, word):
             number |= 1 << bit
-    if not agrees(number, 0, word, (word + 1) % WORDS):
+    if not confirmed(number, 0, word, (word + 1) % WORDS):
         raise Failed(f"fastscan: no node confirms {number:08X}h; is there a second LSS master?")
     return number

@@ -1,4 +1,4 @@
-"""NMT (CiA 301, 7.2.8): states, heartbeat, boot-up."""
+"""Clauses about NMT (CiA 301, 7.2.8): states, heartbeat, boot-up."""
 
 from collections.abc import Callable
 
@@ -63,19 +63,20 @@ def boot_up(node: NodeUnderTest) -> None:
     dialogue.forget()
     dialogue.command(RESET_COMMUNICATION)
     frame = dialogue.wait_for(0x700 + dialogue.node_id, BOOT_UP_S)
-    dialogue.command(ENTER_PRE_OPERATIONAL)  # some start by themselves (1F80h)
+    dialogue.command(ENTER_PRE_OPERATIONAL)  # some nodes start by themselves (1F80h)
     if frame != b"\0":
         raise Failed(f"it sent {frame.hex(' ') if frame is not None else 'nothing'}")
 
 
 MAY_BE_LATE = 5
-"""Heartbeats of the state before that may be on their way; chosen."""
+"""Heartbeats with the previous state that may still be under way; chosen."""
 
 
 class _Heartbeats:
-    """A heartbeat every 20 ms, as it was afterwards; entering gives what tells the state that one shows.
+    """Context with a heartbeat every 20 ms; entering returns a function that reads the state from heartbeats.
 
-    That is the next one's; where a state is wanted, one of the next may be on its way already.
+    `shown(None)` returns the state of the next heartbeat. `shown(wanted)` skips some heartbeats with another
+    state, which may be under way already.
     """
 
     def __init__(self, node: NodeUnderTest) -> None:

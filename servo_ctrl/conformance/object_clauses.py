@@ -1,4 +1,4 @@
-"""The object dictionary against the EDS (CiA 301 7.5, CiA 306)."""
+"""Clauses about the object dictionary and the EDS (CiA 301 7.5, CiA 306)."""
 
 from servo_ctrl.canopen.errors import AbortCode
 from servo_ctrl.conformance.clauses import OUT_OF_RANGE, NodeUnderTest, clause, size_of

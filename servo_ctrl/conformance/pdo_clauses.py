@@ -1,4 +1,4 @@
-"""PDO (CiA 301, 7.2.2 and 7.5.2): mapping, identifiers, the answer to a SYNC."""
+"""Clauses about PDOs (CiA 301, 7.2.2 and 7.5.2): mapping, CAN-IDs, the answer to a SYNC."""
 
 from servo_ctrl.conformance.clauses import (
     CANNOT_BE_MAPPED,
@@ -46,7 +46,7 @@ def restricted_identifier(node: NodeUnderTest) -> None:
         raise NotApplicable("the identifier is fixed")
     dialogue = node.dialogue
     before = dialogue.read(TPDO, 1)
-    off = int.from_bytes(before, "little") | OFF  # with this bit the identifier is of no use, and any may do
+    off = int.from_bytes(before, "little") | OFF  # while the PDO is off, a node may accept any CAN-ID
     dialogue.write(TPDO, 1, off.to_bytes(4, "little"))
     try:
         dialogue.refused_write(TPDO, 1, (0x601).to_bytes(4, "little"), *OUT_OF_RANGE)
@@ -87,7 +87,7 @@ def synchronous_tpdo(node: NodeUnderTest) -> None:
 
 
 class _Unmapped:
-    """TPDO 1 switched off and without mapping, as it was afterwards."""
+    """Context in which TPDO 1 is off and has no mapping; leaving it restores TPDO 1."""
 
     def __init__(self, node: NodeUnderTest) -> None:
         if "w" not in node.variable(TPDO_MAPPING).access:

@@ -1,4 +1,4 @@
-"""Device profiles: CiA 402 drives, as far as they need no power, and CiA 406 encoders."""
+"""Clauses of device profiles: CiA 402 drives, as far as they need no power, and CiA 406 encoders."""
 
 from servo_ctrl.conformance.clauses import NodeUnderTest, clause
 from servo_ctrl.conformance.dialogue import Dialogue, Failed, NotApplicable, Refused

@@ -1,4 +1,4 @@
-"""Which nodes are on a bus: every id is asked for its device type at once, those that answer for the rest."""
+"""Scan of a bus: all node ids are asked for their device type, and those that answer for their identity."""
 
 import time
 from typing import NamedTuple
@@ -7,27 +7,27 @@ from servo_ctrl.conformance.dialogue import INITIATE, UPLOAD, Dialogue, Failed, 
 
 NODE_IDS = range(1, 128)
 SCAN_S = 1.0
-"""How long answers are waited for after the last question (chosen: slow nodes take some 100 ms)."""
+"""How long answers are collected after the last request; chosen: slow nodes take some 100 ms."""
 PROFILES = {401: "I/O", 402: "drive", 404: "measuring device", 406: "encoder", 418: "battery"}
-"""Device profiles of CiA by number, the ones that stand beside a drive."""
+"""Names of the CiA device profiles that are found on a bus with drives."""
 
 
 class FoundNode(NamedTuple):
-    """A node that has answered; what it did not tell is None or empty."""
+    """A node that answered; objects that it lacks are None or empty."""
 
     node_id: int
     profile: int
-    """Number of its CiA profile, 0 for none."""
+    """Number of the CiA device profile; 0: none."""
     vendor: int | None
     product: int | None
     revision: int | None
     serial: int | None
     name: str
-    """1008h, the manufacturer's."""
+    """Manufacturer device name, 1008h."""
 
     @property
     def line(self) -> str:
-        """For the terminal."""
+        """Line for the terminal."""
         numbers = (self.vendor, self.product, self.revision, self.serial)
         identity = " ".join("-" if number is None else f"{number:08X}h" for number in numbers)
         kind = (
@@ -37,7 +37,7 @@ class FoundNode(NamedTuple):
 
 
 def scan(wire: Wire) -> list[FoundNode]:
-    """The nodes that answer SDO, in order of their ids. Nothing is written."""
+    """Return the nodes that answer SDO requests, by ascending node id. Nothing is written."""
     for node_id in NODE_IDS:
         wire.send(0x600 + node_id, INITIATE.pack(UPLOAD, 0x1000, 0, 0))
     types = {}

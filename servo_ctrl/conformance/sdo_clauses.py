@@ -1,4 +1,4 @@
-"""SDO (CiA 301, 7.2.4): abort codes, segments, blocks."""
+"""Clauses about SDO (CiA 301, 7.2.4): abort codes, segments, blocks."""
 
 from binascii import crc_hqx
 

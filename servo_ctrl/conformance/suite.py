@@ -1,10 +1,10 @@
-"""A run of the suite on one node: every clause once, whatever the others found."""
+"""Run of the suite on one node: every clause once, regardless of the other findings."""
 
 from collections.abc import Iterator
 from pathlib import Path
 
 from servo_ctrl.canopen.stack import load_eds
-from servo_ctrl.conformance import (  # noqa: F401  # each puts its clauses on the list
+from servo_ctrl.conformance import (  # noqa: F401  # each registers its clauses
     nmt_clauses,
     object_clauses,
     pdo_clauses,
@@ -17,7 +17,7 @@ from servo_ctrl.conformance.verdicts import ClauseFinding, Verdict
 
 
 def examine(wire: Wire, node_id: int, eds: Path) -> Iterator[ClauseFinding]:
-    """Findings, one a clause. Raises EdsError for a file that cannot be read."""
+    """Yield one finding per clause. Raises EdsError for an EDS that cannot be read."""
     node = NodeUnderTest(Dialogue(wire, node_id), load_eds(eds, node_id))
     node.dialogue.command(ENTER_PRE_OPERATIONAL)
     return (_finding(clause, node) for clause in CLAUSES)

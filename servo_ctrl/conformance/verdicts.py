@@ -1,4 +1,4 @@
-"""What a run of the suite comes to: a verdict a clause, as text, JUnit XML and HTML."""
+"""Findings of the suite, one verdict per clause, as text, JUnit XML and HTML."""
 
 from collections.abc import Sequence
 from enum import StrEnum
@@ -9,7 +9,7 @@ from servo_ctrl.files.html_template import filled
 
 
 class Verdict(StrEnum):
-    """Of one clause."""
+    """Verdict on one clause."""
 
     PASS = "pass"  # noqa: S105  # no password
     FAIL = "fail"
@@ -17,7 +17,7 @@ class Verdict(StrEnum):
 
 
 class ClauseFinding(NamedTuple):
-    """One clause of a standard, and how the node met it; `reason` is empty where it did."""
+    """One clause of a standard, and whether the node meets it; `reason` is empty if it does."""
 
     clause: str
     title: str
@@ -26,24 +26,24 @@ class ClauseFinding(NamedTuple):
 
 
 def failures(findings: Sequence[ClauseFinding]) -> list[ClauseFinding]:
-    """The clauses that the node does not meet."""
+    """Return the clauses that the node does not meet."""
     return [finding for finding in findings if finding.verdict is Verdict.FAIL]
 
 
 def count(findings: Sequence[ClauseFinding]) -> str:
-    """The last line: how many of each verdict."""
+    """Summary line: how many of each verdict."""
     number = {verdict: sum(f.verdict is verdict for f in findings) for verdict in Verdict}
     return ", ".join(f"{number[verdict]} {verdict}" for verdict in Verdict)
 
 
 def line(finding: ClauseFinding) -> str:
-    """One finding as a line of the terminal."""
+    """Line for the terminal."""
     reason = f": {finding.reason}" if finding.reason else ""
     return f"{finding.verdict:14s}  {finding.clause}  {finding.title}{reason}"
 
 
 def junit(findings: Sequence[ClauseFinding], title: str) -> str:
-    """JUnit XML, as build servers read it."""
+    """Format the findings as JUnit XML for build servers."""
     number = {verdict: str(sum(f.verdict is verdict for f in findings)) for verdict in Verdict}
     suite = ET.Element(
         "testsuite",
@@ -64,7 +64,7 @@ def junit(findings: Sequence[ClauseFinding], title: str) -> str:
 
 
 def page(findings: Sequence[ClauseFinding], title: str) -> str:
-    """The same as a page that needs nothing else."""
+    """Format the findings as a self-contained HTML page."""
     return filled(
         "servo_ctrl.conformance", "page.html.j2", title=title, count=count(findings), findings=findings
     )

@@ -47,7 +47,7 @@ class Nodes:
     def objection(self, lost: Collection[int]) -> str:
         """Return why nodes can be neither used nor booted, else ""; `lost`: inputs that were given up."""
         for node in (self._sender[place] for place in lost):
-            if not self._watch.heard(node):
+            if not self._watch.is_responding(node):
                 return f"{self._names[node]}: its cyclic inputs do not come, and nothing else; {SWITCH_ON}"
         for node in range(self._watch.nodes):
             if silence := self._watch.silence(node):

@@ -5,7 +5,7 @@ from binascii import crc_hqx
 import pytest
 from controller_node_bench import OWN_EDS, ControllerNodeBench, abort
 
-from servo_ctrl.canopen.sdo_server import SILENCE_S
+from servo_ctrl.canopen.sdo_server import BLOCK_TIMEOUT_S
 
 BLOCK_NUMBER, BLOCK_CRC = 0x05040003, 0x05040004
 COMMAND = 0x05040001
@@ -57,7 +57,7 @@ def test_a_block_with_a_wrong_crc_or_number_is_not_written(bench: ControllerNode
 
 def test_a_client_that_has_been_silent_has_gone(bench: ControllerNodeBench) -> None:
     bench.ask("a4 0810 00 02 00 0000")
-    bench.clock_s += SILENCE_S
+    bench.clock_s += BLOCK_TIMEOUT_S
     assert len(bench.ask("a3" + "00" * 7)) == 2
-    bench.clock_s += 1.01 * SILENCE_S
+    bench.clock_s += 1.01 * BLOCK_TIMEOUT_S
     assert bench.ask("a2 01 02" + "00" * 5) == abort("010200", COMMAND)  # a frame of no transfer

@@ -127,7 +127,7 @@ def test_a_concise_dcf_is_as_dcfgen_makes_it(tmp_path: Path) -> None:
     path.write_bytes(block)
     assert read_concise_dcf(path) == (SdoDownload(0x1017, 0, b"\xe8\x03"),)
     assert pack_concise_dcf([SdoDownload(0x1017, 0, b"\xe8\x03")]) == block
-    for broken, complaint in ((block[:-1], "1017h:00, is cut off"), (block + b"\0", "1 bytes behind")):
+    for broken, complaint in ((block[:-1], "1017h:00, is cut off"), (block + b"\0", "1 bytes after")):
         path.write_bytes(broken)
         with pytest.raises(EdsError, match=complaint):
             read_concise_dcf(path)

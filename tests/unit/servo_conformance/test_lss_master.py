@@ -49,15 +49,15 @@ def test_nobody_is_found_where_all_have_ids() -> None:
 
 
 def test_the_command_names_a_new_bus_and_renames_a_node(new_bus: Wire) -> None:
-    conformance_request.give(new_bus, {0x10100: 3, 0x10101: 13})
+    conformance_request.assign_ids(new_bus, {0x10100: 3, 0x10101: 13})
     assert [(node.node_id, node.profile) for node in scan(new_bus)] == [(3, 402), (13, 406)]
-    conformance_request.give(new_bus, {0x10100: 4})
+    conformance_request.assign_ids(new_bus, {0x10100: 4})
     assert [(node.node_id, node.serial) for node in scan(new_bus)] == [(4, 0x10100), (13, 0x10101)]
 
 
 def test_two_nodes_exchange_their_ids() -> None:
     wire = Wire(InProcessNodes())
-    conformance_request.give(wire, {0x10001: 11, 0x1000B: 1})
+    conformance_request.assign_ids(wire, {0x10001: 11, 0x1000B: 1})
     assert [(node.node_id, node.profile) for node in scan(wire)] == [(1, 406), (11, 402)]
 
 
@@ -68,7 +68,7 @@ def test_two_nodes_exchange_their_ids() -> None:
 def test_nothing_is_given_that_cannot_be(names: dict[int, int], reason: str) -> None:
     wire = Wire(InProcessNodes())
     with pytest.raises(Failed, match=reason):
-        conformance_request.give(wire, names)
+        conformance_request.assign_ids(wire, names)
     assert [node.node_id for node in scan(wire)] == [1, 11]
 
 
@@ -84,7 +84,7 @@ def rates(wire: Wire) -> list[int]:
 
 
 def test_all_nodes_take_another_bit_rate_together(new_bus: Wire) -> None:
-    conformance_request.give(new_bus, {0x10100: 3})
+    conformance_request.assign_ids(new_bus, {0x10100: 3})
     addresses = [*find_unnamed(new_bus), *conformance_request.addresses_of(scan(new_bus))]
     assert sorted(addresses) == [DRIVE_ADDRESS, SCALE_ADDRESS]
     set_bit_rate(new_bus, addresses, 250, 5)
