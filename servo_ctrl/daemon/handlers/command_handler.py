@@ -1,9 +1,9 @@
-"""Executes commands from SDO, MQTT and the local socket, and makes the status that they publish."""
+"""Executes commands from SDO, MQTT and the local socket, and composes the status that they publish."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 from servo_ctrl.commands.axis_status import AxisStatus, ScrewStatus, WaveformStatus
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
@@ -31,6 +31,7 @@ from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learning.screw import LEARNER as SCREW
 from servo_ctrl.learning.waveform_run import LEARNER as WAVEFORM
 
+Status = TypeVar("Status", ScrewStatus, WaveformStatus)
 _ACCEPTED = CommandResult()
 
 
@@ -202,8 +203,8 @@ class ControllerCommandHandler:
             version=stored.version if stored is not None else 0,
             learned_at=stored.learned_at if stored is not None else "",
             learned=axis.learned,
-            screw=_screw_status(self._compensation.screws[axis.name]),
-            waveform=_waveform_status(self._compensation.waveforms[axis.name]),
+            screw=_stored_status(ScrewStatus, self._compensation.screws[axis.name]),
+            waveform=_stored_status(WaveformStatus, self._compensation.waveforms[axis.name]),
         )
 
     def _start_learning(self, axis: str) -> CommandResult:
@@ -233,35 +234,9 @@ class ControllerCommandHandler:
         return CommandResult(Refusal.UNKNOWN, f'there is no axis "{name}", only {known}')
 
 
-def _waveform_status(waveform: WaveformCompensation) -> WaveformStatus:
-    stored = waveform.stored
-    if stored is None:
-        return WaveformStatus(enabled=waveform.enabled)
-    learned = stored.learned
-    return WaveformStatus(
-        enabled=waveform.enabled,
-        version=stored.version,
-        learned_at=stored.learned_at,
-        before_m=learned.before_m,
-        after_m=learned.after_m,
-        strokes=learned.strokes,
-    )
-
-
-def _screw_status(screw: ScrewCompensation) -> ScrewStatus:
-    stored = screw.stored
-    if stored is None:
-        return ScrewStatus(enabled=screw.enabled)
-    learned = stored.learned
-    return ScrewStatus(
-        enabled=screw.enabled,
-        version=stored.version,
-        learned_at=stored.learned_at,
-        points=learned.points,
-        lost_motion_m=learned.lost_motion_m,
-        spread_m=learned.spread_m,
-        before_m=learned.before_m,
-        after_m=learned.after_m,
-        strokes=learned.strokes,
-        machine_time_s=learned.machine_time_s,
-    )
+def _stored_status(kind: type[Status], axis: ScrewCompensation | WaveformCompensation) -> Status:
+    """Status of a compensation; its fields have the names of those of the stored version and its result."""
+    if (stored := axis.stored) is None:
+        return kind(enabled=axis.enabled)
+    values = {**stored.learned._asdict(), **stored._asdict(), "enabled": axis.enabled}
+    return kind(**{name: values[name] for name in kind._fields})

@@ -12,6 +12,7 @@ from servo_ctrl.config.freeze import with_observer, with_pulse
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.daemon.learning.learned_compensation import LearnedCompensation
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.learned.store import LearnedStore, StoredResult
 from servo_ctrl.learning.pulse_functions import constant_table, table
@@ -38,11 +39,13 @@ class CompensationError(ServoCtrlError):
     """The requested compensation cannot act."""
 
 
-class AxisCompensation:
-    """Pulse and observer of one axis; a change acts from the next cycle on."""
+class AxisCompensation(LearnedCompensation[Pulse]):
+    """Pulse and observer of one axis. A trial is a pulse at every reversal, without observer."""
+
+    result = "pulse"
 
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
-        self.name = servo.name
+        super().__init__(servo)
         self.has_pulse = config.section(FrictionCompensationSettings) is not None
         self.has_observer = config.section(DisturbanceObserverSettings) is not None
         self.enabled = config.acts(FrictionCompensationSettings)
@@ -51,11 +54,7 @@ class AxisCompensation:
         """The stored version on which the functions in use are based."""
         self.learned: Learned | None = None
         """The functions in use: those of `stored`, adapted or not."""
-        self.problem = ""
-        """Why the stored functions are not used, else ""."""
-        self._servo = servo
         self._table: Array | None = None
-        self._stroke: Pulse | None = None
 
     def use(self, functions: Functions | None) -> None:
         """Use the functions of a stored version; None = no functions."""
@@ -78,21 +77,10 @@ class AxisCompensation:
         self.observer = self.observer if observer is None else observer
         self._apply()
 
-    def try_out(self, pulse: Pulse) -> None:
-        """Apply this pulse at every reversal, without observer, until `restore`: for a learning stroke."""
-        self._stroke = pulse
-        self._apply()
-
-    def restore(self) -> None:
-        """Restore the compensation in use before the stroke."""
-        if self._stroke is not None:
-            self._stroke = None
-            self._apply()
-
     def _apply(self) -> None:
         functions, observer = None, self.observer
-        if self._stroke is not None:
-            functions = constant_table(self._stroke) if self._stroke != NO_PULSE else None
+        if self._trial is not None:
+            functions = constant_table(self._trial) if self._trial != NO_PULSE else None
             observer = False
         elif self.enabled:
             functions = self._table
@@ -110,10 +98,7 @@ def load_compensation(
     for servo in servos:
         axis = AxisCompensation(servo, machine.axes[servo.name])
         if axis.has_pulse:
-            try:
-                axis.use(tabulated(store.active(axis.name)))
-            except ServoCtrlError as error:
-                axis.problem = f"axis {axis.name} runs without its learned pulse: {error}"
+            axis.load(lambda name: tabulated(store.active(name)))
         if wanted != "as configured":
             axis.switch(pulse=wanted == "pulse", observer=wanted == "observer")
         if wanted == "pulse" and axis.learned is None:

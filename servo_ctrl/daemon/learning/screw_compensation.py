@@ -11,28 +11,26 @@ from servo_ctrl.config.freeze import with_sampled, with_screw
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
+from servo_ctrl.daemon.learning.learned_compensation import LearnedCompensation
 from servo_ctrl.daemon.learning.pulse_compensation import Compensation
-from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.learned.store import ScrewStore, StoredResult
 from servo_ctrl.learning.screw import ScrewLearned, error_table
 from servo_ctrl.learning.screw_travel import ScrewTravel
 
 
-class ScrewCompensation:
-    """Screw table, backlash take-up and sampled dual loop of one axis; changes act from the next cycle on."""
+class ScrewCompensation(LearnedCompensation[ScrewTravel]):
+    """Screw table, backlash take-up and sampled dual loop of one axis. A trial is a learning travel."""
+
+    result = "screw"
 
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
-        self.name = servo.name
+        super().__init__(servo)
         self.fitted = config.section(ScrewCompensationSettings) is not None
         """Whether the machine file has the section."""
         self.enabled = config.acts(ScrewCompensationSettings)
         self.sampled = config.acts(SampledDualLoopSettings)
         self.stored: StoredResult[ScrewLearned] | None = None
         """The stored version in use."""
-        self.problem = ""
-        """Why the stored version is not used, else ""."""
-        self._servo = servo
-        self._travel: ScrewTravel | None = None
 
     def use(self, stored: StoredResult[ScrewLearned] | None) -> None:
         """Use a stored version; None = no compensation."""
@@ -44,21 +42,10 @@ class ScrewCompensation:
         self.enabled = on
         self._apply()
 
-    def try_out(self, travel: ScrewTravel) -> None:
-        """Apply only the compensation of this learning travel, until `restore`."""
-        self._travel = travel
-        self._apply()
-
-    def restore(self) -> None:
-        """Restore the compensation in use before the travel."""
-        if self._travel is not None:
-            self._travel = None
-            self._apply()
-
     def _apply(self) -> None:
         table, lost_motion_m, sampled = None, 0.0, self.sampled
-        if self._travel is not None:
-            table, lost_motion_m, sampled = self._travel.table, self._travel.lost_motion_m, False
+        if self._trial is not None:
+            table, lost_motion_m, sampled = self._trial.table, self._trial.lost_motion_m, False
         elif self.enabled and self.stored is not None:
             table, lost_motion_m = error_table(self.stored.learned), self.stored.learned.lost_motion_m
         self._servo.change_params(with_sampled(with_screw(self._servo.params, table, lost_motion_m), sampled))
@@ -72,10 +59,7 @@ def load_screws(
     for servo in servos:
         axis = ScrewCompensation(servo, machine.axes[servo.name])
         if axis.fitted:
-            try:
-                axis.use(store.active(axis.name))
-            except ServoCtrlError as error:
-                axis.problem = f"axis {axis.name} runs without its learned screw: {error}"
+            axis.load(store.active)
         if wanted == "off":
             axis.sampled = False
             axis.switch(on=False)

@@ -11,18 +11,20 @@ from servo_ctrl.config.freeze import with_waveform
 from servo_ctrl.config.learning import unlearnable
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.learned_waveform import LearnedWaveformSettings
+from servo_ctrl.daemon.learning.learned_compensation import LearnedCompensation
 from servo_ctrl.daemon.learning.pulse_compensation import Compensation, CompensationError
-from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.learned.store import StoredResult, WaveformStore
 from servo_ctrl.learning.reversal_waveform import WaveformLearned, wave_table
 from servo_ctrl.learning.waveform_run import WaveformStroke
 
 
-class WaveformCompensation:
-    """The waveform of one axis; a change acts from the next cycle on."""
+class WaveformCompensation(LearnedCompensation[WaveformStroke]):
+    """The waveform of one axis. A trial is the force of a learning stroke."""
+
+    result = "waveform"
 
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
-        self.name = servo.name
+        super().__init__(servo)
         self.fitted = config.section(LearnedWaveformSettings) is not None
         """Whether the machine file has the section."""
         self.learns = not unlearnable(config)
@@ -31,10 +33,6 @@ class WaveformCompensation:
         """The stored version in use."""
         self.learned: WaveformLearned | None = None
         """The waveform in use: that of `stored`, adapted or not."""
-        self.problem = ""
-        """Why the stored version is not used, else ""."""
-        self._servo = servo
-        self._stroke: WaveformStroke | None = None
         self._held_off = False
 
     @property
@@ -62,21 +60,10 @@ class WaveformCompensation:
         self._held_off = on
         self._apply()
 
-    def try_out(self, stroke: WaveformStroke) -> None:
-        """Apply the force of a learning stroke, until `restore`."""
-        self._stroke = stroke
-        self._apply()
-
-    def restore(self) -> None:
-        """Restore the waveform in use before the stroke."""
-        if self._stroke is not None:
-            self._stroke = None
-            self._apply()
-
     def _apply(self) -> None:
         friction, table = None, None
-        if self._stroke is not None:
-            friction, table = self._stroke.friction, self._stroke.waves
+        if self._trial is not None:
+            friction, table = self._trial.friction, self._trial.waves
         elif self.enabled and self.learned is not None and not self._held_off:
             friction = self.learned.friction
             table = wave_table(self.learned.accelerations_m_s2, self.learned.waves_n)
@@ -94,10 +81,7 @@ def load_waveforms(
     for servo in servos:
         axis = WaveformCompensation(servo, machine.axes[servo.name])
         if axis.fitted:
-            try:
-                axis.use(store.active(axis.name))
-            except ServoCtrlError as error:
-                axis.problem = f"axis {axis.name} runs without its learned waveform: {error}"
+            axis.load(store.active)
         if wanted != "as configured":
             axis.switch(on=wanted == "waveform")
         if wanted == "waveform" and axis.learned is None:

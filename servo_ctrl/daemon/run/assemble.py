@@ -21,7 +21,8 @@ from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
 from servo_ctrl.daemon.cycle.stand_by import Nodes, with_error_code
 from servo_ctrl.daemon.run.foreign_frames import SYNC_COB_ID, report_masters, report_writes
 from servo_ctrl.daemon.run.own_node import fault_reporter
-from servo_ctrl.io.can_port import BusError, BusNews, CanPort
+from servo_ctrl.io.can_port import BusError, CanPort
+from servo_ctrl.io.error_frames import BusNews
 from servo_ctrl.units import MM
 
 RESTART = "the interface restarts by itself where restart-ms is set (ip link), or when you restart it"
