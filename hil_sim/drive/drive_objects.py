@@ -6,10 +6,10 @@ from hil_sim.node.process_objects import Address, ProcessObjects, cia
 
 
 class Sensors(Protocol):
-    """The source of objects that are computed at every access."""
+    """What objects are computed from when they are asked for."""
 
     position_gain_1_s: float
-    """Gain of the amplifier's position loop."""
+    """Of the position loop."""
 
     def motor_counts(self) -> int:
         """Motor counts from the power-up origin, without polarity."""

@@ -1,1 +1,1 @@
-"""What reaches the operating system in real time: the CAN bus and the clock; nothing else may enter."""
+"""Access to the operating system in real time: the CAN bus and the clock; nothing else may enter."""

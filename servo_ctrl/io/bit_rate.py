@@ -1,4 +1,4 @@
-"""The bit rate of a SocketCAN interface, as `ip` tells it: what the machine file says is held against it."""
+"""Check of the machine file's bit rate against that of a SocketCAN interface, by `ip`."""
 
 import json
 import subprocess
@@ -10,25 +10,28 @@ LIMIT_S = 2.0
 
 
 def rate_problem(bus: str, stated_kbit_s: int, ask: Callable[[str], str] | None = None) -> str:
-    """Why the load of "INTERFACE:CHANNEL" would be computed wrongly; "" where all is well or nobody knows."""
+    """Say why the load of "INTERFACE:CHANNEL" would be computed wrongly; "" if the rate fits or is unknown.
+
+    `ask` returns the answer of `ip` about a channel.
+    """
     interface, _, channel = bus.partition(":")
     if interface != "socketcan":
         return ""
-    found = _timing((ask or _ip)(channel))
-    rate = found.get("bittiming", {}).get("bitrate")
+    timing = _timing((ask or _ip)(channel))
+    rate = timing.get("bittiming", {}).get("bitrate")
     if isinstance(rate, int) and rate and rate != stated_kbit_s * 1000:
-        told = f"{rate / 1e3:g} kbit/s, the machine file says {stated_kbit_s} (bus.bit_rate_kbit_s)"
-        return f"bus {bus} runs at {told}; its load is computed from the file's"
-    if "data_bittiming" in found:
-        return f"bus {bus} is set up for CAN FD; the controller sends and takes classic frames alone"
+        rates = f"{rate / 1e3:g} kbit/s, the machine file says {stated_kbit_s} (bus.bit_rate_kbit_s)"
+        return f"bus {bus} runs at {rates}; its load is computed from the file's"
+    if "data_bittiming" in timing:
+        return f"bus {bus} is set up for CAN FD; the controller sends and receives classic frames only"
     return ""
 
 
 def _ip(channel: str) -> str:
-    """What `ip` knows of an interface, as JSON; "" where there is no `ip` or no answer."""
+    """Answer of `ip` about an interface, as JSON; "" without `ip` or an answer."""
     command = ["ip", "-details", "-json", "link", "show", "dev", channel]
     try:
-        return subprocess.run(  # the name of an interface, no shell
+        return subprocess.run(  # the argument is the name of an interface, and there is no shell
             command, capture_output=True, text=True, timeout=LIMIT_S, check=False
         ).stdout
     except (OSError, subprocess.SubprocessError):

@@ -1,7 +1,7 @@
-"""The tick of real time: an absolute periodic timerfd, and how many ticks were missed.
+"""Clock of real-time pacing: a periodic timerfd with absolute instants, which counts missed ticks.
 
-asyncio rounds its own timers up to a millisecond, so the period comes from the kernel. Lockstep needs no
-clock: there the cycle starts the next one itself.
+asyncio rounds its timers up to a millisecond, so the kernel provides the period. Lockstep needs no clock:
+each cycle starts the next one.
 """
 
 import asyncio
@@ -27,7 +27,7 @@ class ClockError(ServoCtrlError):
 
 
 class Lateness:
-    """How late ticks were served: a histogram with 1 us bins, so that its memory is bounded."""
+    """Histogram of the lateness of ticks, with 1 us bins, so that its memory is bounded."""
 
     BINS = 20_000
 
@@ -35,29 +35,29 @@ class Lateness:
         self._counts = [0] * (self.BINS + 1)
 
     def add(self, late_ns: int) -> None:
-        """One tick; what is later than 20 ms goes into the last bin."""
+        """Count one tick; the last bin holds those later than 20 ms."""
         self._counts[min(max(late_ns, 0) // 1000, self.BINS)] += 1
 
     @property
     def count(self) -> int:
-        """Ticks counted."""
+        """Number of ticks."""
         return sum(self._counts)
 
     def percentile_us(self, share: float) -> float:
         """Return the lateness in us that this share (0..1) of ticks does not exceed; NaN without any."""
         wanted = share * self.count
-        seen = 0
+        counted = 0
         for late_us, count in enumerate(self._counts):
-            seen += count
-            if count and seen >= wanted:
+            counted += count
+            if count and counted >= wanted:
                 return float(late_us)
         return math.nan
 
 
 class TimerfdClock:
-    """Calls `on_tick(elapsed)` every `period_ns` of CLOCK_MONOTONIC; `elapsed` counts the missed ticks in.
+    """Calls `on_tick(elapsed)` every `period_ns` of CLOCK_MONOTONIC; `elapsed` includes missed ticks.
 
-    The ticks are absolute: a late one is not followed by a shift of all later ones.
+    The instants are absolute: a late tick does not shift the later ones.
     """
 
     def __init__(self, period_ns: int, on_tick: Callable[[int], None]) -> None:
@@ -65,7 +65,7 @@ class TimerfdClock:
             raise ClockError("real-time pacing needs Linux (timerfd); use --pacing lockstep")
         self.period_ns = period_ns
         self.missed = 0
-        """Ticks that passed while an earlier one was still waiting to be served."""
+        """Ticks that passed before an earlier one was served."""
         self.lateness = Lateness()
         self._due_ns = 0
         self._on_tick = on_tick
@@ -77,11 +77,11 @@ class TimerfdClock:
 
     @property
     def fileno(self) -> int:
-        """The descriptor, readable once a tick is due."""
+        """File descriptor, readable when a tick is due."""
         return int(self._fd)
 
     def start(self, loop: asyncio.AbstractEventLoop, first_ns: int | None = None) -> None:
-        """Tick from `first_ns` (CLOCK_MONOTONIC; one period from now when None) on, served by `loop`."""
+        """Start ticking in `loop`, at `first_ns` (CLOCK_MONOTONIC) first, or one period from now."""
         start_ns = time.monotonic_ns() + self.period_ns if first_ns is None else first_ns
         timer = _ITIMERSPEC.pack(*divmod(self.period_ns, 1_000_000_000), *divmod(start_ns, 1_000_000_000))
         if self._libc.timerfd_settime(self._fd, TFD_TIMER_ABSTIME, timer, None) != 0:
@@ -91,19 +91,19 @@ class TimerfdClock:
         self._loop = loop
 
     def serve(self) -> None:
-        """Take what is due and tick once for it; nothing when nothing is due."""
+        """Call `on_tick` once for all ticks that are due; return without a due tick."""
         try:
             elapsed = int.from_bytes(os.read(self._fd, 8), sys.byteorder)
         except BlockingIOError:
             return
         self.missed += elapsed - 1
-        # from the first instant that was waited for: a wake-up that missed ticks counts as late as it was
+        # measured from the first due instant: a wake-up that missed ticks counts with its full lateness
         self.lateness.add(time.monotonic_ns() - self._due_ns - self.period_ns)
         self._due_ns += elapsed * self.period_ns
         self._on_tick(elapsed)
 
     def close(self) -> None:
-        """Stop ticking and give the descriptor back."""
+        """Stop ticking and close the descriptor."""
         if self._loop is not None:
             self._loop.remove_reader(self._fd)
             self._loop = None

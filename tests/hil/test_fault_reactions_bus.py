@@ -15,7 +15,7 @@ from fault_reaction import (
 from hil_sim.node.nmt import NEVER_US
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES, detection_cycles, drive_alone_cycles
 from servo_ctrl.axis.fault_policy import Event
-from servo_ctrl.io.can_port import BusNews
+from servo_ctrl.io.error_frames import BusNews
 
 # --- nodes --------------------------------------------------------------------------------------------
 

@@ -8,7 +8,8 @@ import can
 import canopen
 import pytest
 
-from servo_ctrl.io.can_port import BusNews, CanPort, open_port
+from servo_ctrl.io.can_port import CanPort, open_port
+from servo_ctrl.io.error_frames import BusNews
 
 NODE, SCALE = 1, 11
 GUARD, TPDO1, TPDO2, EMCY, SYNC = 0x701, 0x181, 0x281, 0x081, 0x080

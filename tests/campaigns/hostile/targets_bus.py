@@ -16,7 +16,8 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.run.foreign_frames import report_masters
-from servo_ctrl.io.can_port import BusNews, CanPort
+from servo_ctrl.io.can_port import CanPort
+from servo_ctrl.io.error_frames import BusNews
 from tests.campaigns.hostile.bus_records import MOST_FRAMES, SDO_WORDS, Waiting, messages, traffic
 from tests.campaigns.hostile.targets import ROOT, target
 

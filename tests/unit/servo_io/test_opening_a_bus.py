@@ -6,7 +6,8 @@ import errno
 import can
 import pytest
 
-from servo_ctrl.io.can_port import BusError, BusNews, describe_error_frame, open_port
+from servo_ctrl.io.can_port import BusError, open_port
+from servo_ctrl.io.error_frames import BusNews, describe_error_frame
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,8 @@ import pytest
 from socket_bus import ERROR_FLAG, EXTENDED_FLAG, SocketBus
 
 from servo_ctrl.io import can_port
-from servo_ctrl.io.can_port import FRAMES_PER_WAKE, BusError, BusNews, CanPort
+from servo_ctrl.io.can_port import FRAMES_PER_WAKE, BusError, CanPort
+from servo_ctrl.io.error_frames import BusNews
 
 
 @pytest.fixture
