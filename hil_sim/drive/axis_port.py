@@ -1,7 +1,7 @@
 """The interface of one amplifier to its axis: views on the plant's records, and the drive's scaling.
 
-Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves. They run on
-where clients see them begin anew (607Bh).
+Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves. They count
+on beyond the position range 607Bh; only the values that clients see wrap there.
 """
 
 import math
@@ -20,11 +20,15 @@ from hil_sim.plant.measured_point import velocity_field
 POSITION_REVERSED, VELOCITY_REVERSED, TORQUE_REVERSED = 0x80, 0x40, 0x20  # polarity 607Eh
 SCALE_SENSOR = 1  # sensor selection code 606Ah
 CARRIED = "carried_velocity_m_s"
-PER_MILLE = 1000.0  # units of torque and current objects in the rated value
+"""Field of the plant's state that the scale of an axis with a structural mode measures."""
+PER_MILLE = 1000.0  # torque and current objects count in thousandths of the rated value
 
 
 class AxisPort:
-    """Commands to and feedback from axis `index` of the plant; its record and `objects` are the tick's."""
+    """Commands to and feedback from axis `index` of the plant.
+
+    It keeps its state in a `DriveRecord`, which with the process objects is the memory of the compiled tick.
+    """
 
     def __init__(self, config: AxisPlant, plant: Plant, index: int, objects: DriveObjects) -> None:
         own = slice(index, index + 1)
@@ -42,7 +46,7 @@ class AxisPort:
         self.has_scale = config.scale is not None
         self.position_gain_1_s: float = config.amplifier.position_gain_1_s
         home = config.home_switch
-        self.lie_in(drive_records(1), objects.records)
+        self.move_to(drive_records(1), objects.records)
         store_fields(
             self.record,
             counts_per_m=counts_per_m,
@@ -61,7 +65,7 @@ class AxisPort:
         self.set_polarity(0)
 
     def warm_up(self) -> None:
-        """Compile what a drive calls by itself, or load it, before anything is on the bus; nothing moves."""
+        """Compile the kernels that Python calls, or load them, before the first frame; nothing moves."""
         records, objects, setpoints = self._records.copy(), self._objects.copy(), self._setpoints.copy()
         drive_step.read_axis(records, objects, self._states, 0)
         drive_step.inputs_of(records, self._states, 0)
@@ -77,8 +81,8 @@ class AxisPort:
         drive_step.command_velocity(records, setpoints, 0, 0.0, 0.0)
         drive_step.command_position(records, setpoints, 0, 0.0, 0.0, 0.0)
 
-    def lie_in(self, records: NDArray[Any], objects: NDArray[Any]) -> None:
-        """Have record and objects in memory (1,) of the bench from now on."""
+    def move_to(self, records: NDArray[Any], objects: NDArray[Any]) -> None:
+        """Keep record and process objects in these arrays (1,) of the bench from now on."""
         if hasattr(self, "record"):
             records[0] = self.record
         self._records, self._objects = records, objects
@@ -119,9 +123,9 @@ class AxisPort:
         )
 
     def read(self) -> None:
-        """Write the actual values to the process objects. Raises ValueError where there are none."""
+        """Write the actual values to the process objects. Raises ValueError where the plant has diverged."""
         if not drive_step.read_axis(self._records, self._objects, self._states, 0):
-            raise ValueError("the plant has no number for where an axis is: it is unstable")
+            raise ValueError("the position of an axis is not a number: the plant is unstable")
 
     def show_demand(self, position: float, velocity: float) -> None:
         """Write the demand of the position loop: user counts; counts/s in the direction of the position."""
@@ -136,25 +140,25 @@ class AxisPort:
         return drive_step.clip_position(self._records, self._objects, 0, float(wanted))
 
     def clip_velocity(self, wanted: float, deceleration: float, dt_s: float) -> float:
-        """Clip a velocity demand (counts/s) likewise, so that braking at `deceleration` ends there."""
+        """Clip a velocity demand (counts/s) so that braking at `deceleration` ends within the limits."""
         return drive_step.clip_velocity(
             self._records, self._objects, 0, float(wanted), float(deceleration), dt_s
         )
 
     def clip_step(self, before: float, wanted: float, dt_s: float) -> float:
-        """Clip the next of a sequence of position demands to the speed of the motor, 6080h."""
+        """Clip a position demand so that it follows `before` within the max motor speed 6080h."""
         return drive_step.clip_step(self._records, 0, float(before), float(wanted), dt_s)
 
     def clip_torque(self, wanted: int) -> int:
-        """Clip a torque demand: none further into a limit switch, none beyond the speed of 6080h."""
+        """Clip a torque demand (per mille): none into a closed limit switch, none beyond speed 6080h."""
         return int(drive_step.clip_torque(self._records, self._objects, 0, float(wanted)))
 
     def hold(self, value: float) -> None:
-        """Let a cyclic mode go on from `value`, without a ramp."""
+        """Start the interpolation of a cyclic mode at `value`, without a ramp."""
         store_fields(self.record, present=value, start=value, target=value, progress=1.0)
 
-    def lead(self, dt_s: float, share: float) -> None:
-        """Command the axis as its cyclic mode does."""
+    def follow_set_points(self, dt_s: float, share: float) -> None:
+        """Command the set points of the axis's cyclic mode for the next `dt_s`, a `share` of the cycle."""
         drive_step.lead_axes(self._records, self._objects, self._setpoints, dt_s, share)
 
     def check_following(self, dt_s: float) -> bool:
@@ -162,27 +166,27 @@ class AxisPort:
         return drive_step.check_following(self._records, self._objects, 0, dt_s)
 
     def table_position_m(self) -> float:
-        """Where the table is, for what stands at a place on the machine."""
+        """Position of the table, against which switches and probes of the machine are placed."""
         return float(self._state["table_position_m"])
 
     def user_position(self, motor_counts: int) -> int:
-        """Motor counts as a position that the user sees."""
+        """Convert motor counts to the position that clients see."""
         return self.range.shown(self.origin + self.position_sign * motor_counts)
 
-    def take_range(self, low: int, high: int) -> None:
-        """Follow the position range limit 607Bh."""
-        self.range.take(low, high)
+    def set_range(self, low: int, high: int) -> None:
+        """Apply the position range limit 607Bh (counts)."""
+        self.range.set_limits(low, high)
         store_fields(self.record, range_low=low, range_high=high, range_span=self.range.span)
 
-    def into_range(self) -> int:
-        """Put the zero where the actual position lies in its range; return by how much positions changed."""
+    def move_into_range(self) -> int:
+        """Move the origin so that the actual position lies in its range; return the change in counts."""
         shift = self.range.shown(self.position) - self.position
         self.origin += shift
         self.record["position"] += shift
         return shift
 
     def close_switch(self, *, positive: bool) -> None:
-        """Close one of the limit switches for good, wherever the table is."""
+        """Keep one of the limit switches closed from now on, wherever the table is."""
         if positive:
             self.record["positive_m"] = -math.inf
         else:
@@ -192,7 +196,7 @@ class AxisPort:
         """Velocity (increments/s of the sensor, without polarity) of encoder (0) or scale (1), by 606Ah."""
         state, record = self._state, self.record
         if selection == SCALE_SENSOR:
-            field = "carried_velocity_m_s" if record["carried"] else "table_velocity_m_s"
+            field = CARRIED if record["carried"] else "table_velocity_m_s"
             return round(float(state[field] * record["scale_counts_per_m"]))
         return round(float(state["encoder_velocity_m_s"] * record["counts_per_m"]))
 
@@ -210,7 +214,7 @@ class AxisPort:
         return first if first >= now else None
 
     def off(self) -> None:
-        """Switch the power stage off: no current, whatever the set points."""
+        """Switch the power stage off: no current, whatever the set points are."""
         self._setpoint["loop"] = OFF
 
     def limit_torque(self, max_torque: int, max_current: int) -> None:
@@ -230,21 +234,21 @@ class AxisPort:
         self._setpoint["current_cut_negative_a"] = cuts_a[1]
 
     def command_torque(self, torque: int) -> None:
-        """Torque set point (per mille)."""
+        """Command a torque (per mille of the rated torque)."""
         drive_step.command_torque(self._records, self._setpoints, 0, float(torque))
 
     def command_velocity(self, velocity: float, torque_offset: int = 0) -> None:
-        """Velocity set point (counts/s), reached linearly over the next advance."""
+        """Command a velocity (counts/s), reached linearly over the next advance of the plant."""
         drive_step.command_velocity(self._records, self._setpoints, 0, float(velocity), float(torque_offset))
 
     def command_position(self, position: float, torque_offset: int = 0) -> None:
-        """Position set point (user counts), reached linearly over the next advance."""
+        """Command a position (user counts), reached linearly over the next advance of the plant."""
         drive_step.command_position(
             self._records, self._setpoints, 0, float(position), 0.0, float(torque_offset)
         )
 
 
 def store_fields(record: Any, **values: float) -> None:
-    """Put values into fields of a record."""
+    """Store values into the fields of a record."""
     for name, value in values.items():
         record[name] = value

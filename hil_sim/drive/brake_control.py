@@ -1,11 +1,11 @@
-"""The brake output, bit 0 of 60FEh, in its order with power: what a drive does for a holding brake.
+"""Holding brake control: the brake output, bit 0 of 60FEh, in sequence with the power stage.
 
-    enable: power at standstill, brake released, 2011h:01 ms later operation enabled
-    disable behind a ramp: standstill, brake set, 2011h:02 ms later power off
-    power off at once (transition 9, option code 0): brake set at the same moment
+    enable: power at standstill, release the brake, 2011h:01 ms later operation enabled
+    disable after a ramp: standstill, set the brake, 2011h:02 ms later power off
+    power off at once (transition 9, option code 0): set the brake at the same moment
 
-Bit 0 of the mask 60FEh:02 takes the brake output from this order and gives it to bit 0 of 60FEh:01 (1 = set);
-the times are kept all the same. Without it 60FEh:01 reads as the output is.
+With bit 0 of the mask 60FEh:02, bit 0 of 60FEh:01 drives the output instead of this sequence (1 = set), with
+the same times. Without it 60FEh:01 reads the state of the output.
 """
 
 import math
@@ -22,7 +22,7 @@ SET_BRAKE = 1
 
 
 def brake_of(config: AxisPlant, plant: Plant, index: int) -> HoldingBrake:
-    """The brake of axis `index` of the plant, closed."""
+    """Return the brake of axis `index` of the plant, set; without force where the axis has none."""
     coulomb, brake = plant.params[index]["coulomb_friction"], config.brake
     if brake is None:
         return HoldingBrake(coulomb, 0.0, 0.0, 0.0)
@@ -31,31 +31,31 @@ def brake_of(config: AxisPlant, plant: Plant, index: int) -> HoldingBrake:
 
 
 class BrakeControl:
-    """The output of one drive. `wanted_set`: what the order with power asks for."""
+    """The brake output of one drive; `wanted_set`: whether the sequence asks for a set brake."""
 
     def __init__(self, objects: DriveObjects, port: AxisPort, brake: HoldingBrake, clock: Clock) -> None:
         self._objects, self._port = objects, port
         self._clock = clock
         self.brake = brake
         self.outputs = (0, 0)
-        """60FEh:01 and 02 that were followed last."""
+        """60FEh:01 and 02 as they were applied last."""
         self.wanted_set = True
         self._since_us = 0
 
     def reset(self) -> None:
-        """Power up: nobody holds the axis but the brake."""
+        """Set the brake, as after power-up."""
         self.wanted_set = True
-        self.follow()
+        self.drive_output()
 
     def order(self, *, close: bool) -> None:
-        """Set or release the brake in the order with power."""
+        """Set or release the brake, as the sequence with the power stage asks."""
         if close != self.wanted_set:
             self.wanted_set = close
             self._since_us = self._clock.now_us
-            self.follow()
+            self.drive_output()
 
-    def follow(self) -> None:
-        """Drive the output: by the mask from 60FEh:01, else as ordered."""
+    def drive_output(self) -> None:
+        """Drive the output: by 60FEh:01 where the mask says so, else by the sequence."""
         objects = self._objects
         self.outputs = objects.physical_outputs, objects.bit_mask
         acted = dict(zip(("acted_physical_outputs", "acted_bit_mask"), self.outputs, strict=True))
@@ -66,16 +66,16 @@ class BrakeControl:
         self.brake.drive(close=close, now_us=self._clock.now_us)
 
     def shown(self) -> int:
-        """60FEh:01 as it reads: the outputs as they are."""
+        """Return 60FEh:01 as clients read it: the state of the output."""
         return SET_BRAKE if self.is_set else 0
 
     def release_then(self, then: Callable[[], None]) -> Callable[[], None]:
-        """Release the brake; what is returned does `then` once the time for it is over."""
+        """Release the brake; return a function for every tick, which calls `then` after the release time."""
         self.order(close=False)
         return lambda: then() if self.released() else None
 
     def set_then(self, then: Callable[[], None]) -> Callable[[], None]:
-        """What to do at the end of a ramp: set the brake, and do `then` once it is closed."""
+        """Return a function for every tick after a ramp: it sets the brake, then calls `then` once set."""
 
         def at_rest() -> None:
             self.order(close=True)
@@ -85,7 +85,7 @@ class BrakeControl:
         return at_rest
 
     def released(self) -> bool:
-        """Whether the time to release the brake is over."""
+        """Return whether the release time 2011h:01 is over."""
         return not self.wanted_set and self._elapsed(self._objects.brake_release_time)
 
     def _elapsed(self, time_ms: int) -> bool:

@@ -1,7 +1,7 @@
 """Power drive state machine of CiA 402 as one table: (state, cause) -> (transition number, next state).
 
 A cause is a command of the controlword or an event in the drive. `docs/drive_states.md` is drawn from the
-table. Transition 0 is power-up itself.
+table. Transition 0 is power-up.
 """
 
 from enum import Enum, IntEnum
@@ -88,7 +88,7 @@ HALT = 1 << 8
 
 
 def decode(controlword: int, previous: int) -> Command | None:
-    """The command of a controlword; `previous` is the one before it (for the edge of fault reset)."""
+    """Return the command of a controlword; `previous`, the one before it, shows the edge of a fault reset."""
     if controlword & 0x80:
         return None if previous & 0x80 else Command.FAULT_RESET
     for command in Command:
@@ -99,7 +99,7 @@ def decode(controlword: int, previous: int) -> Command | None:
 
 
 def transition(state: State, command: Command | None, quick_stop_stays: bool) -> Transition | None:
-    """The transition a command causes. Transition 16 exists only if quick stop stays (605Ah is 5 to 8)."""
+    """Return the transition of a command; 16 exists only where quick stop stays (605Ah is 5 to 8)."""
     if command is None:
         return None
     found = TRANSITIONS.get((state, command))

@@ -1,6 +1,6 @@
 """The cyclic synchronous modes (CSP, CSV, CST): the controller sends a set point every cycle.
 
-What they do in a tick is compiled (`hil_sim.cyclic.drive_step`), for one axis or for all of them at once.
+Their tick is compiled (`hil_sim.cyclic.drive_step`), for one axis or for all axes at once.
 """
 
 from hil_sim.drive.mode import BIT_12, Mode, ModeCode
@@ -22,16 +22,16 @@ class CyclicMode(Mode):
 
     def tick(self, dt_s: float, share: float) -> None:
         """Command the set point and its offsets."""
-        self.port.lead(dt_s, share)
+        self.port.follow_set_points(dt_s, share)
 
 
 class CyclicTorque(CyclicMode):
     """CST: target torque plus torque offset, within 6072h."""
 
-    led = ModeCode.CYCLIC_TORQUE
+    cyclic_code = ModeCode.CYCLIC_TORQUE
 
     def leave(self) -> None:
-        """Clear the torque demand: from now on the amplifier's own loops make it."""
+        """Clear the torque demand: from now on the amplifier's own loops compute it."""
         super().leave()
         self.objects.torque_demand = 0
 
@@ -39,7 +39,7 @@ class CyclicTorque(CyclicMode):
 class CyclicVelocity(CyclicMode):
     """CSV: target velocity plus offset, in the amplifier's velocity loop."""
 
-    led = ModeCode.CYCLIC_VELOCITY
+    cyclic_code = ModeCode.CYCLIC_VELOCITY
 
     def enter(self) -> None:
         """Follow from the present velocity."""
@@ -53,5 +53,5 @@ class CyclicVelocity(CyclicMode):
 class CyclicPosition(CyclicMode):
     """CSP: target position plus offset, in the amplifier's position loop."""
 
-    led = ModeCode.CYCLIC_POSITION
+    cyclic_code = ModeCode.CYCLIC_POSITION
     position_loop = True

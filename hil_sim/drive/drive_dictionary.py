@@ -24,13 +24,16 @@ from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073, 0x60B8, 0x60E0, 0x60E1, 0x60FE)
+"""Objects whose write by SDO takes effect before the next tick."""
 BUFFER_POSITION, BUFFER_CLEAR = 4, 6
 """Subindices of 60C4h."""
 POSITIONING_OPTIONS = tuple(
     relative | rotary for relative in (0, TO_DEMAND, 2) for rotary in (LINEAR, NEGATIVE, POSITIVE, SHORTEST)
 )
-"""Codes 60F2h: what a relative move starts from, and the way round. Set-points act at once or in order, and
-are acknowledged by the controlword alone: the options of bits 2 to 5 are 0.
+"""Supported values of 60F2h: what a relative set-point is relative to, and the direction of a rotary axis.
+
+Bits 2 to 5 are 0: bit 5 of the controlword alone decides whether a set-point acts at once, and bit 4 alone
+makes the handshake.
 """
 LARGEST_U16 = 0xFFFF
 POLARITY_BITS = POSITION_REVERSED | VELOCITY_REVERSED | TORQUE_REVERSED
@@ -38,7 +41,7 @@ POLARITY_BITS = POSITION_REVERSED | VELOCITY_REVERSED | TORQUE_REVERSED
 
 
 class GuardedDrive(Protocol):
-    """The part of the drive that the dictionary uses."""
+    """The part of `Drive` that checks and followers of the dictionary call."""
 
     objects: DriveObjects
     port: AxisPort
@@ -46,32 +49,32 @@ class GuardedDrive(Protocol):
     brake: BrakeControl
 
     def process(self) -> None:
-        """Act on new process objects."""
+        """Act on changed process objects."""
 
     def is_idle(self) -> bool:
         """Whether the motor has no power."""
 
     last_set_point: int
-    """Of interpolated position, 60C1h:01."""
+    """The set point of interpolated position that was buffered last (counts), shown by 60C1h:01."""
 
     def push_set_point(self, set_point: int) -> bool:
         """Buffer a set point; return whether there was room."""
 
-    def take_set_point(self) -> None:
-        """Leave no set point in 60C1h:01."""
+    def clear_set_point(self) -> None:
+        """Leave no set point in 60C1h:01, so that the same value can be written again."""
 
-    def set_polarity(self) -> None:
-        """Follow 607Eh."""
+    def apply_polarity(self) -> None:
+        """Apply the polarity 607Eh."""
 
-    def take_range(self) -> None:
-        """Follow 607Bh."""
+    def apply_position_range(self) -> None:
+        """Apply the position range limit 607Bh."""
 
     def limit_speed(self) -> None:
-        """Follow 6080h."""
+        """Apply the max motor speed 6080h."""
 
 
 def hardware_values(config: AxisPlant) -> dict[tuple[int, int], int]:
-    """Values of the objects that describe motor, encoder, screw and amplifier of the axis."""
+    """Return the values of the objects that describe motor, encoder, screw and amplifier, by address."""
     motor = config.motor
     peak_a = config.amplifier.peak_current_a
     peak_current = round(peak_a * 1e6 / motor.rated_current_ma)
@@ -103,7 +106,7 @@ Check = Callable[[int, int], None]
 
 
 def only_in(allowed: Container[int]) -> Check:
-    """Check that refuses all values but these."""
+    """Return a check that refuses all values but these."""
 
     def check(_subindex: int, value: int) -> None:
         if value not in allowed:
@@ -113,7 +116,7 @@ def only_in(allowed: Container[int]) -> Check:
 
 
 def without(reserved: int) -> Check:
-    """Check that refuses values with one of these bits."""
+    """Return a check that refuses values with one of these bits."""
 
     def check(_subindex: int, value: int) -> None:
         if value & reserved:
@@ -123,7 +126,7 @@ def without(reserved: int) -> Check:
 
 
 def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
-    """Refuse writes of invalid values, and have the drive act at once on those in ACTED_ON_AT_ONCE."""
+    """Refuse invalid SDO writes, and have the drive act at once on those to the objects ACTED_ON_AT_ONCE."""
 
     def software_limits(subindex: int, value: int) -> None:
         objects = drive.objects
@@ -146,7 +149,7 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
             raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
 
     dictionary.checks[0x607B] = position_range
-    dictionary.followers[0x607B] = lambda _sub: drive.take_range()
+    dictionary.followers[0x607B] = lambda _sub: drive.apply_position_range()
 
     def polarity(_subindex: int, value: int) -> None:
         if value & ~POLARITY_BITS:
@@ -155,7 +158,7 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
             raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
 
     dictionary.checks[0x607E] = polarity
-    dictionary.followers[0x607E] = lambda _sub: drive.set_polarity()
+    dictionary.followers[0x607E] = lambda _sub: drive.apply_polarity()
     dictionary.followers[0x6080] = lambda _sub: drive.limit_speed()
     dictionary.checks[0x606A] = only_in((0, SCALE_SENSOR) if drive.port.has_scale else (0,))
     dictionary.checks[0x6086] = only_in((0, JERK_LIMITED))
@@ -169,8 +172,8 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
 
 
 def guard_interpolation(dictionary: Dictionary, drive: GuardedDrive) -> None:
-    """Buffer what is written to 60C1h, and show and clear the buffer by 60C4h."""
-    motion = drive.motion  # a reset makes its modes anew
+    """Buffer the set points written to 60C1h, and show and clear the buffer by 60C4h."""
+    motion = drive.motion  # looked up at every access, because a reset creates new modes
 
     def buffered(_subindex: int, value: int) -> None:
         if not drive.push_set_point(value):
@@ -181,7 +184,7 @@ def guard_interpolation(dictionary: Dictionary, drive: GuardedDrive) -> None:
             motion.interpolated.set_points.clear()
 
     dictionary.checks[0x60C1] = buffered
-    dictionary.followers[0x60C1] = lambda _sub: drive.take_set_point()
+    dictionary.followers[0x60C1] = lambda _sub: drive.clear_set_point()
     dictionary.readers[0x60C1] = lambda sub: drive.last_set_point if sub else None
     dictionary.readers[0x60C4] = lambda sub: (
         len(motion.interpolated.set_points) if sub == BUFFER_POSITION else None

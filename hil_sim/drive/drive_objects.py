@@ -6,10 +6,10 @@ from hil_sim.node.process_objects import Address, ProcessObjects, cia
 
 
 class Sensors(Protocol):
-    """What objects are computed from when they are asked for."""
+    """The source of objects that are computed at every access."""
 
     position_gain_1_s: float
-    """Of the position loop."""
+    """Gain of the amplifier's position loop."""
 
     def motor_counts(self) -> int:
         """Motor counts from the power-up origin, without polarity."""

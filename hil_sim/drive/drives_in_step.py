@@ -1,4 +1,7 @@
-"""All drives of a bench in one tick: compiled where each of them follows the bus, one by one elsewhere."""
+"""All drives of a bench in one tick: one compiled call while all of them follow set points of the bus.
+
+As soon as one drive does anything else (a ramp, homing, a profile mode), each drive computes its own tick.
+"""
 
 from collections.abc import Sequence
 
@@ -18,27 +21,27 @@ from hil_sim.plant.integrate import advance
 from kernels.arrays import Array, Index
 
 FOLLOWING = State.OPERATION_ENABLED | cia402.VOLTAGE_ENABLED | cia402.REMOTE | FOLLOWS_COMMAND
-"""Statusword of a drive that follows the bus, without `INTERNAL_LIMIT`."""
+"""Statusword of a drive that follows set points of the bus, without `INTERNAL_LIMIT`."""
 
 
 class DrivesInStep:
-    """The drives of a plant, in the order of its axes; their objects and records lie side by side."""
+    """The drives of a plant, in the order of its axes; their objects and records share one memory."""
 
     def __init__(self, drives: Sequence[Drive], plant: Plant, numbers: Array) -> None:
-        """`numbers` (drives, values): where their process objects are to lie."""
+        """Move the process objects of the drives into `numbers` (drives, values)."""
         self._drives, self._plant = tuple(drives), plant
         self._axes = drive_records(len(drives))
         self._objects = numbers.view(DriveObjects.record()).reshape(-1)
-        self._found: Index = np.zeros(len(drives), np.int64)
+        self._findings: Index = np.zeros(len(drives), np.int64)  # not 0: Python reads the axis itself
         for index, drive in enumerate(drives):
-            drive.lie_in(self._axes[index : index + 1], numbers[index])
+            drive.move_to(self._axes[index : index + 1], numbers[index])
 
     def warm_up(self) -> None:
-        """Compile, or load from the cache, what a tick of drives that follow takes; nothing moves."""
+        """Compile the kernels of a tick, or load them from the cache; nothing moves."""
         plant = self._plant
         lead_axes(self._axes, self._objects, plant.setpoint, 1.0, 1.0)
         advance(plant.params, plant.state, plant.setpoint, 0, 0.0)
-        follow_axes(self._axes[:0], self._objects[:0], plant.state[:0], 1.0, 0, 0, self._found[:0])
+        follow_axes(self._axes[:0], self._objects[:0], plant.state[:0], 1.0, 0, 0, self._findings[:0])
         if self._drives:
             self._drives[0].port.warm_up()
 
@@ -48,7 +51,7 @@ class DrivesInStep:
         return [drive.slave for drive in self._drives]
 
     def exchange(self, tables: PdoTables) -> bytes:
-        """Let what was received take effect; the TPDOs of all nodes."""
+        """Let the received RPDOs take effect; return the TPDO frames of all nodes as one burst."""
         frames = tables.exchange(self._axes, self._objects)
         if frames is None:
             for drive, acts in zip(self._drives, tables.acts, strict=True):
@@ -58,9 +61,9 @@ class DrivesInStep:
         return frames
 
     def advance(self, substeps: int, substep_s: float, dt_s: float, share: float) -> bool:
-        """Command the axes and move the plant by so many substeps, a `share` of a cycle.
+        """Command the axes and advance the plant by `substeps` of `substep_s`, together `dt_s`.
 
-        Returns whether all drives follow the bus, for `read`.
+        `share` is `dt_s` in communication cycles. Returns whether all drives follow set points, for `read`.
         """
         plant = self._plant
         following = all(drive.follows_cycle for drive in self._drives)
@@ -73,7 +76,7 @@ class DrivesInStep:
         return following
 
     def read(self, dt_s: float, *, following: bool) -> None:
-        """Read the axes and supervise them, as the time has moved on."""
+        """Read the actual values of all axes and supervise them over the last `dt_s`."""
         if not following:
             for drive in self._drives:
                 drive.read_axis(dt_s)
@@ -84,8 +87,8 @@ class DrivesInStep:
             dt_s,
             FOLLOWING,
             FOLLOWING | cia402.INTERNAL_LIMIT,
-            self._found,
+            self._findings,
         ):
-            for drive, found in zip(self._drives, self._found, strict=True):
+            for drive, found in zip(self._drives, self._findings, strict=True):
                 if found:
                     drive.read_axis(dt_s)

@@ -1,13 +1,13 @@
-"""The homing methods of CiA 402 as tables, and four by current.
+"""The homing methods of CiA 402 as tables, and four manufacturer-specific ones by current.
 
-Methods 3 to 14 take an edge of the home switch and the index pulse behind it, 19 to 30 the edge alone. Those
+Methods 3 to 14 home on the index pulse behind an edge of the home switch, 19 to 30 on the edge itself. Those
 by current, for axes without switches, push against a block: -1 and -2 go back to the index pulse.
 """
 
 from typing import NamedTuple
 
 NO_HOMING = 0
-"""Method 0: no homing is required, so a start searches nothing and shows whether the axis is homed."""
+"""Method 0: no homing is required. A start moves nothing and shows whether the axis is homed."""
 AT_PRESENT_POSITION = (35, 37)
 """Methods that take the present position as home."""
 BY_CURRENT = {-1: (1, True), -2: (-1, True), -3: (1, False), -4: (-1, False)}
@@ -17,12 +17,12 @@ FIRST_WITHOUT_INDEX = 17
 
 
 class HomeEdge(NamedTuple):
-    """Which way an axis goes to look for the home switch, and how it crosses the edge that counts."""
+    """The direction in which an axis starts to search the home switch, and how it crosses the homing edge."""
 
     start: int
     direction: int
     leaves: bool
-    """Whether the switch opens there."""
+    """Whether the axis leaves the switch there: it opens."""
 
 
 HOME = {
@@ -39,11 +39,11 @@ HOME = {
     13: HomeEdge(-1, 1, False),
     14: HomeEdge(-1, -1, True),
 }
-"""By method with index; that without is 16 more."""
+"""By method with index pulse; the method without has a number higher by 16."""
 METHODS = (*WITH_INDEX, *range(FIRST_WITHOUT_INDEX, 31), 33, 34, *AT_PRESENT_POSITION, *BY_CURRENT)
 """In the order of 60E3h."""
 
 
 def search_of(method: int) -> int:
-    """The method with index that makes the same moves."""
+    """Return the method with index pulse that makes the same moves."""
     return method - 16 if FIRST_WITHOUT_INDEX <= method <= 30 else method

@@ -1,7 +1,7 @@
-"""Interpolated position mode: set points from a buffer, one a period 60C2h, joined by lines.
+"""Interpolated position mode: linear interpolation between buffered set points, one per period 60C2h.
 
-A write of 60C1h puts a set point behind the others (60C4h: a FIFO); in a PDO every frame is one. An empty
-buffer holds the axis where the last one was.
+A write of 60C1h appends a set point to the buffer (60C4h: a FIFO); mapped in a PDO, every frame appends one.
+While the buffer is empty the axis holds the last set point.
 """
 
 from collections import deque
@@ -27,13 +27,13 @@ class InterpolatedPosition(Mode):
         self._progress = 1.0
 
     def resume(self, position: float) -> None:
-        """Hold standstill at `position` until set points come."""
+        """Hold standstill at `position` until set points arrive."""
         super().resume(position)
         self._from = self._to = position
         self._progress = 1.0
 
     def leave(self) -> None:
-        """Forget the set points."""
+        """Clear the buffer."""
         super().leave()
         self.set_points.clear()
 
@@ -42,14 +42,14 @@ class InterpolatedPosition(Mode):
         self.status = ACTIVE if controlword & ENABLE else 0
 
     def push(self, set_point: int) -> bool:
-        """Put a set point into the buffer; return whether there was room."""
+        """Append a set point (counts) to the buffer; return whether there was room."""
         room = len(self.set_points) < self.objects.actual_buffer_size
         if room:
             self.set_points.append(set_point)
         return room
 
     def tick(self, dt_s: float, _share: float) -> None:
-        """Move on along the line between two set points."""
+        """Advance the demand along the line between two set points."""
         objects = self.objects
         before = self.position
         if self.status & ACTIVE:

@@ -1,7 +1,7 @@
-"""Jerk-limited ramps (6086h is 3): a moving average over the linear ones.
+"""Jerk-limited ramps (6086h is 3): a moving average over linear ramps.
 
-The average of a velocity that changes at up to `a` over a window of T changes its acceleration at up to a / T
-(twice that where acceleration turns into deceleration at once), and comes to the same end, T later.
+A moving average of length T over a velocity with accelerations up to `a` has a jerk of at most a / T, and of
+2 a / T where acceleration changes to deceleration at once. It ends at the same position, T later.
 """
 
 import math
@@ -12,12 +12,15 @@ class JerkFilter:
     """Average of the last values of a demand; `settled`: all of them are equal."""
 
     def __init__(self, value: float, acceleration: float, jerk: float, dt_s: float) -> None:
-        """Begin at rest at `value`; within `jerk` an acceleration turns over in the window."""
+        """Start at rest at `value`, with a window so long that the jerk stays within `jerk`.
+
+        Units: counts, counts/s^2, counts/s^3.
+        """
         length = max(1, math.ceil(2.0 * acceleration / (jerk * dt_s)))
         self._values = deque([value] * length, maxlen=length)
         self._sum = value * length
         self._last = value
-        self._equal = length  # values in the window that are the last one
+        self._equal = length  # how many values of the window equal the last one
 
     @property
     def settled(self) -> bool:
@@ -25,7 +28,7 @@ class JerkFilter:
         return self._equal >= len(self._values)
 
     def step(self, value: float) -> float:
-        """Take the next value, one tick later; return the average, exactly the value once it rests."""
+        """Filter the value of the next tick; return the average, exactly the value once settled."""
         self._sum += value - self._values[0]
         self._values.append(value)
         self._equal = self._equal + 1 if value == self._last else 1

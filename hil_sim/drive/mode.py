@@ -1,7 +1,7 @@
 """The base of all modes of operation (6060h).
 
-A mode turns its process objects into commands for the axis port once a tick, and reports bits 10, 12 and 13
-of the statusword.
+Once a tick a mode computes commands for the axis port from its process objects, and bits 10, 12 and 13 of the
+statusword.
 """
 
 from enum import IntEnum
@@ -30,16 +30,16 @@ class ModeCode(IntEnum):
 
 
 class Mode:
-    """No mode of operation: an enabled axis stays at standstill. The others derive from it."""
+    """No mode of operation: an enabled axis stays at standstill. The other modes derive from it."""
 
-    led: int = FOLLOWS_NOTHING
-    """Its code, of a cyclic mode: what leads the axis in the compiled tick."""
+    cyclic_code: int = FOLLOWS_NOTHING
+    """Code of a cyclic mode, whose set points the compiled tick follows; other modes have none."""
     position_loop = False
     """Whether the amplifier closes the position loop, so that the following error counts."""
     generates_motion = False
-    """Whether the drive makes the position demand itself, so that a stop goes on from it (PP, HM)."""
+    """Whether the drive computes the position demand, so that a stop continues from it (PP, IP, HM)."""
     searches_switches = False
-    """Whether limit switches are what the mode searches, and no reason to stop (HM)."""
+    """Whether the mode searches limit switches, which then do not stop the axis (HM)."""
 
     def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
         self.objects = objects
@@ -70,7 +70,7 @@ class Mode:
         return self.objects.profile_deceleration
 
     def command(self, controlword: int, previous: int) -> None:
-        """React to the mode-specific bits of a new controlword."""
+        """React to the operation mode specific bits of a new controlword."""
 
     def tick(self, _dt_s: float, _share: float) -> None:
         """Command the axis for the next `dt_s`, which is a `share` of the communication cycle."""

@@ -1,6 +1,7 @@
-"""The motion of an axis under power: it follows its mode, or stops on a ramp; limit switches stop it.
+"""The motion of an axis under power: it follows its mode of operation, or stops on a ramp.
 
-The bound method `tick` commands the axis; it is replaced only when the mode or the state changes.
+Faults, halts and limit switches stop it. The bound method `tick` commands the axis; it is replaced only when
+the mode or the state changes.
 """
 
 import math
@@ -24,7 +25,10 @@ SWITCHES = ((1, -1), (2, 1))  # bit of 60FDh, side of the axis
 
 
 class Motion:
-    """Modes and stops of one axis; `powered`: the motor may carry current, `stopping`: it leaves its mode."""
+    """Modes and stops of one axis.
+
+    `powered`: the motor may carry current. `stopping`: a ramp or a hold commands the axis, not its mode.
+    """
 
     def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
         self._objects = objects
@@ -57,7 +61,7 @@ class Motion:
 
     @property
     def homed(self) -> bool:
-        """Whether a homing has given the position its zero."""
+        """Whether a homing has set the zero of the position."""
         return self._homing.homed
 
     def switch_off(self) -> None:
@@ -70,23 +74,23 @@ class Motion:
         self._port.off()
 
     def follow(self) -> None:
-        """Follow the mode: operation has been enabled."""
+        """Follow the mode of operation: the drive has entered operation enabled."""
         self.powered = True
         self.stopping = self._halted = False
         self._after_stop = None
-        if shift := self._port.into_range():
+        if shift := self._port.move_into_range():
             self.limits.shift(shift)
         self.limits.keep_position_beyond(float(self._port.position))
         self.mode.enter()
-        self._command_by(self.mode.tick, self.mode.led)
+        self._command_by(self.mode.tick, self.mode.cyclic_code)
 
-    def _command_by(self, tick: Callable[[float, float], None], led: int = FOLLOWS_NOTHING) -> None:
-        """From now on `tick(dt_s, share)` commands the axis, which is led by a cyclic mode of this code."""
-        self.tick, self.led = tick, led
-        self._port.record["led"] = led
+    def _command_by(self, tick: Callable[[float, float], None], cyclic_code: int = FOLLOWS_NOTHING) -> None:
+        """Command the axis by `tick(dt_s, share)` from now on; `cyclic_code` is that of a cyclic mode."""
+        self.tick, self.cyclic_code = tick, cyclic_code
+        self._port.record["led"] = cyclic_code
 
     def select_mode(self, code: int) -> None:
-        """Change the mode of operation; a code the drive does not have is ignored, 6061h shows it."""
+        """Change the mode of operation; an unsupported code changes nothing, as 6061h shows."""
         mode = self.modes.get(code)
         if mode is None:
             return
@@ -94,17 +98,17 @@ class Motion:
         self.mode.leave()
         self.mode = mode
         self._following.clear()
-        self._objects.digital_inputs = 0  # so that a switch that homing left closed blocks its side
+        self._objects.digital_inputs = 0  # so that a switch that is still closed after homing blocks its side
         self.read_switches()
         if self.powered and not self.stopping:
             mode.enter()
-            self._command_by(mode.tick, mode.led)
+            self._command_by(mode.tick, mode.cyclic_code)
 
     def stop(self, ramp: Ramp, after: Callable[[], None] | None, *, in_position_loop: bool = True) -> None:
         """Brake on `ramp`, then call `after`; None holds standstill.
 
-        In PP and HM the position demand runs down the ramp in the position loop, unless `in_position_loop` is
-        false; everywhere else the velocity loop brakes from the actual velocity.
+        In PP, IP and HM the position demand follows the ramp in the closed position loop, unless
+        `in_position_loop` is false; in the other modes the velocity loop brakes from the actual velocity.
         """
         here, velocity = self._demand(in_position_loop and ramp is not Ramp.LIMIT)
         self._ramp.begin(velocity, self._deceleration(ramp), here)
@@ -114,7 +118,7 @@ class Motion:
         self._command_by(self._ramp.tick)
 
     def hold(self, after: Callable[[], None]) -> None:
-        """Hold the present position under power, and call `after` every tick from the next on."""
+        """Hold the present position under power, and call `after` in every tick from the next on."""
         self._ramp.begin(0.0, math.inf, float(self._port.position))
         self.powered = self.stopping = True
         self._halted = False
@@ -122,7 +126,7 @@ class Motion:
         self._command_by(self._ramp.tick)
 
     def _demand(self, in_position_loop: bool) -> tuple[float | None, float]:
-        """Position demand to go on from, None outside the position loop, and velocity demand."""
+        """Return the demands to brake from: position (None outside the position loop) and velocity."""
         if self.stopping:  # a stop replaces a stop
             closed = in_position_loop and self._ramp.in_position_loop
             return self._ramp.position if closed else None, self._ramp.velocity
@@ -131,6 +135,7 @@ class Motion:
         return None, float(self._objects.velocity_actual_value)
 
     def _deceleration(self, ramp: Ramp) -> float:
+        """Return the deceleration of `ramp` in counts/s^2, within 60C6h."""
         largest = self._objects.max_deceleration
         match ramp:
             case Ramp.LIMIT:
@@ -150,16 +155,16 @@ class Motion:
             self._resume()
 
     def _resume(self) -> None:
-        """Return from a stop to the mode, from the present position."""
+        """Continue the mode from the position at which the stop ended."""
         ramp = self._ramp
         here = ramp.position if ramp.in_position_loop else float(self._port.position)
         self.stopping = self._halted = False
         self._after_stop = None
         self.mode.resume(here)
-        self._command_by(self.mode.tick, self.mode.led)
+        self._command_by(self.mode.tick, self.mode.cyclic_code)
 
     def check(self, dt_s: float) -> bool:
-        """Supervise after a tick; return whether the following error calls for a fault."""
+        """Supervise the axis after a tick; return whether the following error demands a fault."""
         if self.stopping:
             if self._after_stop is not None and self._ramp.done():
                 self._after_stop()
@@ -168,7 +173,7 @@ class Motion:
         return self.mode.position_loop and self._following.check(dt_s)
 
     def status(self) -> int:
-        """Bits 10, 12 and 13 of the statusword; a halt and a quick stop that stays end with bit 10."""
+        """Return bits 10, 12 and 13 of the statusword; bit 10 shows the end of a halt or quick stop."""
         if not self.stopping:
             return self.mode.status
         return TARGET_REACHED if self._after_stop is None and self._ramp.done() else 0
@@ -198,4 +203,4 @@ class Motion:
         self.halt(self._halt_commanded)
 
     def _idle(self, dt_s: float, share: float) -> None:
-        """Power is off."""
+        """Command nothing: the power stage is off."""

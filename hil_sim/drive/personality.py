@@ -1,7 +1,7 @@
-"""A drive with the ways of another family: units, mode switching, statusword, patience.
+"""A drive with the personality of another product family: units, mode switching, statusword, SDO delay.
 
-What it does with its motor is that of `amplifier_device`. Velocities and accelerations are numbers of the
-family's units for every client, by SDO and by PDO, and counts/s and counts/s^2 inside.
+It moves its motor as `amplifier_device` does. Clients write and read velocities and accelerations in the
+units of the family, by SDO and by PDO; inside the drive they are counts/s and counts/s^2.
 """
 
 import time
@@ -13,9 +13,9 @@ from hil_sim.drive import cia402_device as cia402
 from hil_sim.drive.amplifier_device import Drive
 from hil_sim.drive.cia402_device import State
 from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.node.node_host import NodeHost
 from hil_sim.node.process_objects import FractionalValue
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
-from hil_sim.node.slave import NodeHost
 
 HOMING = 6
 ENABLE_BIT = 0x08
@@ -41,19 +41,20 @@ ACCELERATIONS = (
     "homing_acceleration",
     "max_acceleration",
 )
-"""Those in counts/s^2."""
+"""Attributes of `DriveObjects` in counts/s^2."""
 SHOWN = "shown_"
-"""Begins the name of the attribute that clients see in another unit."""
+"""Prefix of the attribute that holds a value in the unit of the family."""
 
 
 class PersonalDrive(Drive):
     """The amplifier of an axis whose plant file gives it a personality. Raises what `Drive` raises."""
 
     def __init__(
-        self, ways: Personality, config: AxisPlant, plant: Plant, index: int, host: NodeHost
+        self, personality: Personality, config: AxisPlant, plant: Plant, index: int, host: NodeHost
     ) -> None:
-        self._ways = ways
-        super().__init__(config, plant, index, host, _scaled_objects(ways), ways.inside_eds)
+        self._personality = personality
+        objects = _scaled_objects(personality)
+        super().__init__(config, plant, index, host, objects, personality.inside_eds)
         dictionary = self.slave.dictionary
         for address, name in dictionary.attributes.items():
             if hasattr(type(self.objects), SHOWN + name):
@@ -62,50 +63,50 @@ class PersonalDrive(Drive):
         homing_methods = dictionary.checks[HOMING_METHOD]
 
         def homing_method(subindex: int, value: int) -> None:
-            if not value and not self._ways.no_homing_method:
+            if not value and not self._personality.no_homing_method:
                 raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
             homing_methods(subindex, value)
 
         dictionary.checks[HOMING_METHOD] = homing_method
-        if self._ways.sdo_delay_ms:
-            self.slave.sdo.on_request = self._late(self.slave.sdo.on_request)  # type: ignore[method-assign]
+        if self._personality.sdo_delay_ms:
+            self.slave.sdo.on_request = self._delayed(self.slave.sdo.on_request)  # type: ignore[method-assign]
 
-    def _late(self, serve: Any) -> Any:
-        """Serve a frame after a while; the bench waits with it, as nobody shares the drive's SDO channel."""
+    def _delayed(self, serve: Any) -> Any:
+        """Return a server of SDO requests that answers after `sdo_delay_ms`; the bench waits meanwhile."""
 
         def on_request(frame: bytes) -> None:
-            time.sleep(self._ways.sdo_delay_ms * 1e-3)
+            time.sleep(self._personality.sdo_delay_ms * 1e-3)
             serve(frame)
 
         return on_request
 
     def process(self) -> None:
-        """Act on new objects; a mode that cannot be taken yet waits."""
-        objects, ways = self.objects, self._ways
+        """Act on changed process objects; a mode that the drive does not accept in its state waits."""
+        objects, personality = self.objects, self._personality
         wanted = objects.modes_of_operation
-        enabled = self.state is State.OPERATION_ENABLED and not ways.mode_switch_enabled
-        halted = bool(objects.controlword & cia402.HALT) and not ways.mode_switch_with_halt
+        enabled = self.state is State.OPERATION_ENABLED and not personality.mode_switch_enabled
+        halted = bool(objects.controlword & cia402.HALT) and not personality.mode_switch_with_halt
         if enabled or halted:
             objects.modes_of_operation = objects.modes_of_operation_display
         super().process()
         objects.modes_of_operation = wanted
 
     def _execute(self, controlword: int, previous: int) -> None:
-        if self._ways.needs_mode and not self.objects.modes_of_operation_display:
+        if self._personality.needs_mode and not self.objects.modes_of_operation_display:
             controlword &= ~ENABLE_BIT
         super()._execute(controlword, previous)
 
     def _compose_statusword(self) -> None:
         super()._compose_statusword()
         homing = self.objects.modes_of_operation_display == HOMING
-        if homing and not self._ways.homing_reached_bit and self.state is State.OPERATION_ENABLED:
+        if homing and not self._personality.homing_reached_bit and self.state is State.OPERATION_ENABLED:
             self.objects.statusword &= ~TARGET_REACHED
 
 
-def _scaled_objects(ways: Personality) -> DriveObjects:
-    """The objects of a drive, those of speed also as its clients see them."""
-    units = dict.fromkeys(VELOCITIES, ways.velocity_counts_s)
-    units |= dict.fromkeys(ACCELERATIONS, ways.acceleration_counts_s2)
+def _scaled_objects(personality: Personality) -> DriveObjects:
+    """Return the objects of a drive, with velocities and accelerations also in the units of the family."""
+    units = dict.fromkeys(VELOCITIES, personality.velocity_counts_s)
+    units |= dict.fromkeys(ACCELERATIONS, personality.acceleration_counts_s2)
     shown = {SHOWN + name: _scaled(name, unit) for name, unit in units.items()}
     inside = {name: FractionalValue(DriveObjects.VALUES[name].address) for name in units}
     scaled: type[DriveObjects] = type("ScaledObjects", (DriveObjects,), shown | inside)
@@ -113,7 +114,7 @@ def _scaled_objects(ways: Personality) -> DriveObjects:
 
 
 def _scaled(name: str, unit: float) -> property:
-    """An attribute as clients see it."""
+    """Return a property that converts attribute `name` to multiples of `unit`."""
 
     def read(objects: DriveObjects) -> int:
         counts: float = getattr(objects, name)

@@ -1,7 +1,8 @@
-"""Position range limit 607Bh: the positions of a rotary axis begin anew at one end of the range.
+"""Position range limit 607Bh: the positions of a rotary axis wrap at the ends of the range.
 
-Inside the drive positions run on; what clients see (6062h, 6064h, touch probes) lies in the range, and a set
-point of theirs stands for the place nearest, or in the direction of 60F2h, of those that look like it.
+Inside the drive positions count on over the turns. Positions that clients see (6062h, 6064h, touch probes)
+lie in the range. A set point of a client therefore stands for many positions, one a turn: the drive goes to
+the nearest, or to the next one in the direction of 60F2h.
 """
 
 import math
@@ -9,35 +10,35 @@ import math
 from hil_sim.cyclic import drive_step
 
 WHOLE = (-(1 << 31), (1 << 31) - 1)
-"""Default of 607Bh: every position there is, so that none wraps."""
+"""Default of 607Bh: the whole range of the object's type, so that no position wraps."""
 DIRECTION = 0xC0
 """Rotary axis direction option, bits 6 and 7 of 60F2h."""
 LINEAR, NEGATIVE, POSITIVE, SHORTEST = 0x00, 0x40, 0x80, 0xC0
 
 
 class PositionRange:
-    """`span` 0: no range, positions are as they are."""
+    """The range of one axis; `span` (counts) is 0 where positions do not wrap."""
 
     def __init__(self) -> None:
-        self.take(*WHOLE)
+        self.set_limits(*WHOLE)
 
-    def take(self, low: int, high: int) -> None:
-        """Take 607Bh:01 and 02."""
+    def set_limits(self, low: int, high: int) -> None:
+        """Apply 607Bh:01 and 02 (counts)."""
         self.low, self.high = low, high
         self.span = 0 if (low, high) == WHOLE else high - low + 1
 
     def shown(self, position: int) -> int:
-        """A position as clients see it."""
+        """Return a position as clients see it: within the range."""
         return drive_step.shown(self.low, self.span, position)
 
     def nearest(self, wanted: float, here: float) -> float:
-        """The place that looks like `wanted` nearest to `here`; half a turn goes to the positive side."""
+        """Return the position nearest to `here` that clients see as `wanted`; of two, the positive one."""
         return drive_step.nearest(self.span, float(wanted), float(here))
 
     def towards(self, wanted: int, here: float, direction: int) -> float:
-        """The place that looks like `wanted`, gone to from `here` by the direction option of 60F2h.
+        """Return the position that clients see as `wanted`, approached from `here` by the direction of 60F2h.
 
-        LINEAR goes as far as the two numbers differ, also beyond the end of the range: by turns.
+        LINEAR travels the difference of the two values that clients see, also beyond an end of the range.
         """
         if not self.span:
             return float(wanted)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Phase(NamedTuple):
-    """Constant acceleration for a time."""
+    """Constant acceleration (counts/s^2) for a time."""
 
     duration_s: float
     acceleration: float
@@ -29,7 +29,7 @@ class Profile(NamedTuple):
         return sum(phase.duration_s for phase in self.phases)
 
     def at(self, time_s: float) -> tuple[float, float]:
-        """Position and velocity at a time since the start; exactly the target from the end on."""
+        """Return position and velocity at a time since the start; exactly the target after the end."""
         if time_s >= self.duration_s:
             return self.target, 0.0
         position, velocity = self.position, self.velocity
@@ -46,9 +46,10 @@ class Profile(NamedTuple):
 def plan(
     position: float, velocity: float, target: float, speed: float, acceleration: float, deceleration: float
 ) -> Profile:
-    """Plan the fastest such motion with |velocity| <= `speed` (or falling to it); accelerations are > 0.
+    """Plan the fastest motion to rest at `target` within `speed`; both accelerations are > 0.
 
-    A start too fast to stop at the target overruns it and comes back. Speed 0 stays where braking ends.
+    A start above `speed` decelerates to it. A start too fast to stop at the target overruns it and returns.
+    With speed 0 the motion ends where braking ends, not at the target.
     """
     phases: list[Phase] = []
     here, now = position, velocity

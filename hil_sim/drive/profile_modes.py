@@ -15,26 +15,26 @@ NEW_SET_POINT, CHANGE_IMMEDIATELY, RELATIVE = 1 << 4, 1 << 5, 1 << 6
 JERK_LIMITED = 3
 """Motion profile type 6086h; 0 is the linear ramp."""
 RELATIVE_OPTION, TO_TARGET, TO_DEMAND = 0x3, 0, 1
-"""Bits of 60F2h: what a relative set-point is relative to; 2 is the actual position."""
+"""Bits 0 and 1 of 60F2h: what a relative set-point is relative to; 2 is the actual position."""
 MAX_SLIPPAGE_ERROR = BIT_13
 SET_POINT_ACKNOWLEDGE = BIT_12
 SPEED_IS_ZERO = BIT_12
 
 
 class Window:
-    """Counts for how long a value has been inside its window."""
+    """Measures for how long a value has been inside its window."""
 
     def __init__(self) -> None:
         self._inside_us = 0
 
     def update(self, inside: bool, dt_s: float, time_ms: int) -> bool:
-        """Count one tick; return whether the value has been inside for `time_ms`."""
-        self._inside_us = self._inside_us + round(dt_s * 1e6) if inside else 0  # whole us do not drift
+        """Add one tick; return whether the value has been inside for `time_ms`."""
+        self._inside_us = self._inside_us + round(dt_s * 1e6) if inside else 0  # integers do not drift
         return inside and self._inside_us >= 1000 * time_ms
 
 
 class SetPoint(NamedTuple):
-    """A target, with the profile parameters at the time of its command."""
+    """A target (counts), with the profile parameters at the time of its command."""
 
     target: float
     speed: float
@@ -42,7 +42,7 @@ class SetPoint(NamedTuple):
     deceleration: float
     end_velocity: float = 0.0
     direction: int | None = None
-    """Option of 60F2h by which an absolute target is gone to; None: the target is a place."""
+    """Rotary axis direction option of 60F2h for an absolute target; None: the target does not wrap."""
 
 
 class ProfilePosition(Mode):
@@ -60,33 +60,33 @@ class ProfilePosition(Mode):
         self._window = Window()
         self._reached = True
         self._filter: JerkFilter | None = None
-        self._ahead: tuple[float, float] | None = None  # demand that the filter runs after
-        self._beyond = 0.0  # way from the target to where the axis rests, with an end velocity
+        self._unfiltered: tuple[float, float] | None = None  # position and velocity at the filter's input
+        self._beyond = 0.0  # distance from the target to standstill where the set-point has an end velocity
 
     def enter(self) -> None:
         """Hold the present position; an axis in motion is braked."""
         super().enter()
         self._current = self._buffered = None
         self._requested = False
-        self._filter = self._ahead = None
-        self._start(self._set_point(self._stopping_place()))
+        self._filter = self._unfiltered = None
+        self._start(self._set_point(self._stopping_position()))
         self._reached = True
         self.status = TARGET_REACHED
 
     def resume(self, position: float) -> None:
         """Continue to the set-point that a halt interrupted, if it still exists."""
         super().resume(position)
-        self._profile = self._filter = self._ahead = None
+        self._profile = self._filter = self._unfiltered = None
         if self._current is not None:
             self._start(self._current)
 
     def leave(self) -> None:
-        """Forget the set-points."""
+        """Discard the set-points."""
         super().leave()
         self._current = self._buffered = self._profile = None
 
     def command(self, controlword: int, previous: int) -> None:
-        """Set-point handshake."""
+        """Take a new set-point by the handshake of bits 4 and 12."""
         requested = bool(controlword & NEW_SET_POINT)
         if requested and not previous & NEW_SET_POINT and self._buffered is None:
             objects = self.objects
@@ -108,14 +108,14 @@ class ProfilePosition(Mode):
         objects = self.objects
         if self._current is not None and self._current.speed <= 0.0 < objects.profile_velocity:
             speed = self.limits.speed(objects.profile_velocity)
-            self._start(self._current._replace(speed=speed))  # it was kept until there is a speed to go at
+            self._start(self._current._replace(speed=speed))  # it waited for a speed
         if self._profile is not None:
             self._follow(self._profile, dt_s)
         self.port.show_demand(self.position, self.velocity)
         self.port.command_position(self.position, objects.torque_offset)
 
     def check(self, dt_s: float) -> None:
-        """Target reached: demand at rest and actual position inside 6067h for 6068h."""
+        """Set target reached once the demand rests and the position has been inside 6067h for 6068h."""
         objects = self.objects
         profile = self._profile
         ended = profile is None or self._time_s >= profile.duration_s
@@ -135,10 +135,10 @@ class ProfilePosition(Mode):
     def _start(self, point: SetPoint) -> None:
         wanted = point.target
         if point.direction is not None:
-            wanted = self.port.range.towards(int(wanted), self._stopping_place(), point.direction)
+            wanted = self.port.range.towards(int(wanted), self._stopping_position(), point.direction)
         target = self.limits.position(wanted)
         self._current = point._replace(target=target, direction=None)
-        position, velocity = self._ahead or (self.position, self.velocity)
+        position, velocity = self._unfiltered or (self.position, self.velocity)
         end_velocity = min(point.end_velocity, point.speed)
         self._beyond = math.copysign(end_velocity**2 / (2.0 * point.deceleration), target - position)
         rest = self.limits.position(target + self._beyond) if self._beyond else target
@@ -158,14 +158,14 @@ class ProfilePosition(Mode):
         )
 
     def _base(self) -> float:
-        """What a relative set-point is relative to, by 60F2h."""
+        """Return the position to which a relative set-point is relative, by 60F2h."""
         option = self.objects.positioning_option_code & RELATIVE_OPTION
         if option == TO_TARGET:
             return self.position if self._current is None else self._current.target
         return self.position if option == TO_DEMAND else float(self.port.position)
 
     def _passes_target(self) -> bool:
-        """Whether a set-point with an end velocity (6082h) is passed: the axis brakes behind it."""
+        """Whether the demand passes a set-point with an end velocity (6082h): the axis brakes beyond it."""
         current = self._current
         return (
             bool(self._beyond)
@@ -174,27 +174,27 @@ class ProfilePosition(Mode):
         )
 
     def _follow(self, profile: Profile, dt_s: float) -> None:
-        """Move the demand along the profile, behind the filter of jerk-limited ramps."""
+        """Move the demand along the profile, through the filter of jerk-limited ramps where selected."""
         position, velocity = profile.at(self._time_s)
-        self._ahead = None
+        self._unfiltered = None
         if self.objects.motion_profile_type != JERK_LIMITED and self._filter is None:
             self.position, self.velocity = position, velocity
             return
         current = self._current
         if self._filter is None:
-            if self.velocity or current is None:  # in motion on linear ramps: the filter begins at rest
+            if self.velocity or current is None:  # the filter can only start at rest
                 self.position, self.velocity = position, velocity
                 return
             steepest = max(current.acceleration, current.deceleration)
             self._filter = JerkFilter(self.position, steepest, self.objects.profile_jerk, dt_s)
         before = self.position
-        self._ahead = (position, velocity)
+        self._unfiltered = (position, velocity)
         self.position = self._filter.step(position)
         self.velocity = (self.position - before) / dt_s
         if self._filter.settled:
-            self._filter = self._ahead = None
+            self._filter = self._unfiltered = None
 
-    def _stopping_place(self) -> float:
+    def _stopping_position(self) -> float:
         deceleration = min(self.objects.profile_deceleration, self.objects.max_deceleration)
         return self.position + self.velocity * abs(self.velocity) / (2.0 * deceleration)
 
@@ -206,7 +206,7 @@ class ProfilePosition(Mode):
 
 
 class ProfileVelocity(Mode):
-    """PV: the velocity demand runs to 60FFh on the ramps 6083h and 6084h."""
+    """PV: the velocity demand ramps to 60FFh at 6083h and 6084h."""
 
     def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
         super().__init__(objects, port, limits)
@@ -228,13 +228,13 @@ class ProfileVelocity(Mode):
         self.port.command_velocity(self.velocity, objects.torque_offset)
 
     def check(self, dt_s: float) -> None:
-        """Bit 10 velocity reached (606Dh, 606Eh), bit 12 standstill (606Fh, 6070h)."""
+        """Set bit 10, velocity reached (606Dh, 606Eh), and bit 12, standstill (606Fh, 6070h)."""
         objects = self.objects
         actual = objects.velocity_actual_value
-        close = abs(objects.target_velocity - actual) <= objects.velocity_window
+        near_target = abs(objects.target_velocity - actual) <= objects.velocity_window
         slow = abs(actual) <= objects.velocity_threshold
-        reached = self._at_target.update(close, dt_s, objects.velocity_window_time)
-        resting = self._at_rest.update(slow, dt_s, objects.velocity_threshold_time)
-        self.status = TARGET_REACHED * reached | SPEED_IS_ZERO * resting
+        reached = self._at_target.update(near_target, dt_s, objects.velocity_window_time)
+        standstill = self._at_rest.update(slow, dt_s, objects.velocity_threshold_time)
+        self.status = TARGET_REACHED * reached | SPEED_IS_ZERO * standstill
         if abs(objects.velocity_demand_value - actual) > objects.max_slippage:
             self.status |= MAX_SLIPPAGE_ERROR

@@ -1,13 +1,13 @@
-"""Profile torque mode: the torque demand runs to 6071h on the slope 6087h (linear, 6088h is 0)."""
+"""Profile torque mode: the torque demand ramps to 6071h at the slope 6087h (linear, 6088h is 0)."""
 
 from hil_sim.drive.mode import TARGET_REACHED, Mode
 
 
 class ProfileTorque(Mode):
-    """PT: demand within 6072h; bit 10 when it is the target torque."""
+    """PT: demand within 6072h; bit 10 once it equals the target torque."""
 
     def enter(self) -> None:
-        """Start from the torque that the motor has."""
+        """Start from the actual torque."""
         self._start(float(self.objects.torque_actual_value))
 
     def resume(self, _position: float) -> None:
@@ -19,12 +19,12 @@ class ProfileTorque(Mode):
         self.status = 0
 
     def leave(self) -> None:
-        """Clear the torque demand: from now on the amplifier's own loops make it."""
+        """Clear the torque demand: from now on the amplifier's own loops compute it."""
         super().leave()
         self.objects.torque_demand = 0
 
     def tick(self, dt_s: float, _share: float) -> None:
-        """Move the demand one step along its slope."""
+        """Advance the demand along its slope and command it."""
         objects = self.objects
         largest = objects.max_torque
         target = max(-largest, min(largest, objects.target_torque))

@@ -11,7 +11,7 @@ SETTLED_AFTER_S = 0.5
 
 
 class Ramp(Enum):
-    """Deceleration to use."""
+    """The deceleration of a stop."""
 
     SLOW_DOWN = "slow down ramp"  # 6084h, in homing 609Ah
     QUICK_STOP = "quick stop ramp"  # 6085h
@@ -19,27 +19,27 @@ class Ramp(Enum):
 
 
 HALT: dict[int, Ramp] = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4: Ramp.LIMIT}
-"""605Dh."""
+"""Halt option code 605Dh."""
 FAULT_REACTION: dict[int, Ramp | None] = {0: None, **HALT}
-"""605Eh; None switches the power stage off at once."""
+"""Fault reaction option code 605Eh; None switches the power stage off at once."""
 QUICK_STOP: dict[int, Ramp | None] = FAULT_REACTION | {code + 4: ramp for code, ramp in HALT.items()}
-"""605Ah; 5 to 8 stay in quick stop active."""
+"""Quick stop option code 605Ah; 5 to 8 stay in quick stop active."""
 SHUTDOWN: dict[int, Ramp | None] = {0: None, 1: Ramp.SLOW_DOWN}
-"""605Bh."""
+"""Shutdown option code 605Bh."""
 DISABLE_OPERATION = SHUTDOWN
-"""605Ch, with the same codes."""
+"""Disable operation option code 605Ch, with the codes of 605Bh."""
 
 
 def quick_stop_stays(option_code: int) -> bool:
-    """Whether the axis stays in quick stop active after 605Ah's ramp."""
+    """Whether the drive stays in quick stop active after the ramp of 605Ah."""
     return option_code >= 5
 
 
 class StopRamp:
-    """Velocity demand brought to zero at a constant deceleration (counts/s^2), then held there.
+    """A velocity demand (counts/s) that falls to zero at a constant deceleration (counts/s^2).
 
-    In the position loop the position demand (user counts) runs along, so the axis stops where the ramp does:
-    v^2 / 2a further on.
+    In the position loop the position demand (user counts) is its integral, so that the axis stops where the
+    ramp ends: v^2 / 2a ahead.
     """
 
     def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
@@ -60,7 +60,7 @@ class StopRamp:
         self._at_rest_s = 0.0
 
     def tick(self, dt_s: float, _share: float) -> None:
-        """Move the demand on by `dt_s` and command it."""
+        """Advance the demand by `dt_s` and command it."""
         before = self.velocity
         change = self._deceleration * dt_s
         if abs(before) <= change:
@@ -78,7 +78,7 @@ class StopRamp:
             self._port.command_velocity(self.velocity)
 
     def done(self) -> bool:
-        """Whether the axis stands still."""
+        """Return whether the ramp has ended and the axis stands still."""
         if self.velocity or not self._at_rest_s:
             return False
         slow = abs(self._objects.velocity_actual_value) <= self._objects.velocity_threshold

@@ -1,6 +1,7 @@
 """Touch probes 60B8h to 60BDh: positions at the edges of two inputs, or at the index pulse of the encoder.
 
-An edge within a tick is put where the table crossed it, in proportion, as the latch of a drive does.
+The position of an edge within a tick is interpolated between the ends of the tick, as the hardware latch of a
+drive would have captured it.
 """
 
 from typing import NamedTuple
@@ -18,14 +19,14 @@ ANY_ENABLED = ENABLE | ENABLE << 8
 
 
 class Edge(NamedTuple):
-    """Passed in this tick: motor counts, and whether the input became active."""
+    """An edge within this tick: its position in motor counts, and whether the input became active."""
 
     motor_counts: int
     rising: bool
 
 
 class TouchProbes:
-    """Both probes of an axis; `watching`: one is enabled, so that `look` is due every tick."""
+    """Both probes of an axis; while `watching` is true one is enabled, and `capture` is due every tick."""
 
     def __init__(self, config: AxisPlant, objects: DriveObjects, port: AxisPort) -> None:
         self._objects = objects
@@ -35,13 +36,13 @@ class TouchProbes:
         self.reset()
 
     def reset(self) -> None:
-        """Power up: both disabled."""
+        """Disable both probes, as after power-up."""
         self.function = 0
         self.watching = False
         self._objects.touch_probe_status = 0
 
-    def follow(self) -> None:
-        """Take a new function 60B8h; a probe that is switched on forgets its positions."""
+    def set_function(self) -> None:
+        """Apply a new touch probe function 60B8h; enabling a probe clears its stored positions."""
         objects, before = self._objects, self.function
         self.function = objects.touch_probe_function
         for probe in (0, 1):
@@ -55,19 +56,19 @@ class TouchProbes:
             self._counts, self._table_m = self._port.motor_counts(), self._port.table_position_m()
         self.watching = bool(self.function & ANY_ENABLED)
 
-    def look(self) -> None:
-        """Store what was passed since the last tick."""
+    def capture(self) -> None:
+        """Store the positions of the edges since the last tick."""
         before, before_m = self._counts, self._table_m
         self._counts, self._table_m = self._port.motor_counts(), self._port.table_position_m()
         for probe in (0, 1):
-            wanted = self.function >> 8 * probe
-            if wanted & ENABLE:
-                edge = self._edge(probe, wanted, before, before_m)
+            function = self.function >> 8 * probe
+            if function & ENABLE:
+                edge = self._edge(probe, function, before, before_m)
                 if edge is not None:
-                    self._store(probe, wanted, edge)
+                    self._store(probe, function, edge)
 
-    def _edge(self, probe: int, wanted: int, before: int, before_m: float) -> Edge | None:
-        if wanted & INDEX_PULSE:
+    def _edge(self, probe: int, function: int, before: int, before_m: float) -> Edge | None:
+        if function & INDEX_PULSE:
             pulse = self._port.index_between(before, self._counts)
             return None if pulse is None else Edge(pulse, rising=True)
         at_m = self._at_m[probe]
@@ -76,12 +77,12 @@ class TouchProbes:
         share = (at_m - before_m) / (self._table_m - before_m)
         return Edge(round(before + share * (self._counts - before)), rising=self._table_m >= at_m)
 
-    def _store(self, probe: int, wanted: int, edge: Edge) -> None:
+    def _store(self, probe: int, function: int, edge: Edge) -> None:
         stored = (STORED_POSITIVE if edge.rising else STORED_NEGATIVE) << 8 * probe
         objects = self._objects
-        if not wanted & (POSITIVE_EDGE if edge.rising else NEGATIVE_EDGE):
+        if not function & (POSITIVE_EDGE if edge.rising else NEGATIVE_EDGE):
             return
-        if objects.touch_probe_status & stored and not wanted & CONTINUOUS:
+        if objects.touch_probe_status & stored and not function & CONTINUOUS:
             return
         objects.touch_probe_status |= stored
         position = self._port.user_position(edge.motor_counts)

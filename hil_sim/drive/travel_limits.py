@@ -1,4 +1,4 @@
-"""Limits of travel: software limits 607Dh and limit switches. They clip demands, which bit 11 shows."""
+"""Limits of travel: software limits 607Dh and limit switches clip demands, as bit 11 of 6041h shows."""
 
 import math
 
@@ -10,7 +10,7 @@ BLOCKED = {-1: "blocked_low", 1: "blocked_high"}
 
 
 class TravelLimits:
-    """Clips demands in user units, by the record of the axis."""
+    """Clips the demands of one axis (counts, counts/s, per mille)."""
 
     def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
         self._objects = objects
@@ -44,7 +44,7 @@ class TravelLimits:
         self._port.record[BLOCKED[direction]] = position
 
     def keep_position_beyond(self, position: float) -> None:
-        """Move the blocks to `position` where it lies beyond them: the axis is not pulled back."""
+        """Move the blocks to `position` where it lies beyond them, so that the axis is not pulled back."""
         for direction, field in BLOCKED.items():
             if self.blocks(direction) and direction * (position - self._port.record[field]) > 0.0:
                 self._port.record[field] = position
@@ -62,12 +62,12 @@ class TravelLimits:
         return self._port.clip_position(wanted)
 
     def shift(self, by: int) -> None:
-        """Count all positions from another zero."""
+        """Shift the blocked positions by `by` counts: the origin has moved."""
         for field in BLOCKED.values():
             self._port.record[field] += by
 
     def step(self, before: float, wanted: float, dt_s: float) -> float:
-        """Clip the next of a sequence of position demands to the speed of the motor, 6080h."""
+        """Clip a position demand so that it follows `before` within the max motor speed 6080h."""
         return self._port.clip_step(before, wanted, dt_s)
 
     def speed(self, wanted: float) -> float:
@@ -79,5 +79,5 @@ class TravelLimits:
         return self._port.clip_velocity(wanted, deceleration, dt_s)
 
     def torque(self, wanted: int) -> int:
-        """Clip a torque demand: none further into an active limit switch, none beyond the speed of 6080h."""
+        """Clip a torque demand (per mille): none into a closed limit switch, none beyond speed 6080h."""
         return self._port.clip_torque(wanted)

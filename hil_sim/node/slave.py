@@ -1,18 +1,19 @@
 """One CANopen slave: its services, wired to the device whose objects they carry."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple, Protocol
 
 from hil_sim.node import emcy
-from hil_sim.node.bit_timing import BusRate, NodeRate
+from hil_sim.node.bit_timing import NodeRate
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.emcy import EmergencyProducer
 from hil_sim.node.heartbeat_consumer import HeartbeatConsumer
 from hil_sim.node.identifiers import check_sync
 from hil_sim.node.lss_slave import UNNAMED, LssSlave
-from hil_sim.node.named_node import store_lss, stored_lss
-from hil_sim.node.nmt import Clock, NmtSlave, NmtState
+from hil_sim.node.lss_storage import store_lss, stored_lss
+from hil_sim.node.nmt import NmtSlave, NmtState
+from hil_sim.node.node_host import Device, NodeHost
 from hil_sim.node.pdo import Rpdo
 from hil_sim.node.pdo_exchange import PdoExchange
 from hil_sim.node.process_objects import ProcessObjects
@@ -22,59 +23,19 @@ from hil_sim.node.supervision import Supervision
 from hil_sim.node.verify_configuration import verify_configuration
 
 IDENTITY, SERIAL = 0x1018, 4
-FIRST_SERIAL, FIRST_UNNAMED_SERIAL = 0x0001_0000, 0x0001_0100
-"""Serial numbers of the simulated devices count from here by their node id in the plant file, or by their
-place in it where they have none: no two on a bus have the same.
-"""
 STATUS, SYNC_ID, WATCHED_NODES = 0x1002, 0x1005, 0x1016
 COMMUNICATING = {NmtState.OPERATIONAL, NmtState.PRE_OPERATIONAL}
-ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}  # 1029h.1; 1 changes nothing
-
-
-class NodeHost(NamedTuple):
-    """What all nodes of a bench share."""
-
-    clock: Clock
-    send: Callable[[int, bytes], None]
-    """Puts a frame (identifier, data) on the bus."""
-    state_directory: Path | None
-    """Where stored parameters are kept; None keeps them in memory only."""
-    unnamed: Iterator[int]
-    """Counts the devices without a node id."""
-    bus_rate: BusRate
-
-
-class Device(Protocol):
-    """The device of a slave; `profile` is the number of its CiA profile."""
-
-    profile: int
-
-    def factory_settings(self) -> None:
-        """Put the values that depend on the hardware over the defaults of the EDS."""
-
-    def reset(self) -> None:
-        """Reset the device after power-up or a reset of the node."""
-
-    def process(self) -> None:
-        """Act on new process objects."""
-
-    def connection_lost(self, code: int) -> None:
-        """React to a lost master (`code`: the error), or to one that stopped or reset the node (0)."""
-
-    def is_idle(self) -> bool:
-        """Whether parameters may be stored and restored now."""
-
-    def manufacturer_status(self) -> int:
-        """The upper 16 bits of 1002h, which each device has its own meaning for."""
+ON_COMMUNICATION_ERROR = {0: NmtState.PRE_OPERATIONAL, 2: NmtState.STOPPED}
+"""Error behaviour 1029h:01: the state to enter; 1 changes nothing."""
 
 
 class Slave:
-    """Services of node `node_id`, UNNAMED until LSS gives it one.
+    """Services of node `node_id`, which is UNNAMED until LSS assigns an id.
 
     It calls `on_routes` when the identifiers that it receives have changed.
 
     Raises:
-        OSError, ValueError: the EDS cannot be read, or is none of this profile.
+        OSError, ValueError: the EDS cannot be read, or belongs to another profile.
         StoredParametersError: see `Storage`.
     """
 
@@ -87,37 +48,28 @@ class Slave:
         host: NodeHost,
         inside_eds: Path | None = None,
     ) -> None:
-        serial = FIRST_SERIAL + node_id if node_id != UNNAMED else FIRST_UNNAMED_SERIAL + next(host.unnamed)
+        serial = host.serial_of(node_id)
         name = f"node_{node_id}" if node_id != UNNAMED else f"serial_{serial:08X}"
-        self._name_file = host.state_directory and host.state_directory / f"{name}_id.json"
-        given = stored_lss(self._name_file)
-        self.node_id = node_id = node_id if given.node_id is None else given.node_id
-        self.rate = NodeRate(host.bus_rate, given.bit_rate_kbit_s)
+        self._lss_file = host.state_directory and host.state_directory / f"{name}_id.json"
+        stored = stored_lss(self._lss_file)
+        self.node_id = node_id = node_id if stored.node_id is None else stored.node_id
+        self.rate = NodeRate(host.bus_rate, stored.bit_rate_kbit_s)
         self._mute = self.deaf = False
-        """Whether its frames are kept off the bus: by a fault; at another bit rate, when it hears nothing."""
+        """Whether a fault keeps it from sending; whether another bit rate keeps it off the bus."""
         self.on_routes: Callable[[], None] = lambda: None
-        self._device = device
-        self._host = host
+        self._device, self._host = device, host
         self.dictionary = Dictionary(node_id, eds, objects, inside_eds)
-        described = self.dictionary.value(0x1000) & 0xFFFF
-        if described != device.profile:
-            raise ValueError(f"device profile {described}, not {device.profile}")
+        profile = self.dictionary.value(0x1000) & 0xFFFF
+        if profile != device.profile:
+            raise ValueError(f"device profile {profile}, not {device.profile}")
         self.emergency = EmergencyProducer(self.dictionary, self._send)
-        self.heartbeats = HeartbeatConsumer(
-            self.dictionary,
-            host.clock,
-            self._heartbeat_lost,
-            lambda: self.emergency.clear(emcy.HEARTBEAT_LOST),
-        )
+        recovered = partial(self.emergency.clear, emcy.HEARTBEAT_LOST)
+        self.heartbeats = HeartbeatConsumer(self.dictionary, host.clock, self._heartbeat_lost, recovered)
         self.nmt = NmtSlave(self.dictionary, host.clock, self._send, self._state_changed, self._reset)
         self.sdo = SdoServer(self.dictionary, self._send)
         self.pdos = PdoExchange(self.dictionary, self.emergency, self._send, self._configure_pdos)
         self.supervision = Supervision(
-            self.dictionary,
-            host.clock,
-            self._lost,
-            self.emergency.clear,
-            self._configure_pdos,
+            self.dictionary, host.clock, self._lost, self.emergency.clear, self._configure_pdos
         )
         self.dictionary.checks[SYNC_ID] = check_sync
         self.dictionary.readers[IDENTITY] = lambda sub: serial if sub == SERIAL else None
@@ -131,16 +83,16 @@ class Slave:
 
     @property
     def sync_id(self) -> int:
-        """Identifier of the SYNC, object 1005h."""
+        """Identifier of the SYNC frame, object 1005h."""
         return int(self.dictionary.value(SYNC_ID)) & 0x7FF
 
     def start(self) -> None:
-        """Power up: stored parameters, boot-up message, pre-operational."""
+        """Power up: load stored parameters, send the boot-up message, enter pre-operational."""
         self._reset(whole=True)
         self.nmt.boot()
 
     def identity(self) -> tuple[int, int, int, int]:
-        """Vendor, product, revision and serial number, 1018h: the LSS address."""
+        """Return vendor, product, revision and serial number, 1018h: the LSS address."""
         vendor, product, revision, serial = (self.dictionary.value(IDENTITY, sub) for sub in range(1, 5))
         return vendor, product, revision, serial
 
@@ -155,29 +107,29 @@ class Slave:
         self.on_routes()
 
     def may_be_named(self) -> bool:
-        """Whether LSS is served (CiA 305): not while operational."""
+        """Return whether it serves LSS (CiA 305): not while operational."""
         return self.nmt.alive and self.nmt.state != NmtState.OPERATIONAL
 
     def take_node_id(self) -> None:
-        """Start with the id that LSS has given."""
+        """Start with the node id that LSS has assigned."""
         self._reset(whole=False)
         self.nmt.boot()
 
     def store_lss(self, node_id: int, rate_kbit_s: int) -> bool:
-        """Keep id and bit rate over a power cycle; without a directory they last as long as the process."""
-        return self._name_file is None or store_lss(self._name_file, node_id, rate_kbit_s)
+        """Store id and bit rate, without a directory for this process only; return whether that worked."""
+        return self._lss_file is None or store_lss(self._lss_file, node_id, rate_kbit_s)
 
     def bit_rate_kbit_s(self) -> int:
-        """Its bit rate."""
+        """Return its bit rate in kbit/s."""
         return self.rate.kbit_s
 
     def switch_rate(self, rate_kbit_s: int, delay_ms: int) -> None:
-        """Take a bit rate after a delay, and be silent as long again."""
+        """Switch to a bit rate after a delay, and send nothing for another delay (CiA 305)."""
         self.rate.switch(rate_kbit_s, delay_ms, self._host.clock.now_us)
         self.on_routes()
 
     def die(self) -> None:
-        """Stop sending and receiving, for good."""
+        """Stop sending and receiving for the rest of the run."""
         self.mute = True
         self.nmt.alive = False
         self.pdos.configure(operational=False)
@@ -190,12 +142,12 @@ class Slave:
     # --- the cycle --------------------------------------------------------------------------------
 
     def activate(self) -> None:
-        """SYNC, outputs: the buffered RPDOs take effect."""
+        """Let the buffered RPDOs take effect, at a SYNC."""
         if self.pdos.activate():
             self._device.process()
 
     def run(self) -> None:
-        """Serve what depends on time: heartbeats, emergencies, event-driven TPDOs, RPDO time-outs."""
+        """Serve all timers: heartbeats, emergencies, event-driven TPDOs, RPDO time-outs, the bit rate."""
         if not self.nmt.alive:
             return
         now_us = self._host.clock.now_us
@@ -215,17 +167,17 @@ class Slave:
     # --- frames -----------------------------------------------------------------------------------
 
     def on_rpdo(self, rpdo: Rpdo, data: bytes) -> None:
-        """Receive a frame of an RPDO; asynchronous ones act at once."""
+        """Receive a frame of an RPDO; an asynchronous one takes effect at once."""
         if self.pdos.receive(rpdo, data, self._host.clock.now_us):
             self._device.process()
 
     def on_sdo(self, data: bytes) -> None:
-        """Serve an SDO frame, unless the node is stopped."""
+        """Serve an SDO request, unless the node is stopped."""
         if self.nmt.alive and self.nmt.state in COMMUNICATING:
             self.sdo.on_request(data)
 
     def on_sync_data(self, data: bytes) -> None:
-        """Take the counter of a SYNC; report one of a wrong length, until the first of the right one."""
+        """Check the length of a SYNC frame and take its counter; the next right length ends the error."""
         if self.supervision.sync.length_is_right(data):
             self.emergency.clear(emcy.SYNC_LENGTH)
         else:
@@ -237,16 +189,17 @@ class Slave:
             self._send(self.nmt.cob_id, answer)
 
     def on_overrun(self) -> None:
-        """Report lost frames: an event, so its end is reported at once."""
-        self.emergency.report(emcy.OVERRUN, emcy.COMMUNICATION)
-        self.emergency.clear(emcy.OVERRUN)
+        """Report lost frames by EMCY."""
+        self._report_event(emcy.OVERRUN)
 
     def on_restart(self) -> None:
-        """Report the recovery from bus-off, likewise an event."""
-        self.emergency.report(emcy.BUS_OFF_RECOVERED, emcy.COMMUNICATION)
-        self.emergency.clear(emcy.BUS_OFF_RECOVERED)
+        """Report the recovery from bus-off by EMCY."""
+        self._report_event(emcy.BUS_OFF_RECOVERED)
 
-    # --- changes ----------------------------------------------------------------------------------
+    def _report_event(self, code: int) -> None:
+        """Report an error that is over already, and its end."""
+        self.emergency.report(code, emcy.COMMUNICATION)
+        self.emergency.clear(code)
 
     def _configure_pdos(self) -> None:
         sync = self.supervision.sync
@@ -262,7 +215,7 @@ class Slave:
         self._lost(emcy.HEARTBEAT_LOST, bytes((node,)))
 
     def _lost(self, code: int, detail: bytes) -> None:
-        """React to a lost master, SYNC or neighbour; 1029h is for the first two."""
+        """React to a lost master, SYNC or neighbour; 1029h applies to the first two."""
         self.emergency.report(code, emcy.COMMUNICATION, detail)
         self._device.connection_lost(code)
         if code == emcy.NEIGHBOUR:

@@ -20,10 +20,11 @@ from hil_sim.faults.schedule import Fault, Schedule
 from hil_sim.node import lss_slave
 from hil_sim.node.bit_timing import BusRate
 from hil_sim.node.nmt import Clock
+from hil_sim.node.node_host import NodeHost
 from hil_sim.node.pdo import Rpdo
 from hil_sim.node.pdo_tables import PdoTables
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
-from hil_sim.node.slave import NodeHost, Slave
+from hil_sim.node.slave import Slave
 from hil_sim.node.storage import StoredParametersError
 from hil_sim.scale.encoder_device import LinearScale
 from hil_sim.scale.scale_objects import ScaleObjects

@@ -6,8 +6,9 @@ from numpy.typing import NDArray
 
 from hil_sim.config import AxisPlant, Plant
 from hil_sim.cyclic.scale_step import LARGEST_I16, read_scales, scale_records
+from hil_sim.node.node_host import NodeHost
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
-from hil_sim.node.slave import NodeHost, Slave
+from hil_sim.node.slave import Slave
 from hil_sim.plant.measured_point import velocity_field
 from hil_sim.scale.cams import Cams
 from hil_sim.scale.scale_objects import ScaleObjects

@@ -19,6 +19,7 @@ from servo_ctrl.hmi.contour import page as contour
 from servo_ctrl.hmi.diagnosis import page as diagnosis
 from servo_ctrl.hmi.drive import page as drive
 from servo_ctrl.hmi.friction import page as friction
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import ENGLISH, LANGUAGE_COOKIE, CurrentLanguage, chosen_language, tr
 from servo_ctrl.hmi.motion import page as motion
 from servo_ctrl.hmi.scope import page as scope
@@ -91,6 +92,7 @@ def add_pages(services: PageServices) -> None:
     for path, module in PAGES.items():
         _add_page(services, path, module, titles)
     contour.prepare(services)
+    friction.prepare(services)
 
 
 def _add_page(services: PageServices, path: str, module: ModuleType, titles: dict[str, str]) -> None:
@@ -149,7 +151,7 @@ def add_stop(services: PageServices) -> None:
 
     @app.post("/stop")
     async def stop(request: Request) -> JSONResponse:
-        answer = await services.link.request(
-            open_page(services, request).who, "command", command=Command.QUICK_STOP.name.lower()
-        )
-        return JSONResponse({"accepted": answer.accepted, "reason": answer.reason})
+        page = open_page(services, request)
+        answer = await services.link.request(page.who, "command", command=Command.QUICK_STOP.name.lower())
+        reason = controller_text(answer.reason, page.language)
+        return JSONResponse({"accepted": answer.accepted, "reason": reason})

@@ -9,7 +9,7 @@ import numpy as np
 from kernels.arrays import Array
 from servo_ctrl.files.whole_file import write_whole
 from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace, round_division
-from servo_ctrl.plots.matplotlib_agg import Figure, PolarAxes, plt
+from servo_ctrl.plots.matplotlib_agg import Figure, PolarAxes
 
 # Okabe and Ito's palette, told apart by colour-blind readers too
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -21,9 +21,8 @@ def plot_reversals(path: Path, traces_by_axis: Mapping[str, Sequence[ErrorTrace]
 
     The shaded part is the monitoring window over which the indicators are taken.
     """
-    figure, axes = plt.subplots(
-        1, len(traces_by_axis), figsize=(6.2 * len(traces_by_axis), 4.4), squeeze=False, sharey=True
-    )
+    figure = Figure(figsize=(6.2 * len(traces_by_axis), 4.4))
+    axes = figure.subplots(1, len(traces_by_axis), squeeze=False, sharey=True)
     for panel, (axis, traces) in zip(axes[0], traces_by_axis.items(), strict=True):
         panel.axvspan(0.0, window_s * 1e3, color="0.92", zorder=0, label=f"window {window_s * 1e3:.0f} ms")
         for colour, trace in zip(COLOURS, traces, strict=False):
@@ -39,7 +38,7 @@ def plot_reversals(path: Path, traces_by_axis: Mapping[str, Sequence[ErrorTrace]
 
 def plot_contour(path: Path, traces: Sequence[ContourTrace], radius_m: float) -> None:
     """Draw the contour error as a ballbar does: polar, the error magnified about the commanded circle."""
-    figure = plt.figure(figsize=(6.6, 6.6))
+    figure = Figure(figsize=(6.6, 6.6))
     panel = cast("PolarAxes", figure.add_subplot(projection="polar"))
     division_um = draw_contour(panel, traces)
     panel.set_title(f"contour error, R = {radius_m * 1e3:g} mm, one division {division_um:g} µm")
@@ -74,7 +73,8 @@ class Comparison(NamedTuple):
 
 def plot_against_measurement(path: Path, time_s: Array, rows: Sequence[Comparison], title: str) -> None:
     """Draw each quantity simulated and measured over time, and below it the difference in its own scale."""
-    figure, axes = plt.subplots(2 * len(rows), 1, figsize=(9.0, 4.0 * len(rows)), sharex=True)
+    figure = Figure(figsize=(9.0, 4.0 * len(rows)))
+    axes = figure.subplots(2 * len(rows), 1, sharex=True)
     for row, panel, below in zip(rows, axes[::2], axes[1::2], strict=True):
         panel.plot(time_s, row.measured, color=COLOURS[0], linewidth=0.9, label="measured")
         panel.plot(time_s, row.simulated, color=COLOURS[1], linewidth=0.9, linestyle="--", label="simulated")
@@ -91,11 +91,8 @@ def plot_against_measurement(path: Path, time_s: Array, rows: Sequence[Compariso
 
 
 def save(figure: Figure, path: Path, *, tight: bool = True) -> None:
-    """Write a picture whole, and close it; `tight` off: it has a layout of its own. Raises OSError."""
+    """Write a picture whole; `tight` off: it has a layout of its own. Raises OSError."""
     if tight:
         figure.tight_layout()
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, lambda temporary: figure.savefig(temporary, dpi=DPI, format="png"))
-    finally:
-        plt.close(figure)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, lambda temporary: figure.savefig(temporary, dpi=DPI, format="png"))

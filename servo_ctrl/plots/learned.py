@@ -12,7 +12,7 @@ from servo_ctrl.learning.reversal_waveform import LoopModel, WaveformLearned
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned
 from servo_ctrl.plots.figures import COLOURS, save
-from servo_ctrl.plots.matplotlib_agg import Axes, LogLocator, NullFormatter, plt
+from servo_ctrl.plots.matplotlib_agg import Axes, Figure, LogLocator, NullFormatter
 from servo_ctrl.units import MM, UM
 
 MARKERS = ("o", "s", "^", "D", "v", "P")
@@ -31,7 +31,8 @@ def plot_learned(path: Path, axes: Sequence[LearnedAxis], title: str) -> None:
 
     The amplitude of the second trapezoid, where there is one, is dashed with hollow points.
     """
-    figure, (durations, amplitudes) = plt.subplots(1, 2, figsize=(12.4, 5.2), layout="constrained")
+    figure = Figure(figsize=(12.4, 5.2), layout="constrained")
+    durations, amplitudes = figure.subplots(1, 2)
     for axis, colour, marker in zip(axes, cycle(COLOURS), cycle(MARKERS), strict=False):
         rows = table(axis.learned)
         at_mm_s2 = rows[0] * 1e3
@@ -67,7 +68,8 @@ def plot_screws(path: Path, screws: Mapping[str, ScrewLearned], title: str) -> N
 
     `screws`: label -> what was learned. Raises OSError.
     """
-    figure, (errors, lost) = plt.subplots(2, 1, figsize=(9.6, 7.2), sharex=True, layout="constrained")
+    figure = Figure(figsize=(9.6, 7.2), layout="constrained")
+    errors, lost = figure.subplots(2, 1, sharex=True)
     for colour, (label, learned) in zip(cycle(COLOURS), screws.items(), strict=False):
         position_m, error_m, lost_m = np.array(learned.points).T
         errors.plot(position_m / MM, error_m / UM, color=colour, linewidth=1.0, label=label)
@@ -90,9 +92,8 @@ def plot_waveforms(path: Path, axes: Mapping[str, WaveformLearned], loop: LoopMo
 
     `axes`: label -> what was learned. Raises OSError.
     """
-    figure, panels = plt.subplots(
-        len(axes), 1, figsize=(9.6, 3.6 * len(axes)), sharex=True, layout="constrained", squeeze=False
-    )
+    figure = Figure(figsize=(9.6, 3.6 * len(axes)), layout="constrained")
+    panels = figure.subplots(len(axes), 1, sharex=True, squeeze=False)
     for panel, (label, learned) in zip(panels[:, 0], axes.items(), strict=True):
         for a_m_s2, wave_n in zip(learned.accelerations_m_s2, learned.waves_n, strict=True):
             time_ms = 1e3 * (np.arange(len(wave_n)) * loop.period_s - loop.ahead_s)

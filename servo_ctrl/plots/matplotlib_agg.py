@@ -1,15 +1,14 @@
-"""Matplotlib behind one file, for every picture that becomes a file: no screen is needed."""
+"""Matplotlib behind one file, for every picture that becomes a file: no screen is needed.
+
+Without pyplot: a figure on its own is drawn by Agg and leaves the backend of a user's notebook as it is.
+"""
 
 import os
 
 from servo_ctrl.plots.notebook_backend import forget_missing_backend
 
 forget_missing_backend(os.environ)
-import matplotlib as mpl  # noqa: E402  # behind what makes it importable
-
-mpl.use("Agg")  # the daemon's machine may have no screen
-from matplotlib import pyplot as plt  # noqa: E402
-from matplotlib.axes import Axes  # noqa: E402
+from matplotlib.axes import Axes  # noqa: E402  # behind what makes it importable
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages  # noqa: E402
 from matplotlib.collections import LineCollection  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
@@ -27,6 +26,4 @@ __all__ = [
     "NullFormatter",
     "PdfPages",
     "PolarAxes",
-    "mpl",
-    "plt",
 ]

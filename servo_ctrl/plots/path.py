@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from kernels.arrays import Array
 from servo_ctrl.plots.figures import save
-from servo_ctrl.plots.matplotlib_agg import LineCollection, plt
+from servo_ctrl.plots.matplotlib_agg import Figure, LineCollection
 
 
 def plot_path(
@@ -23,7 +23,8 @@ def plot_path(
 
     Rapid moves, where `rapid` (n,) is true, are grey, so that the colours are those of the feed.
     """
-    figure, panel = plt.subplots(figsize=(7.6, 6.4))
+    figure = Figure(figsize=(7.6, 6.4))
+    panel = figure.subplots()
     if len(names) == 1:
         shown = np.column_stack((np.arange(len(position_m)), position_m[:, 0] * 1e3))
         panel.set_xlabel("sample")

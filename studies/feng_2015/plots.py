@@ -8,7 +8,7 @@ import numpy as np
 
 from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
 from servo_ctrl.plots.figures import COLOURS, draw_contour, save
-from servo_ctrl.plots.matplotlib_agg import plt
+from servo_ctrl.plots.matplotlib_agg import Figure
 
 COLUMNS = 2
 
@@ -19,9 +19,8 @@ def plot_comparison(path: Path, panels: Mapping[str, Sequence[ErrorTrace]], wind
     The shaded part is the monitoring window over which the indicators are taken.
     """
     rows = -(-len(panels) // COLUMNS)
-    figure, axes = plt.subplots(
-        rows, COLUMNS, figsize=(5.2 * COLUMNS, 2.9 * rows), squeeze=False, sharex=True
-    )
+    figure = Figure(figsize=(5.2 * COLUMNS, 2.9 * rows))
+    axes = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True)
     for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
         panel.axvspan(0.0, window_s * 1e3, color="0.93", zorder=0)
         for colour, trace in zip(COLOURS, traces, strict=False):
@@ -41,13 +40,8 @@ def plot_comparison(path: Path, panels: Mapping[str, Sequence[ErrorTrace]], wind
 def plot_contours(path: Path, panels: Mapping[str, Sequence[ContourTrace]]) -> None:
     """Draw contour errors as a ballbar does, a panel for each title, each with its own magnification."""
     rows = -(-len(panels) // COLUMNS)
-    figure, axes = plt.subplots(
-        rows,
-        COLUMNS,
-        figsize=(5.2 * COLUMNS, 5.2 * rows),
-        squeeze=False,
-        subplot_kw={"projection": "polar"},
-    )
+    figure = Figure(figsize=(5.2 * COLUMNS, 5.2 * rows))
+    axes = figure.subplots(rows, COLUMNS, squeeze=False, subplot_kw={"projection": "polar"})
     for panel in axes.flat[len(panels) :]:
         panel.set_visible(False)
     for panel, (title, traces) in zip(axes.flat, panels.items(), strict=False):
@@ -73,7 +67,8 @@ def plot_evaluations(
     parts: Mapping[str, tuple[float, float]],
 ) -> None:
     """Draw J at every reversal, J_required, and what happened when (seconds), a panel for each part."""
-    figure, panels = plt.subplots(1, len(parts), figsize=(5.4 * len(parts), 4.4), sharey=True, squeeze=False)
+    figure = Figure(figsize=(5.4 * len(parts), 4.4))
+    panels = figure.subplots(1, len(parts), sharey=True, squeeze=False)
     for panel, (title, (begin_s, end_s)) in zip(panels[0], parts.items(), strict=True):
         for colour, trace in zip(COLOURS, traces, strict=False):
             evaluation_um = np.array(trace.evaluation_m) * 1e6

@@ -8,7 +8,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from servo_ctrl.plots.figures import COLOURS, save
-from servo_ctrl.plots.matplotlib_agg import Axes, Figure, plt
+from servo_ctrl.plots.matplotlib_agg import Axes, Figure
 
 UM = 1e6
 DIRECTIONS = (("up", "o", "full"), ("down", "s", "none"))
@@ -71,7 +71,8 @@ def _lines(traces: Sequence[DeviationTrace]) -> Iterator[tuple[DeviationTrace, i
 
 def plot_arrivals(path: Path, panels: Mapping[str, ArrivalTrace]) -> None:
     """Draw the deviation by the scale after an arrival, and the correction (broken line)."""
-    figure, axes = plt.subplots(1, len(panels), figsize=(6.2 * len(panels), 4.6), squeeze=False, sharey=True)
+    figure = Figure(figsize=(6.2 * len(panels), 4.6))
+    axes = figure.subplots(1, len(panels), squeeze=False, sharey=True)
     for panel, (title, trace) in zip(axes[0], panels.items(), strict=True):
         time_ms, colour = trace.since_arrival_s * 1e3, COLOURS[trace.colour]
         panel.plot(time_ms, trace.scale_m * UM, color=colour, linewidth=0.7, label=trace.label)
@@ -84,7 +85,8 @@ def _panels(count: int) -> tuple[Figure, Any]:
     """Panels for so many diagrams, two in a row."""
     columns = min(count, 2)
     rows = -(-count // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(6.2 * columns, 4.6 * rows), squeeze=False)
+    figure = Figure(figsize=(6.2 * columns, 4.6 * rows))
+    axes = figure.subplots(rows, columns, squeeze=False)
     for panel in axes.flat[count:]:
         panel.set_visible(False)
     return figure, axes

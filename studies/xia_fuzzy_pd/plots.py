@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kernels.arrays import Array
 from servo_ctrl.plots.figures import COLOURS, save
-from servo_ctrl.plots.matplotlib_agg import Axes, plt
+from servo_ctrl.plots.matplotlib_agg import Axes, Figure
 from studies.xia_fuzzy_pd.study import Trace
 
 COMMAND, TABLE, MOTOR, FRICTION = "0.45", COLOURS[0], COLOURS[4], COLOURS[1]
@@ -19,7 +19,7 @@ VALUES = ("NB", "NM", "NS", "ZO", "PS", "PM", "PB")
 
 def plot_surface(path: Path, surface: Array) -> None:
     """Draw the output (n, n) over the scaled error (rows) and its scaled change."""
-    figure = plt.figure(figsize=(11.0, 4.8))
+    figure = Figure(figsize=(11.0, 4.8))
     left: Any = figure.add_subplot(1, 2, 1, projection="3d")  # mpl_toolkits has no types
     nodes = np.linspace(-1.0, 1.0, len(surface))
     error, change = np.meshgrid(nodes, nodes, indexing="ij")
@@ -43,7 +43,8 @@ def plot_velocity_step(
     path: Path, time_s: Array, forces_n: Mapping[str, Array], velocities_m_s: Mapping[str, Array]
 ) -> None:
     """Draw figure 6: forces on the table, and velocities, after a step of the velocity command."""
-    figure, (above, below) = plt.subplots(2, 1, figsize=(8.0, 6.4), sharex=True)
+    figure = Figure(figsize=(8.0, 6.4))
+    above, below = figure.subplots(2, 1, sharex=True)
     for panel, curves, factor, unit in (
         (above, forces_n, 1.0, "force on the table (N)"),
         (below, velocities_m_s, 1e3, "velocity (mm/s)"),
@@ -60,7 +61,8 @@ def plot_velocity_step(
 
 def plot_steps(path: Path, traces: Mapping[str, Trace], until_s: float) -> None:
     """Draw figure 7: position, velocity and motor force after a step of the position, a colour a law."""
-    figure, panels = plt.subplots(3, 1, figsize=(8.0, 8.4), sharex=True)
+    figure = Figure(figsize=(8.0, 8.4))
+    panels = figure.subplots(3, 1, sharex=True)
     for colour, (law, trace) in zip((FRICTION, TABLE), traces.items(), strict=True):
         shown = trace.time_s <= until_s
         time_ms = trace.time_s[shown] * 1e3
@@ -84,7 +86,8 @@ def plot_steps(path: Path, traces: Mapping[str, Trace], until_s: float) -> None:
 
 def plot_sines(path: Path, traces: Mapping[str, Trace], reversal_s: float, about_s: float) -> None:
     """Draw figure 8: a column a law; position, velocity, motor force, error, and a reversal enlarged."""
-    figure, panels = plt.subplots(5, len(traces), figsize=(6.0 * len(traces), 13.0), sharey="row")
+    figure = Figure(figsize=(6.0 * len(traces), 13.0))
+    panels = figure.subplots(5, len(traces), sharey="row")
     for column, (law, trace) in zip(panels.T, traces.items(), strict=True):
         _draw_sine(column, trace, reversal_s, about_s)
         column[0].set_title(law)

@@ -83,8 +83,7 @@ def world(place: Path) -> Path:
     xy_table = place / "machines" / "xy_table"
     shutil.copytree(release / "learned", xy_table / "learned")
     shutil.copy(place / "eds" / "servo_drive.eds", place / "drive.eds")
-    for name in ("out/demo/recording", "runs/2026-11-21"):
-        shutil.copytree(release / "recording", place / name)
+    shutil.copytree(release / "recording", place / "out" / "demo" / "recording")
     shutil.copytree(release / "diagnosis", place / "out" / "diagnosis")
     (place / "out" / "axis").mkdir()
     shutil.copy(xy_table / "programs" / "first_move.toml", place / "out" / "axis" / "next_experiment.toml")
@@ -98,7 +97,7 @@ def world(place: Path) -> Path:
 
 
 def _recordings(place: Path) -> None:
-    """Two recordings of an axis with friction and cogging, as CSV files and as the dataset of a fleet."""
+    """Two recordings of an axis with friction and cogging, as CSV, as a fleet and as runs to watch."""
     t = np.arange(8_000) * 1e-3
     for number in (1, 2):
         x = 0.02 * np.sin(2 * np.pi * 0.31 * number * t) + 0.008 * np.sin(2 * np.pi * 1.13 * t + 1)
@@ -109,7 +108,10 @@ def _recordings(place: Path) -> None:
         rows = np.column_stack([t, x, current])
         np.savetxt(place / f"run{number}.csv", rows, delimiter=",", header="t,q,i", comments="")
         table = pa.table({"time_s": t, "motor_position_m": x, "motor_force_n": force})
-        for dataset in ("dataset", "recordings"):
-            folder = place / dataset / f"machine=mill-{number}" / "axis=x"
-            folder.mkdir(parents=True)
-            pq.write_table(table, folder / "run.parquet")
+        files = [place / "runs" / f"2026-11-2{number}.parquet"]
+        files += [
+            place / name / f"machine=mill-{number}/axis=x/run.parquet" for name in ("dataset", "recordings")
+        ]
+        for file in files:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            pq.write_table(table, file)

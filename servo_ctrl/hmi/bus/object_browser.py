@@ -10,7 +10,7 @@ from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.bus.object_tree import ObjectEntry, load_entries, tree_nodes
 from servo_ctrl.hmi.bus.object_values import parse_value, request_value, value_text
 from servo_ctrl.hmi.languages.texts import tr
-from servo_ctrl.hmi.shell.open_page import OpenPage
+from servo_ctrl.hmi.shell.open_page import OpenPage, refusal_text
 from servo_ctrl.hmi.shell.parts import (
     ELLIPSIS,
     button,
@@ -180,4 +180,4 @@ def _problem(what: str, answer: LocalAnswer | None) -> str:
     """Why the controller refused; "" when it did not, or when the request was not sent."""
     if answer is None or answer.accepted:
         return ""
-    return f"{what}: {answer.reason or answer.refusal}"
+    return f"{what}: {refusal_text(answer)}"

@@ -13,7 +13,7 @@ from servo_ctrl.hmi.drive.step_jog import StepButtons, StepChoice
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.channel_names import PHASES, drive_state
 from servo_ctrl.hmi.shell.machine_stage import Tone
-from servo_ctrl.hmi.shell.open_page import OpenPage
+from servo_ctrl.hmi.shell.open_page import OpenPage, refusal_text
 from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, captioned, div, faint, named, notify, panel
 from servo_ctrl.hmi.shell.units import MINUS
 
@@ -173,7 +173,7 @@ class JogButtons:
             self._waiting = False
         if (answer is None or not answer.accepted) and not self._refusal_shown:
             self._refusal_shown = True
-            notify(answer.reason if answer else self._page.refusal("jog"))
+            notify(refusal_text(answer) if answer else self._page.refusal("jog"))
 
     async def _stop(self) -> None:
         """End the jog; called too when the page is closed or its connection is lost."""

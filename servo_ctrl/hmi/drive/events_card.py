@@ -8,8 +8,9 @@ from nicegui import ui
 
 from servo_ctrl.commands.bus_status import EventEntry
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr
-from servo_ctrl.hmi.shell.event_texts import ShownEvent, coalesced, when, with_signs
+from servo_ctrl.hmi.shell.event_texts import ShownEvent, coalesced, when
 from servo_ctrl.hmi.shell.live_content import Rebuilt
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, div, faint
@@ -56,8 +57,13 @@ def wanted(events: Sequence[EventEntry], words: str, read_up_to: int) -> tuple[E
     return tuple(
         event
         for event in events
-        if event.cycle > read_up_to and all(word in event.text.lower() for word in needed)
+        if event.cycle > read_up_to and all(word in _searched(event) for word in needed)
     )
+
+
+def _searched(event: EventEntry) -> str:
+    """What is looked for words: the event as it is shown, and in the controller's own words."""
+    return f"{controller_text(event.text)} {event.text}".lower()
 
 
 def table(events: Sequence[EventEntry]) -> str:
@@ -79,4 +85,4 @@ def _row(shown: ShownEvent) -> None:
     with div():
         faint(when(shown.event))
         times = tr(" ({times} times)", times=shown.times) if shown.times > 1 else ""
-        ui.label(f"{with_signs(shown.event.text)}{times}").style("overflow-wrap: anywhere")
+        ui.label(f"{controller_text(shown.event.text)}{times}").style("overflow-wrap: anywhere")

@@ -13,8 +13,9 @@ from servo_ctrl.hmi.drive.events_card import EventsCard
 from servo_ctrl.hmi.drive.faults import Fault, faults_in
 from servo_ctrl.hmi.drive.offsets_card import OffsetsCard
 from servo_ctrl.hmi.drive.step_jog import StepChoice
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, word
-from servo_ctrl.hmi.shell.event_texts import reason_text, with_signs
+from servo_ctrl.hmi.shell.event_texts import reason_text
 from servo_ctrl.hmi.shell.live_content import Rebuilt, TextTable, command_buttons, when_connected
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -93,7 +94,7 @@ class PowerCard:
         for command, element in self._buttons.items():
             offered = command is Command.DISABLE if status.setting_up else status.stage in ENABLED_IN[command]
             element.set_enabled(offered)
-        stage, reason = tr(shown_stage(status).word), with_signs(reason_text(status))
+        stage, reason = tr(shown_stage(status).word), reason_text(status)
         self._reason.set_text(f"{stage}: {reason}" if reason else stage)
 
     def _doubt(self, command: Command) -> str:
@@ -141,7 +142,7 @@ def show_faults(faults: Sequence[Fault]) -> None:
             with ui.element("b"):
                 ui.label(f"{CROSS} {fault.where}: {tr(fault.advice.problem)}")
             ui.label(tr(fault.advice.remedy))
-            faint(with_signs(fault.detail)).style("overflow-wrap: anywhere")
+            faint(controller_text(fault.detail)).style("overflow-wrap: anywhere")
 
 
 def node_rows(status: MachineStatus) -> list[tuple[str, str, str]]:

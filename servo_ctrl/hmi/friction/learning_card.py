@@ -13,6 +13,7 @@ from servo_ctrl.commands.learning_status import ACTIVE, LearningState, LearningS
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import Settings
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import command_buttons
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -169,5 +170,5 @@ def learning_figures(learning: LearningStatus, units: UnitSystem) -> dict[str, s
         "strokes": strokes if learning.strokes_total else "",
         "remaining": duration_text(learning.remaining_s) if learning.state in ACTIVE else "",
         "best": best,
-        "reason": learning.reason,
+        "reason": controller_text(learning.reason),
     }

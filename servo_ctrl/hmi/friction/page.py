@@ -13,7 +13,6 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.friction.figures import (
     FEWEST,
     INDICATORS,
-    LATELY,
     MEAN,
     ODD,
     error_figure,
@@ -21,10 +20,11 @@ from servo_ctrl.hmi.friction.figures import (
     newest_of_each,
 )
 from servo_ctrl.hmi.friction.learning_card import LearningCard
+from servo_ctrl.hmi.friction.recent_reversals import recent_reversals_of
 from servo_ctrl.hmi.friction.versions import VersionsCard
 from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import Plot, when_connected
-from servo_ctrl.hmi.shell.open_page import OpenPage
+from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
 from servo_ctrl.hmi.shell.parts import Pill, Switch, card, div, faint, pairs, toggle
 from servo_ctrl.hmi.shell.units import DisplayUnit
 
@@ -41,6 +41,11 @@ PAIRS = {key: name for key, name in INDICATORS.items() if key != MEAN} | {
     "version": word("learned"),
 }
 """Names of the values of an axis below J, which stands above them in large figures."""
+
+
+def prepare(services: PageServices) -> None:
+    """Observe from the start of the process on which reversals the present compensation had a part in."""
+    recent_reversals_of(services.link)
 
 
 def build(page: OpenPage) -> None:
@@ -92,10 +97,19 @@ class AxisFrictionCard:
         )
         for key, label in self._values.items():
             label.set_text(texts[key])
-        lately_m = [one.report.error_mean_m for one in self._page.link.reversals if one.axis == self._axis]
-        lately_m = lately_m[-LATELY:]
+        recent = recent_reversals_of(self._page.link)
+        lately_m = recent.lately_m(self._axis)
         self._mean.set_text(error.with_unit(typical_m(lately_m, axis.error_mean_m)))
-        self._required.set_text(judged(lately_m, axis.error_mean_m, required_m, error))
+        if recent.changed(self._axis) and axis.reversals:
+            required = error.with_unit(required_m)
+            self._required.set_text(
+                tr(
+                    "J from before the compensation was changed: run a program; required {required}",
+                    required=required,
+                )
+            )
+        else:
+            self._required.set_text(judged(lately_m, axis.error_mean_m, required_m, error))
         if axis.learning_due:
             self._due.show(tr("⚠ learning due"), "warn")
         else:

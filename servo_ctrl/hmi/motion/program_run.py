@@ -9,6 +9,7 @@ from servo_ctrl.commands.learning_status import ACTIVE
 from servo_ctrl.commands.local_messages import ProgramText
 from servo_ctrl.commands.machine_status import MachineStatus, ProgramStatus
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.motion.line_view import LineView
 from servo_ctrl.hmi.motion.pace_controls import PaceControls
@@ -74,7 +75,7 @@ class ProgramRun:
         self._step.set_text(tr(LEARNS) if learning else step_text(program, stage))
         self._bar.set_value(program.progress)
         self._percent.set_text(f"{100.0 * program.progress:.0f} %")
-        self._problem.set_text(program.problem)
+        self._problem.set_text(controller_text(program.problem))
         self._pace.refresh(status)
         known = self._loaded is not None and self._loaded.name == program.name and not program.apart
         self._lines.show(self._loaded.text if known and self._loaded is not None else "", program.line)
@@ -114,7 +115,7 @@ def step_text(program: ProgramStatus, stage: Stage) -> str:
         return tr("is being checked …")
     line = tr(", line {line}", line=program.line) if program.line else ""
     if program.held:
-        why = f" ({program.held_by})" if program.held_by else ""
+        why = f" ({controller_text(program.held_by)})" if program.held_by else ""
         return tr(
             'held in step {step} "{label}"{line}{why}',
             step=program.step + 1,

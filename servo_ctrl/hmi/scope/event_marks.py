@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from servo_ctrl.commands.bus_status import EventEntry
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.scope.stream import CapturedRows
-from servo_ctrl.hmi.shell.event_texts import when, with_signs
+from servo_ctrl.hmi.shell.event_texts import when
 
 MOST = 12
 """Marks of one picture, the newest: more would hide the curves. Chosen."""
@@ -33,7 +34,7 @@ def event_marks(
         place = int(np.searchsorted(cycles, event.cycle))
         if cycles[0] <= event.cycle <= cycles[-1] and place < len(cycles):
             at_s = (rows.first + place - origin) * period_s
-            marks.append(EventMark(at_s, f"{when(event)} {with_signs(event.text)}"))
+            marks.append(EventMark(at_s, f"{when(event)} {controller_text(event.text)}"))
     return marks[-MOST:]
 
 

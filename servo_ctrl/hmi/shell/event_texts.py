@@ -7,14 +7,17 @@ from typing import NamedTuple
 
 from servo_ctrl.commands.bus_status import EventEntry
 from servo_ctrl.commands.machine_status import MachineStatus
-from servo_ctrl.hmi.languages.texts import tr
+from servo_ctrl.hmi.languages.controller_messages import controller_text
+from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.units import grouped
 
 SAME_CYCLES = 100
 """So far apart at most are a request in the events and what it led to; chosen."""
-_REQUESTS = {"quick stop by the operator": "quick_stop", "switched off by the operator": "disable"}
-"""The command behind a reason: its event names who asked."""
-_MICROMETRES = re.compile(r"(?<=\d )um\b")
+_REQUESTS = {
+    "quick stop by the operator": ("quick_stop", word("quick stop by {who}")),
+    "switched off by the operator": ("disable", word("switched off by {who}")),
+}
+"""The command behind a reason, whose event names who asked, and how the reason is shown with that name."""
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(?![\w.])")
 
 
@@ -30,11 +33,6 @@ def when(event: EventEntry) -> str:
     return _clock(event.time) or tr("cycle {number}", number=grouped(event.cycle))
 
 
-def with_signs(text: str) -> str:
-    """A message of the controller, which keeps to ASCII, with the signs of its units: µm and mm/s²."""
-    return _MICROMETRES.sub("\N{MICRO SIGN}m", text).replace("/s^2", "/s\N{SUPERSCRIPT TWO}")
-
-
 def coalesced(events: Sequence[EventEntry]) -> list[ShownEvent]:
     """The events in their order; those in a row that differ in numbers only are one, the newest of them."""
     shown: list[ShownEvent] = []
@@ -47,17 +45,18 @@ def coalesced(events: Sequence[EventEntry]) -> list[ShownEvent]:
 
 
 def reason_text(status: MachineStatus) -> str:
-    """Why the machine stands still, with the clock time where that is known; "" without a reason."""
+    """Why the machine stands still, in the language of the page, with the clock time where that is known."""
     first = status.reason.split("; ")[0]
     events = list(reversed(status.events))
     stop = next((event for event in events if first and first in event.text), None)
+    reason = controller_text(status.reason)
     if stop is None:
-        return status.reason
-    reason, command = status.reason, _REQUESTS.get(first, "")
+        return reason
+    command, named = _REQUESTS.get(first, ("", ""))
     for event in events:
         if command and event.text.endswith(f": {command}") and abs(event.cycle - stop.cycle) <= SAME_CYCLES:
             who = event.text.removesuffix(f": {command}")
-            reason = reason.replace("the operator", who, 1)
+            reason = reason.replace(controller_text(first), tr(named, who=who), 1)
             break
     return tr("{reason}, at {clock}", reason=reason, clock=_clock(stop.time)) if _clock(stop.time) else reason
 

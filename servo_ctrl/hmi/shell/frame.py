@@ -9,8 +9,9 @@ from nicegui import ui
 
 from servo_ctrl.hmi.access.guard import LOGIN
 from servo_ctrl.hmi.access.users import Role
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import LANGUAGE_COOKIE, LANGUAGES, tr, word
-from servo_ctrl.hmi.shell.event_texts import when, with_signs
+from servo_ctrl.hmi.shell.event_texts import when
 from servo_ctrl.hmi.shell.live_content import REFRESH_S
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -121,7 +122,7 @@ class PageFrame:
         if status is not None:
             newest = status.events[-1] if status.events else None
             self._event.set_text(
-                f"{when(newest)}: {with_signs(newest.text)}" if newest else tr("no events yet")
+                f"{when(newest)}: {controller_text(newest.text)}" if newest else tr("no events yet")
             )
             missed = tr(", {missed} ticks missed", missed=status.missed_ticks) if status.missed_ticks else ""
             self._cycles.set_text(tr("cycle {number}", number=grouped(status.cycles)) + missed)

@@ -11,6 +11,7 @@ from servo_ctrl.commands.local_messages import Do, LocalAnswer, Who, right_for
 from servo_ctrl.hmi.access.control_right import ControlRight
 from servo_ctrl.hmi.access.sessions import Sessions
 from servo_ctrl.hmi.access.users import Access, Role
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import ENGLISH, tr, word
 from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.shell.parts import notify
@@ -129,9 +130,7 @@ class OpenPage:
         reason = self.refusal(do, *(str(fields.get(key) or "") for key in ("command", "setting")))
         if not reason:
             answer = await self.link.request(self.who, do, **fields)
-            reason = (
-                "" if answer.accepted else answer.reason or tr("Refused: {refusal}.", refusal=answer.refusal)
-            )
+            reason = "" if answer.accepted else refusal_text(answer)
         if reason and not quiet:
             notify(reason)
         return answer
@@ -139,3 +138,8 @@ class OpenPage:
     async def command(self, command: Command, axis: str = "") -> None:
         """Send a command, for one axis or for all."""
         await self.ask("command", command=command.name.lower(), axis=axis)
+
+
+def refusal_text(answer: LocalAnswer) -> str:
+    """Why the controller refused, in the language of the page."""
+    return controller_text(answer.reason) or tr("Refused: {refusal}.", refusal=answer.refusal)

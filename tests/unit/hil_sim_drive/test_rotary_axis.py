@@ -140,7 +140,7 @@ def test_options_that_the_drive_has_not_are_refused(drive: SdoDrive, option: int
 )
 def test_every_way_round_ends_where_it_was_asked_to(low: int, span: int, wanted: int, here: int) -> None:
     made = PositionRange()
-    made.take(low, low + span - 1)
+    made.set_limits(low, low + span - 1)
     ends = {way: made.towards(wanted, here, way) for way in (LINEAR, NEGATIVE, POSITIVE, SHORTEST)}
     for end in ends.values():
         assert (end - wanted) % span == 0

@@ -42,9 +42,20 @@ def test_help_says_how_a_simulator_is_run_in_lockstep() -> None:
     assert "lockstep" in printed("--help")
 
 
-def test_the_shell_completes_a_command() -> None:
-    words = {"COMP_WORDS": "servo-ctrl le", "COMP_CWORD": "1", "_SERVO_CTRL_COMPLETE": "complete_bash"}
-    assert printed(**words).split() == ["learn", "learned"]
+@pytest.mark.parametrize(
+    ("program", "name", "begun", "offered"),
+    [
+        (app, "servo-ctrl", "le", ["learn", "learned"]),
+        (hil_sim_app, "hil-sim", "ru", ["run"]),
+        (reconcile_app, "reconcile", "diag", ["diagnose"]),
+    ],
+)
+def test_the_shell_completes_a_command(program: Typer, name: str, begun: str, offered: list[str]) -> None:
+    variable = f"_{name.upper().replace('-', '_')}_COMPLETE"
+    words = {"COMP_WORDS": f"{name} {begun}", "COMP_CWORD": "1", variable: "complete_bash"}
+    result = CliRunner().invoke(program, prog_name=name, env=words)
+    assert result.exit_code == 0, result.output
+    assert result.output.split() == offered
 
 
 def test_a_file_of_the_wrong_kind_is_named_as_what_it_is() -> None:

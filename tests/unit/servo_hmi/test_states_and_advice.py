@@ -14,8 +14,9 @@ from servo_ctrl.hmi.contour.turns import LETTERS
 from servo_ctrl.hmi.drive.axis_card import homed_text, position_unknown
 from servo_ctrl.hmi.drive.faults import BUSY, advice_for_reason, faults_in
 from servo_ctrl.hmi.friction.learning_card import headline
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.motion.program_run import step_text
-from servo_ctrl.hmi.shell.event_texts import coalesced, reason_text, when, with_signs
+from servo_ctrl.hmi.shell.event_texts import coalesced, reason_text, when
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.overload import RecentShare, overload_text
 from servo_ctrl.hmi.shell.units import UNIT_SYSTEMS
@@ -142,5 +143,5 @@ def test_page_study_and_documents_use_the_letters_of_the_paper_alike() -> None:
 
 
 def test_messages_of_the_controller_are_shown_with_the_signs_of_their_units() -> None:
-    text = with_signs("axis y: J 7.6 um over 4.0 um at 140 mm/s^2; the column um")
+    text = controller_text("axis y: J 7.6 um over 4.0 um at 140 mm/s^2; the column um")
     assert text == "axis y: J 7.6 µm over 4.0 µm at 140 mm/s²; the column um"

@@ -1,4 +1,4 @@
-"""What LSS has given a node, its id and its bit rate: a small file per device, beside its parameters."""
+"""The node id and bit rate that LSS has assigned: a small file per device, beside its stored parameters."""
 
 import json
 from pathlib import Path
@@ -11,14 +11,14 @@ RATES_KBIT_S = (1000, 800, 500, 250, 125, 50, 20)
 
 
 class StoredLss(NamedTuple):
-    """Each None where LSS has not given it."""
+    """Node id and bit rate; None where LSS has assigned none."""
 
     node_id: int | None = None
     bit_rate_kbit_s: int | None = None
 
 
 def stored_lss(file: Path | None) -> StoredLss:
-    """What is in the file; nothing without one. Raises StoredParametersError for a file that is none."""
+    """Read the file; without one nothing is assigned. Raises StoredParametersError for a damaged file."""
     if file is None or not file.exists():
         return StoredLss()
     try:
