@@ -112,6 +112,8 @@ class AxisFrictionCard:
             self._required.set_text(judged(lately_m, axis.error_mean_m, required_m, error))
         if axis.learning_due:
             self._due.show(tr("⚠ learning due"), "warn")
+        elif not axis.reversals:
+            self._due.show(tr("… no reversal yet"), "calm")
         else:
             self._due.show(tr("✓ settled"), "calm")
         self._switches["compensation"].show(axis.compensation_enabled)

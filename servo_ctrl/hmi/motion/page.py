@@ -86,7 +86,7 @@ class ProgramEditor:
             with ui.tab_panels(tabs, value=as_form, animated=False).classes("bench-panels"):
                 with ui.tab_panel(as_form):
                     self._form = StepForm([axis.name for axis in hello.axes], self._form_changed)
-                    self._no_form = faint(tr("This program can be edited as text only."))
+                    self._no_form = faint(tr("Pick a program, or write one as text."))
                 with ui.tab_panel(as_text):
                     self._area = ui.textarea().mark("program-text").style("width: 100%")
                     named(self._area.props("outlined rows=24 spellcheck=false"), tr("Program text"))
@@ -128,6 +128,7 @@ class ProgramEditor:
     async def _text_changed(self) -> None:
         text = self._area.value or ""
         has_form = self._form.show(text)
+        self._no_form.set_text(tr("This program can be edited as text only."))
         self._no_form.set_visibility(not has_form)
         self._entry.set_visibility(is_part_program_name(self._name))
         if not has_form:

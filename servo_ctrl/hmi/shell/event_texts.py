@@ -13,6 +13,8 @@ from servo_ctrl.hmi.shell.units import grouped
 
 SAME_CYCLES = 100
 """So far apart at most are a request in the events and what it led to; chosen."""
+LONGEST_GROUP = 8
+"""Events of a group that may be repeated; one for each node of a machine, and its cause. Chosen."""
 _REQUESTS = {
     "quick stop by the operator": ("quick_stop", word("quick stop by {who}")),
     "switched off by the operator": ("disable", word("switched off by {who}")),
@@ -34,13 +36,25 @@ def when(event: EventEntry) -> str:
 
 
 def coalesced(events: Sequence[EventEntry]) -> list[ShownEvent]:
-    """The events in their order; those in a row that differ in numbers only are one, the newest of them."""
+    """The events in their order, repeated ones once: the newest, with their number.
+
+    Repeated is what differs in numbers only: an event behind itself, or a group of events behind the same group,
+    as every node of a bus is lost again and again under overload.
+    """
     shown: list[ShownEvent] = []
+    alike: list[str] = []
     for event in events:
-        if shown and _alike(event.text) == _alike(shown[-1].event.text):
-            shown[-1] = ShownEvent(event, shown[-1].times + 1)
-        else:
-            shown.append(ShownEvent(event, 1))
+        shown.append(ShownEvent(event, 1))
+        alike.append(_alike(event.text))
+        for length in range(1, LONGEST_GROUP + 1):
+            if 2 * length <= len(alike) and alike[-length:] == alike[-2 * length : -length]:
+                before, newest = shown[-2 * length : -length], shown[-length:]
+                shown[-2 * length :] = [
+                    ShownEvent(new.event, old.times + new.times)
+                    for old, new in zip(before, newest, strict=True)
+                ]
+                del alike[-length:]
+                break
     return shown
 
 

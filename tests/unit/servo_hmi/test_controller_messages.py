@@ -25,8 +25,8 @@ SOURCES = (
     ROOM / "hmi" / "link" / "machine_link.py",
 )
 """Where events, reasons and refusals are written. What a loader says of a file stays English."""
-ARGUMENTS = {"positive", "negative", "stroke"}
-"""Single words that stand in messages, beside the states of machine and learning."""
+ARGUMENTS = {"positive", "negative", "stroke", "{0} (node {1})"}
+"""Single words and names that stand in messages, beside the states of machine and learning."""
 UNITS = {"mm", "um", "ms"}
 LOGGERS = {"info", "warning", "exception", "error", "debug", "strftime"}
 _WORD = re.compile(r"[A-Za-z]{2,}")
@@ -105,7 +105,7 @@ def places(text: str) -> list[str]:
         ),
         (
             "axis.x.drive (node 1): no heartbeat in 300 cycles",
-            "axis.x.drive (node 1): kein Heartbeat in 300 Takten",
+            "axis.x.drive (Knoten 1): kein Heartbeat in 300 Takten",
         ),
         ("the machine is quick stopping, not ready", "die Maschine ist im Schnellhalt, nicht bereit"),
         (

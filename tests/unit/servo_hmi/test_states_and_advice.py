@@ -102,6 +102,19 @@ def test_events_that_differ_in_numbers_only_are_one_with_a_count() -> None:
     assert len(axes) == 2
 
 
+def test_a_group_of_events_that_comes_again_is_one_with_counts() -> None:
+    lost = [f"node {node}: no heartbeat" for node in ("x", "y")]
+    texts = ["enable", *lost, "9 ticks", *lost, "8 ticks", "7 ticks", *lost, "6 ticks", lost[0]]
+    shown = coalesced([EventEntry(cycle, text) for cycle, text in enumerate(texts)])
+    assert [(event.text, count) for event, count in shown] == [
+        ("enable", 1),
+        (lost[0], 3),
+        (lost[1], 3),
+        ("6 ticks", 4),
+        (lost[0], 1),
+    ]
+
+
 def test_a_stop_names_who_and_when() -> None:
     stopped = EventEntry(8, "quick stop by the operator", TIME)
     status = with_fields(stage=Stage.STANDBY, reason=stopped.text, events=(stopped,))
