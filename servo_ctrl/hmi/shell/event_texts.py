@@ -38,8 +38,8 @@ def when(event: EventEntry) -> str:
 def coalesced(events: Sequence[EventEntry]) -> list[ShownEvent]:
     """The events in their order, repeated ones once: the newest, with their number.
 
-    Repeated is what differs in numbers only: an event behind itself, or a group of events behind the same group,
-    as every node of a bus is lost again and again under overload.
+    Repeated is what differs in numbers only: an event behind itself, or a group of events behind the same
+    group, as when every node of a bus is lost again and again under overload.
     """
     shown: list[ShownEvent] = []
     alike: list[str] = []
