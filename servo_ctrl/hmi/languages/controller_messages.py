@@ -3,7 +3,7 @@
 The controller writes English to its log, its recordings and every client; the page gets finished texts.
 The catalogue `controller.de.toml` maps the templates of the code to German; a text is recognised by its
 template, its arguments are translated likewise, and put into the German template. A text without a template
-stays English. tests/unit/servo_hmi/test_controller_messages.py finds templates that a catalogue lacks.
+stays English. tests/unit/servo_hmi/test_language.py finds templates that a catalogue lacks.
 """
 
 import re

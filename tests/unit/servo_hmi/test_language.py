@@ -8,9 +8,11 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from message_templates import message_templates
 
 import servo_ctrl.hmi
 from servo_ctrl.hmi.drive.faults import ADVICE_TEXTS
+from servo_ctrl.hmi.languages.controller_messages import controller_catalogue
 from servo_ctrl.hmi.languages.texts import (
     ENGLISH,
     LANGUAGES,
@@ -125,6 +127,20 @@ def test_a_translation_has_the_placeholders_of_the_english_text(language: str) -
     other = [english for english, text in entries if "{" in english and fields(english) != fields(text)]
     assert not other
     assert not [english for english, text in entries if not text.strip()]
+
+
+@pytest.mark.parametrize("language", [code for code in LANGUAGES if code != ENGLISH])
+def test_every_message_of_the_controller_is_in_every_catalogue(language: str) -> None:
+    there, wanted = set(controller_catalogue(language)), message_templates()
+    missing, unused = sorted(wanted - there), sorted(there - wanted)
+    assert not missing, "\n".join(missing)
+    assert not unused, "\n".join(unused)
+    entries = controller_catalogue(language).items()
+    assert not [english for english, shown in entries if places(english) != places(shown)]
+
+
+def places(text: str) -> list[str]:
+    return sorted(re.findall(r"\{\d\}", text))
 
 
 def test_a_text_is_shown_in_the_language_of_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
