@@ -25,7 +25,7 @@ with as_if_absent("scipy"):  # only for linear algebra in kernels, which is unus
 
 F = TypeVar("F", bound="Callable[..., Any]")
 
-HOUSE = ("kernels", "servo_ctrl", "hil_sim", "twin", "reconcile", "studies")
+HOUSE = ("kernels", "can_frames", "servo_ctrl", "hil_sim", "twin", "reconcile", "studies")
 """Packages whose files determine the cache folder; numba itself checks the versions of libraries."""
 KEPT = 3
 """Number of earlier folders that stay, for another branch or a process that still runs."""

@@ -8,14 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from can_frames.frame import DATA_AT
 from hil_sim.cyclic.drive_record import NO_SET_POINT
 from kernels.arrays import Array, Index
 from kernels.jit import kernel
 from kernels.records import record_type, store
 
 Bytes = NDArray[np.uint8]
-DATA_AT = 8
-"""Where a frame of 16 bytes has its data."""
 DRIVES_ACT = -1
 """No frame is made yet."""
 
@@ -54,7 +53,7 @@ def exchange(
     turns: Index,
     frames: Bytes,
 ) -> int:
-    """Let RPDOs `data` (RPDOs, 8) take effect where they `came` (RPDOs,), then do as `fill` does.
+    """Let RPDOs `data` (RPDOs, 8) take effect where they `came` (RPDOs,), once, then do as `fill` does.
 
     `drive_of` (RPDOs,) says whose each is, -1 of no drive. Returns how many frames there are; `DRIVES_ACT`
     where a drive has something to act on first (`must_act`), as `acts` (drives,) says of each.
@@ -71,6 +70,7 @@ def exchange(
         drive = drive_of[rpdo]
         if came[rpdo] and drive >= 0 and must_act(axes[drive], objects[drive]):
             acts[drive] = anything = True
+    came[:] = False
     return DRIVES_ACT if anything else fill(numbers, sent, headers, turns, frames)
 
 

@@ -4,6 +4,7 @@ As soon as one drive does anything else (a ramp, homing, a profile mode), each d
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,8 @@ from hil_sim.plant.integrate import advance
 from kernels.arrays import Array, Index
 
 FOLLOWING = State.OPERATION_ENABLED | cia402.VOLTAGE_ENABLED | cia402.REMOTE | FOLLOWS_COMMAND
-"""Statusword of a drive that follows set points of the bus, without `INTERNAL_LIMIT`."""
+LIMITED = FOLLOWING | cia402.INTERNAL_LIMIT
+"""Statuswords of a drive that follows set points of the bus, without a limit that is active and with one."""
 
 
 class DrivesInStep:
@@ -33,6 +35,7 @@ class DrivesInStep:
         self._axes = drive_records(len(drives))
         self._objects = numbers.view(DriveObjects.record()).reshape(-1)
         self._findings: Index = np.zeros(len(drives), np.int64)  # not 0: Python reads the axis itself
+        self._words: Index = np.array((FOLLOWING, LIMITED), np.int64)
         for index, drive in enumerate(drives):
             drive.move_to(self._axes[index : index + 1], numbers[index])
 
@@ -50,15 +53,29 @@ class DrivesInStep:
         """Their nodes."""
         return [drive.slave for drive in self._drives]
 
+    @property
+    def memory(self) -> tuple[Any, ...]:
+        """For `burst_step`, in its order."""
+        plant = self._plant
+        moved = plant.params, plant.state, plant.setpoint
+        return *moved, self._axes, self._objects, self._words, self._findings
+
+    @property
+    def following(self) -> bool:
+        """Whether all drives follow set points of the bus."""
+        return all(drive.follows_cycle for drive in self._drives)
+
     def exchange(self, tables: PdoTables) -> bytes:
         """Let the received RPDOs take effect; return the TPDO frames of all nodes as one burst."""
         frames = tables.exchange(self._axes, self._objects)
-        if frames is None:
-            for drive, acts in zip(self._drives, tables.acts, strict=True):
-                if acts:
-                    drive.process()
-            frames = tables.frames()
-        return frames
+        return self.act(tables) if frames is None else frames
+
+    def act(self, tables: PdoTables) -> bytes:
+        """Have the drives act that have to; the TPDOs of all nodes."""
+        for drive, acts in zip(self._drives, tables.acts, strict=True):
+            if acts:
+                drive.process()
+        return tables.frames()
 
     def advance(self, substeps: int, substep_s: float, dt_s: float, share: float) -> bool:
         """Command the axes and advance the plant by `substeps` of `substep_s`, together `dt_s`.
@@ -66,7 +83,7 @@ class DrivesInStep:
         `share` is `dt_s` in communication cycles. Returns whether all drives follow set points, for `read`.
         """
         plant = self._plant
-        following = all(drive.follows_cycle for drive in self._drives)
+        following = self.following
         if following:
             lead_axes(self._axes, self._objects, plant.setpoint, dt_s, share)
         else:
@@ -81,14 +98,13 @@ class DrivesInStep:
             for drive in self._drives:
                 drive.read_axis(dt_s)
         elif follow_axes(
-            self._axes,
-            self._objects,
-            self._plant.state,
-            dt_s,
-            FOLLOWING,
-            FOLLOWING | cia402.INTERNAL_LIMIT,
-            self._findings,
+            *(self._axes, self._objects, self._plant.state, dt_s),
+            *(FOLLOWING, LIMITED, self._findings),
         ):
-            for drive, found in zip(self._drives, self._findings, strict=True):
-                if found:
-                    drive.read_axis(dt_s)
+            self.look(dt_s)
+
+    def look(self, dt_s: float) -> None:
+        """Read and supervise the axes of which the last tick has found something."""
+        for drive, found in zip(self._drives, self._findings, strict=True):
+            if found:
+                drive.read_axis(dt_s)

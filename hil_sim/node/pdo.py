@@ -65,18 +65,24 @@ class Rpdo:
         self._places = [(item.attribute, item.low, item.high) for item in mapping if item.attribute]
         self._objects = objects
         self._on_length = on_length
-        self._wrong_length = False
+        self.wrong_length = False
+        """Whether the last frame was of another length than the mapping."""
         self.mapping = tuple(mapping)
         self.pending: bytes | None = None
         """A frame that takes effect at the next SYNC."""
         self.event_timer_us = settings.event_timer_us
         self.deadline_us = NEVER_US
 
+    @property
+    def size(self) -> int:
+        """Bytes of its data."""
+        return self._layout.size
+
     def receive(self, data: bytes) -> bool:
         """Receive a frame; return whether process objects changed (asynchronous types)."""
         size = self._layout.size
-        if len(data) != size or self._wrong_length:
-            self._wrong_length = len(data) != size
+        if len(data) != size or self.wrong_length:
+            self.wrong_length = len(data) != size
             self._on_length(len(data), size)
             if len(data) < size:
                 return False

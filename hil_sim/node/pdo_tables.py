@@ -7,12 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from can_frames.frame import FRAME
-from hil_sim.cyclic.pdo_step import DATA_AT, DRIVES_ACT, Bytes, MappedPlace, fill, mapped_places
+from can_frames.frame import DATA_AT, FRAME
+from hil_sim.cyclic.pdo_step import DRIVES_ACT, Bytes, MappedPlace, fill, mapped_places
 from hil_sim.cyclic.pdo_step import exchange as exchange_all
 from hil_sim.node.pdo import FORMATS, MappedObject, Rpdo, Tpdo
 from hil_sim.node.slave import Slave
 from kernels.arrays import Array, Index
+
+UNSETTLED = -1
+"""A size that no frame has."""
 
 
 class PdoTables:
@@ -50,38 +53,62 @@ class PdoTables:
         self._drive_of: Index = np.array(drive_of, np.int64)
         self.acts: NDArray[np.bool_] = np.zeros(len(drives), np.bool_)
         """Drives that have something to act on."""
-        self._data: Bytes = np.zeros((len(self._rpdos), 8), np.uint8)
-        self._came: NDArray[np.bool_] = np.zeros(len(self._rpdos), np.bool_)
+        self.sizes: Index = np.zeros(len(self._rpdos), np.int64)
+        """Bytes of each RPDO, `UNSETTLED` while its length is none of a table's business."""
+        self.data: Bytes = np.zeros((len(self._rpdos), 8), np.uint8)
+        self.came: NDArray[np.bool_] = np.zeros(len(self._rpdos), np.bool_)
+        """What has been received since the last SYNC, and of which RPDO there is anything."""
         headers = [list(FRAME.pack(tpdo.cob_id, tpdo.size, b"")[:DATA_AT]) for tpdo in self._tpdos]
         self._headers: Bytes = np.array(headers, np.uint8).reshape(-1, DATA_AT)
         turns = [(tpdo.every, tpdo.syncs) for tpdo in self._tpdos]
         self._turns: Index = np.array(turns, np.int64).reshape(-1, 2)
         self._frames: Bytes = np.zeros((len(turns), FRAME.size), np.uint8)
         self._bytes = self._frames.reshape(-1).data
+        self.memory = (
+            *(numbers, self._received, self._drive_of, self.acts),
+            *(self._sent, self._headers, self._turns, self._frames),
+        )
+        """For `burst_step`, in its order."""
+        for rpdo in self._rpdos:
+            self.take(rpdo)
+
+    def place(self, rpdo: Rpdo) -> int | None:
+        """Which one it is here; None where a table may not receive it."""
+        return self._rpdos.index(rpdo) if rpdo in self._rpdos and not rpdo.event_timer_us else None
+
+    def take(self, rpdo: Rpdo) -> None:
+        """Take over what an RPDO has received by itself, and whether its length is settled."""
+        if rpdo not in self._rpdos:
+            return
+        place = self._rpdos.index(rpdo)
+        self.sizes[place] = UNSETTLED if rpdo.wrong_length else rpdo.size
+        if rpdo.pending is not None:
+            self.data[place, : rpdo.size] = memoryview(rpdo.pending)
+            self.came[place] = True
+            rpdo.pending = None
 
     def give_back(self) -> None:
-        """Let the TPDOs know how many SYNCs have passed, for what comes after these tables."""
+        """Let the PDOs know what has come and how many SYNCs have passed, before these tables go."""
         for tpdo, (_every, syncs) in zip(self._tpdos, self._turns.tolist(), strict=True):
             tpdo.syncs = syncs
+        for place, rpdo in enumerate(self._rpdos):
+            if self.came[place]:
+                rpdo.pending = self.data[place, : rpdo.size].tobytes()
 
     def exchange(self, axes: Any, objects: Any) -> bytes | None:
         """Let what was received take effect; the frames, None where a drive has to act on it before."""
-        data, came = self._data, self._came
-        for place, rpdo in enumerate(self._rpdos):
-            pending = rpdo.pending
-            came[place] = pending is not None
-            if pending is not None:
-                data[place, : len(pending)] = memoryview(pending)
-                rpdo.pending = None
-        received = self._received, data, came, self._drive_of, self.acts
+        received = self._received, self.data, self.came, self._drive_of, self.acts
         sent = self._sent, self._headers, self._turns, self._frames
         count = exchange_all(self._numbers, axes, objects, *received, *sent)
-        return None if count == DRIVES_ACT else bytes(self._bytes[: FRAME.size * count])
+        return None if count == DRIVES_ACT else self.made(count)
+
+    def made(self, count: int) -> bytes:
+        """The first frames of those that the last exchange has made."""
+        return bytes(self._bytes[: FRAME.size * count])
 
     def frames(self) -> bytes:
         """The TPDOs of this SYNC with the objects as they are, node by node, one frame behind the other."""
-        count = fill(self._numbers, self._sent, self._headers, self._turns, self._frames)
-        return bytes(self._bytes[: FRAME.size * count])
+        return self.made(fill(self._numbers, self._sent, self._headers, self._turns, self._frames))
 
 
 def _entries(pdo: int, mapping: Sequence[MappedObject], places: dict[str, int]) -> list[MappedPlace]:

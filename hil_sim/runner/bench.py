@@ -1,31 +1,29 @@
 """The bench, the same in lockstep and real time: a plant, its nodes, their frames, and its time."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import accumulate, count
 from pathlib import Path
 
 import numpy as np
 
-from can_frames.frame import FRAME
-from hil_sim.config import ConfigError, PlantConfig, build_plant
+from can_frames.frame import FRAME, FRAME_BYTES, pack_frame
+from hil_sim.config import PlantConfig, build_plant
+from hil_sim.cyclic.burst_step import FOUND, NO_SYNC, OTHERS_FRAME, SERVED, USED_UP
 from hil_sim.drive.amplifier_device import Drive
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.drives_in_step import DrivesInStep
-from hil_sim.drive.personality import PersonalDrive
-from hil_sim.faults.fault_target import FaultTarget
 from hil_sim.faults.schedule import Fault, Schedule
-from hil_sim.node import lss_slave
 from hil_sim.node.bit_timing import BusRate
 from hil_sim.node.nmt import Clock
 from hil_sim.node.node_host import NodeHost
-from hil_sim.node.pdo import Rpdo
 from hil_sim.node.pdo_tables import PdoTables
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 from hil_sim.node.slave import Slave
-from hil_sim.node.storage import StoredParametersError
+from hil_sim.runner.burst_server import BurstServer
+from hil_sim.runner.devices import Device, make_devices
+from hil_sim.runner.frame_routes import FrameRoutes
 from hil_sim.scale.encoder_device import LinearScale
 from hil_sim.scale.scale_objects import ScaleObjects
 from hil_sim.scale.scales_in_step import ScalesInStep
@@ -33,6 +31,8 @@ from hil_sim.scale.scales_in_step import ScalesInStep
 CYCLE_PERIOD = 0x1006
 LONGEST_CYCLE_US = 100_000
 """Bounds the communication cycle period (chosen)."""
+LONGEST_DATA = 8
+"""Bytes of a classic CAN frame."""
 
 
 class SimulatedMachine:
@@ -55,47 +55,35 @@ class SimulatedMachine:
         self.substep_us = config.substep_us
         self._substeps_per_tick = round(config.drive_tick_ms * 1000.0 / config.substep_us)
         self._substeps = 0
-        self._wrong_sync = False
-        self.devices: list[Drive | LinearScale] = []
-        self.fault_targets: dict[str, FaultTarget] = {}
         bus_rate = BusRate()
         host = NodeHost(self.clock, send, state_directory, count(), bus_rate)
-        for index, (name, axis) in enumerate(config.axes.items()):
-            with _eds_of(axis.drive.eds, f"axis.{name}.drive.eds"):
-                own = axis, self.plant, index, host
-                ways = axis.drive.personality
-                drive = Drive(*own) if ways is None else PersonalDrive(ways, *own)
-            self.devices.append(drive)
-            scale = None
-            if axis.scale is not None:
-                with _eds_of(axis.scale.eds, f"axis.{name}.scale.eds"):
-                    scale = LinearScale(axis, self.plant, index, host)
-                self.devices.append(scale)
-            plant = self.plant
-            self.fault_targets[name] = FaultTarget(
-                name, drive, scale, plant.params[index], plant.state[index]
-            )
+        self.devices, self.fault_targets = make_devices(config, self.plant, host)
         self._lay_out()
         self.devices.sort(key=lambda device: device.slave.node_id)
         self._faults = Schedule(faults, self.fault_targets)
         self.slaves: list[Slave] = [device.slave for device in self.devices]
         bus_rate.kbit_s, _ = Counter(slave.rate.kbit_s for slave in self.slaves).most_common(1)[0]
         self._drives = [device for device in self.devices if isinstance(device, Drive)]
-        self.on_sync: Callable[[list[Slave]], None] = lambda _slaves: None
-        self.on_async: Callable[[], None] = lambda: None
         self.cycle_us = 1000
         self.send_burst: Callable[[bytes], None] = lambda burst: _send_each(burst, send)
         """Puts frames that lie one behind the other on the bus."""
         self._tables: PdoTables | None = None
-        self.routes: dict[int, Callable[[bytes], None]] = {}
-        self.remote_routes: dict[int, list[Callable[[], None]]] = {}
+        self._server: BurstServer | None = None
+        self.frames = FrameRoutes(self.slaves)
+        self.sync_substeps: Callable[[], int] = lambda: NO_SYNC
+        """Substeps by which a SYNC of now advances time, which `on_synced` then says has been served."""
+        self.on_synced: Callable[[int], None] = lambda _substeps: None
+        self.on_advanced: Callable[[], None] = lambda: None
+        """Called whenever time has passed."""
         for slave in self.slaves:
             slave.on_routes = self._route
             slave.dictionary.checks[CYCLE_PERIOD] = self._check_cycle
             slave.dictionary.followers[CYCLE_PERIOD] = partial(self._take_cycle, slave)
         self._in_step.warm_up()  # before anything is on the bus
         self._scales.read()
-        self._in_step.exchange(PdoTables((), self._numbers, (), self._in_step.slaves))
+        none = PdoTables((), self._numbers, (), self._in_step.slaves)
+        self._in_step.exchange(none)
+        BurstServer(self._in_step, self._scales, none, self.frames.kinds).warm_up()
 
     def _lay_out(self) -> None:
         """Put records and process objects of all devices side by side, for the compiled tick."""
@@ -106,7 +94,7 @@ class SimulatedMachine:
         self._numbers = np.zeros(sum(sizes))  # process objects of all devices
         self._in_step = DrivesInStep(drives, self.plant, self._numbers[: sizes[0]].reshape(rows[0]))
         self._scales = ScalesInStep(scales, self.plant, self._numbers[sizes[0] :].reshape(rows[1]))
-        in_order: list[Drive | LinearScale] = [*drives, *scales]
+        in_order: list[Device] = [*drives, *scales]
         begins = accumulate((len(device.objects.VALUES) for device in in_order), initial=0)
         self._first = dict(zip((device.slave for device in in_order), begins, strict=False))
 
@@ -117,24 +105,34 @@ class SimulatedMachine:
         self._take_cycle(self.slaves[0])
         self._route()
 
-    # --- time -------------------------------------------------------------------------------------
-
     def advance_cycle(self) -> None:
         """Advance by the communication cycle period 1006h."""
-        self.advance(round(self.cycle_us / self.substep_us))
+        self.advance(self.substeps_of_cycle())
+
+    def substeps_of_cycle(self) -> int:
+        """Substeps of the communication cycle period."""
+        return round(self.cycle_us / self.substep_us)
 
     def advance(self, substeps: int) -> None:
         """Advance plant and drives by a number of substeps, in ticks of `drive_tick_ms` at most."""
-        ticks = -(-substeps // self._substeps_per_tick)
+        ticks = self._ticks_of(substeps)
         for tick in range(ticks):
             self._tick(substeps * (tick + 1) // ticks - substeps * tick // ticks)
+        self.on_advanced()
+
+    def _ticks_of(self, substeps: int) -> int:
+        return -(-substeps // self._substeps_per_tick)
+
+    def _pass(self, substeps: int) -> None:
+        """Have the clock follow the plant."""
+        self._substeps += substeps
+        self.clock.now_us = int(self._substeps * self.substep_us)
 
     def _tick(self, substeps: int) -> None:
         dt_us = substeps * self.substep_us
         dt_s = dt_us * 1e-6
         following = self._in_step.advance(substeps, self.substep_us * 1e-6, dt_s, dt_us / self.cycle_us)
-        self._substeps += substeps
-        self.clock.now_us = int(self._substeps * self.substep_us)
+        self._pass(substeps)
         self._in_step.read(dt_s, following=following)
         self._scales.read()
         if self.clock.now_us >= self._faults.due_us:
@@ -166,49 +164,63 @@ class SimulatedMachine:
         for slave in self.slaves:
             slave.on_restart()
 
-    # --- frames -----------------------------------------------------------------------------------
-
     def handle(self, can_id: int, data: bytes) -> None:
-        """Dispatch one frame from the bus."""
-        route = self.routes.get(can_id)
-        if route is not None:
-            route(data)
+        """Serve one frame from the bus."""
+        if len(data) > LONGEST_DATA or not self.take(pack_frame(can_id, data), 0):
+            self.frames.handle(can_id, data)
 
-    def handle_remote(self, can_id: int) -> None:
-        """Answer a remote frame."""
-        if can_id in self.remote_routes:
-            self.on_async()
-            for answer in self.remote_routes[can_id]:
-                answer()
+    def take(self, burst: bytes | bytearray, start: int) -> int:
+        """Serve frames of a burst from byte `start` on; return where one begins that is not for the cycle."""
+        while self._server is not None and start < len(burst):
+            substeps = self._substeps_of_sync()
+            ticks = self._ticks_of(substeps)
+            how, start, made = self._server.serve(
+                burst, start, substeps, ticks, self.substep_us, float(self.cycle_us)
+            )
+            if how == OTHERS_FRAME:
+                break
+            if how != USED_UP:
+                start += FRAME_BYTES
+                self._finish_sync(self._server.tables, how, made, substeps)
+        return start
+
+    def _substeps_of_sync(self) -> int:
+        """Substeps that a SYNC of now advances, where it is one for the compiled call."""
+        if self.frames.wrong_sync or not (self._in_step.following and self._scales.plain):
+            return NO_SYNC
+        substeps = self.sync_substeps()
+        end_us = int((self._substeps + substeps) * self.substep_us)
+        return NO_SYNC if end_us >= self._faults.due_us else substeps
+
+    def _finish_sync(self, tables: PdoTables, how: int, made: int, substeps: int) -> None:
+        """Do what is left of a SYNC; `how` and `made` are of `serve_burst`."""
+        if how == FOUND:
+            ticks = self._ticks_of(substeps)
+            over = substeps * made // ticks
+            self._pass(over)
+            self._in_step.look((over - substeps * (made - 1) // ticks) * self.substep_us * 1e-6)
+            for tick in range(made, ticks):
+                self._tick(substeps * (tick + 1) // ticks - substeps * tick // ticks)
+            self.on_advanced()
+            self.synchronise(self.slaves)
+        else:
+            self._pass(substeps)
+            self.on_advanced()
+            self.send_burst(tables.made(made) if how == SERVED else self._in_step.act(tables))
+            self.run_timers()
+        self.on_synced(substeps)
 
     def _route(self) -> None:
-        """Collect the handlers of the identifiers that the nodes receive."""
-        routes: dict[int, list[Callable[[bytes], None]]] = {0x000: [self._nmt]}
-        remote: dict[int, list[Callable[[], None]]] = {}
+        """Follow a change of what the nodes receive."""
         for slave in self.slaves:
             slave.deaf = slave.rate.deaf
-        hearing = [slave for slave in self.slaves if not slave.deaf]
-        for sync_id in {slave.sync_id for slave in self.slaves}:
-            listeners = [slave for slave in hearing if slave.sync_id == sync_id]
-            watched = any(slave.supervision.sync.watches for slave in listeners)
-            routes[sync_id] = [partial(self._watched_sync if watched else self._sync, listeners)]
-        routes[lss_slave.REQUEST] = [slave.lss.on_request for slave in hearing]
-        for slave in hearing:
-            remote.setdefault(slave.nmt.cob_id, []).append(slave.on_guarding)
-            for tpdo in slave.pdos.on_request:
-                remote.setdefault(tpdo.cob_id, []).append(tpdo.on_request)
-            for can_id, take in slave.supervision.routes():
-                routes.setdefault(can_id, []).append(partial(self._timely, take))
-            routes.setdefault(slave.sdo.request_id, []).append(partial(self._sdo, slave))
-            for rpdo in slave.pdos.rpdos:
-                routes.setdefault(rpdo.cob_id, []).append(partial(self._rpdo, slave, rpdo))
-            for node in slave.heartbeats.watched:
-                routes.setdefault(0x700 + node, []).append(partial(self._heartbeat, slave, node))
-        self.routes = {can_id: single(handlers) for can_id, handlers in routes.items()}
         if self._tables is not None:
             self._tables.give_back()
-        self._tables = self._tables_of_all()
-        self.remote_routes = remote
+        tables = self._tables = self._tables_of_all()
+        self.frames.follow(tables)
+        self._server = None
+        if tables is not None:
+            self._server = BurstServer(self._in_step, self._scales, tables, self.frames.kinds)
 
     def _tables_of_all(self) -> PdoTables | None:
         """The PDOs of all nodes for the compiled exchange; None where it cannot have one of them."""
@@ -220,48 +232,6 @@ class SimulatedMachine:
             return PdoTables(self.slaves, self._numbers, first, self._in_step.slaves)
         except ValueError:
             return None
-
-    def _nmt(self, data: bytes) -> None:
-        for slave in self.slaves:
-            if not slave.deaf:
-                slave.nmt.on_command(data)
-
-    def _sync(self, listeners: list[Slave], data: bytes) -> None:
-        if data or self._wrong_sync:
-            self._wrong_sync = bool(data)
-            for slave in listeners:
-                slave.on_sync_data(data)
-        self.on_sync(listeners)
-
-    def _watched_sync(self, listeners: list[Slave], data: bytes) -> None:
-        """A SYNC with nodes that look at its counter or its time."""
-        for slave in listeners:
-            slave.on_sync_data(data)
-        self.on_sync(listeners)
-        for slave in listeners:
-            slave.supervision.on_sync()
-
-    def _timely(self, take: Callable[[bytes], None], data: bytes) -> None:
-        self.on_async()  # as for a heartbeat: the time of the frame is now
-        take(data)
-
-    def _sdo(self, slave: Slave, data: bytes) -> None:
-        slave.on_sdo(data)
-        if slave.emergency.waiting:
-            slave.run()
-
-    def _rpdo(self, slave: Slave, rpdo: Rpdo, data: bytes) -> None:
-        if not rpdo.synchronous:
-            self.on_async()
-        elif slave.supervision.sync.window_us:
-            self.on_async()
-            if not slave.supervision.sync.in_window():
-                return
-        slave.on_rpdo(rpdo, data)
-
-    def _heartbeat(self, slave: Slave, node: int, _data: bytes) -> None:
-        self.on_async()  # its time counts from now, not from the last SYNC
-        slave.heartbeats.on_heartbeat(node)
 
     def _check_cycle(self, _subindex: int, value: int) -> None:
         """Refuse a cycle that is no whole number of substeps, or longer than LONGEST_CYCLE_US."""
@@ -276,29 +246,3 @@ class SimulatedMachine:
 def _send_each(burst: bytes, send: Callable[[int, bytes], None]) -> None:
     for can_id, size, data in FRAME.iter_unpack(burst):
         send(can_id, data[:size])
-
-
-@contextmanager
-def _eds_of(eds: Path, key: str) -> Iterator[None]:
-    """Make a ConfigError of whatever goes wrong with a device: its EDS file, or its stored parameters."""
-    try:
-        yield
-    except StoredParametersError as error:
-        raise ConfigError(error.file, "", f"stored parameters: {error.reason}") from error
-    except OSError as error:
-        raise ConfigError(eds, key, error.strerror or "cannot be read") from error
-    except Exception as error:  # canopen's importer raises whatever a broken file leads to
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise ConfigError(eds, key, f"no usable EDS of this device: {reason}") from error
-
-
-def single(handlers: list[Callable[[bytes], None]]) -> Callable[[bytes], None]:
-    """One handler for an identifier that several nodes may listen to."""
-    if len(handlers) == 1:
-        return handlers[0]
-
-    def each(data: bytes) -> None:
-        for handler in handlers:
-            handler(data)
-
-    return each

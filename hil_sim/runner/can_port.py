@@ -43,6 +43,10 @@ SERVE: dict[str, Any] = {"serve": True}
 """What makes our own interface serve the bus in this process, if nobody does so yet."""
 
 
+Take = Callable[[bytearray, int], int]
+"""Serves frames of a burst from a byte on; returns where one begins that it leaves to others."""
+
+
 class BusError(Exception):
     """The bus cannot be opened or used. `str()` is one line for the user."""
 
@@ -130,8 +134,8 @@ class CanPort:
         except (can.CanError, OSError) as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
 
-    def drain(self, handle: Callable[[int, bytes], None]) -> None:
-        """Pass what has come to `handle`, FRAMES_PER_WAKE or one burst more.
+    def drain(self, handle: Callable[[int, bytes], None], take: Take | None = None) -> None:
+        """Pass what has come to `take`, and what it leaves to `handle`; FRAMES_PER_WAKE or one burst more.
 
         Raises:
             BusError: the bus is lost.
@@ -139,25 +143,33 @@ class CanPort:
         taken = 0
         try:
             for burst in self._frames.waiting():
-                self._dispatch(burst, handle)
+                self._dispatch(burst, handle, take)
                 taken += len(burst) // FRAME_BYTES
                 if taken >= FRAMES_PER_WAKE:
                     break
         except (can.CanError, OSError) as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
 
-    def _dispatch(self, burst: bytearray, handle: Callable[[int, bytes], None]) -> None:
-        for start in range(0, len(burst), FRAME_BYTES):
-            header, size = HEADER.unpack_from(burst, start)
-            data = bytes(burst[start + DATA_AT : start + DATA_AT + size])
-            if header & ERROR:
-                self._take_error(header & IDENTIFIER_MASK, data)
-            elif self._off:
-                continue
-            elif header <= LARGEST_STANDARD:
-                handle(header, data)
-            elif header ^ REMOTE <= LARGEST_STANDARD:
-                self.on_remote(header ^ REMOTE)
+    def _dispatch(self, burst: bytearray, handle: Callable[[int, bytes], None], take: Take | None) -> None:
+        at = 0
+        while at < len(burst):
+            if take is not None and not self._off:
+                at = take(burst, at)
+            if at < len(burst):
+                self._dispatch_one(burst, at, handle)
+                at += FRAME_BYTES
+
+    def _dispatch_one(self, burst: bytearray, start: int, handle: Callable[[int, bytes], None]) -> None:
+        header, size = HEADER.unpack_from(burst, start)
+        data = bytes(burst[start + DATA_AT : start + DATA_AT + size])
+        if header & ERROR:
+            self._take_error(header & IDENTIFIER_MASK, data)
+        elif self._off:
+            return
+        elif header <= LARGEST_STANDARD:
+            handle(header, data)
+        elif header ^ REMOTE <= LARGEST_STANDARD:
+            self.on_remote(header ^ REMOTE)
 
     def _take_error(self, error_class: int, data: bytes) -> None:
         """Follow an error frame (SocketCAN's layout): frames were lost, or the interface is off the bus."""

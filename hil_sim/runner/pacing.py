@@ -22,7 +22,8 @@ class Lockstep:
 
     def __init__(self, bench: SimulatedMachine) -> None:
         self._bench = bench
-        bench.on_sync = self._on_sync
+        bench.frames.on_sync = self._on_sync
+        bench.sync_substeps, bench.on_synced = bench.substeps_of_cycle, _nothing
 
     def _on_sync(self, slaves: list[Slave]) -> None:
         self._bench.advance_cycle()
@@ -41,20 +42,27 @@ class RealTime:
         self._bench = bench
         self._now_s = now_s
         self._reached_s = self._served_s = now_s()  # by the plant, by the timers of the nodes
-        bench.on_sync = self._on_sync
-        bench.on_async = self._catch_up
+        bench.frames.on_sync, bench.frames.on_async = self._on_sync, self._catch_up
+        bench.sync_substeps, bench.on_synced = self._substeps_due, self._on_synced
 
-    def _catch_up(self) -> None:
+    def _substeps_due(self) -> int:
+        """Substeps by which the plant is behind the clock."""
         now_s = self._now_s()
         self._reached_s = max(self._reached_s, now_s - LONGEST_CATCH_UP_S)
-        substep_s = self._bench.substep_us * 1e-6
-        substeps = int((now_s - self._reached_s) / substep_s)
+        return int((now_s - self._reached_s) / (self._bench.substep_us * 1e-6))
+
+    def _catch_up(self) -> None:
+        substeps = self._substeps_due()
         self._bench.advance(substeps)
-        self._reached_s += substeps * substep_s
+        self._reached_s += substeps * (self._bench.substep_us * 1e-6)
 
     def _on_sync(self, slaves: list[Slave]) -> None:
         self._catch_up()
         self._bench.synchronise(slaves)
+        self._served_s = self._reached_s
+
+    def _on_synced(self, substeps: int) -> None:
+        self._reached_s += substeps * (self._bench.substep_us * 1e-6)
         self._served_s = self._reached_s
 
     def on_quiet(self) -> None:
@@ -64,3 +72,7 @@ class RealTime:
         self._catch_up()
         self._bench.run_timers()
         self._served_s = self._reached_s
+
+
+def _nothing(_substeps: int) -> None:
+    pass

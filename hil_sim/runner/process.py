@@ -44,7 +44,7 @@ async def serve(
     release_compiler()  # all kernels are loaded
     with contextlib.closing(open_port()) as port:
         port.on_overrun = bench.on_overrun
-        port.on_remote = bench.handle_remote
+        port.on_remote = bench.frames.handle_remote
         bench.send_burst = port.send_burst
         port.on_restart = bench.on_restart
         pacing = RealTime(bench) if realtime else Lockstep(bench)
@@ -83,7 +83,7 @@ async def _run(
                 loop.call_soon(receive)
 
     def receive() -> None:
-        act(lambda: port.drain(bench.handle))
+        act(lambda: port.drain(bench.frames.handle, bench.take))
 
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, end)

@@ -41,7 +41,8 @@ class LinearScale:
         self._state: Any = plant.state[index]
         self._all_states = plant.state
         self._velocity_field = velocity_field(plant.params[index])
-        self._switches = False  # whether there are cams to look after
+        self.has_cams = False
+        """Whether there are cams to look after."""
         record = scale_records(1)
         record["axis"], record["carried"] = index, self._velocity_field == "carried_velocity_m_s"
         record["mark"] = mark_counts - int(self._state["scale_origin_counts"])
@@ -114,7 +115,7 @@ class LinearScale:
 
     def look_at_cams(self) -> None:
         """Switch the cams by where the head is; nothing without any."""
-        if self._switches and not self.frozen:
+        if self.has_cams and not self.frozen:
             self.objects.cam_state_channel_1 = self._cams.state(self.objects.position_value)
 
     def acceleration(self) -> int:
@@ -131,7 +132,7 @@ class LinearScale:
     def _follow_cams(self) -> None:
         """Take the cams anew; without one there is no state to look after."""
         self._cams.follow()
-        self._switches = self._cams.on
+        self.has_cams = self._cams.on
         self.objects.cam_state_channel_1 = 0
         self.read_axis()
 

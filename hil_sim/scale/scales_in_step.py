@@ -1,6 +1,7 @@
 """All scales of a bench in one compiled tick; their objects and records lie side by side."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from hil_sim.config import Plant
 from hil_sim.cyclic.scale_step import read_scales, scale_records
@@ -18,6 +19,16 @@ class ScalesInStep:
         self._objects = numbers.view(ScaleObjects.record()).reshape(-1)
         for index, scale in enumerate(scales):
             scale.lie_in(self._records[index : index + 1], numbers[index])
+
+    @property
+    def memory(self) -> tuple[Any, Any]:
+        """For `burst_step`, in its order."""
+        return self._records, self._objects
+
+    @property
+    def plain(self) -> bool:
+        """Whether no scale has anything to do but to read its head."""
+        return not any(scale.has_cams for scale in self._scales)
 
     def read(self) -> None:
         """Read all heads."""

@@ -55,7 +55,7 @@ class InProcessNodes:
         """The master's bus: frames of the master arrive at once."""
         del timeout
         if message.is_remote_frame:
-            self.bench.handle_remote(message.arbitration_id)
+            self.bench.frames.handle_remote(message.arbitration_id)
             return
         self.bench.handle(message.arbitration_id, bytes(message.data))
         if self.sync_on_every_frame:
@@ -67,7 +67,7 @@ class InProcessNodes:
 
     def ask(self, can_id: int) -> None:
         """Send a remote frame to the nodes."""
-        self.bench.handle_remote(can_id)
+        self.bench.frames.handle_remote(can_id)
 
     def _from_nodes(self, can_id: int, data: bytes) -> None:
         self.frames.append((can_id, bytes(data)))

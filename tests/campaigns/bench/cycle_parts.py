@@ -49,11 +49,10 @@ PARTS: tuple[tuple[str, str, str], ...] = (
     ("", "bus", "local_can.bus:LocalCanBus.receive_burst"),
     ("", "bus", "local_can.bus:LocalCanBus.send_burst"),
     (SIMULATOR, "frames taken", "hil_sim.runner.can_port:CanPort.drain"),
-    (SIMULATOR, "PDOs", "hil_sim.runner.bench:SimulatedMachine.handle"),
-    (SIMULATOR, "PDOs", "hil_sim.runner.bench:SimulatedMachine.synchronise"),
+    (SIMULATOR, "bytes in and out", "hil_sim.runner.bench:SimulatedMachine.take"),
+    (SIMULATOR, "bytes in and out", "hil_sim.runner.burst_server:BurstServer.serve"),
+    (SIMULATOR, "compiled nodes and plant", "hil_sim.runner.burst_server:serve_burst"),
     (SIMULATOR, "timers", "hil_sim.runner.bench:SimulatedMachine.run_timers"),
-    (SIMULATOR, "drives", "hil_sim.runner.bench:SimulatedMachine.advance"),
-    (SIMULATOR, "plant", "hil_sim.drive.drives_in_step:advance"),
     (SIMULATOR, "frames sent", "hil_sim.runner.can_port:CanPort.flush"),
 )
 """Side, part, and the function that it is timed around. The bus' side is whose end it is."""

@@ -43,10 +43,9 @@ class Witness:
         speeds: Any = state["table_velocity_m_s"].data
         drives = bench._drives
         axes = range(len(drives))
-        advance, rows, clock = bench.advance, self._rows, bench.clock
+        rows, clock = self._rows, bench.clock
 
-        def advanced(substeps: int) -> None:
-            advance(substeps)
+        def advanced() -> None:
             rows.append(
                 (
                     clock.now_us * 1e-6,
@@ -59,7 +58,7 @@ class Witness:
                 )
             )
 
-        bench.advance = advanced  # type: ignore[method-assign]
+        bench.on_advanced = advanced
         self._axes = len(drives)
         self.start_m = [float(positions[axis]) for axis in axes]
 

@@ -1,4 +1,4 @@
-"""The compiled tick and exchange against the drives one by one and the codecs of Python: the same frames."""
+"""A burst in one compiled call, its frames one by one, and drives and codecs of Python: the same frames."""
 
 import random
 import struct
@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from in_process_nodes import DRIVE, InProcessNodes, SdoDrive, counts
 
+from can_frames.frame import FRAME, FRAME_BYTES, pack_frame
 from hil_sim.drive.amplifier_device import Drive
 from hil_sim.runner.bench import SimulatedMachine
 
@@ -15,6 +16,8 @@ MODES = {8: (0x607A, "i", counts(0.4)), 9: (0x60FF, "i", counts(60.0)), 10: (0x6
 ENABLING, ENABLED = (0x80, 0x06, 0x07, 0x0F), 0x0F
 BLOCK = 40
 """Cycles with the same set point, the last third of them with another controlword of these."""
+OTHER = 0x55
+"""A node that nobody watches."""
 WORDS = (0x0F, 0x07, 0x06, 0x02, 0x00, 0x10F)
 
 
@@ -31,15 +34,25 @@ def mapped(node: Any, rpdo: list[int], tpdo: list[int]) -> None:
         pdo.save()
 
 
-def frames_of(mode: int, seed: int) -> list[tuple[int, bytes]]:
-    """Frames of the nodes under a controller that sends what it likes."""
+def put(nodes: InProcessNodes, burst: bytes) -> None:
+    """Send frames in one go, as the simulator's port hands them over."""
+    at = 0
+    while (at := nodes.bench.take(burst, at)) < len(burst):
+        can_id, size, data = FRAME.unpack_from(burst, at)
+        nodes.bench.frames.handle(can_id, data[:size])
+        at += FRAME_BYTES
+
+
+def frames_of(mode: int, seed: int, *, in_bursts: bool = False) -> list[tuple[int, bytes]]:
+    """Frames of the nodes under a controller that sends what it likes; an odd seed has one tick a cycle."""
     nodes = InProcessNodes()
+    nodes.bench.cycle_us = 1000 if seed % 2 else 3000
     drive = SdoDrive(nodes)
-    set_point, code, size = MODES[mode]
+    mapped_set_point, code, size = MODES[mode]
     drive.set(0x6065, counts(0.5))
     drive.set(0x607D, counts(-2.0), 1)
     drive.set(0x607D, counts(2.0), 2)
-    mapped(drive.node, [0x6040, 0x6060, set_point], [0x6041, 0x6064, 0x6077])
+    mapped(drive.node, [0x6040, 0x6060, mapped_set_point], [0x6041, 0x6064, 0x6077])
     scale = nodes.remote(11)
     mapped(scale, [], [0x6004])
     nodes.operational()
@@ -50,9 +63,14 @@ def frames_of(mode: int, seed: int) -> list[tuple[int, bytes]]:
             last, asked = choice.choice(WORDS), choice.choice((mode, mode, mode, 3))
             value = choice.randint(-size, size)
         word = ENABLING[at] if at < len(ENABLING) else ENABLED if at < 2 * BLOCK // 3 else last
-        if choice.random() < 0.95:
-            nodes.put(0x200 + DRIVE, struct.pack("<Hb" + code, word, asked, value))
-        nodes.sync()
+        set_point = struct.pack("<Hb" + code, word, asked, value)[: None if choice.random() < 0.97 else 4]
+        sent = [(0x200 + DRIVE, set_point)] * (choice.random() < 0.95) + [(0x080, b"")]
+        sent += [(0x700 + OTHER, b"\5")] * (choice.random() < 0.1)
+        if in_bursts:
+            put(nodes, b"".join(pack_frame(*frame) for frame in sent))
+        else:
+            for frame in sent:
+                nodes.put(*frame)
     return nodes.frames
 
 
@@ -62,6 +80,7 @@ def test_compiled_and_single_drives_send_the_same_frames(
     mode: int, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compiled = frames_of(mode, seed)
+    assert frames_of(mode, seed, in_bursts=True) == compiled
 
     monkeypatch.setattr(Drive, "follows_cycle", property(lambda _drive: False))
     monkeypatch.setattr(SimulatedMachine, "_tables_of_all", lambda _bench: None)

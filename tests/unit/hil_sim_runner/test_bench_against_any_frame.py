@@ -24,7 +24,7 @@ def test_random_frames(sent: list[tuple[int, bytes]]) -> None:
     for can_id, data in sent:
         nodes.put(can_id, data)
     before = nodes.bench.clock.now_us
-    nodes.put(0x80 if 0x80 in nodes.bench.routes else nodes.bench.slaves[0].sync_id)
+    nodes.put(0x80 if 0x80 in nodes.bench.frames.routes else nodes.bench.slaves[0].sync_id)
     assert nodes.bench.clock.now_us > before
 
 

@@ -36,7 +36,7 @@ def test_the_present_and_the_last_used_stay(tmp_path: Path) -> None:
 def test_every_package_that_may_hold_kernels_is_part_of_the_content() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     shipped = set(project["tool"]["hatch"]["build"]["targets"]["wheel"]["only-include"])
-    without_kernels = {"local_can", "can_frames", "shipped_files", "eds", "machines"}
+    without_kernels = {"local_can", "shipped_files", "eds", "machines"}
     assert shipped - set(HOUSE) == without_kernels
 
 

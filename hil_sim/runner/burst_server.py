@@ -1,0 +1,45 @@
+"""The compiled call that serves a burst of frames, over the memory of one set of PDOs."""
+
+import numpy as np
+
+from can_frames.frame import FRAME_BYTES
+from hil_sim.cyclic.burst_step import NO_SYNC, serve_burst
+from hil_sim.drive.drives_in_step import DrivesInStep
+from hil_sim.node.pdo_tables import PdoTables
+from hil_sim.scale.scales_in_step import ScalesInStep
+from kernels.arrays import Index
+
+MOST_BYTES = 64 * FRAME_BYTES
+"""Bounds what is looked at in a call (chosen: what the ports take at a time)."""
+
+
+class BurstServer:
+    """Serves frames as `kinds` (2048,), see `burst_step`, say."""
+
+    def __init__(self, drives: DrivesInStep, scales: ScalesInStep, tables: PdoTables, kinds: Index) -> None:
+        self.tables = tables
+        self._burst = np.zeros(MOST_BYTES, np.uint8)
+        self._bytes = self._burst.data
+        received = kinds, tables.sizes, tables.data, tables.came
+        self._memory = (*received, *drives.memory, *scales.memory, *tables.memory)
+
+    def warm_up(self) -> None:
+        """Compile or load the call; nothing is served."""
+        self.serve(b"", 0, NO_SYNC, 0, 1.0, 1.0)
+
+    def serve(
+        self,
+        burst: bytes | bytearray,
+        start: int,
+        substeps: int,
+        ticks: int,
+        substep_us: float,
+        cycle_us: float,
+    ) -> tuple[int, int, int]:
+        """See `burst_step.serve_burst`; frames are told by the byte of the burst that they begin at."""
+        part = burst[start : start + MOST_BYTES] if start or len(burst) > MOST_BYTES else burst
+        size = len(part)
+        self._bytes[:size] = part
+        times = substeps, ticks, substep_us, cycle_us
+        how, number, made = serve_burst(self._burst, 0, size // FRAME_BYTES, *times, *self._memory)
+        return how, start + number * FRAME_BYTES, made

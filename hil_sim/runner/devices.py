@@ -1,0 +1,50 @@
+"""The devices of a machine, made from its plant file: drives and scales, and what faults can break."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from hil_sim.config import ConfigError, Plant, PlantConfig
+from hil_sim.drive.amplifier_device import Drive
+from hil_sim.drive.personality import PersonalDrive
+from hil_sim.faults.fault_target import FaultTarget
+from hil_sim.node.node_host import NodeHost
+from hil_sim.node.storage import StoredParametersError
+from hil_sim.scale.encoder_device import LinearScale
+
+Device = Drive | LinearScale
+
+
+def make_devices(
+    config: PlantConfig, plant: Plant, host: NodeHost
+) -> tuple[list[Device], dict[str, FaultTarget]]:
+    """Make all devices, axis by axis, and the target of faults of each axis. Raises ConfigError."""
+    devices: list[Device] = []
+    targets: dict[str, FaultTarget] = {}
+    for index, (name, axis) in enumerate(config.axes.items()):
+        with _eds_of(axis.drive.eds, f"axis.{name}.drive.eds"):
+            own = axis, plant, index, host
+            ways = axis.drive.personality
+            drive = Drive(*own) if ways is None else PersonalDrive(ways, *own)
+        devices.append(drive)
+        scale = None
+        if axis.scale is not None:
+            with _eds_of(axis.scale.eds, f"axis.{name}.scale.eds"):
+                scale = LinearScale(axis, plant, index, host)
+            devices.append(scale)
+        targets[name] = FaultTarget(name, drive, scale, plant.params[index], plant.state[index])
+    return devices, targets
+
+
+@contextmanager
+def _eds_of(eds: Path, key: str) -> Iterator[None]:
+    """Make a ConfigError of whatever goes wrong with a device: its EDS file, or its stored parameters."""
+    try:
+        yield
+    except StoredParametersError as error:
+        raise ConfigError(error.file, "", f"stored parameters: {error.reason}") from error
+    except OSError as error:
+        raise ConfigError(eds, key, error.strerror or "cannot be read") from error
+    except Exception as error:  # canopen's importer raises whatever a broken file leads to
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ConfigError(eds, key, f"no usable EDS of this device: {reason}") from error
