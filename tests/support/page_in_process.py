@@ -55,8 +55,8 @@ class PageInProcess:
         with self.user.client.content:
             return [label for label in ElementFilter(kind=ui.label) if label.visible]
 
-    async def until(self, condition: Callable[[], bool]) -> None:
+    async def until(self, condition: Callable[[], bool], limit_s: float = LIMIT_S) -> None:
         """Let the page's loop run until the condition holds."""
-        async with asyncio.timeout(LIMIT_S):
+        async with asyncio.timeout(limit_s):
             while not condition():  # noqa: ASYNC110  # no event tells of a text that has changed
                 await asyncio.sleep(0.02)
