@@ -60,7 +60,7 @@ class DriveUnits(NamedTuple):
         low, high = (values.get((POSITION_RANGE, subindex), 0) for subindex in (1, 2))
         if low < high and (low, high) != WHOLE_RANGE:
             yield (
-                f"begins its positions anew at the ends of 607Bh = {low} to {high}, which no axis here does; "
+                f"wraps its positions at the ends of 607Bh = {low} to {high}, which no axis here can use; "
                 f"set it to {WHOLE_RANGE[0]} and {WHOLE_RANGE[1]}"
             )
         for index, text, code, key in (

@@ -45,7 +45,7 @@ def conformance(
     html: Annotated[Path | None, typer.Option(help="Write the report as a page to this file.")] = None,
     junit: Annotated[Path | None, typer.Option(help="Write the report as JUnit XML to this file.")] = None,
 ) -> None:
-    """Hold a CANopen node against the standards, clause by clause: pass, fail or not applicable.
+    """Test a CANopen node against the standards, clause by clause: pass, fail or not applicable.
 
     It changes the node's NMT state and restarts its communication, so no controller may run. It never enables
     operation: a motor stays without power. The exit status is 0 where nothing failed.
@@ -88,23 +88,21 @@ def nodes(
         int | None,
         typer.Option(
             metavar="KBIT_S",
-            help="Give every node this bit rate by LSS; they take it at power-up.",
+            help="Configure this bit rate on every node by LSS, for their next power-up.",
             callback=_checked_rate,
         ),
     ] = None,
     activate: Annotated[
         int | None,
-        typer.Option(
-            metavar="MS", min=0, max=65535, help="With --bit-rate: they take it now, after this time."
-        ),
+        typer.Option(metavar="MS", min=0, max=65535, help="With --bit-rate: use it now, after this time."),
     ] = None,
 ) -> None:
     """List the nodes on a bus: id, profile, vendor, product, revision, serial number and name of each.
 
-    Nodes without a node id are found by LSS fastscan. Without --name nothing is written, and a node need not
-    be known. --name gives node ids by LSS, to nodes without one and to others, which store them; nothing may
-    be operational. --bit-rate goes to all nodes that are found, or to none where one refuses; the interface
-    of this computer is yours to set. The exit status is 1 where no node answers.
+    Nodes without a node id are found by LSS fastscan. Without --name and --bit-rate nothing is written. No
+    EDS is needed. --name configures and stores node ids by LSS, of nodes with or without one; no node may be
+    operational. --bit-rate configures all nodes that are found, or none if one refuses; set the interface of
+    this computer yourself. The exit status is 1 if no node answers.
 
     Example: `servo-ctrl nodes --bus socketcan:can0 --name 10101=1 --name 10102=2`
     """

@@ -21,11 +21,11 @@ def check(
     """Check a machine file, its EDS files and PDO mappings, and motions against the machine's limits.
 
     The motions are those of a program and of learning. No bus is needed. Exits with 0 when
-    `servo-ctrl run` and `servo-ctrl learn` would come as far as the bus, else with 1 and one line that names
+    `servo-ctrl run` and `servo-ctrl learn` would get as far as the bus, else with 1 and one line that names
     file, key and reason.
 
-    A program is run through without moving anything: its time, its extents, how near it comes to the limits,
-    and of a part program (docs/part_programs.md) where it is slow and what has no effect.
+    A program is computed without motion: its time, its extents, how near it gets to the limits, and for a
+    part program (docs/part_programs.md) where it is slow and which words have no effect.
 
     Example:  servo-ctrl check --machine machines/xy_table --program machines/xy_table/programs/circles.toml
     """

@@ -43,7 +43,7 @@ def learn(
     pacing: PacingOption = PacingChoice.REALTIME,
     learned: LearnedOption = None,
     fresh: Annotated[
-        bool, typer.Option("--fresh", help="Forget the strokes of a run that was left off, and begin anew.")
+        bool, typer.Option("--fresh", help="Discard the strokes of an interrupted run, and start again.")
     ] = False,
     record: RecordOption = None,
     mqtt: MqttOption = None,
@@ -52,10 +52,10 @@ def learn(
     """Learn the friction compensation of a machine, or the errors of its screws, one axis after the other.
 
     Friction: sine strokes by `learning.radius_mm` to either side of the middle of the travel. Screw: slow
-    travels over all of it. Keep the way clear. What is learned is stored as a new version and used from then
-    on when it is better than no compensation; until then, and whatever happens, the version from before stays
-    in use. Ctrl-C is safe: the same command goes on where friction was left off; a screw begins anew. Exits
-    with 0 when all was learned, 1 after an error or a fault, 128 + n after signal n.
+    travels over all of it. Keep the way clear. The result is stored as a new version and put into use if it
+    is better than no compensation; otherwise, and after any failure, the previous version stays in use.
+    Ctrl-C is safe: the same command continues interrupted learning of friction; a screw starts again. Exits
+    with 0 when everything was learned, 1 after an error or a fault, 128 + n after signal n.
 
     Example:  servo-ctrl learn --machine machines/xy_table --bus socketcan:can0 --axis x
     """

@@ -20,7 +20,7 @@ AxisOption = Annotated[str, typer.Option("--axis", help="Axis.", show_default=Fa
 def results() -> None:
     """See, draw and roll back what a machine has learned, without a bus: friction pulses, waveforms, screws.
 
-    A running controller has read it at the start: ask it to roll back instead (docs/learning.md).
+    A running controller has read the results at its start: use `servo-ctrl ask` instead (docs/learning.md).
     """
 
 
@@ -28,7 +28,7 @@ def results() -> None:
 def list_versions(machine: MachineOption, learned: LearnedOption = None, axes: AxesOption = None) -> None:
     """List the versions of each axis: date, learner, strokes, J before and after, which one is in use.
 
-    Pulses, screws (learner "screw") and waveforms are numbered on their own.
+    Pulses, screws (learner "screw") and waveforms have numbers of their own.
 
     Example:  servo-ctrl learned list --machine machines/xy_table
     """
@@ -46,7 +46,7 @@ def show(
     as_json: Annotated[bool, typer.Option("--json", help="As JSON, in SI units, as it is stored.")] = False,
     kind: LearnedKindOption = LearnedKind.PULSE,
 ) -> None:
-    """Show one version in full: functions or table, where they come from and what they depend on.
+    """Show one version in full: functions or table, their origin, and what they depend on.
 
     Example:  servo-ctrl learned show --machine machines/xy_table --axis x --version 2
     """
@@ -62,9 +62,9 @@ def rollback(
     learned: LearnedOption = None,
     kind: LearnedKindOption = LearnedKind.PULSE,
 ) -> None:
-    """Take the version before the one in use into use again; nothing is deleted.
+    """Put the version before the one in use into use; nothing is deleted.
 
-    The next start of the controller runs with it. Before the first version is none: the axis then runs
+    The controller uses it from its next start on. Before the first version there is none: the axis then runs
     without a learned pulse, waveform or screw.
 
     Example:  servo-ctrl learned rollback --machine machines/xy_table --axis x

@@ -39,12 +39,12 @@ def _print_version(wanted: bool) -> None:
 @app.callback()
 def commands(
     _version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Tell the version.")
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """Servo controller for CANopen drives (CiA 402) and linear scales (CiA 406).
 
-    First steps: `servo-ctrl check` tells whether a machine and a program make sense, without a bus.
+    First steps: `servo-ctrl check` checks a machine and a program, without a bus.
     `servo-ctrl run` boots the machine on a bus and runs the program, `servo-ctrl learn` has it learn its
     friction compensation and its screws, `servo-ctrl tune` measures an axis and proposes its gains.
     `servo-ctrl report` makes a page and a PDF of a recording, `servo-ctrl export` turns it into CSV.

@@ -23,7 +23,7 @@ def new_machine(
         typer.Option(
             metavar="TEXT",
             help="An axis, for scripts: 'x drive=1 scale=11 lead_mm=10 mass_kg=45 travel_mm=-100..100', and "
-            "what else is asked. Repeatable.",
+            "further keys. Repeatable.",
         ),
     ] = None,
     drive_eds: Annotated[
@@ -34,16 +34,14 @@ def new_machine(
     ] = None,
     bus: Annotated[
         str | None,
-        typer.Option(
-            metavar="INTERFACE:CHANNEL", help="Ask the nodes there whether they are those of the files."
-        ),
+        typer.Option(metavar="INTERFACE:CHANNEL", help="Check that the nodes there are those of the files."),
     ] = None,
 ) -> None:
     """Make a machine directory whose files can be changed: controller.toml, plant.toml, EDS files.
 
     It asks for node ids, leads, masses and limits of each axis. With --axis it does not ask; with --from it
-    copies a machine with its programs instead, without what was learned on it. What it writes is checked
-    against the EDS files, and with --bus against the nodes that are there; nothing is written to a node.
+    copies a machine and its programs, without learned results. The files are checked against the EDS files,
+    and with --bus against the nodes on the bus; nothing is written to a node.
 
     Examples:  servo-ctrl new-machine my_table
                servo-ctrl new-machine my_table --from xy_table

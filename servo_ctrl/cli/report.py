@@ -8,19 +8,17 @@ import typer
 
 def report(
     run: Annotated[Path, typer.Argument(help="Recording: the directory given to `servo-ctrl run --record`.")],
-    out: Annotated[Path, typer.Option(help="Directory of the report; made when it is not there.")],
-    force: Annotated[
-        bool, typer.Option("--force", help="Write over a report that is there already.")
-    ] = False,
+    out: Annotated[Path, typer.Option(help="Directory of the report; made if absent.")],
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing report.")] = False,
 ) -> None:
     """Make a report of a recorded run: `report.html` and `report.pdf`, with the same content.
 
     Both say what ran and how it ended, how well each axis followed, with what force, how its reversals
     compare with J_required, and what compensation was in use. Circles are evaluated quadrant by quadrant,
-    targets that were come to from both sides by the terms of ISO 230. The page is one file that opens without
-    a network; zoom into a picture by dragging. docs/reports.md explains every figure.
+    targets that were approached from both sides, by the terms of ISO 230. The page is one file that opens
+    without a network; zoom into a picture by dragging. docs/reports.md explains every figure.
 
-    A recording that was torn off, by a power cut or a `kill -9`, is reported on as far as it goes.
+    A recording that was cut off, by a power failure or a `kill -9`, is evaluated as far as it goes.
 
     Example:  servo-ctrl run --machine M --bus B --program P --record out/run;
     servo-ctrl report out/run --out out/report

@@ -71,12 +71,12 @@ def run(
 ) -> None:
     """Boot a machine on a CAN bus, run a program and stop.
 
-    Every node is identified against its EDS and configured; nothing moves when anything is wrong. Ctrl-C or
+    Every node is identified against its EDS and configured; nothing moves if anything is wrong. Ctrl-C or
     SIGTERM brings the axes to rest in step, switches the drives off and closes the recording; a second one
     lets the drives brake. Exits with 0 after a completed program, 1 after an error or a fault, 128 + n after
     signal n.
 
-    In real time the computer is tested for two seconds first; what it does not hold is the first event.
+    In real time the computer is tested for two seconds first; missed requirements are the first event.
 
     The program is a TOML file (docs/programs.md) or G-code (docs/part_programs.md); when a part program was
     recorded, its contour error is printed at the end.

@@ -33,7 +33,9 @@ def tune(
     pacing: PacingOption = PacingChoice.REALTIME,
     force_n: Annotated[
         float | None,
-        typer.Option(min=0.0, help="Peak of the excitation, N; without it a weak one first tells how much."),
+        typer.Option(
+            min=0.0, help="Peak of the excitation, N; without it, derived from the reaction to a weak one."
+        ),
     ] = None,
     apply: Annotated[
         bool,
@@ -56,7 +58,7 @@ def tune(
     margin of 29 degrees and a gain margin of 2 at least. What is proved: Ms measured with these values.
 
     --out gets report.html (Bode plots with margins, pictures of the proof), tuned.toml (the sections to put
-    into the machine file, or use --apply) and tune.json (all figures). docs/tuning.md tells how to read them.
+    into the machine file, or use --apply) and tune.json (all figures). docs/tuning.md explains them.
 
     Ctrl-C is safe: the axes ramp down, the drives are switched off, and no file of the machine is
     changed. Exits with 0 when the proposal was proved, 1 when it was not or after a fault, 128 + n after

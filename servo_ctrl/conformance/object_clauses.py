@@ -7,7 +7,7 @@ from servo_ctrl.conformance.dialogue import Failed, Refused
 
 @clause("CiA 306-1")
 def every_object(node: NodeUnderTest) -> None:
-    """Every readable object of the EDS is there, in the length of its type."""
+    """Every readable object of the EDS exists, in the length of its type."""
     for (index, subindex), variable in sorted(node.eds.variables.items()):
         if index < 0x1000 or variable.access == "wo" or not (size := size_of(variable)):
             continue
@@ -51,7 +51,7 @@ def emergency_identifier(node: NodeUnderTest) -> None:
 
 @clause("CiA 301 7.5.2")
 def error_history(node: NodeUnderTest) -> None:
-    """1003h takes no number of errors but 0."""
+    """1003h accepts no number of errors but 0."""
     node.variable(0x1003)
     node.dialogue.refused_write(0x1003, 0, b"\1", *OUT_OF_RANGE)
     node.dialogue.write(0x1003, 0, b"\0")

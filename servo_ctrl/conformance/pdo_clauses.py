@@ -26,7 +26,7 @@ def mapping_while_on(node: NodeUnderTest) -> None:
 
 @clause("CiA 301 7.5.2")
 def not_mappable(node: NodeUnderTest) -> None:
-    """An object that the EDS calls not mappable cannot be mapped: 06040041h."""
+    """An object that is not mappable by the EDS cannot be mapped: 06040041h."""
     with _Unmapped(node) as dialogue:
         dialogue.refused_write(TPDO_MAPPING, 1, (0x1018_0120).to_bytes(4, "little"), CANNOT_BE_MAPPED)
 
@@ -41,7 +41,7 @@ def reserved_type(node: NodeUnderTest) -> None:
 
 @clause("CiA 301 7.3.5")
 def restricted_identifier(node: NodeUnderTest) -> None:
-    """A PDO takes no restricted identifier."""
+    """A PDO refuses a restricted CAN-ID."""
     if "w" not in node.variable(TPDO, 1).access:
         raise NotApplicable("the identifier is fixed")
     dialogue = node.dialogue

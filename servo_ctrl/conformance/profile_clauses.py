@@ -24,7 +24,7 @@ def ready(node: NodeUnderTest) -> None:
 
 @clause("CiA 402-2")
 def unsupported_mode(node: NodeUnderTest) -> None:
-    """A mode that 6502h does not announce is not taken."""
+    """A mode that 6502h does not announce is refused or ignored."""
     dialogue = _drive(node)
     supported = dialogue.number(0x6502)
     absent = next((mode for mode in range(1, 11) if not supported >> mode - 1 & 1), None)
@@ -43,7 +43,7 @@ def unsupported_mode(node: NodeUnderTest) -> None:
 
 @clause("CiA 406")
 def encoder(node: NodeUnderTest) -> None:
-    """Position value 6004h is there, and 6501h tells the steps of the scale."""
+    """Position value 6004h exists, and 6501h has the measuring steps."""
     if (node.eds.default(0x1000) or 0) & 0xFFFF != 406:
         raise NotApplicable("no CiA 406 encoder")
     node.dialogue.read(0x6004)

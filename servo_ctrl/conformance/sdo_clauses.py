@@ -67,7 +67,7 @@ def too_long(node: NodeUnderTest) -> None:
 
 @clause("CiA 301 7.2.4")
 def beyond_limits(node: NodeUnderTest) -> None:
-    """Value beyond the limits of the EDS: 06090030h to 06090032h, and not taken."""
+    """Value beyond the limits of the EDS: 06090030h to 06090032h, and not stored."""
     tried = 0
     for (index, subindex), variable in sorted(node.eds.variables.items()):
         size = size_of(variable)
@@ -119,7 +119,7 @@ def unknown_specifier(node: NodeUnderTest) -> None:
 
 @clause("CiA 301 7.2.4")
 def abort_of_the_client(node: NodeUnderTest) -> None:
-    """The client's abort ends a transfer and has no answer."""
+    """The client's abort ends a transfer and is not answered."""
     dialogue = node.dialogue
     node.variable(0x1008)
     dialogue.initiate(0x40, 0x1008, 0)
@@ -138,7 +138,7 @@ def abort_names_the_object(node: NodeUnderTest) -> None:
 
 @clause("CiA 301 7.2.4")
 def block_upload(node: NodeUnderTest) -> None:
-    """Block upload with CRC gives what the segmented one gives."""
+    """Block upload with CRC returns the data of the segmented upload."""
     dialogue = node.dialogue
     node.variable(0x1008)
     wanted = dialogue.read(0x1008)

@@ -44,7 +44,7 @@ ADVICE: dict[int, str] = {
     errno.EAFNOSUPPORT: "this kernel has no SocketCAN; use localcan:SOCKET, which `hil-sim run` serves",
     errno.ENODEV: "there is no such interface; `ip link` lists them",
     errno.ENETDOWN: "the interface is down; `ip link set ... up` (with its bitrate) switches it on",
-    errno.ENOBUFS: "nobody takes the frames; check that a node is on, the cable, termination and bit rate",
+    errno.ENOBUFS: "no node acknowledges; check that a node is on, the cable, termination and bit rate",
 }
 """Remedies for errors of SocketCAN whose message names none."""
 

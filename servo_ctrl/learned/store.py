@@ -138,7 +138,7 @@ class VersionStore(Generic[Result]):
     def roll_back(self, axis: str) -> StoredResult[Result] | None:
         """Put the intact version before the one in use into use, or none (None); delete no version.
 
-        If active.json cannot be read, the newest intact version comes into use.
+        If active.json cannot be read, the newest intact version is put into use.
         """
         directory = self._directory(axis)
         if not directory.is_dir():

@@ -114,11 +114,11 @@ class StrokeJournal:
         data = self._bytes()
         if self.problem:
             write_whole(self.path.with_name(PREVIOUS_FILE), lambda temporary: temporary.write_bytes(data))
-        sound = data[: self._end]
-        if not sound:
-            sound, self._checksum = encoded(self._header, 0)
-        write_whole(self.path, lambda temporary: temporary.write_bytes(sound))
-        self._end = self._size = len(sound)
+        intact = data[: self._end]
+        if not intact:
+            intact, self._checksum = encoded(self._header, 0)
+        write_whole(self.path, lambda temporary: temporary.write_bytes(intact))
+        self._end = self._size = len(intact)
         self.problem = ""
 
     def _write(self, line: bytes) -> None:
@@ -168,7 +168,7 @@ class StrokeJournal:
         return _Found(entries, end, checksum, problem)
 
     def _changed(self, header: Header) -> str:
-        """Return which setting has changed since the journal was begun, else ""."""
+        """Return which setting has changed since the journal was started, else ""."""
         now = self._header
         return difference(
             {"axis": header.axis, **header.settings, **header.basis},

@@ -107,7 +107,7 @@ def measuring_steps(plan: Plan, machine: MachineConfig, folder: Path) -> list[di
                 plan.axis, label, plan.start_m + one.position_m, one.force_n, machine.period_s, folder
             )
         )
-        steps.append({"kind": "dwell", "label": f"behind {label}", "seconds": BETWEEN_S})
+        steps.append({"kind": "dwell", "label": f"after {label}", "seconds": BETWEEN_S})
     return steps
 
 

@@ -192,7 +192,7 @@ def _proof(result: TuneResult) -> ReportSection:
     pictures = []
     for field, heading in (
         ("step", "Step of force"),
-        ("move", "Move, and the rest behind it"),
+        ("move", "Move, and the rest after it"),
         ("circle", "Circle: error along the radius"),
     ):
         series = [

@@ -58,7 +58,7 @@ INDICATORS = (
     ("step of force, largest deviation", "step_peak_m", "um", 1e6),
     ("step of force, settled to a tenth", "step_settling_s", "ms", 1e3),
     ("move, largest deviation", "move_peak_m", "um", 1e6),
-    ("move, settled behind its end", "move_settling_s", "ms", 1e3),
+    ("move, settled after its end", "move_settling_s", "ms", 1e3),
     ("circle, largest error", "circle_peak_m", "um", 1e6),
     ("circle, RMS error", "circle_rms_m", "um", 1e6),
     ("rest, RMS", "rest_rms_m", "um", 1e6),

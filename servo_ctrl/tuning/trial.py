@@ -29,7 +29,7 @@ SETTLED_M, SETTLED_COUNTS = 1.0 * UM, 2.0
 """Band within which a move has settled: the larger of metres and encoder counts."""
 DECAY_SHARE, QUIET_M = 0.8, 0.3 * UM
 """An oscillation at rest decays to less than this share within half a second, or is smaller than this RMS."""
-STEP, MOVE, BACK, ROUND = "step of force", "move", "rest behind the move", "circle"
+STEP, MOVE, BACK, ROUND = "step of force", "move", "rest after the move", "circle"
 """Labels of the evaluated steps; `BACK` is the dwell after the move."""
 
 

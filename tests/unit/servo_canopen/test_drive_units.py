@@ -68,7 +68,7 @@ UNITS = DriveUnits("axis.x.drive", 10_000, 0.01, "rpm", 0x00B44700, "rpm/s", 0x0
         ({(0x60AA, 0): 0xFDC00300}, "60AAh = FDC00300h"),
         ({(0x6096, 1): 1, (0x6096, 2): 1}, ""),
         ({(0x6096, 1): 60, (0x6096, 2): 1}, "scales velocities by 6096h = 60/1"),
-        ({(0x607B, 1): 0, (0x607B, 2): 3599}, "begins its positions anew at the ends of 607Bh = 0 to 3599"),
+        ({(0x607B, 1): 0, (0x607B, 2): 3599}, "wraps its positions at the ends of 607Bh = 0 to 3599"),
         ({(0x607B, 1): -(2**31), (0x607B, 2): 2**31 - 1}, ""),
         ({(0x607B, 1): 0, (0x607B, 2): 0}, ""),  # as drives say that there is none
         ({}, ""),
