@@ -1,4 +1,4 @@
-"""The schema of a learned waveform: friction with memory, the force around a reversal, dependencies."""
+"""The schema of a learned waveform: presliding friction, the force around a reversal, dependencies."""
 
 from typing import Annotated, Any
 

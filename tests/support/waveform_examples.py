@@ -8,7 +8,7 @@ SAMPLES = 480
 
 
 def example_waveform(seed: int = 24, samples: int = SAMPLES) -> WaveformLearned:
-    """Friction with memory and a smooth force at two accelerations."""
+    """Presliding friction and a smooth force at two accelerations."""
     rng = np.random.default_rng(seed)
     angle = np.linspace(0.0, np.pi, samples)
     waves = [tuple((level * np.sin(angle) ** 2).tolist()) for level in rng.uniform(0.5, 3.0, 2)]
