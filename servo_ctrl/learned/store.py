@@ -177,11 +177,8 @@ class VersionStore(Generic[Result]):
         return result
 
     def _newest_intact(self, axis: str, numbers: list[int]) -> LearnedFile[Any] | None:
-        for number in reversed(numbers):
-            result, problem = self._checked(axis, number)
-            if not problem:
-                return result
-        return None
+        newest_first = (self._checked(axis, number) for number in reversed(numbers))
+        return next((result for result, problem in newest_first if not problem), None)
 
     def _checked(self, axis: str, number: int) -> tuple[LearnedFile[Any] | None, str]:
         """Return a version, None if damaged, and why it must not be used, else ""."""
