@@ -46,7 +46,7 @@ QUASAR_LANGUAGES: dict[str, Literal["en-GB", "de-DE"]] = {"en": "en-GB", "de": "
 _LANGUAGES: WeakKeyDictionary[Client, str] = WeakKeyDictionary()
 """Of the open pages."""
 RECONNECT_S = 15.0
-"""Time that a browser may be disconnected before its page is built anew."""
+"""Time that a browser may be disconnected before its page is rebuilt."""
 
 
 def serve(

@@ -82,7 +82,7 @@ class ObjectBrowser:
             faint(tr("Reading {name} …", name=Path(node.eds).name))
         try:
             entries = await run.io_bound(load_entries, Path(node.eds), node.node_id) or []
-        except Exception as error:  # noqa: BLE001  # whatever it is, the reading has ended, and why is said
+        except Exception as error:  # noqa: BLE001  # any error ends the reading, and the page shows it
             entries = []
             self._problem.set_text(problem_text(error))
         if node.node_id != self._node.value:
@@ -138,7 +138,7 @@ class ObjectBrowser:
             if answer is not None and answer.accepted:
                 shown = value_text(entry, answer.value)
             problem = _problem(tr("Not read"), answer)
-        except Exception as error:  # noqa: BLE001  # whatever it is, the reading has ended, and why is said
+        except Exception as error:  # noqa: BLE001  # any error ends the reading, and the page shows it
             problem = problem_text(error)
         if entry is self._entry:
             self._value.set_text(shown)

@@ -34,7 +34,7 @@ class ChartFrame(NamedTuple):
 
 
 class ChartView(NamedTuple):
-    """Which points a chart holds; a chart with another view starts anew."""
+    """Which points a chart holds; a chart with another view starts again."""
 
     columns: tuple[int, ...]
     bucket: int

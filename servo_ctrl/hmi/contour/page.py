@@ -52,7 +52,7 @@ def prepare(services: PageServices) -> None:
 
 
 def build(page: OpenPage) -> None:
-    """Build the content of the page, anew when a machine with other axes answers."""
+    """Build the content of the page; rebuild it when a machine with other axes answers."""
 
     def make(hello: Hello) -> Refresh:
         if len(hello.axes) < 2:

@@ -215,14 +215,14 @@ async def _follow(job: Job, process: asyncio.subprocess.Process) -> None:
 
 async def _lines_of(process: asyncio.subprocess.Process) -> AsyncIterator[str]:
     """The lines of the output, cut to MAX_LINE_LENGTH; output without line ends is bounded too."""
-    begun = b""
+    partial_line = b""
     while process.stdout is not None and (chunk := await process.stdout.read(65536)):
-        *lines, begun = (begun + chunk).split(b"\n")
+        *lines, partial_line = (partial_line + chunk).split(b"\n")
         for line in lines:
             yield line.decode(errors="replace").strip()[:MAX_LINE_LENGTH]
-        begun = begun[:MAX_LINE_LENGTH]
-    if begun:
-        yield begun.decode(errors="replace").strip()
+        partial_line = partial_line[:MAX_LINE_LENGTH]
+    if partial_line:
+        yield partial_line.decode(errors="replace").strip()
 
 
 def _note_line(job: Job, line: str) -> None:

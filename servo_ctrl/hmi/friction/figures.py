@@ -26,7 +26,7 @@ INDICATORS = {
     "contour_peak_m": word("contour peak"),
 }
 SYMBOLS = ("circle", "square", "diamond", "triangle-up")
-"""By axis, so that axes are told apart without colour too."""
+"""By axis: symbols distinguish the axes without colour."""
 DIRECTIONS = ("\N{MINUS SIGN}", "+")
 """Of the motion after a reversal."""
 ARROW = "\N{RIGHTWARDS ARROW}"
@@ -53,8 +53,8 @@ def indicator_figure(
         symbol = SYMBOLS[number % len(SYMBOLS)]
         odd = odd_ones(values)
         style = {
-            "symbol": [f"{symbol}-open" if strange else symbol for strange in odd],
-            "size": [12 if strange else 7 for strange in odd],
+            "symbol": [f"{symbol}-open" if is_odd else symbol for is_odd in odd],
+            "size": [12 if is_odd else 7 for is_odd in odd],
         }
         line = {"color": theme.curve(number), "width": 1}
         data.append(

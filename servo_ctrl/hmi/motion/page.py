@@ -140,7 +140,7 @@ class ProgramEditor:
         await self._check(text)
 
     async def _check(self, text: str) -> None:
-        """Check a text in a thread and show the verdict, unless a later check has begun meanwhile."""
+        """Check a text in a thread and show the verdict, unless a newer check has started."""
         self._text = text
         self._checks += 1
         number, name = self._checks, self._name or "program.toml"
@@ -158,7 +158,7 @@ class ProgramEditor:
         preview, problem = None, ""
         try:
             preview = await self._awaited(asyncio.create_task(check()), number)
-        except Exception as error:  # noqa: BLE001  # whatever it is, the check has ended, and why is said
+        except Exception as error:  # noqa: BLE001  # any error ends the check, and the verdict shows it
             problem = problem_text(error)
         if number != self._checks:
             return
@@ -172,7 +172,7 @@ class ProgramEditor:
         )
 
     async def _awaited(self, check: asyncio.Task[Preview | None], number: int) -> Preview | None:
-        """The result of a check; one that takes its time shows how much, unless a later one has begun."""
+        """Wait for a check; show the time that a long one has taken, unless a newer one has started."""
         began_s = time.monotonic()
         while not (await asyncio.wait({check}, timeout=PATIENCE_S))[0]:
             if number == self._checks:

@@ -19,7 +19,7 @@ MARGIN = 0.07
 MIN_ASPECT_RATIO = 0.45
 """Least ratio of height to width, and of width to height: a straight path still gets an area."""
 MIN_SPAN_M = 1e-6
-"""Extent of a path that rests in one point."""
+"""Extent of a path of a single point."""
 GRID_LINES = 5
 """About as many grid lines in each direction."""
 

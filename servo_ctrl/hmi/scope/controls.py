@@ -123,8 +123,8 @@ def first_choices(hello: Hello) -> ScopeChoices:
 class ScopeFields:
     """The fields above the scope.
 
-    `on_change` is called with "look" when the chart has to be drawn anew, with "capture" when the capture too
-    has to start anew.
+    `on_change` is called with "look" when the chart has to be redrawn, with "capture" when the capture
+    has to restart too.
     """
 
     def __init__(self, hello: Hello, choices: ScopeChoices, on_change: Callable[[str], None]) -> None:

@@ -32,7 +32,7 @@ TITLE = word("Scope")
 
 
 def build(page: OpenPage) -> None:
-    """Build the content of the page, anew when a machine with other channels answers."""
+    """Build the content of the page; rebuild it when a machine with other channels answers."""
     content = connected_content(
         page, lambda hello: ScopeContent(page, hello).refresh, lambda hello: hello.channels
     )
@@ -40,7 +40,7 @@ def build(page: OpenPage) -> None:
 
 
 class ScopeContent:
-    """The scope on one machine, built anew with the choices of another channel set."""
+    """The scope of one machine; rebuilt for another channel set."""
 
     def __init__(self, page: OpenPage, hello: Hello) -> None:
         self._page, self._hello = page, hello
@@ -76,7 +76,7 @@ class Scope:
         self._readings_s = time.monotonic()
         """When the readings were refreshed last."""
         self._drawn_for: Look | None = None
-        """None: the chart has to be drawn anew."""
+        """None: the chart has to be redrawn."""
         self._decelerating = self._saving = False
         with panel(tr("Settings of the scope")):
             self._fields = ScopeFields(hello, self._choices, self._on_change)
@@ -143,7 +143,7 @@ class Scope:
         self._on_change("look")
 
     def _redraw(self) -> None:
-        """Draw the chart anew where something other than its data has changed."""
+        """Redraw the chart when something other than its data has changed."""
         page, choices = self._page, self._choices
         if self._drawn_for == page.look:
             return

@@ -57,7 +57,7 @@ class ScopeStream:
         return self.capture.window.origin if self.capture.window is not None else 0
 
     def arm(self, ring: RowRing) -> None:
-        """Start anew: after other settings, and for the next single window."""
+        """Restart the capture: after a change of settings, and for the next single window."""
         self.capture, self._trigger_state = CaptureState(ring.end), TriggerState()
         self._searched, self._kept, self.hold = ring.end, None, False
         self._stops = ()

@@ -184,13 +184,13 @@ class PageFrame:
 
 
 def _change_language(language: str) -> None:
-    """Keep the language in the browser, and build the page anew in it."""
+    """Store the language in the browser, and reload the page."""
     _store_preference(LANGUAGE_COOKIE, language)
     ui.run_javascript("location.reload()")
 
 
 def _safety_parts() -> tuple[str, str, str]:
-    """STOP, what is said when it did not arrive, and the banner of a page that is not connected, as HTML."""
+    """Return the HTML of STOP, of the banner for a STOP that failed, and of that for a lost connection."""
     stop = (
         f'<button type="button" id="bench-stop" data-testid="stop" '
         f'aria-label="{escape(tr("Stop the machine; key Escape"))}">'

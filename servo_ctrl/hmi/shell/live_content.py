@@ -104,7 +104,7 @@ def command_buttons(
 
 
 class Rebuilt(Generic[T]):
-    """An element whose children are built anew by `make(value)` when the value has changed."""
+    """An element whose children `make(value)` rebuilds when the value has changed."""
 
     def __init__(self, element: ui.element, make: Callable[[T], None]) -> None:
         self.element = element

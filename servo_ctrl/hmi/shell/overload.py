@@ -31,7 +31,7 @@ class RecentShare:
     def take(self, status: MachineStatus) -> float:
         """Take a status; return the share since about WINDOW_CYCLES ago, 0 to 1."""
         samples, now = self._samples, (status.cycles, status.missed_ticks)
-        if samples and now[0] < samples[-1][0]:  # the controller was started anew
+        if samples and now[0] < samples[-1][0]:  # the controller has restarted
             samples.clear()
         if not samples or now[0] > samples[-1][0]:
             samples.append(now)

@@ -35,7 +35,7 @@ _OPTION = """
 MAX_REASON = 300
 """Characters of an unexpected error that a notice shows."""
 SAME_PROBLEM_S = 10.0
-"""A timer that fails five times a second is one notice in so long."""
+"""Period of the notice of a timer that fails five times a second; chosen."""
 _LOG = logging.getLogger(__name__)
 _mark_on_server = Element.mark
 
@@ -59,10 +59,10 @@ def notify(text: str, kind: Kind = "warning") -> None:
 
 
 def problem_text(error: Exception) -> str:
-    """What a visitor is told of an error; one that nobody expected is logged with its traceback."""
+    """Return the text of an error for the visitor; log an unexpected one with its traceback."""
     if isinstance(error, ServoCtrlError | OSError):
         return str(error)
-    _LOG.error("an error that nobody expected", exc_info=error)
+    _LOG.error("unexpected error", exc_info=error)
     return _unexpected(error)
 
 
@@ -71,24 +71,24 @@ def errors_notified(kind: Kind = "negative") -> Iterator[None]:
     """Show the visitor an error that ends the block, instead of raising it."""
     try:
         yield
-    except Exception as error:  # noqa: BLE001  # whatever it is, the visitor is told and the page goes on
+    except Exception as error:  # noqa: BLE001  # the visitor sees any error, and the page goes on
         notify(problem_text(error), kind)
 
 
 def notify_unexpected() -> None:
-    """Tell the visitor of this page of every error that a handler or a timer of it raises.
+    """Notify the visitor of this page of every error that one of its handlers or timers raises.
 
-    NiceGUI logs these errors, and without this the visitor sees only that nothing happens.
+    NiceGUI only logs these errors: the visitor would see that nothing happens.
     """
-    told: dict[str, float] = {}
+    shown_s: dict[str, float] = {}
 
-    def tell(error: Exception) -> None:
+    def show(error: Exception) -> None:
         text, now_s = _unexpected(error), time.monotonic()
-        if now_s - told.get(text, -SAME_PROBLEM_S) >= SAME_PROBLEM_S:
-            told[text] = now_s
+        if now_s - shown_s.get(text, -SAME_PROBLEM_S) >= SAME_PROBLEM_S:
+            shown_s[text] = now_s
             notify(text, "negative")
 
-    ui.on_exception(tell)
+    ui.on_exception(show)
 
 
 def _unexpected(error: Exception) -> str:
