@@ -38,12 +38,6 @@ def read_concise_dcf(path: Path) -> tuple[SdoDownload, ...]:
         raise EdsError(f"{path}: no concise DCF: {error}") from None
 
 
-def pack_concise_dcf(entries: list[SdoDownload]) -> bytes:
-    """Encode these entries."""
-    packed = (_ENTRY.pack(entry.index, entry.subindex, len(entry.data)) + entry.data for entry in entries)
-    return _COUNT.pack(len(entries)) + b"".join(packed)
-
-
 def _entries(block: bytes) -> list[SdoDownload]:
     (count,) = _COUNT.unpack_from(block)
     offset, entries = _COUNT.size, []

@@ -9,7 +9,7 @@ from typing import Protocol
 
 INITIATE = struct.Struct("<BHBI")
 FRAME_BYTES, SEGMENT_BYTES = 8, 7
-UPLOAD, EXPEDITED_UPLOAD, SEGMENT_UPLOAD, ABORT = 0x40, 0x42, 0x60, 0x80
+UPLOAD, SEGMENT_UPLOAD, ABORT = 0x40, 0x60, 0x80
 TOGGLE, LAST = 0x10, 0x01
 ANSWER_S = 0.5
 """Longest wait for the answer to a request, wall clock, seconds; chosen."""

@@ -5,17 +5,13 @@ daemon's cycle (`cyclic.axis_step`) has one such record per axis.
 """
 
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from kernels.jit import kernel
-from kernels.records import Pool, read, record_type, store, write
+from kernels.records import Pool, read, write
 from servo_ctrl.control.set_point_counts import SetPointCounts, SetPointUnits, set_point_counts
 from servo_ctrl.control.signs import SupervisionLimits, signs
-from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
+from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick
 from servo_ctrl.control.types import AxisCommand, AxisSample
 
 
@@ -33,26 +29,6 @@ class AxisRecord(NamedTuple):
     counts: SetPointCounts
     signs: int
     """Bits of `control.signs`."""
-
-
-SI = SetPointUnits(1.0, 1.0, 1.0, offset_apart=True, velocity_offset=True)
-
-
-def axis_records(
-    params: Sequence[AxisParams],
-    motor_position_m: Sequence[float],
-    units: Sequence[SetPointUnits] = (),
-    limits: Sequence[SupervisionLimits] = (),
-) -> tuple[NDArray[Any], Pool]:
-    """Make the records (n,) of axes at rest at these positions (m), and the pool of their tables.
-
-    Without units a count is a newton or a metre; without limits, `signs` has no meaning.
-    """
-    axes = np.zeros(len(params), record_type(AxisRecord))
-    store(axes["state"], [initial_state(position_m) for position_m in motor_position_m])
-    store(axes["units"], units or [SI] * len(params))
-    store(axes["limits"], limits)
-    return axes, store(axes["params"], params)
 
 
 @kernel

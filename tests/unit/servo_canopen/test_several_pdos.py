@@ -8,7 +8,7 @@ import pytest
 from machine_files import text_of, write_controller
 
 from servo_ctrl.canopen.boot import boot_nodes
-from servo_ctrl.canopen.concise_dcf import SdoDownload, pack_concise_dcf, read_concise_dcf
+from servo_ctrl.canopen.concise_dcf import SdoDownload, read_concise_dcf
 from servo_ctrl.canopen.errors import BootError, EdsError
 from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.plan import plan_machine
@@ -104,6 +104,12 @@ def test_what_cannot_be_is_refused_by_its_key(
 ) -> None:
     with pytest.raises(ConfigError, match=complaint):
         planned(table, tmp_path, FURTHER.replace(text, other))
+
+
+def pack_concise_dcf(entries: list[SdoDownload]) -> bytes:
+    head = (struct.pack("<HBI", one.index, one.subindex, len(one.data)) for one in entries)
+    parts = zip(head, (one.data for one in entries), strict=True)
+    return struct.pack("<I", len(entries)) + b"".join(start + data for start, data in parts)
 
 
 async def test_a_concise_dcf_is_written_before_the_machine_file(

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from law_records import axis_records
 from machine_files import XY_TABLE, replaced, text_of, without_sections, write_controller
 from pydantic import ValidationError
 
 from servo_ctrl.config.freeze import axis_params, with_fuzzy, with_sampled, with_screw
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import AxisConfig, MachineConfig
-from servo_ctrl.control.axis_record import axis_records, tick_axis
+from servo_ctrl.control.axis_record import tick_axis
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.errors import ConfigError
 

@@ -7,11 +7,12 @@ from compensation_off import NO_FUZZY, NO_LEADING, NO_NOTCH, NO_WAVEFORM, p_loop
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
+from law_records import axis_records
 
 from kernels.jit import signatures
 from kernels.records import read, store, write
 from servo_ctrl.control import position_loop, velocity_loop
-from servo_ctrl.control.axis_record import axis_records, tick_axis
+from servo_ctrl.control.axis_record import tick_axis
 from servo_ctrl.control.compensation import (
     backlash,
     disturbance_observer,

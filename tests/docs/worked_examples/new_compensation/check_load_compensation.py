@@ -4,13 +4,14 @@ import math
 from pathlib import Path
 
 import pytest
+from law_records import axis_records
 from numpy.testing import assert_allclose
 
 from kernels.records import read
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.key_tables import filled
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.axis_record import axis_records, tick_axis
+from servo_ctrl.control.axis_record import tick_axis
 from servo_ctrl.control.compensation import load_compensation
 from servo_ctrl.control.types import AxisCommand, AxisSample
 from servo_ctrl.errors import ConfigError
