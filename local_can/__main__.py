@@ -3,11 +3,11 @@
 import argparse
 import contextlib
 import logging
-import os
 import signal
 import sys
 from pathlib import Path
 
+from kernels.batch_scheduling import batch_scheduling
 from local_can.hub import Hub
 from local_can.listening import HubError
 
@@ -41,13 +41,6 @@ def _count(text: str) -> int:
     return int(text)
 
 
-def _schedule_as_batch() -> None:
-    """Run only while senders pause, because waking up for every frame costs a third more processor time."""
-    if hasattr(os, "SCHED_BATCH") and os.sched_getscheduler(0) == os.SCHED_OTHER:
-        with contextlib.suppress(OSError):  # a sandbox may forbid it, which only makes the hub slower
-            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
-
-
 def main() -> int:
     """Run a hub; return the exit status, 0 after a signal and 1 if no hub is possible at the path."""
     logging.basicConfig(level=logging.INFO, format="local_can: %(message)s")
@@ -64,13 +57,11 @@ def main() -> int:
     except HubError as error:
         _LOG.error("%s", error)
         return 1
-    if arguments.batch:
-        _schedule_as_batch()
-    try:
+    # waking up for every frame would cost a third more processor time
+    scheduling = batch_scheduling() if arguments.batch else contextlib.nullcontext()
+    with scheduling, contextlib.closing(hub):
         _LOG.info("bus at %s", arguments.socket_path)
         hub.run()
-    finally:
-        hub.close()
     return 0
 
 

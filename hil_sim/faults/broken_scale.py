@@ -1,7 +1,7 @@
-"""Broken scale: the reading head stands still while the table moves on.
+"""Broken scale: the position value stays constant while the table moves.
 
-The node continues to send its last reading, without an error: a dirty grating, a torn tape. A controller that
-closes its loop on the scale pushes the table further and further.
+The node continues to send its last reading without an error, as with a dirty grating or a torn tape. A
+controller that closes its loop on the scale drives the table on and on.
 Confused with: slipped_coupling, where the readings also drift apart -> here the motor follows its force.
 """
 

@@ -1,4 +1,4 @@
-"""Brown-out: the supply voltage of one amplifier drops; it reports under-voltage and goes into fault.
+"""Brown-out: the supply voltage of one amplifier drops; it reports under-voltage and enters fault.
 
 The drive performs its fault reaction (605Eh) and sends EMCY 3220h; a reset succeeds after the supply returns.
 """

@@ -1,7 +1,7 @@
-"""Jammed axis: something holds the table, and the current goes up to its limit.
+"""Jammed axis: an obstacle holds the table, and the current rises to its limit.
 
 Law: the Coulomb level becomes `level_n`; with a presliding law the table still yields like a spring.
-Confused with: lost lubrication, which raises the level by a factor -> a jam stands at any force.
+Confused with: lost lubrication, which raises the level by a factor -> a jam holds against any force.
 """
 
 from typing import Annotated, NamedTuple

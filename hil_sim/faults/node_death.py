@@ -17,7 +17,7 @@ class Params(NamedTuple):
 
 
 def check(target: FaultTarget, p: Params) -> None:
-    """Raise FaultError if the scale shall die and the axis has none."""
+    """Raise FaultError if the scale is to die and the axis has none."""
     if p.scale and target.scale is None:
         raise FaultError(f"axis {target.name} has no scale")
 

@@ -1,4 +1,4 @@
-"""Slipped coupling: the motor turns, and the table hardly follows.
+"""Slipped coupling: the motor turns while the table hardly follows.
 
 Law: stiffness and damping of `drive_compliance` are multiplied by `passed`.
 Confused with: broken_scale, where the readings also drift apart -> here the motor has lost the table's mass.

@@ -1,8 +1,8 @@
-"""Bit rates of nodes and bus: what LSS switches, and who hears whom.
+"""Bit rates of nodes and bus, as LSS switches them.
 
-The bench has no wire, so the rate of its bus is what the nodes say: at power-up that of most of them, and
-then that of the nodes which LSS switches, as their master does. A node that was left at another rate hears
-nothing and is not heard; the error frames that it would send on a wire are not simulated.
+The bench has no wire, so the nodes define the rate of its bus: at power-up it is that of most of them, later
+that of the nodes which LSS switches, as their master switches with them. A node at another rate neither sends
+nor receives; the error frames that it would send on a wire are not simulated.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from hil_sim.node.nmt import NEVER_US
 
 BUS_KBIT_S = 1000
-"""Of a node that nobody has told another."""
+"""Rate of a node to which LSS has assigned none."""
 
 
 @dataclass(slots=True)
@@ -21,7 +21,7 @@ class BusRate:
 
 
 class NodeRate:
-    """Rate of one node, from power-up on the stored one."""
+    """Rate of one node: at power-up the stored one."""
 
     def __init__(self, bus: BusRate, stored_kbit_s: int | None) -> None:
         self._bus = bus
@@ -32,16 +32,16 @@ class NodeRate:
 
     @property
     def deaf(self) -> bool:
-        """Whether it neither hears nor is heard: at another rate than the bus, or while the rate changes."""
+        """Whether it neither sends nor receives: at another rate than the bus, or while the rate changes."""
         return self.due_us != NEVER_US or self.kbit_s != self._bus.kbit_s
 
     def switch(self, kbit_s: int, delay_ms: int, now_us: int) -> None:
-        """Take a rate after the master's delay, and be silent as long again."""
+        """Switch to a rate after the master's delay, and send nothing for another delay (CiA 305)."""
         self._next, self._delay_us = kbit_s, 1000 * delay_ms
         self.due_us = now_us + self._delay_us
 
     def run(self, now_us: int) -> None:
-        """Do what is due: the switch, or the end of the silence behind it."""
+        """Carry out the switch when it is due, and end the silence after it."""
         if self._next is not None and now_us >= self.due_us:
             self.kbit_s = self._bus.kbit_s = self._next
             self._next = None

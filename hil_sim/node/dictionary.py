@@ -1,8 +1,8 @@
 """The object dictionary of one node: the objects that its EDS file describes, and their values.
 
 The canopen library reads the file and encodes the data types; no other file of the simulator imports it.
-Process objects are plain attributes. Every write is checked against the limits of the EDS, and by the owner
-of the object.
+Process objects are plain attributes. Every write of a client is checked against the limits of the EDS, and by
+the check of the service that owns the object.
 """
 
 import copy
@@ -24,23 +24,23 @@ with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas wi
 
 STORE_EDS = 0x1021
 FIRST_OBJECT = 0x1000
-"""Below it are data types: what a PDO maps as a dummy is no object that a client could ask for."""
+"""Below it are data types, which a PDO may map as dummies and no client can access."""
 
 
 class Dictionary:
     """Values of all objects of node `node_id`; a value is an int, str or bytes.
 
-    `checks[index](subindex, value)` may refuse a write by raising SdoAbort; `readers[index](subindex)` gives
-    a computed value, or None; `followers[index](subindex)` is called after a write.
+    `checks[index](subindex, value)` may refuse a write by raising SdoAbort; `readers[index](subindex)`
+    returns a computed value, or None; `followers[index](subindex)` is called after a write.
 
     Raises:
-        OSError, ValueError: the EDS cannot be read, or is none.
+        OSError, ValueError: the EDS cannot be read, or is damaged.
     """
 
     def __init__(
         self, node_id: int, eds: Path, objects: ProcessObjects, inside_eds: Path | None = None
     ) -> None:
-        """`inside_eds`: describes what the device has but does not show to clients; `eds` goes before it."""
+        """Describe the objects by `eds`, and by `inside_eds` those that clients cannot access."""
         self.node_id = node_id
         self.objects = objects
         self.attributes = attribute_names(objects)
@@ -48,14 +48,14 @@ class Dictionary:
         self.readers: dict[int, Callable[[int], Any]] = {}
         self.followers: dict[int, Callable[[int], None]] = {}
         self.on_write: Callable[[int, int], None] = lambda _index, _subindex: None
-        """Called after every write of a client, of any object."""
+        """Called after every write of a client, to any object."""
         self.stored: dict[Address, bytes] = {}
-        """Encoded values that are neither attributes nor still the default."""
+        """Encoded values of the objects that are not attributes and differ from the default."""
         self._eds, self._eds_text = eds, eds.read_bytes()
         self.variables: dict[Address, Any] = described(self._eds_text, str(eds), node_id)
-        """Description of every object that the EDS lists, as canopen has read it, by index."""
+        """Description of every object of the EDS, as canopen reads it, by address."""
         self.hidden: set[Address] = set()
-        """What no client can ask for."""
+        """Objects that no client can access."""
         if inside_eds is not None:
             inside = described(inside_eds.read_bytes(), str(inside_eds), node_id)
             self.hidden = inside.keys() - self.variables.keys()
@@ -66,12 +66,12 @@ class Dictionary:
         self.load_defaults(0x1000, 0xFFFF)
 
     def readdress(self, node_id: int) -> None:
-        """Describe the objects for another node id; their values are to be loaded anew."""
+        """Describe the objects for another node id; the caller loads their values again."""
         self.node_id = node_id
         self.variables = described(self._eds_text, str(self._eds), node_id)
 
     def variable(self, index: int, subindex: int) -> Any:
-        """Description of an object. Raises SdoAbort where there is none."""
+        """Return the description of an object. Raises SdoAbort where the EDS has none."""
         found = self.variables.get((index, subindex))
         if found is None:
             known = index in self.indices
@@ -93,18 +93,18 @@ class Dictionary:
             raise SdoAbort(AbortCode.READ_OF_WRITE_ONLY)
 
     def decode(self, index: int, subindex: int, data: bytes) -> Any:
-        """The value in `data`. Raises SdoAbort for no object of the EDS, ValueError for a wrong length."""
+        """Decode `data`. Raises SdoAbort where the EDS has no such object, ValueError for a wrong length."""
         try:
             return self.variable(index, subindex).decode_raw(data)
         except ObjectDictionaryError as error:
             raise ValueError(str(error)) from error
 
     def value(self, index: int, subindex: int = 0) -> Any:
-        """Present value, decoded by its data type."""
+        """Return the present value, decoded by its data type."""
         return self.decode(index, subindex, self.get_data(index, subindex))
 
     def get_data(self, index: int, subindex: int) -> bytes:
-        """Present value, encoded: by a reader, the attribute, the stored value or the EDS, in this order."""
+        """Return the encoded value: of a reader, the attribute, the stored one, or the default of the EDS."""
         variable = self.variable(index, subindex)
         value = self.readers[index](subindex) if index in self.readers else None
         name = self.attributes.get((index, subindex))
@@ -116,12 +116,12 @@ class Dictionary:
             value = variable.default
         if value is None:
             if variable.data_type in DATA_TYPES:
-                return b""  # a string or domain that nobody has written
+                return b""  # a string or domain without a value
             raise SdoAbort(AbortCode.RESOURCE_NOT_AVAILABLE)
         return bytes(variable.encode_raw(value))
 
     def put(self, index: int, subindex: int, value: Any) -> None:
-        """Set a value from inside the device: no check of access or range, no follower is called."""
+        """Set a value from inside the device, without checks and followers."""
         name = self.attributes.get((index, subindex))
         if name is not None:
             setattr(self.objects, name, value)
@@ -149,7 +149,7 @@ class Dictionary:
         self.on_write(index, subindex)
 
     def load_defaults(self, first: int, last: int) -> None:
-        """Give the objects `first` ... `last` the values they have in the EDS."""
+        """Set the objects `first` ... `last` to their defaults in the EDS."""
         self.stored = {key: data for key, data in self.stored.items() if not first <= key[0] <= last}
         for address, name in self.attributes.items():
             if first <= address[0] <= last and address not in self.objects.COMPUTED:
@@ -160,15 +160,18 @@ class Dictionary:
 
 @lru_cache(maxsize=64)
 def described(eds: bytes, file_name: str, node_id: int) -> dict[Address, Any]:
-    """Objects of an EDS by address; nobody changes them. Raises what canopen does at a file that is none."""
+    """Return the objects of an EDS by address, shared and not to be changed.
+
+    Raises whatever canopen raises at a damaged file.
+    """
     return {address: _of_node(variable, node_id) for address, variable in _read(eds, file_name).items()}
 
 
 @lru_cache(maxsize=16)
 def _read(eds: bytes, file_name: str) -> dict[Address, Any]:
-    """The same for node id 0: nodes of a kind share an EDS, and reading one takes 50 ms."""
+    """Read the objects for node id 0: nodes of a kind share an EDS, and reading one takes 50 ms."""
     source = io.StringIO(eds.decode())
-    source.name = file_name  # canopen takes the format from it
+    source.name = file_name  # canopen recognises the format by its ending
     found: dict[Address, Any] = {}
     for index, entry in sorted(canopen.import_od(source, 0).indices.items()):
         members = {0: entry} if isinstance(entry, ODVariable) else entry.subindices
@@ -177,7 +180,7 @@ def _read(eds: bytes, file_name: str) -> dict[Address, Any]:
 
 
 def _of_node(variable: Any, node_id: int) -> Any:
-    """The object of a node: where the EDS has $NODEID, its id is added."""
+    """Return the object of a node; where the EDS has $NODEID, its id is added."""
     if not variable.relative or not isinstance(variable.default, int):
         return variable
     own = copy.copy(variable)
@@ -186,13 +189,13 @@ def _of_node(variable: Any, node_id: int) -> Any:
 
 
 def limits_of(variable: Any) -> tuple[float, float]:
-    """Smallest and largest value of an object by its EDS; infinite where it sets none."""
+    """Return the smallest and largest value of an object by its EDS; infinite where it sets no limit."""
     low, high = variable.min, variable.max
     return -math.inf if low is None else low, math.inf if high is None else high
 
 
 def wrapped(value: int, variable: Any) -> int:
-    """A value that does not fit the object's type wraps, as a counter does (and as it does in a PDO)."""
+    """Wrap a value to the range of the object's type, as a counter does, and as a PDO does."""
     span = 1 << len(variable)
     value %= span
     return value - span if variable.data_type in SIGNED_TYPES and value >= span >> 1 else value

@@ -22,18 +22,18 @@ RPDO_TIMEOUT = 0x8250
 SYNC_MISSING = 0x8700
 FOLLOWING_ERROR = 0x8611
 NEIGHBOUR = 0xFF10
-"""A node whose EMCY is consumed (1028h) has an error: in the detail its id and the code."""
+"""A node whose EMCY is consumed (1028h) reports an error; the detail holds its id and the error code."""
 
 FRAME = struct.Struct("<HB5s")
 DISABLED = 0x8000_0000
 HISTORY = 8
 """Entries of 1003h in the EDS files of the devices."""
 LONGEST_QUEUE = 64
-"""Bounds the messages that wait for the inhibit time; the oldest is lost beyond it (chosen)."""
+"""Bounds the messages that wait for the inhibit time; beyond it the oldest is dropped (chosen)."""
 
 
 class EmergencyProducer:
-    """Errors of one node. An error stays in the register until `clear` names it."""
+    """The active errors of one node; each stays in the error register until `clear` ends it."""
 
     def __init__(self, dictionary: Dictionary, send: Callable[[int, bytes], None]) -> None:
         self._dictionary = dictionary
@@ -49,7 +49,7 @@ class EmergencyProducer:
         dictionary.checks[0x1014] = self._check_identifier
 
     def report(self, code: int, register: int, detail: bytes = b"") -> None:
-        """Send error `code` and note it, once until `clear(code)`; `detail` has up to 5 bytes."""
+        """Report error `code`, once until `clear(code)`; `detail` holds up to 5 bytes of its own."""
         if code in self._active:
             return
         self._active[code] = register | GENERIC
@@ -67,7 +67,7 @@ class EmergencyProducer:
             self._waiting.append(FRAME.pack(0, self._objects.error_register, b""))
 
     def reset(self) -> None:
-        """Clear errors and history, as a restart does; nothing is sent."""
+        """Clear errors and history, as after power-up, without a message."""
         self._active.clear()
         self._history.clear()
         self._waiting.clear()
@@ -75,7 +75,7 @@ class EmergencyProducer:
         self._update_register()
 
     def flush(self, now_us: int) -> None:
-        """Send what the inhibit time held back."""
+        """Send the waiting messages, each after the inhibit time."""
         while self._waiting and self.enabled and now_us >= self._free_at_us:
             cob_id = self._dictionary.value(0x1014)
             if not cob_id & DISABLED:

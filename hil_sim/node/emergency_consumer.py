@@ -1,6 +1,6 @@
-"""Emergency consumer 1028h: an error of a node whose EMCY is consumed is as if that node were lost.
+"""Emergency consumer 1028h: an error that a consumed node reports counts like the loss of that node.
 
-CiA 301 leaves the reaction to the device: a drive must not go on when the scale beside it reports an error.
+CiA 301 leaves the reaction to the device: a drive must not continue when the scale of its axis has an error.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ FRAME_BYTES = 8
 
 
 class EmergencyConsumer:
-    """Calls `on_error(node_id, code)` for each error of a consumed EMCY, `on_end()` when no node has one."""
+    """Calls `on_error(node_id, code)` for each consumed error, `on_end()` once no node has one."""
 
     def __init__(
         self, dictionary: Dictionary, on_error: Callable[[int, int], None], on_end: Callable[[], None]
@@ -28,18 +28,18 @@ class EmergencyConsumer:
         dictionary.checks[CONSUMED] = self._check
 
     def follow(self) -> None:
-        """Forget the errors of nodes that are consumed no longer."""
+        """Apply 1028h: end the errors of nodes that are no longer consumed."""
         self._keep(set(self.cob_ids.values()))
 
     @property
     def cob_ids(self) -> dict[int, int]:
-        """Identifier of each consumed EMCY: the node that sends it, which is the subindex."""
+        """Identifiers of the consumed EMCYs, each with the node that sends it (the subindex)."""
         value = self._dictionary.value
         entries = {value(CONSUMED, node): node for node in range(1, value(CONSUMED) + 1)}
         return {cob_id & 0x7FF: node for cob_id, node in entries.items() if not cob_id & NOT_CONSUMED}
 
     def on_emergency(self, node_id: int, data: bytes) -> None:
-        """Take a frame of `node_id`: an error, or that it has none any more; one cut short is neither."""
+        """Receive an EMCY of `node_id`: an error, or its end. A frame of another length is ignored."""
         if len(data) != FRAME_BYTES:
             return
         if code := int.from_bytes(data[CODE], "little"):
@@ -58,4 +58,4 @@ class EmergencyConsumer:
             return
         check_identifier(cob_id)
         if node_id == self._dictionary.node_id:
-            raise SdoAbort(AbortCode.PARAMETER_INCOMPATIBLE)  # its own
+            raise SdoAbort(AbortCode.PARAMETER_INCOMPATIBLE)  # a node does not consume its own EMCY

@@ -1,4 +1,4 @@
-"""Heartbeat consumer 1016h: watches other nodes, armed by the first heartbeat of each."""
+"""Heartbeat consumer 1016h: watches other nodes, each from its first heartbeat on."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
 
 class HeartbeatConsumer:
-    """Calls `on_lost(node_id)` once when a heartbeat is overdue, `on_recovered()` when none is any more."""
+    """Calls `on_lost(node_id)` once when a heartbeat is overdue, `on_recovered()` once all have returned."""
 
     def __init__(
         self,
@@ -30,11 +30,11 @@ class HeartbeatConsumer:
 
     @property
     def watched(self) -> list[int]:
-        """Nodes whose heartbeats belong to `on_heartbeat`."""
+        """Nodes whose heartbeats are to be passed to `on_heartbeat`."""
         return list(self._periods_us)
 
     def follow(self) -> None:
-        """Apply the entries of 1016h; nodes that stay in it stay armed."""
+        """Apply the entries of 1016h; a node that was watched before keeps its deadline."""
         entries = self._entries().values()
         self._periods_us = {node: 1000 * ms for node, ms in entries if 1 <= node <= 127 and ms}
         self._deadlines_us = {
@@ -44,7 +44,7 @@ class HeartbeatConsumer:
         self._update()
 
     def on_heartbeat(self, node: int) -> None:
-        """Restart the time of `node`: a heartbeat of it was received."""
+        """Restart the deadline of `node`, whose heartbeat was received."""
         period_us = self._periods_us.get(node)
         if period_us is not None:
             self._mark_recovered({node})
@@ -72,7 +72,7 @@ class HeartbeatConsumer:
         self.due_us = min(self._deadlines_us.values(), default=NEVER_US)
 
     def _entries(self) -> dict[int, tuple[int, int]]:
-        """Node and heartbeat time (ms) of each entry of 1016h, by subindex."""
+        """Return node and heartbeat time (ms) of each entry of 1016h, by subindex."""
         count = self._dictionary.value(0x1016, 0)
         return {sub: _decoded(self._dictionary.value(0x1016, sub)) for sub in range(1, count + 1)}
 

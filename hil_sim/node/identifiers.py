@@ -1,4 +1,4 @@
-"""CAN identifiers that objects of the dictionary may name: COB-IDs of PDO, SYNC and EMCY (CiA 301)."""
+"""CAN identifiers that a client may write to COB-ID objects of PDO, SYNC, TIME and EMCY (CiA 301)."""
 
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
@@ -7,7 +7,7 @@ PRODUCES_SYNC = 0x4000_0000
 RESTRICTED = (
     range(0x080),  # NMT and reserved
     range(0x101, 0x181),
-    range(0x581, 0x600),  # SDO answers
+    range(0x581, 0x600),  # SDO responses
     range(0x601, 0x680),  # SDO requests
     range(0x6E0, 0x800),  # heartbeats and reserved
 )
@@ -20,7 +20,7 @@ def check_identifier(cob_id: int) -> None:
 
 
 def check_sync(_subindex: int, cob_id: int) -> None:
-    """Refuse what `check_identifier` does, and to produce the SYNC: time comes from the master."""
+    """Refuse what `check_identifier` refuses, and to produce the SYNC: the master does. Raises SdoAbort."""
     check_identifier(cob_id)
     if cob_id & PRODUCES_SYNC:
         raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)

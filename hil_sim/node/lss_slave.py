@@ -1,7 +1,8 @@
-"""LSS slave (CiA 305): its node id given over the bus, by selection, identification and fastscan.
+"""LSS slave (CiA 305): node id and bit rate assigned over the bus.
 
-Its bit rate likewise: configured, activated after a delay, stored. A configured node takes part in every NMT
-state but operational; one without an id (255) does nothing else than this.
+The master addresses a node by selection, identification or fastscan, and configures, activates and stores
+both. A node that has an id serves LSS in every NMT state but operational; one without an id (255) serves
+nothing else.
 """
 
 from collections.abc import Callable
@@ -11,10 +12,10 @@ from typing import Protocol
 REQUEST, RESPONSE = 0x7E5, 0x7E4
 FRAME_BYTES = 8
 UNNAMED = 255
-"""The node id of a node that has none."""
+"""The node id of a node without an assigned id."""
 SWITCH_GLOBAL, CONFIGURE_NODE_ID, CONFIGURE_BIT_TIMING, ACTIVATE_BIT_TIMING, STORE = 4, 0x11, 0x13, 0x15, 0x17
 STANDARD_RATES_KBIT_S = (1000, 800, 500, 250, 125, None, 50, 20, None)
-"""By index in table 0 of CiA 305; the devices have neither 10 kbit/s nor automatic detection."""
+"""By index in table 0 of CiA 305; None: the devices support neither 10 kbit/s nor automatic detection."""
 SELECT = range(0x40, 0x44)
 """Vendor, product, revision, serial number of the node that is selected."""
 SELECTED = 0x44
@@ -24,10 +25,11 @@ IDENTIFY_UNNAMED, IDENTIFIED, UNNAMED_IDENTIFIED, FASTSCAN = 0x4C, 0x4F, 0x50, 0
 INQUIRE_IDENTITY = range(0x5A, 0x5E)
 INQUIRE_NODE_ID = 0x5E
 ACCEPTED, REFUSED, STORE_FAILED = 0, 1, 2
-"""Error codes; 1 is out of range, or not supported."""
+"""Error codes of an answer; 1: out of range, or not supported."""
 SCAN_BEGINS = 0x80
-"""Bit number of the fastscan that every node without an id answers."""
+"""Bit number of the fastscan request that every node without an id answers."""
 WORDS = 4
+"""Words of 32 bits in an LSS address: vendor, product, revision, serial number."""
 
 
 class LssState(Enum):
@@ -38,46 +40,46 @@ class LssState(Enum):
 
 
 class NamedNode(Protocol):
-    """The node whose id is given."""
+    """The node to which LSS assigns an id."""
 
     node_id: int
-    """Active, UNNAMED without one."""
+    """The active id, UNNAMED without one."""
 
     def identity(self) -> tuple[int, int, int, int]:
-        """Vendor, product, revision and serial number, 1018h."""
+        """Return vendor, product, revision and serial number, 1018h."""
 
-    def may_be_named(self) -> bool:
-        """Whether LSS is served: not while operational, not when dead."""
+    def serves_lss(self) -> bool:
+        """Return whether it serves LSS: not while operational, not when dead."""
 
-    def take_node_id(self) -> None:
+    def start_named(self) -> None:
         """Start with the pending id: this node had none."""
 
     def store_lss(self, node_id: int, rate_kbit_s: int) -> bool:
-        """Keep id and bit rate over a power cycle; return whether that worked."""
+        """Store id and bit rate; return whether that worked."""
 
     def bit_rate_kbit_s(self) -> int:
-        """The bit rate that it has."""
+        """Return its bit rate."""
 
     def switch_rate(self, rate_kbit_s: int, delay_ms: int) -> None:
-        """Take a bit rate after a delay, and be silent as long again."""
+        """Switch to a bit rate after a delay, and send nothing for another delay."""
 
 
 class LssSlave:
-    """State of one node; `pending` takes effect with the next reset of the communication."""
+    """LSS state of one node; `pending` is the id that takes effect at the next reset of the communication."""
 
     def __init__(self, node: NamedNode, send: Callable[[int, bytes], None]) -> None:
         self._node = node
         self._send = send
         self._mode = LssState.WAITING
-        self._selected = 0  # words of the address that have agreed, in order
-        self._identified = 0
-        self._scanned = 0  # word that the fastscan is at
+        self._selected = 0  # how many words of the selected address have matched so far
+        self._identified = 0  # how many conditions of an identification have matched so far
+        self._scanned = 0  # the word of the address that the fastscan has reached
         self.pending = node.node_id
         self._pending_kbit_s: int | None = None
 
     def on_request(self, data: bytes) -> None:
         """Serve a frame of the LSS master."""
-        if len(data) != FRAME_BYTES or not self._node.may_be_named():
+        if len(data) != FRAME_BYTES or not self._node.serves_lss():
             return
         command, number = data[0], int.from_bytes(data[1:5], "little")
         if command == SWITCH_GLOBAL:
@@ -98,7 +100,7 @@ class LssSlave:
         named = self._mode is LssState.CONFIGURATION and mode == LssState.WAITING.value
         self._mode = LssState.CONFIGURATION if mode == LssState.CONFIGURATION.value else LssState.WAITING
         if named and self._node.node_id == UNNAMED != self.pending:
-            self._node.take_node_id()
+            self._node.start_named()
 
     def _configure(self, command: int, value: int, second: int) -> None:
         if command == CONFIGURE_NODE_ID:
@@ -107,7 +109,7 @@ class LssSlave:
                 self.pending = value
             self._answer(command, ACCEPTED if accepted else REFUSED)
         elif command == CONFIGURE_BIT_TIMING:
-            self._answer(command, ACCEPTED if self._take_rate(value, second) else REFUSED)
+            self._answer(command, ACCEPTED if self._note_rate(value, second) else REFUSED)
         elif command == ACTIVATE_BIT_TIMING:
             self._node.switch_rate(self._rate_kbit_s(), value | second << 8)
         elif command == STORE:
@@ -119,8 +121,8 @@ class LssSlave:
         elif command == INQUIRE_NODE_ID:
             self._answer(command, self._node.node_id)
 
-    def _take_rate(self, table: int, index: int) -> bool:
-        """Note the rate to activate or to store; return whether the device can have it."""
+    def _note_rate(self, table: int, index: int) -> bool:
+        """Note the rate to activate or to store; return whether the device supports it."""
         known = table == 0 and index < len(STANDARD_RATES_KBIT_S)
         rate = STANDARD_RATES_KBIT_S[index] if known else None
         if rate is not None:
@@ -132,8 +134,8 @@ class LssSlave:
 
     def _select(self, command: int, number: int) -> None:
         word = command - SELECT.start
-        agrees = word in {0, self._selected} and self._node.identity()[word] == number
-        self._selected = word + 1 if agrees else 0
+        matches = word in {0, self._selected} and self._node.identity()[word] == number
+        self._selected = word + 1 if matches else 0
         if self._selected == WORDS:
             self._selected = 0
             self._mode = LssState.CONFIGURATION
@@ -142,7 +144,7 @@ class LssSlave:
     def _identify(self, command: int, number: int) -> None:
         step = command - IDENTIFY.start
         vendor, product, revision, serial = self._node.identity()
-        agrees = (
+        matches = (
             vendor == number,
             product == number,
             revision >= number,
@@ -150,13 +152,13 @@ class LssSlave:
             serial >= number,
             serial <= number,
         )[step]
-        self._identified = step + 1 if agrees and step in {0, self._identified} else 0
+        self._identified = step + 1 if matches and step in {0, self._identified} else 0
         if self._identified == len(IDENTIFY):
             self._identified = 0
             self._answer(IDENTIFIED)
 
     def _fastscan(self, number: int, bit: int, word: int, following: int) -> None:
-        """Answer where the address agrees down to `bit`; one that agrees altogether is configured."""
+        """Answer where the address matches down to `bit`; a full match selects the node."""
         if self._node.node_id != UNNAMED or self._mode is not LssState.WAITING:
             return
         if bit == SCAN_BEGINS:

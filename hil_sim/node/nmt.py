@@ -1,4 +1,4 @@
-"""NMT slave: states, boot-up, heartbeat producer 1017h. Time is the bench's, so it also runs in lockstep."""
+"""NMT slave: states, boot-up, heartbeat producer 1017h, by the time of the bench."""
 
 from collections.abc import Callable
 from enum import IntEnum
@@ -7,6 +7,7 @@ from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.lss_slave import UNNAMED
 
 NEVER_US = 1 << 62
+"""A time that is never reached: no timer runs."""
 
 
 class Clock:
@@ -19,7 +20,7 @@ class Clock:
 
 
 class NmtState(IntEnum):
-    """States as the heartbeat shows them."""
+    """NMT states, by their values in a heartbeat."""
 
     INITIALISING = 0
     STOPPED = 4
@@ -45,9 +46,9 @@ TARGETS = {
 
 
 class NmtSlave:
-    """State of one node; it calls `on_state(new)` and `on_reset(whole)`.
+    """NMT state of one node; calls `on_state(new)` and `on_reset(whole)`.
 
-    A reset ends in pre-operational, where every slave starts up by itself.
+    After a reset the node boots by itself into pre-operational.
     """
 
     def __init__(
@@ -71,7 +72,7 @@ class NmtSlave:
         dictionary.followers[0x1017] = self._follow_period
 
     def boot(self) -> None:
-        """Send the boot-up message and enter pre-operational; a node without an id stays as it is."""
+        """Send the boot-up message and enter pre-operational; a node without an id stays initialising."""
         self.state = NmtState.INITIALISING
         self.cob_id = 0x700 + self._dictionary.node_id
         if self._dictionary.node_id == UNNAMED:

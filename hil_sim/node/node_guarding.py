@@ -1,6 +1,6 @@
-"""Node guarding (CiA 301, 7.2.8.3.2): answers the master's remote frames, and guards the master by them.
+"""Node guarding (CiA 301, 7.2.8.3.2): answers the master's remote frames, and supervises the master by them.
 
-100Ch times 100Dh is the life time; the first remote frame arms it. A node with a heartbeat (1017h) has no
+The life time is 100Ch times 100Dh; the first remote frame starts it. A node with a heartbeat (1017h) has no
 node guarding.
 """
 
@@ -32,13 +32,13 @@ class NodeGuarding:
         self.due_us = NEVER_US
 
     def reset(self) -> None:
-        """Begin anew, with the toggle bit 0: after a reset, and at new times."""
+        """Start again with toggle bit 0: after a reset, and when a client writes the times."""
         self._toggle = 0
         self.due_us = NEVER_US
         self._recover()
 
     def answer(self, state: int) -> bytes | None:
-        """Answer to a remote frame; None where the node sends heartbeats."""
+        """Return the answer to a remote frame; None where the node sends heartbeats."""
         value = self._dictionary.value
         if value(HEARTBEAT):
             return None
@@ -50,7 +50,7 @@ class NodeGuarding:
         return bytes((shown,))
 
     def run(self) -> None:
-        """Report that the master has ceased to guard."""
+        """Report that the life time is over: the master guards no longer."""
         if self._clock.now_us >= self.due_us:
             self.due_us = NEVER_US
             self._lost = True

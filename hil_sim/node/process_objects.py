@@ -1,11 +1,12 @@
-"""Process objects as integer attributes in one memory: the cycle reads and writes no dictionary.
+"""Process objects as integer attributes in one array: the cycle reads and writes no dictionary.
 
 A device declares a class whose attributes name their CANopen object once:
 
     class ScaleObjects(ProcessObjects):
         position_value: int = cia(0x6004)
 
-They lie behind one another as float64, in which each is exact, so that a compiled cycle has them by name.
+The values are consecutive float64, which hold every value exactly, so that the compiled cycle can access them
+by name in a structured view of the same array.
 """
 
 from functools import cache
@@ -34,14 +35,14 @@ class ObjectValue:
 
 
 class FractionalValue(ObjectValue):
-    """One that may lie between two whole numbers inside of the device."""
+    """The attribute of an object whose value inside the device need not be an integer."""
 
     def __get__(self, objects: "ProcessObjects | None", _owner: type) -> Any:
         return self if objects is None else objects.memory[self.place]
 
 
 def cia(index: int, subindex: int = 0) -> Any:
-    """Attribute bound to one object; its start value comes from the EDS."""
+    """Declare an attribute for one object; its default comes from the EDS."""
     return ObjectValue((index, subindex))
 
 
@@ -49,9 +50,9 @@ class ProcessObjects:
     """The process objects of every device."""
 
     COMPUTED: ClassVar[dict[Address, str]] = {}
-    """Objects that are properties: computed when they are asked for, not in every cycle."""
+    """Objects that are properties: computed at an access, not in every cycle."""
     VALUES: ClassVar[dict[str, ObjectValue]] = {}
-    """The others by their attribute, in the order in which they lie in memory."""
+    """The other objects by attribute, in the order of their places in the array."""
 
     error_register: int = cia(0x1001)
 
@@ -66,19 +67,19 @@ class ProcessObjects:
         self.move_to(np.zeros(len(self.VALUES)))
 
     def move_to(self, numbers: Array) -> None:
-        """Lie in this memory (values,) from now on, as zeros until the objects get their defaults."""
+        """Keep the values in this array (values,) from now on; they have its present contents."""
         self.numbers = numbers
         self.memory: Any = numbers.data
 
     @classmethod
     @cache  # one object for each class: a call of a kernel looks up its type by it
     def record(cls) -> np.dtype[Any]:
-        """The layout of the memory, by the names of the attributes."""
+        """Return the layout of the array, by the names of the attributes."""
         return np.dtype([(name, np.float64) for name in cls.VALUES])
 
     @property
     def records(self) -> NDArray[Any]:
-        """The memory (1,) by the names of the attributes."""
+        """The array as one record (1,), by the names of the attributes."""
         return self.numbers.view(self.record())
 
 

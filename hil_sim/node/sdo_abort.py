@@ -1,10 +1,10 @@
-"""SDO abort codes of CiA 301, table 22, as far as the devices use them, and the exception that has one."""
+"""The SDO abort codes of CiA 301, table 22, that the devices use, and the exception that carries one."""
 
 from enum import IntEnum
 
 
 class AbortCode(IntEnum):
-    """Why a transfer was refused or broken off."""
+    """Why a transfer was refused or aborted."""
 
     TOGGLE_NOT_ALTERNATED = 0x0503_0000
     TIMED_OUT = 0x0504_0000
@@ -42,5 +42,5 @@ class SdoAbort(Exception):  # noqa: N818  # the term of CiA 301: an answer to th
 
 
 def wrong_length(found: int, wanted: int) -> SdoAbort:
-    """The refusal of `found` bytes where `wanted` were to come."""
+    """Return the abort of a transfer with `found` bytes (or bits) instead of `wanted`."""
     return SdoAbort(AbortCode.TOO_LONG if found > wanted else AbortCode.TOO_SHORT)

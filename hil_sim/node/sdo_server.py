@@ -1,9 +1,9 @@
 """SDO server of one node: expedited, segmented and block transfers, one at a time (CiA 301, 7.2.4).
 
-A frame that does not fit the transfer in progress aborts it, and a new initiate always replaces it. The
-transfer of a client that falls silent is abandoned, by the wall clock as clients time out by it: a block
-download left open would take the next client's requests. The client's patience begins with the last frame
-that we sent it, so the time that these frames may take on the slowest bus counts for nobody's silence.
+A frame that does not fit the transfer in progress aborts it, and a new initiate always replaces it. A
+transfer whose client sends nothing more times out, by the wall clock, as clients do: an open block download
+would take the requests of the next client for its segments. The time-out starts with the last frame of our
+answer, so it is longer by the time that the answer may take on the slowest bus.
 """
 
 import logging
@@ -27,7 +27,7 @@ from hil_sim.node.sdo_transfers import (
 logger = logging.getLogger(__name__)
 
 TRANSFER_TIMEOUT_S = 1.0
-"""Longest time between two frames of a transfer (chosen: longer than any client here waits)."""
+"""Longest time between two frames of a transfer (chosen: longer than the time-out of our clients)."""
 SLOWEST_FRAME_S = 0.0135
 """A frame of eight bytes with all its stuff bits, 135 bits, at 10 kbit/s, the slowest rate of CiA 301."""
 NO_ADDRESS = (0, 0)
@@ -38,24 +38,24 @@ INITIATE = struct.Struct("<BHBI")
 EXPEDITED, SIZED = 0x2, 0x1
 BLOCK_SIZED = 0x2
 CRC_SUPPORTED = 0x4
-"""Answered only to a client that supports it: some check whenever the server does."""
+"""The server confirms it only to a client that supports it: some clients check whenever it is set."""
 DOWNLOAD, UPLOAD, ABORTED, BLOCK_DOWNLOAD = 1, 2, 4, 6
 """Client command specifiers: the upper three bits of a frame's first byte."""
 INITIATE_MASK = {BLOCK_DOWNLOAD: 0x1, BLOCK_UPLOAD: 0x3}
-"""Bits of the subcommand, which are 0 where a block transfer begins."""
+"""Bits of the subcommand, which are 0 in the initiate of a block transfer."""
 
 
 class SdoServer:
-    """Serves `dictionary` to the frames of identifier `request_id`; `send(can_id, data)` sends answers."""
+    """Serves the requests of identifier `request_id` on `dictionary`; `send(can_id, data)` sends answers."""
 
     def __init__(self, dictionary: Dictionary, send: Callable[[int, bytes], None]) -> None:
         self.now_s: Callable[[], float] = time.monotonic
         self._dictionary = dictionary
         self._send = send
         self._last_frame_s = 0.0
-        self._patience_s = TRANSFER_TIMEOUT_S
+        self._timeout_s = TRANSFER_TIMEOUT_S
         self._address = NO_ADDRESS  # of the transfer in progress
-        self._timed_out = False  # the transfer of this address has, and its client does not know
+        self._timed_out = False  # the transfer of `_address` has timed out, unknown to its client
         self._transfer: Transfer | None = None
 
     @property
@@ -68,7 +68,7 @@ class SdoServer:
         if len(frame) != FRAME_BYTES:
             return
         before_s, self._last_frame_s = self._last_frame_s, self.now_s()
-        if self._transfer is not None and self._last_frame_s - before_s > self._patience_s:
+        if self._transfer is not None and self._last_frame_s - before_s > self._timeout_s:
             self._transfer, self._timed_out = None, True
         try:
             answers = self._serve(frame)
@@ -79,7 +79,7 @@ class SdoServer:
             answers = self._abort(AbortCode.GENERAL_ERROR)
         if self._transfer is None:
             self.abandon_transfer()
-        self._patience_s = TRANSFER_TIMEOUT_S + SLOWEST_FRAME_S * len(answers)
+        self._timeout_s = TRANSFER_TIMEOUT_S + SLOWEST_FRAME_S * len(answers)
         for answer in answers:
             self._send(0x580 + self._dictionary.node_id, answer)
 
@@ -108,7 +108,7 @@ class SdoServer:
         initiates = specifier in {DOWNLOAD, UPLOAD} or (
             specifier in {BLOCK_DOWNLOAD, BLOCK_UPLOAD} and not frame[0] & INITIATE_MASK[specifier]
         )
-        if not initiates:  # it goes on with a transfer: with that in progress, with one that is over, or none
+        if not initiates:  # it continues a transfer that has ended, or that does not accept it
             raise SdoAbort(AbortCode.TIMED_OUT if self._timed_out else AbortCode.INVALID_COMMAND)
         self.abandon_transfer()
         command, index, subindex, number = INITIATE.unpack(frame)
@@ -151,7 +151,7 @@ class SdoServer:
         return [INITIATE.pack(0xC2 | checked, *self._address, len(data))]
 
     def _data(self) -> bytes:
-        """What an upload sends; there is no upload of nothing."""
+        """Return the data of an upload. Raises SdoAbort where they are empty: no upload transfers nothing."""
         self._dictionary.check_readable(*self._address)
         data = self._dictionary.get_data(*self._address)
         if not data:

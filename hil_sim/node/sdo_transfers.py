@@ -1,8 +1,8 @@
 """SDO transfers of more than one frame (CiA 301, 7.2.4): segmented and block, as objects that answer frames.
 
-A transfer `takes` the frames that belong to it; `serve` answers one with any number of frames and raises
-SdoAbort for what does not fit. It is `ended` once nothing more is to come. `store` receives all bytes of a
-download.
+`takes` returns whether a frame belongs to the transfer; `serve` answers it with any number of frames, and
+raises SdoAbort where it does not fit. A transfer has `ended` when it expects no further frame. `store`
+receives all bytes of a download.
 """
 
 from abc import ABC, abstractmethod
@@ -28,15 +28,15 @@ class Transfer(ABC):
 
     @abstractmethod
     def takes(self, frame: bytes) -> bool:
-        """Whether a frame of eight bytes belongs to this transfer."""
+        """Return whether a frame of eight bytes belongs to this transfer."""
 
     @abstractmethod
     def serve(self, frame: bytes) -> list[bytes]:
-        """Frames that answer `frame`."""
+        """Return the frames that answer `frame`. Raises SdoAbort."""
 
 
 class SegmentedDownload(Transfer):
-    """Receives segments; `size` is how many bytes the client announced, None if it did not."""
+    """Receives segments; `size` is the number of bytes that the client announced, or None."""
 
     def __init__(self, store: Callable[[bytes], None], size: int | None) -> None:
         self._store = store
@@ -45,7 +45,7 @@ class SegmentedDownload(Transfer):
         self._toggle = 0
 
     def takes(self, frame: bytes) -> bool:
-        """Download segments."""
+        """Return whether the frame is a download segment."""
         return frame[0] >> 5 == DOWNLOAD_SEGMENT
 
     def serve(self, frame: bytes) -> list[bytes]:
@@ -75,7 +75,7 @@ class SegmentedUpload(Transfer):
         self._toggle = 0
 
     def takes(self, frame: bytes) -> bool:
-        """Requests of an upload segment."""
+        """Return whether the frame requests an upload segment."""
         return frame[0] >> 5 == UPLOAD_SEGMENT
 
     def serve(self, frame: bytes) -> list[bytes]:
@@ -90,7 +90,7 @@ class SegmentedUpload(Transfer):
 
 
 class BlockDownload(Transfer):
-    """Receives blocks of segments; `checked`: the client sends a CRC at the end."""
+    """Receives blocks of segments; with `checked` the client sends a CRC at the end."""
 
     def __init__(self, store: Callable[[bytes], None], size: int | None, checked: bool) -> None:
         self._store = store
@@ -101,7 +101,7 @@ class BlockDownload(Transfer):
         self._complete = False
 
     def takes(self, _frame: bytes) -> bool:
-        """Every frame: a segment's sequence number is where other frames have their command."""
+        """Return True: a segment's sequence number stands where other frames have their command."""
         return True
 
     def serve(self, frame: bytes) -> list[bytes]:
@@ -137,7 +137,7 @@ class BlockDownload(Transfer):
 
 
 class BlockUpload(Transfer):
-    """Sends blocks of segments, from the last one acknowledged; `checked`: with a CRC at the end."""
+    """Sends blocks of segments, each from the last acknowledged one on; with `checked` a CRC at the end."""
 
     def __init__(self, data: bytes, block_size: int, checked: bool) -> None:
         self._data = data
@@ -148,11 +148,11 @@ class BlockUpload(Transfer):
         self._complete = False
 
     def takes(self, frame: bytes) -> bool:
-        """Requests of a block upload but that of another one."""
+        """Return whether the frame belongs to a block upload, other than the initiate of a new one."""
         return frame[0] >> 5 == BLOCK_UPLOAD and bool(frame[0] & 0x3)
 
     def serve(self, frame: bytes) -> list[bytes]:
-        """Send the first block at the start, what follows at an acknowledgement, nothing at the end."""
+        """Send the first block at the start, the next at an acknowledgement, nothing at the end."""
         step = frame[0] & 0x3
         if step == 1 and self._complete:
             self.ended = True
@@ -175,12 +175,12 @@ class BlockUpload(Transfer):
         return frames
 
     def _acknowledge(self, frame: bytes) -> list[bytes]:
-        """What follows: the next block, or the end with the CRC."""
-        good, block_size = frame[1], frame[2]
-        if good > self._sent:
+        """Return the next block, or the end with the CRC."""
+        received, block_size = frame[1], frame[2]
+        if received > self._sent:
             raise SdoAbort(AbortCode.INVALID_SEQUENCE_NUMBER)
         check_block_size(block_size)
-        self._acknowledged += good
+        self._acknowledged += received
         self._block_size = block_size
         unused = SEGMENT_BYTES * self._acknowledged - len(self._data)
         if unused < 0:

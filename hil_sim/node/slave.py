@@ -106,11 +106,11 @@ class Slave:
         self._mute = mute
         self.on_routes()
 
-    def may_be_named(self) -> bool:
+    def serves_lss(self) -> bool:
         """Return whether it serves LSS (CiA 305): not while operational."""
         return self.nmt.alive and self.nmt.state != NmtState.OPERATIONAL
 
-    def take_node_id(self) -> None:
+    def start_named(self) -> None:
         """Start with the node id that LSS has assigned."""
         self._reset(whole=False)
         self.nmt.boot()

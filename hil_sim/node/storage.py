@@ -1,7 +1,7 @@
 """Store and restore parameters, 1010h and 1011h: "save" and "load" signatures, a JSON file per node.
 
-Every object with access `rw` is stored; set points and commands have `rww` in the EDS and are not.
-Stored values come back at the next reset (communication or node), defaults likewise.
+Every object with access `rw` is stored; set points and commands have `rww` in the EDS and are not stored.
+Stored or restored values take effect at the next reset (communication or node).
 """
 
 import json
@@ -22,7 +22,7 @@ NOT_STORED = {0x1003, 0x1010, 0x1011}
 
 
 class StoredParametersError(Exception):
-    """A file of stored parameters that cannot be used: which one, and why."""
+    """A file of stored parameters cannot be used; holds the file and the reason."""
 
     def __init__(self, file: Path, reason: str) -> None:
         super().__init__(f"{file}: stored parameters: {reason}")
@@ -31,9 +31,9 @@ class StoredParametersError(Exception):
 
 
 class Storage:
-    """Parameters of one node across restarts; `file` None keeps them in memory only.
+    """Stored parameters of one node; `file` None keeps them in memory only.
 
-    `may_store()` refuses while the device is busy.
+    `may_store()` returns False while the device is busy.
 
     Raises:
         StoredParametersError: the file cannot be read, or does not fit the object dictionary.
@@ -54,7 +54,7 @@ class Storage:
                 self._check(file, address, data)
 
     def _check(self, file: Path, address: Address, data: bytes) -> None:
-        """Refuse a value that no client could have written: the file may be edited, or of another version."""
+        """Refuse a value that no client could have written: an edited file, or one of another version."""
         name = f"{address[0]:04X}:{address[1]:02X}"
         try:
             value = self._dictionary.decode(*address, data)
@@ -89,7 +89,10 @@ class Storage:
         self._replace_stored({key: data for key, data in self._stored.items() if not first <= key[0] <= last})
 
     def _group(self, subindex: int, signed: bool) -> tuple[int, int]:
-        """Objects that a command acts on. Raises SdoAbort without its signature, or while in operation."""
+        """Return the range of objects that a command acts on.
+
+        Raises SdoAbort without the signature of the command, or while the device is busy.
+        """
         if not signed or subindex not in GROUPS:
             raise SdoAbort(AbortCode.CANNOT_STORE)
         if not self._may_store():
@@ -111,7 +114,7 @@ def _write(file: Path, stored: dict[Address, bytes]) -> None:
 
 
 def replace_json(file: Path, content: Mapping[str, object]) -> None:
-    """Replace the file in one step, so a kill leaves the old one or the new one. Raises OSError."""
+    """Replace the file atomically: after a kill it is the old one or the new one. Raises OSError."""
     temporary = file.with_suffix(".tmp")
     file.parent.mkdir(parents=True, exist_ok=True)
     with temporary.open("w", encoding="utf-8") as stream:

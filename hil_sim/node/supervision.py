@@ -1,6 +1,6 @@
-"""Services of a node that watch others, or take their time: SYNC, guarding, TIME and EMCY consumers.
+"""Consumers of a node: SYNC, node guarding, TIME and EMCY.
 
-All are off by default, and cost nothing then.
+All are off by default; then they cost no time in the cycle.
 """
 
 from collections.abc import Callable, Iterator
@@ -57,13 +57,13 @@ class Supervision:
         dictionary.followers[CONSUMED] = lambda _sub: self._follow_emergencies()
 
     def reset(self) -> None:
-        """Begin anew with the objects as they are: after a reset."""
+        """Start again with the present values of the objects: after a reset."""
         self.sync.follow()
         self.emergencies.follow()
         self.reset_guarding()
 
     def reset_guarding(self) -> None:
-        """Forget the master's guarding."""
+        """Disarm node guarding until the next remote frame of the master."""
         self.guarding.reset()
         self._update()
 
@@ -73,20 +73,20 @@ class Supervision:
         self._update()
 
     def guarded(self, state: int) -> bytes | None:
-        """Answer to the master's remote frame."""
+        """Return the answer to the master's remote frame, None where there is none."""
         answer = self.guarding.answer(state)
         self._update()
         return answer
 
     def routes(self) -> Iterator[tuple[int, Callable[[bytes], None]]]:
-        """Identifiers that these services receive."""
+        """Yield the identifiers that these services receive, each with its handler."""
         if self.time.cob_id is not None:
             yield self.time.cob_id, self.time.on_time
         for cob_id, node in self.emergencies.cob_ids.items():
             yield cob_id, partial(self.emergencies.on_emergency, node)
 
     def run(self) -> None:
-        """Report what is overdue."""
+        """Report what is overdue: SYNC or guarding."""
         self.sync.run()
         self.guarding.run()
         self._update()

@@ -1,6 +1,6 @@
-"""What a node expects of the SYNC: its counter (1019h), its period (1006h), the window after it (1007h).
+"""SYNC consumer: counter (1019h), period (1006h), and synchronous window (1007h) of the SYNC.
 
-A node that watches nothing of this costs the cycle nothing: `watches` decides where its SYNCs are routed.
+Most nodes supervise none of them: `watches` decides whether their SYNCs are routed through this consumer.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 PERIOD, WINDOW, OVERFLOW = 0x1006, 0x1007, 0x1019
 LARGEST_OVERFLOW = 240
 LATE = 1.5
-"""Cycles without a SYNC after which it counts as missing (chosen, as CANopenNode has it)."""
+"""Periods without a SYNC after which it counts as missing (chosen, as in CANopenNode)."""
 
 
 class SyncConsumer:
@@ -30,15 +30,15 @@ class SyncConsumer:
         self._on_missing = on_missing
         self._on_return = on_return
         self._missing = False
-        self._at_us = 0  # of the last SYNC
+        self._at_us = 0  # time of the last SYNC
         self.counter = 0
-        """Of the last SYNC; 0 where it has none."""
+        """Counter of the last SYNC; 0 where it had none."""
         self.due_us = NEVER_US
         dictionary.checks[OVERFLOW] = self._check_overflow
         self.follow()
 
     def follow(self) -> None:
-        """Apply 1007h and 1019h; the first SYNC from here on starts the supervision."""
+        """Apply 1007h and 1019h; the next SYNC starts the supervision."""
         self.counted = bool(self._dictionary.value(OVERFLOW))
         self.window_us = self._dictionary.value(WINDOW)
         self.counter = 0
@@ -46,16 +46,16 @@ class SyncConsumer:
 
     @property
     def watches(self) -> bool:
-        """Whether the node looks at its SYNCs at all."""
+        """Whether the node supervises its SYNCs at all."""
         return self.counted or bool(self.window_us)
 
     def length_is_right(self, data: bytes) -> bool:
-        """Take the counter of a SYNC; return whether it has one where 1019h says so, and only there."""
+        """Store the counter of a SYNC; return whether the frame has one exactly where 1019h asks for it."""
         self.counter = data[0] if self.counted and data else 0
         return len(data) == self.counted
 
     def on_sync(self) -> None:
-        """Start the window, and the time within which the next SYNC has to come."""
+        """Start the window, and the time within which the next SYNC must arrive."""
         now_us = self._clock.now_us
         self._at_us = now_us
         period_us = self._dictionary.value(PERIOD)
@@ -65,7 +65,7 @@ class SyncConsumer:
             self._on_return()
 
     def in_window(self) -> bool:
-        """Whether a synchronous RPDO of now still counts for the last SYNC."""
+        """Return whether a synchronous RPDO received now is within the window of the last SYNC."""
         return not self.window_us or self._clock.now_us - self._at_us <= self.window_us
 
     def run(self) -> None:
@@ -76,7 +76,7 @@ class SyncConsumer:
             self._on_missing()
 
     def _check_overflow(self, _subindex: int, value: int) -> None:
-        """CiA 301 7.5.2.22: 0 or 2 to 240, and only while there is no period."""
+        """Refuse other values than 0 and 2 to 240, and any while a period is set (CiA 301, 7.5.2.22)."""
         if value and not 2 <= value <= LARGEST_OVERFLOW:
             raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
         if self._dictionary.value(PERIOD):

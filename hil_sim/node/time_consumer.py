@@ -1,6 +1,6 @@
 """TIME consumer 1012h, and the high-resolution time stamp 1013h: microseconds since midnight, modulo 2^32.
 
-Time is the bench's (simulated in lockstep); TIME or a write of 1013h sets where it stands.
+The clock runs with the time of the bench (simulated in lockstep); TIME or a write of 1013h sets it.
 """
 
 import struct
@@ -31,12 +31,12 @@ class TimeConsumer:
 
     @property
     def cob_id(self) -> int | None:
-        """Identifier of the TIME that is consumed; None for none."""
+        """Identifier of the TIME that the node consumes; None where it consumes none."""
         value = int(self._dictionary.value(TIME))
         return value & 0x7FF if value & CONSUMES else None
 
     def on_time(self, data: bytes) -> None:
-        """Take the time of day; a frame of another length is none."""
+        """Set the clock to the time of day; a frame of another length is ignored."""
         if len(data) == TIME_OF_DAY.size:
             milliseconds, _days = TIME_OF_DAY.unpack(data)
             self._set((milliseconds & MILLISECONDS) * 1000)
@@ -46,7 +46,7 @@ class TimeConsumer:
 
 
 def _check(_subindex: int, cob_id: int) -> None:
-    """Refuse extended frames, restricted identifiers, and to produce TIME: it comes from the master."""
+    """Refuse extended frames, restricted identifiers, and to produce TIME: the master does."""
     if cob_id & (EXTENDED_FRAME | PRODUCES):
         raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
     check_identifier(cob_id)

@@ -1,7 +1,7 @@
-"""Verify configuration 1020h (CiA 301, 7.5.2.23): date and time of a configuration, until something changes.
+"""Verify configuration 1020h (CiA 301, 7.5.2.23): date and time of the present configuration.
 
-A tool writes both, stores them with 1010h, and compares after a reset. Any other write of an object that is
-stored resets them to 0.
+A configuration tool writes both, stores them with 1010h, and compares them after a reset. Any later write of
+a stored object resets them to 0.
 """
 
 from hil_sim.node.dictionary import Dictionary
@@ -12,7 +12,7 @@ NO_CONFIGURATION = frozenset({VERIFY, 0x1003, 0x1010})
 
 
 def verify_configuration(dictionary: Dictionary) -> None:
-    """Keep 1020h of a node true."""
+    """Reset 1020h of a node whenever a client changes the configuration."""
 
     def on_write(index: int, subindex: int) -> None:
         if index not in NO_CONFIGURATION and dictionary.variables[index, subindex].access_type == "rw":

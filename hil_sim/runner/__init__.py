@@ -1,4 +1,4 @@
-"""The simulator's process: the bench of plant and nodes, its pacing, the CAN port, and the end by a signal.
+"""The simulator's process: the bench of plant and nodes, its pacing, and the CAN port.
 
-The only room that knows the wall clock, asyncio and python-can.
+The only room of the simulator that uses the wall clock, asyncio and python-can.
 """

@@ -20,27 +20,28 @@ with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas wi
     import can
 
 PATIENCE = Patience(queue_s=1.0, interface_s=1.0)
-"""How long a full transmit queue may stay full before the bus counts as lost (chosen).
+"""Longest time that a transmit queue may stay full before the bus counts as lost (chosen).
 
 An adapter's queue holds ten frames, a block of an SDO upload has 127.
 """
 CONTROLLER_PROBLEM, BUS_OFF, RESTARTED = 0x004, 0x040, 0x100  # classes of error frames
-OVERRUN, ERROR_ACTIVE = 0x03, 0x40  # in byte 1 of the first: receive, transmit; on the bus again
+OVERRUN, ERROR_ACTIVE = (
+    0x03,
+    0x40,
+)  # byte 1 of a controller problem: receive or transmit overflow; active again
 FRAMES_PER_WAKE = 256
-"""Bounds the frames read at once, so that timers and signals are served on a busy bus (chosen)."""
+"""Bounds the frames read at once, so that a busy bus does not keep timers and signals waiting (chosen)."""
 RECEIVED_IDENTIFIERS: can.typechecking.CanFilters = [  # 000h to 77Fh, in four prefixes, and LSS
     {"can_id": can_id, "can_mask": can_mask, "extended": False}
     for can_id, can_mask in ((0x000, 0x400), (0x400, 0x600), (0x600, 0x700), (0x700, 0x780), (0x7E5, 0x7FF))
 ]
-"""Identifiers that a node may be configured to receive (see `identifiers`); adapter or hub drop others.
+"""Identifiers that a node may be configured to receive (see `identifiers`); adapter or hub drop the others.
 
-Not only those received now: a frame could overtake the filter that follows an SDO or NMT command.
+The filter does not follow the present configuration, because a frame could overtake a change of it.
 """
-
-
 LOCALCAN = "localcan"
 SERVE: dict[str, Any] = {"serve": True}
-"""What makes our own interface serve the bus in this process, if nobody does so yet."""
+"""Option of our own interface: serve the bus in this process unless another process serves it."""
 
 
 Take = Callable[[bytearray, int], int]
@@ -54,7 +55,7 @@ class BusError(Exception):
 def open_bus(address: str) -> can.BusABC:
     """Open a bus, for example `socketcan:vcan0` or `localcan:/tmp/bus.sock`.
 
-    One of localcan is served in this process where nobody serves it yet.
+    This process serves a localcan bus that no other process serves.
 
     Raises:
         BusError: the address is malformed, the interface unknown, or the bus not there.
@@ -76,9 +77,10 @@ def open_bus(address: str) -> can.BusABC:
 
 
 class CanPort:
-    """Standard frames of a bus; calls `on_overrun` when some are lost, `on_remote` at a remote one.
+    """Sends and receives the standard frames of a bus.
 
-    After bus-off nothing is sent or taken until the interface is restarted, which `on_restart` is called at.
+    Calls `on_remote(can_id)` at a remote frame, `on_overrun()` when frames are lost, and `on_restart()` when
+    the interface returns after bus-off; meanwhile it sends and receives nothing.
     """
 
     def __init__(self, bus: can.BusABC) -> None:
@@ -91,7 +93,7 @@ class CanPort:
 
     @property
     def serves(self) -> bool:
-        """Whether others reach the bus through this process."""
+        """Whether this process serves the bus to others."""
         return bool(getattr(self._bus, "serves", False))
 
     def close(self) -> None:
@@ -99,7 +101,7 @@ class CanPort:
         self._bus.shutdown()
 
     def fileno(self) -> int:
-        """Descriptor to wait on. Raises BusError if the interface has none."""
+        """Return the descriptor to wait on. Raises BusError where the interface has none."""
         try:
             descriptor = self._bus.fileno()
         except NotImplementedError:
@@ -110,19 +112,19 @@ class CanPort:
 
     @property
     def more(self) -> bool:
-        """Whether frames wait that make the descriptor readable no more."""
+        """Whether received frames wait in a buffer, for which the descriptor does not become readable."""
         return self._frames.more
 
     def send(self, can_id: int, data: bytes) -> None:
-        """Send a frame with the next `flush`."""
+        """Queue a frame for the next `flush`."""
         self._burst.append(pack_frame(can_id, data))
 
     def send_burst(self, frames: bytes) -> None:
-        """Send frames that lie one behind the other with the next `flush`."""
+        """Queue consecutive packed frames for the next `flush`."""
         self._burst.append(frames)
 
     def flush(self) -> None:
-        """Send what has come together; wait a bounded time for room. Raises BusError when it is refused."""
+        """Send the queued frames, with a bounded wait for room. Raises BusError where the bus is lost."""
         if not self._burst:
             return
         burst = b"".join(self._burst)
@@ -135,17 +137,17 @@ class CanPort:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
 
     def drain(self, handle: Callable[[int, bytes], None], take: Take | None = None) -> None:
-        """Pass what has come to `take`, and what it leaves to `handle`; FRAMES_PER_WAKE or one burst more.
+        """Pass received frames to `take`, those it leaves to `handle`, until FRAMES_PER_WAKE or no more wait.
 
         Raises:
             BusError: the bus is lost.
         """
-        taken = 0
+        handled = 0
         try:
             for burst in self._frames.waiting():
                 self._dispatch(burst, handle, take)
-                taken += len(burst) // FRAME_BYTES
-                if taken >= FRAMES_PER_WAKE:
+                handled += len(burst) // FRAME_BYTES
+                if handled >= FRAMES_PER_WAKE:
                     break
         except (can.CanError, OSError) as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
@@ -163,7 +165,7 @@ class CanPort:
         header, size = HEADER.unpack_from(burst, start)
         data = bytes(burst[start + DATA_AT : start + DATA_AT + size])
         if header & ERROR:
-            self._take_error(header & IDENTIFIER_MASK, data)
+            self._on_error_frame(header & IDENTIFIER_MASK, data)
         elif self._off:
             return
         elif header <= LARGEST_STANDARD:
@@ -171,8 +173,8 @@ class CanPort:
         elif header ^ REMOTE <= LARGEST_STANDARD:
             self.on_remote(header ^ REMOTE)
 
-    def _take_error(self, error_class: int, data: bytes) -> None:
-        """Follow an error frame (SocketCAN's layout): frames were lost, or the interface is off the bus."""
+    def _on_error_frame(self, error_class: int, data: bytes) -> None:
+        """Act on an error frame (SocketCAN's layout): lost frames, bus-off, or the return from it."""
         flags = data[1] if error_class & CONTROLLER_PROBLEM and len(data) > 1 else 0
         if flags & OVERRUN:
             self.on_overrun()

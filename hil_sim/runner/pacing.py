@@ -1,4 +1,4 @@
-"""What makes simulated time pass: the SYNC alone (lockstep), or the wall clock (real time)."""
+"""Pacing of simulated time: it advances with the SYNC (lockstep), or with the wall clock (real time)."""
 
 import time
 from collections.abc import Callable
@@ -7,15 +7,15 @@ from hil_sim.node.slave import Slave
 from hil_sim.runner.bench import SimulatedMachine
 
 QUIET_PERIOD_S = 0.01
-"""How often a bus without SYNCs is served (chosen: well below any heartbeat time)."""
+"""Period in which timers are served on a bus without SYNCs (chosen: well below any heartbeat time)."""
 LONGEST_CATCH_UP_S = 0.5
-"""Bounds one advance: a process that was suspended does not simulate the time it slept (chosen)."""
+"""Bounds one advance: a suspended process does not simulate the time of its suspension (chosen)."""
 
 
 class Lockstep:
-    """At each SYNC: advance by 1006h under the old outputs, apply the new ones, send the inputs.
+    """Advances at each SYNC by 1006h under the old outputs, then applies the new ones and sends the inputs.
 
-    Simulated time passes at a SYNC only, so a run is as fast as the controller.
+    Simulated time advances at a SYNC only, so a run is as fast as the controller.
     """
 
     quiet_period_s: float | None = None
@@ -41,7 +41,7 @@ class RealTime:
     def __init__(self, bench: SimulatedMachine, now_s: Callable[[], float] = time.monotonic) -> None:
         self._bench = bench
         self._now_s = now_s
-        self._reached_s = self._served_s = now_s()  # by the plant, by the timers of the nodes
+        self._reached_s = self._served_s = now_s()  # time of the plant, and of the last service of the timers
         bench.frames.on_sync, bench.frames.on_async = self._on_sync, self._catch_up
         bench.sync_substeps, bench.on_synced = self._substeps_due, self._on_synced
 
@@ -66,9 +66,9 @@ class RealTime:
         self._served_s = self._reached_s
 
     def on_quiet(self) -> None:
-        """Keep time, heartbeats and event-driven PDOs going on a quiet bus."""
+        """Advance the plant and serve heartbeats and event-driven PDOs on a bus without SYNCs."""
         if self._now_s() - self._served_s < 0.5 * QUIET_PERIOD_S:
-            return  # the bus is not quiet: the SYNCs serve the timers
+            return  # SYNCs arrive, and serve the timers
         self._catch_up()
         self._bench.run_timers()
         self._served_s = self._reached_s

@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import gc
-import os
 import signal
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ from hil_sim.runner.bench import SimulatedMachine
 from hil_sim.runner.can_port import CanPort
 from hil_sim.runner.pacing import Lockstep, RealTime
 from hil_sim.runner.realtime import take_priority
+from kernels.batch_scheduling import batch_scheduling
 from kernels.compiler_memory import release_compiler
 
 
@@ -29,7 +29,8 @@ async def serve(
 ) -> None:
     """Simulate until SIGTERM or SIGINT; calls `on_ready` when the nodes are on the bus.
 
-    The bus is opened once the plant is compiled, for who serves a bus keeps nobody waiting.
+    It opens the bus after compiling the plant: a process that serves the bus must not make its clients wait.
+    In lockstep the process has the policy SCHED_BATCH until the end of the simulation.
 
     Raises:
         ConfigError, FaultError: see `SimulatedMachine`.
@@ -42,7 +43,8 @@ async def serve(
 
     bench = SimulatedMachine(config, send, state_directory, faults)
     release_compiler()  # all kernels are loaded
-    with contextlib.closing(open_port()) as port:
+    scheduling = contextlib.nullcontext() if realtime or fifo else batch_scheduling()
+    with scheduling, contextlib.closing(open_port()) as port:
         port.on_overrun = bench.on_overrun
         port.on_remote = bench.frames.handle_remote
         bench.send_burst = port.send_burst
@@ -50,8 +52,6 @@ async def serve(
         pacing = RealTime(bench) if realtime else Lockstep(bench)
         if fifo:
             take_priority()
-        elif not realtime:
-            _schedule_as_batch()
         await _run(bench, port, pacing, on_ready)
 
 
@@ -70,13 +70,13 @@ async def _run(
             ended.set_result(None)
 
     def act(action: Callable[[], None]) -> None:
-        """Do something, then send what comes of it; a failure ends the simulation."""
+        """Run `action`, then send its frames; a failure ends the simulation."""
         if ended.done():
             return
         try:
             action()
             port.flush()
-        except Exception as failure:  # noqa: BLE001  # asyncio would log it and go on
+        except Exception as failure:  # noqa: BLE001  # asyncio would log it and continue
             ended.set_exception(failure)
         else:
             if port.more:
@@ -92,20 +92,13 @@ async def _run(
     try:
         act(bench.start)
         on_ready(bench)
-        gc.collect(1)  # of the start; a whole one takes half a second
+        gc.collect(1)  # garbage of the start alone: a full collection takes half a second
         gc.freeze()  # the long-lived dictionaries would cost milliseconds in every full collection
         await ended
     finally:
         loop.remove_reader(descriptor)
         timer.cancel()
         await asyncio.gather(timer, return_exceptions=True)
-
-
-def _schedule_as_batch() -> None:
-    """Wake up after a burst of frames, not within it: in lockstep nothing is late, and wake-ups cost time."""
-    if hasattr(os, "SCHED_BATCH") and os.sched_getscheduler(0) == os.SCHED_OTHER:
-        with contextlib.suppress(OSError):  # a sandbox may forbid it
-            os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
 
 
 async def _quiet(pacing: Lockstep | RealTime, action: Callable[[], None]) -> None:

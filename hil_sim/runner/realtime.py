@@ -1,16 +1,16 @@
-"""A priority and locked memory for a simulator whose answers must not come late."""
+"""Real-time priority and locked memory for a simulator whose answers must not be late."""
 
 import ctypes
 import os
 
 FIFO_PRIORITY = 70
-"""Below the controller's cycle (80), which it must not hold up on one processor. Chosen."""
+"""Below the controller's cycle (80), which it must not delay on one processor. Chosen."""
 MCL_ALL_ON_FAULT = 7
-"""Of mlockall(2): what was touched once stays in memory, and libraries that nobody calls take none."""
+"""Flags of mlockall(2): pages stay in memory from their first use on; unused pages of libraries need none."""
 
 
 class RealtimeError(Exception):
-    """The system does not grant what --fifo asks for. `str()` is one line for the user."""
+    """The system refuses what --fifo requests. `str()` is one line for the user."""
 
 
 def take_priority() -> None:

@@ -1,4 +1,4 @@
-"""Cams of CiA 406: eight ranges of positions, switched with hysteresis, looked at only when one is on."""
+"""Cams of CiA 406: eight position ranges, switched with hysteresis."""
 
 from collections.abc import Callable
 
@@ -14,7 +14,7 @@ class Cams:
 
     def __init__(self, dictionary: Dictionary, on_change: Callable[[], None]) -> None:
         self._value = dictionary.value
-        self._limits: list[tuple[int, int, int, int]] = []  # bit, low, high, hysteresis of those that are on
+        self._limits: list[tuple[int, int, int, int]] = []  # bit, low, high, hysteresis of the enabled cams
         self._polarity = 0
         self._inside = 0
         own = (ENABLE, POLARITY, *(first + cam for first in (LOW, HIGH, HYSTERESIS) for cam in range(CAMS)))
@@ -22,7 +22,7 @@ class Cams:
             dictionary.followers[index] = lambda _sub: on_change()
 
     def follow(self) -> None:
-        """Take the objects; a cam that is switched on begins outside."""
+        """Apply the objects; a cam that becomes enabled starts inactive."""
         value = self._value
         enabled = value(ENABLE, CHANNEL)
         self._polarity = value(POLARITY, CHANNEL) & enabled
@@ -39,7 +39,7 @@ class Cams:
         return bool(self._limits)
 
     def state(self, position: int) -> int:
-        """Cam state register 6300h at a position: a bit a cam, turned over by its polarity."""
+        """Return the cam state register 6300h at a position: one bit a cam, inverted by its polarity."""
         for bit, low, high, hysteresis in self._limits:
             margin = hysteresis if self._inside & bit else 0
             if low - margin <= position <= high + margin:

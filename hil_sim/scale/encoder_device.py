@@ -14,7 +14,7 @@ from hil_sim.scale.cams import Cams
 from hil_sim.scale.scale_objects import ScaleObjects
 from kernels.arrays import Array
 
-REVERSED = 1 << 3  # operating parameters 6000h: the position falls in the direction in which it rose
+REVERSED = 1 << 3  # measuring direction in the operating parameters 6000h: counts the other way
 ACCELERATION_UNIT_M_S2 = 1e-3  # 1 mm/s^2
 OPERATING_TIME_US = 360_000_000  # unit of 6508h, 0.1 h
 
@@ -35,14 +35,14 @@ class LinearScale:
         self.objects = ScaleObjects()
         self.objects.head = self
         self._clock = host.clock
-        self._asked_us, self._asked_m_s, self._acceleration = 0, 0.0, 0
+        self._read_us, self._read_m_s, self._acceleration = 0, 0.0, 0  # at the last read of the acceleration
         self._resolution_nm = round(scale.resolution_um * 1e3)
         mark_counts = round(scale.reference_mark_mm * 1e3 / scale.resolution_um)
         self._state: Any = plant.state[index]
         self._all_states = plant.state
         self._velocity_field = velocity_field(plant.params[index])
         self.has_cams = False
-        """Whether there are cams to look after."""
+        """Whether any cam is enabled."""
         record = scale_records(1)
         record["axis"], record["carried"] = index, self._velocity_field == "carried_velocity_m_s"
         record["mark"] = mark_counts - int(self._state["scale_origin_counts"])
@@ -60,19 +60,19 @@ class LinearScale:
         dictionary.checks[0x6000] = _check_parameters
         dictionary.followers[0x6000] = lambda _sub: self._reverse_direction()
         dictionary.readers[0x6500] = lambda _sub: self.objects.operating_parameters
-        # the cyclic timer is the event timer of the first TPDO by another name
+        # the cyclic timer 6200h is the event timer of the first TPDO
         dictionary.readers[0x6200] = lambda _sub: dictionary.value(0x1800, 5)
         dictionary.checks[0x6200] = lambda _sub, ms: dictionary.set_data(0x1800, 5, ms.to_bytes(2, "little"))
 
     # --- services for the slave ----------------------------------------------------------------------
 
     def factory_settings(self) -> None:
-        """Set the measuring step of the grating."""
+        """Write the measuring step of the grating."""
         self.slave.dictionary.put(0x6005, 1, self._resolution_nm)
         self.slave.dictionary.put(0x6501, 0, self._resolution_nm)
 
     def reset(self) -> None:
-        """Power up: the position counts from here, no reference mark has been passed."""
+        """Power up: the position counts from here, the head has passed no reference mark."""
         self.record["offset"], self.record["sign"] = 0, self._chosen_sign()
         self._follow_cams()
 
@@ -80,14 +80,14 @@ class LinearScale:
         """Do nothing: a scale has no commands by PDO."""
 
     def connection_lost(self, code: int) -> None:
-        """Do nothing: a scale goes on measuring."""
+        """Do nothing: a scale continues to measure."""
 
     def is_idle(self) -> bool:
-        """Parameters may always be stored."""
+        """Return True: parameters may always be stored."""
         return True
 
     def manufacturer_status(self) -> int:
-        """Bit 0: the reference mark has been passed since power-up."""
+        """Return bit 0 set once the head has passed the reference mark since power-up."""
         return int(self.objects.reference_mark_passages > 0)
 
     # --- the tick ---------------------------------------------------------------------------------
@@ -101,36 +101,36 @@ class LinearScale:
     def frozen(self, frozen: bool) -> None:
         self.record["frozen"] = frozen
 
-    def lie_in(self, record: NDArray[Any], numbers: Array) -> None:
-        """Have record (1,) and objects (values,) in the memory of the bench from now on."""
+    def move_to(self, record: NDArray[Any], numbers: Array) -> None:
+        """Keep record (1,) and process objects (values,) in these arrays of the bench from now on."""
         numbers[:] = self.objects.numbers
         self.objects.move_to(numbers)
         record[0] = self.record
         self.record, self._records, self._own = record[0], record, self.objects.records
 
     def read_axis(self) -> None:
-        """Read the counts and the speed of the head; for all scales `scales_in_step` does."""
+        """Update position and speed from the plant; `scales_in_step` does it for all scales at once."""
         read_scales(self._records, self._own, self._all_states)
-        self.look_at_cams()
+        self.switch_cams()
 
-    def look_at_cams(self) -> None:
-        """Switch the cams by where the head is; nothing without any."""
+    def switch_cams(self) -> None:
+        """Update the cam state register from the position; without an enabled cam nothing changes."""
         if self.has_cams and not self.frozen:
             self.objects.cam_state_channel_1 = self._cams.state(self.objects.position_value)
 
     def acceleration(self) -> int:
-        """Acceleration since it was last asked for (mm/s^2); a PDO asks in every cycle."""
+        """Return the mean acceleration since the last call (mm/s^2); a PDO calls in every cycle."""
         now_us = self._clock.now_us
-        if now_us != self._asked_us:
+        if now_us != self._read_us:
             velocity_m_s = int(self.record["sign"]) * float(self._state[self._velocity_field])
-            since_s = (now_us - self._asked_us) * 1e-6
-            acceleration = round((velocity_m_s - self._asked_m_s) / since_s / ACCELERATION_UNIT_M_S2)
+            since_s = (now_us - self._read_us) * 1e-6
+            acceleration = round((velocity_m_s - self._read_m_s) / since_s / ACCELERATION_UNIT_M_S2)
             self._acceleration = max(-LARGEST_I16, min(LARGEST_I16, acceleration))
-            self._asked_us, self._asked_m_s = now_us, velocity_m_s
+            self._read_us, self._read_m_s = now_us, velocity_m_s
         return self._acceleration
 
     def _follow_cams(self) -> None:
-        """Take the cams anew; without one there is no state to look after."""
+        """Apply the objects of the cams."""
         self._cams.follow()
         self.has_cams = self._cams.on
         self.objects.cam_state_channel_1 = 0
@@ -143,7 +143,7 @@ class LinearScale:
         self.read_axis()
 
     def _reverse_direction(self) -> None:
-        """Follow the counting direction of 6000h; the present position keeps its value."""
+        """Apply the measuring direction of 6000h; the present position keeps its value."""
         sign = self._chosen_sign()
         record = self.record
         record["offset"] += (record["sign"] - sign) * record["raw"]

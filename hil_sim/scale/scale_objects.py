@@ -11,10 +11,10 @@ POSITION_ERROR = 1
 
 
 class Head(Protocol):
-    """What objects are computed from when they are asked for."""
+    """The source of objects that are computed at every access."""
 
     def acceleration(self) -> int:
-        """Acceleration since it was last asked for (mm/s^2)."""
+        """Return the mean acceleration since the last call (mm/s^2)."""
 
 
 class ScaleObjects(ProcessObjects):
@@ -44,12 +44,12 @@ class ScaleObjects(ProcessObjects):
 
     @property
     def acceleration_value_channel_1(self) -> int:
-        """Of the head, mm/s^2."""
+        """Mean acceleration of the head since the last access (mm/s^2)."""
         return self.head.acceleration() if self.head is not None else 0
 
     @property
     def area_state_channel_1(self) -> int:
-        """Where the position is against the limits of the work area."""
+        """Whether the position is above or below the limits of the work area."""
         if self.position_value > self.work_area_high_limit_channel_1:
             return OUT_OF_RANGE | OVERFLOW
         if self.position_value < self.work_area_low_limit_channel_1:
@@ -58,6 +58,6 @@ class ScaleObjects(ProcessObjects):
 
     @property
     def alarms(self) -> int:
-        """A position outside of the measuring range, on either side of zero, is an error."""
+        """Position error: the position is outside the measuring range, on either side of zero."""
         beyond = abs(self.position_value) > self.total_measuring_range_in_measuring_units
         return POSITION_ERROR if beyond else 0

@@ -1,4 +1,4 @@
-"""All scales of a bench in one compiled tick; their objects and records lie side by side."""
+"""All scales of a bench in one compiled tick; their process objects and records share one memory."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,14 +11,14 @@ from kernels.arrays import Array
 
 
 class ScalesInStep:
-    """The scales of a plant; `numbers` (scales, values): where their process objects are to lie."""
+    """The scales of a plant; their process objects move into `numbers` (scales, values)."""
 
     def __init__(self, scales: Sequence[LinearScale], plant: Plant, numbers: Array) -> None:
         self._scales, self._plant = tuple(scales), plant
         self._records = scale_records(len(scales))
         self._objects = numbers.view(ScaleObjects.record()).reshape(-1)
         for index, scale in enumerate(scales):
-            scale.lie_in(self._records[index : index + 1], numbers[index])
+            scale.move_to(self._records[index : index + 1], numbers[index])
 
     @property
     def memory(self) -> tuple[Any, Any]:
@@ -34,4 +34,4 @@ class ScalesInStep:
         """Read all heads."""
         read_scales(self._records, self._objects, self._plant.state)
         for scale in self._scales:
-            scale.look_at_cams()
+            scale.switch_cams()

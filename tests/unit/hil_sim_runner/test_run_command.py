@@ -1,5 +1,6 @@
 """`hil-sim run`: help that teaches, and one line for everything that cannot work."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,16 @@ def test_a_bus_that_is_not_there_is_named(bus: str, reason: str) -> None:
     line = refused("--machine", str(IDEAL_AXIS), "--bus", bus)
     assert reason in line
     assert bus.partition(":")[2] in line
+
+
+def test_a_simulation_in_lockstep_restores_the_scheduling_policy_at_its_end() -> None:
+    before = os.sched_getscheduler(0)
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    try:
+        refused("--machine", str(IDEAL_AXIS), "--bus", "virtual:x")
+        assert os.sched_getscheduler(0) == os.SCHED_OTHER
+    finally:
+        os.sched_setscheduler(0, before, os.sched_param(0))
 
 
 def test_a_machine_that_is_not_there_is_named(tmp_path: Path) -> None:
