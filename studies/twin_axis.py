@@ -1,4 +1,4 @@
-"""One axis of a machine in the batch twin, at power-up, and the set points that a program gives it."""
+"""One axis of a machine in the batch twin, at power-up, and its set points of a program."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -16,11 +16,11 @@ from twin.rollout import substeps_of
 from twin.wiring import wires_of
 
 REST_CYCLES = 50
-"""SYNC periods at rest, drives on, before a motion; chosen."""
+"""SYNC periods at standstill, drives enabled, before a motion; chosen."""
 
 
 class TwinAxis(NamedTuple):
-    """An axis of the twin, with its plant's records of parameters and state, which the rollout advances."""
+    """An axis of the twin, with the records of parameters and state of its plant, which the rollout uses."""
 
     rollout: AxisRollout
     plant_params: Any
@@ -38,7 +38,7 @@ def twin_axis(machine: MachineConfig, plant: PlantConfig, axis: str, params: Axi
 
 
 def set_points(segment: Segment, column: int) -> Array:
-    """Set points (n, 4) of the axis in `column`: position m, velocity m/s, acceleration m/s^2, force N."""
+    """Return set points (n, 4) of axis `column`: position m, velocity m/s, acceleration m/s^2, force N."""
     parts = (segment.position_m, segment.velocity_m_s, segment.acceleration_m_s2, segment.force_offset_n)
     return np.stack([part[:, column] for part in parts], axis=-1)
 
@@ -46,7 +46,9 @@ def set_points(segment: Segment, column: int) -> Array:
 def motion(
     machine: MachineConfig, axis: str, steps: Sequence[Step], *, rest_cycles: int = REST_CYCLES
 ) -> Array:
-    """Set points (n, 4) of one axis: a rest at zero, and then the steps of a program."""
+    """Return the set points (n, 4) of one axis: standstill at zero, then the steps of a program."""
     column, start_m = list(machine.axes).index(axis), [0.0] * len(machine.axes)
     segments = program_segments(steps, machine, start_m)
-    return np.concatenate([np.zeros((rest_cycles, 4)), *(set_points(one, column) for one in segments)])
+    return np.concatenate(
+        [np.zeros((rest_cycles, 4)), *(set_points(segment, column) for segment in segments)]
+    )

@@ -1,4 +1,4 @@
-"""`servo-ctrl experiment compensations`: what each compensation is worth on each machine."""
+"""`servo-ctrl experiment compensations`: the errors with each compensation on each machine."""
 
 from pathlib import Path
 from typing import Annotated
@@ -17,8 +17,8 @@ def compensations(
 ) -> None:
     """Measure every compensation alone and together, on every machine: sines and end points, in the twin.
 
-    All loops are closed by the controller (CST), so that every compensation can act. What is learned is
-    learned first, on other motions. Writes OUT/table.md, the table of docs/compensations.md.
+    The controller closes all loops (CST), so that every compensation can act. Compensations that learn do so
+    first, on other motions. Writes OUT/table.md, the table of docs/compensations.md.
     """
     from studies.compensations.run import run_compensations
 

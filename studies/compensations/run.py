@@ -35,7 +35,7 @@ def run_compensations(machine: list[Path] | None, out: Path, json_file: Path | N
 
 
 def markdown(found: Mapping[str, Mapping[str, Row]]) -> str:
-    """The decision table, machines side by side: peak / RMS / end point, micrometres."""
+    """Return the decision table, a column per machine: peak / RMS / end point, micrometres."""
     lines = [f"| what acts | {' | '.join(found)} |", f"|---|{'---|' * len(found)}"]
     for name in dict.fromkeys(name for rows in found.values() for name in rows):
         cells = [" / ".join(f"{value:.1f}" for value in rows.get(name, ())) or "-" for rows in found.values()]

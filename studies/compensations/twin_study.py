@@ -1,8 +1,9 @@
 """Every compensation on every machine, in the batch twin: the figures of the decision table.
 
-All loops are closed by the controller (CST; controller_cst.toml, else controller.toml), so that each can act.
-The axis is led by its motor, or closed on its scale; each is measured alone, and together with what goes with
-it. What is learned is learned here, by the daemon's own learners; the motions are no strokes of theirs.
+The controller closes all loops (CST; controller_cst.toml, else controller.toml), so that each compensation
+can act. The position loop is closed on the motor encoder or on the scale; each compensation is measured
+alone and in useful combinations. The daemon's learners learn on their own strokes; the measured motions are
+others.
 """
 
 import math
@@ -42,15 +43,15 @@ from twin.plant_file import load_plant
 
 UM = 1e6
 AMPLITUDE_M, REVERSE_M_S2 = 0.01, (0.015, 0.07)
-"""Of the sines; chosen: between the accelerations that are learned."""
+"""Amplitude and reverse accelerations of the sines; chosen: between the learned accelerations."""
 TARGETS_MM = tuple(range(-36, 37, 9)) + tuple(range(27, -37, -9))
-"""Approached from below, then from above; chosen: 9 mm are no whole turns of a screw."""
+"""End points, approached from below, then from above; chosen: 9 mm are no whole turns of a screw."""
 APPROACH_M_S, DWELL_S = 0.05, 1.5
-"""Feed to an end point, and rest before it is read; chosen."""
+"""Feed to an end point, and dwell before the reading; chosen."""
 
 
 class Combination(NamedTuple):
-    """Compensations that act together; `scale`: the position loop is closed on it (continuous dual loop)."""
+    """Compensations that act together; `scale`: it closes the position loop (continuous dual loop)."""
 
     name: str
     scale: bool
@@ -101,7 +102,7 @@ class AxisStudy:
         self._plant, self._axis = plant, axis
 
     def figures(self, acting: Combination) -> Row:
-        """Learn what the combination needs, and measure it."""
+        """Learn the compensations of the combination where needed, and measure it."""
         machine = self._scale if acting.scale else self._motor
         params = self._params(machine, acting)
         rollout, column = self._rollout(machine, params), list(machine.axes).index(self._axis)
@@ -113,7 +114,7 @@ class AxisStudy:
             if segment.label == "sine":
                 sines.append(_whole_cycles(error_m))
             elif segment.label == "at":
-                ends.append(error_m[-1])  # as the next program line would find it
+                ends.append(error_m[-1])  # the error with which the next program line would start
         return Row(
             UM * max(float(np.abs(e).max()) for e in sines),
             UM * max(float(np.sqrt(np.mean(e**2))) for e in sines),
@@ -121,7 +122,7 @@ class AxisStudy:
         )
 
     def _params(self, machine: MachineConfig, acting: Combination) -> AxisParams:
-        """The compensations of the combination, learned with what else acts."""
+        """Return the parameters of the combination, each compensation learned with the others in action."""
         params = axis_params(machine, self._axis)
         params = with_fuzzy(params, enabled=acting.fuzzy)
         params = with_sampled(params, enabled=False)
@@ -138,7 +139,7 @@ class AxisStudy:
 
 
 def with_feedback(machine: MachineConfig, axis: str, feedback: str) -> MachineConfig:
-    """The machine with the position loop closed on the motor, and all that needs that, or on the scale."""
+    """Return the machine with the position loop on `feedback`: "scale", or "motor" with its compensations."""
     config = machine.axes[axis]
     changes: dict[str, object] = {"control": config.control.model_copy(update={"feedback": feedback})}
     if feedback == "motor" and config.scale is not None:
@@ -149,7 +150,7 @@ def with_feedback(machine: MachineConfig, axis: str, feedback: str) -> MachineCo
 
 
 def on_the_scale(machine: MachineConfig, directory: Path) -> MachineConfig:
-    """The machine with the gain that its continuous dual loop stands, where that has a file of its own."""
+    """Return the machine with the gain of its continuous dual loop, where this has a file of its own."""
     file = directory / "controller_continuous.toml"
     if not file.exists():
         return machine
@@ -184,7 +185,7 @@ def _steps(column: int) -> list[Step]:
 
 
 def _whole_cycles(error_m: Array) -> Array:
-    """The two cycles in the middle of four: without the ramps."""
+    """Return the two middle cycles of four, which have no ramps."""
     quarter = len(error_m) // 4
     return error_m[quarter : 3 * quarter]
 

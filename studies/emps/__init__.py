@@ -1,1 +1,1 @@
-"""EMPS (Janot, Gautier, Brunot 2019): a real axis' reference through our law and the simulated axis."""
+"""EMPS (Janot, Gautier, Brunot 2019): the reference of a real axis, run by our law on the simulated axis."""

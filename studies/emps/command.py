@@ -1,4 +1,4 @@
-"""`servo-ctrl experiment emps`: a real axis' records against the simulated axis."""
+"""`servo-ctrl experiment emps`: records of a real axis compared with the simulated axis."""
 
 from pathlib import Path
 from typing import Annotated
@@ -17,9 +17,9 @@ def emps(
     out: OutOption = Path("out/emps"),
     json_file: JsonOption = None,
 ) -> None:
-    """Feed a real axis' recorded reference through the control law and the simulated axis, and compare.
+    """Run the recorded reference of a real axis with the control law on the simulated axis, and compare.
 
-    Both records are run, the one with pulses too. Errors are relative 2-norms against the real measurement.
+    Runs both records, also the one with pulses. Errors are relative 2-norms against the real measurement.
     """
     from studies.emps.run import run_emps
 

@@ -1,8 +1,8 @@
-"""Compare the simulated EMPS axis under our control law with the measurement of the real one.
+"""Compares the simulated EMPS axis under our control law with the measurement of the real one.
 
-Janot, Gautier, Brunot (2019), a ball-screw axis, two records of 24.84 s at 1 kHz; the second has pulses of
-5 V added behind the controller's limit. The published rigid model, simulated in closed loop, misses the
-measured force by 5.85 % and 8.94 %.
+Janot, Gautier, Brunot (2019), a ball-screw axis, two records of 24.84 s at 1 kHz; the second has pulses of 5
+V added after the controller's limit. The published rigid model, simulated in closed loop, has relative force
+errors of 5.85 % and 8.94 %.
 """
 
 from pathlib import Path
@@ -22,14 +22,14 @@ START_SAMPLES = 20
 
 
 class EmpsError(ServoCtrlError):
-    """A record is missing, or its file is not one of EMPS."""
+    """A record is missing, or its file is no EMPS record."""
 
 
 class EmpsResult(NamedTuple):
-    """Simulated against measured, arrays (n,), from the first sample of the record on.
+    """Simulated and measured values, arrays (n,), from the first sample of the record on.
 
-    The errors leave the first START_SAMPLES out, as the data's authors allow;
-    `force_error_with_start_percent` keeps them.
+    The errors exclude the first START_SAMPLES, as the authors of the data do;
+    `force_error_with_start_percent` includes them.
     """
 
     time_s: Array
@@ -62,12 +62,12 @@ class EmpsResult(NamedTuple):
 
 
 def relative_error_percent(simulated: Array, measured: Array) -> float:
-    """100 |simulated - measured| / |measured|, 2-norms."""
+    """Return 100 |simulated - measured| / |measured| with 2-norms."""
     return float(100.0 * np.linalg.norm(simulated - measured) / np.linalg.norm(measured))
 
 
 def record_path(data: Path, record: str) -> Path:
-    """The file of a record; raises EmpsError naming what is missing."""
+    """Return the file of a record. Raises EmpsError naming a missing one."""
     path = data / RECORDS[record]
     if not path.is_file():
         raise EmpsError(
@@ -77,7 +77,7 @@ def record_path(data: Path, record: str) -> Path:
 
 
 def load_measurement(path: Path) -> dict[str, Array]:
-    """The columns of one record, plain arrays only; raises EmpsError."""
+    """Load the columns of one record, plain arrays only. Raises EmpsError."""
     try:
         with np.load(path, allow_pickle=False) as archive:
             return {name: np.asarray(archive[name], dtype=np.float64) for name in COLUMNS}
@@ -88,7 +88,7 @@ def load_measurement(path: Path) -> dict[str, Array]:
 def compare(recording: Recording, measurement: dict[str, Array]) -> EmpsResult:
     """Compare a run of the recorded reference with the measurement, sample by sample.
 
-    The force is the motor's: what the controller asks for and, behind its limit, the pulses.
+    The force is that of the motor: the command of the controller plus the pulses after its limit.
 
     Raises:
         EmpsError: the run is shorter than the record.

@@ -1,4 +1,4 @@
-"""`servo-ctrl experiment emps`: a real axis' records against the simulated axis."""
+"""`servo-ctrl experiment emps`: records of a real axis compared with the simulated axis."""
 
 import asyncio
 from pathlib import Path
@@ -15,7 +15,7 @@ from studies.emps.comparison import EmpsResult
 
 
 def run_emps(data: Path, machine: Path, out: Path, json_file: Path | None) -> None:
-    """Feed a real axis' recorded reference through the control law and the simulated axis, and compare."""
+    """Run the recorded reference of a real axis with the control law on the simulated axis, and compare."""
     table = Table(title="EMPS: simulated axis against the real one")
     for heading in ("record", "force error", "published", "position error", "RMS"):
         table.add_column(heading, justify="left" if heading == "record" else "right")

@@ -1,4 +1,4 @@
-"""Learn over the bus in lockstep, as `servo-ctrl learn` does."""
+"""Learns over the bus in lockstep, as `servo-ctrl learn` does."""
 
 from collections.abc import Callable
 from pathlib import Path

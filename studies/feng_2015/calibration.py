@@ -3,17 +3,16 @@
     python -m studies.feng_2015.calibration            the sixteen relative errors of the machine as it stands
     python -m studies.feng_2015.calibration --refit N  a search over N generations, printed, not written
 
-The batch twin runs the machine's own circle program, and the experiment's own analysis takes the
-indicators, so the figures are those of the same program on the bus. What is free, and why the values are
-plausible: docs/decisions/0003-xy-table-calibration.md.
+The batch twin runs the circle program of the machine, and the analysis of the experiment computes the
+indicators, so the figures equal those of the same program on the bus. The free parameters, and why their
+values are plausible: docs/decisions/0003-xy-table-calibration.md.
 """
 
 import argparse
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import Bounds, differential_evolution
 
@@ -23,44 +22,33 @@ from kernels.arrays import Array
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.metrology.circles import ReversalFigures, analyse_circles, figures_um
 from servo_ctrl.recording.reader import Recording
 from studies.feng_2015.published import FENG_2015_X_UNCOMPENSATED, relative_errors_percent
-from studies.twin_axis import set_points
+from studies.feng_2015.twin_motions import TwinProgram, twin_program
 from twin.plant_file import load_plant
 from twin.rollout import rollout
 
 MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
 AXIS = "x"
-SETTLE_CYCLES = 200
-"""SYNC periods at rest before the program; chosen."""
 LARGEST_WEIGHT = 0.15
-"""Of the largest error beside the RMS, so that no single figure is given up; chosen."""
+"""Weight of the largest error beside the RMS, so that no single figure is sacrificed; chosen."""
 SMOOTH_SAMPLES = 21
-"""Samples of the moving average that the ripple is measured against; chosen."""
+"""Samples of the moving average from which the ripple is measured; chosen."""
 RIPPLE_LIMIT_M = 0.1e-6
-"""RMS ripple without a penalty: a loop on the verge of limit cycles must not make the figures; chosen."""
+"""RMS ripple without a penalty: the figures must not come from a loop close to limit cycles; chosen."""
 LAG_LIMIT_M = 1.2e-6
 """Error before a reversal without a penalty: no friction compensation could remove it; chosen."""
 LATEST_PEAK = 0.7
-"""Share of the window: it holds the peak of the error, not its rising edge alone; chosen."""
+"""Latest peak of the error, share of the window: the window must not cut the rising edge; chosen."""
 PENALTY = 0.3
 """Weight of each excess in the misfit; chosen."""
 ELEMENTS = 6
-"""Presliding elements that are used; chosen."""
-
-
-class Commands(NamedTuple):
-    """The circle program: set points (n, 4) per axis, the step of each sample, the headers of the steps."""
-
-    reference: dict[str, Array]
-    segment: NDArray[np.int32]
-    steps: list[dict[str, Any]]
+"""Presliding elements in use; chosen."""
 
 
 class Free(NamedTuple):
-    """A parameter of the search; both bounds are positive, the search goes by its logarithm."""
+    """A parameter of the search, which runs over its logarithm; both bounds are positive."""
 
     name: str
     lower: float
@@ -85,26 +73,13 @@ FREE = (
 )
 
 
-def commands_of(machine: MachineConfig) -> Commands:
-    """The machine's `programs/circles.toml`, sampled."""
-    program = load_program(machine.source.parent / "programs" / "circles.toml", machine)
-    rest = np.zeros((SETTLE_CYCLES, 4))
-    parts: dict[str, list[Array]] = {name: [rest] for name in machine.axes}
-    owner = [np.full(SETTLE_CYCLES, -1, np.int32)]
-    steps: list[dict[str, Any]] = []
-    for segment in program_segments(check_program(program, machine), machine, np.zeros(len(machine.axes))):
-        if segment.step == len(steps):
-            steps.append({"label": segment.label, "kind": segment.kind})
-        owner.append(np.full(len(segment.position_m), segment.step, np.int32))
-        for index, name in enumerate(machine.axes):
-            parts[name].append(set_points(segment, index))
-    return Commands(
-        {name: np.concatenate(part) for name, part in parts.items()}, np.concatenate(owner), steps
-    )
+def circle_program(machine: MachineConfig) -> TwinProgram:
+    """Return the commands of the machine's `programs/circles.toml`."""
+    return twin_program(machine, load_program(machine.source.parent / "programs" / "circles.toml", machine))
 
 
 class Measured(NamedTuple):
-    """Indicators (um) of the x axis per feed, by the batch twin, and what a good loop does not show."""
+    """Indicators (um) of the x axis by feed (mm/min), and measures of a bad loop, in the batch twin."""
 
     figures: dict[int, ReversalFigures]
     ripple_m: float
@@ -112,15 +87,14 @@ class Measured(NamedTuple):
     lag_m: float
     """Largest mean error just before the reversal, over the circles."""
     latest_peak: float
-    """Where in the window the error peaks on the slowest circle, 0 to 1."""
+    """Share of the window after which the error peaks on the slowest circle, 0 to 1."""
 
 
-def measured(machine: MachineConfig, plant: PlantConfig, commands: Commands) -> Measured:
+def measured(machine: MachineConfig, plant: PlantConfig, program: TwinProgram) -> Measured:
     """Run the circle program through the batch twin."""
     params = {name: axis_params(machine, name) for name in machine.axes}
-    columns = rollout(machine, plant, params, commands.reference)
-    header = {"segments": commands.steps, "axes": list(machine.axes)}
-    recording = Recording(machine.source.parent, header, {**columns, "segment": commands.segment})
+    columns = rollout(machine, plant, params, program.reference)
+    recording = Recording(machine.source.parent, program.header, {**columns, "segment": program.segment})
     results = analyse_circles(recording, machine.monitoring.window_s)
     figures = {result.feed_mm_min: figures_um(result.indicators[AXIS]) for result in results}
     traces = [result.error_traces[AXIS] for result in results]
@@ -136,7 +110,7 @@ def measured(machine: MachineConfig, plant: PlantConfig, commands: Commands) -> 
 def with_values(
     machine: MachineConfig, plant: PlantConfig, values: dict[str, float]
 ) -> tuple[MachineConfig, PlantConfig]:
-    """Controller and plant with the free parameters of the x axis put in."""
+    """Return controller and plant with these values of the free parameters of the x axis."""
     axis = plant.axes[AXIS]
     effects = dict(axis.effects)
     breakaway_n = values["coulomb_n"] * (1.0 + values["stribeck_share"])
@@ -176,7 +150,10 @@ def with_values(
 
 
 def misfit(found: Measured) -> float:
-    """RMS of the sixteen logarithmic errors, a share of the largest; more for ripple, lag, a cut peak."""
+    """Return the misfit: RMS of the sixteen logarithmic errors, a share of the largest, and penalties.
+
+    The penalties are for ripple, lag, and a peak at the end of the window.
+    """
     pairs = [(found.figures[feed], published) for feed, published in FENG_2015_X_UNCOMPENSATED.items()]
     errors = np.log([np.divide(ours, published) for ours, published in pairs])
     ripple = max(0.0, found.ripple_m / RIPPLE_LIMIT_M - 1.0)
@@ -188,8 +165,8 @@ def misfit(found: Measured) -> float:
 
 
 def refit(machine: MachineConfig, plant: PlantConfig, generations: int, seed: int) -> dict[str, float]:
-    """The free parameters of least misfit, by differential evolution."""
-    commands = commands_of(machine)
+    """Return the free parameters of least misfit, found by differential evolution."""
+    program = circle_program(machine)
     lower = np.log([free.lower for free in FREE])
     upper = np.log([free.upper for free in FREE])
 
@@ -198,7 +175,7 @@ def refit(machine: MachineConfig, plant: PlantConfig, generations: int, seed: in
         return dict(zip((free.name for free in FREE), numbers, strict=True))
 
     def cost(point: Array) -> float:
-        found = misfit(measured(*with_values(machine, plant, values_at(point)), commands))
+        found = misfit(measured(*with_values(machine, plant, values_at(point)), program))
         return found if np.isfinite(found) else 1e3
 
     result = differential_evolution(
@@ -214,7 +191,7 @@ def refit(machine: MachineConfig, plant: PlantConfig, generations: int, seed: in
 
 
 def table(figures: dict[int, ReversalFigures]) -> str:
-    """The sixteen figures beside the published ones, and their relative errors."""
+    """Return a text table of the sixteen figures, the published ones, and their relative errors."""
     lines = ["F mm/min   contour peak           mean |e|               peak |e|               RMS"]
     errors = relative_errors_percent(figures)
     for feed, published in FENG_2015_X_UNCOMPENSATED.items():
@@ -240,7 +217,7 @@ def main() -> None:
         print("\n".join(f"{name} = {value:.6g}" for name, value in values.items()))  # noqa: T201 a script
         machine, plant = with_values(machine, plant, values)
         print(*plant.axes[AXIS].effects.values(), machine.axes[AXIS].control, sep="\n")  # noqa: T201 a script
-    print(table(measured(machine, plant, commands_of(machine)).figures))  # noqa: T201 a script
+    print(table(measured(machine, plant, circle_program(machine)).figures))  # noqa: T201 a script
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def run_circles(machine: Path, out: Path, json_file: Path | None) -> None:
 
 
 def summary(results: list[CircleResult]) -> dict[str, Any]:
-    """Everything measured, and the x axis' relative errors against the published figures, for JSON."""
+    """Return all figures, and the relative errors of the x axis against the published ones, for JSON."""
     measured = {result.feed_mm_min: figures_um(result.indicators["x"]) for result in results}
     errors = relative_errors_percent(measured)
     every = [value for figures in errors.values() for value in figures]
@@ -61,7 +61,7 @@ def summary(results: list[CircleResult]) -> dict[str, Any]:
 
 
 def error_table(errors: dict[int, dict[str, float]]) -> Table:
-    """Relative errors of the x axis' indicators against the published ones, per cent, by feed (mm/min)."""
+    """Return the relative errors (%) of the indicators of x against the published ones, by feed (mm/min)."""
     table = Table(title="x axis against the published figures: relative errors, %")
     table.add_column("F mm/min", justify="right")
     for heading in HEADINGS:

@@ -1,6 +1,6 @@
-"""Friction changes in production: compensated, learning is due, learning, compensated again.
+"""Friction changes in production: the compensation degrades, learning becomes due, and restores it.
 
-Simulator, hub and controller are processes; this module is the operator, with SDO and the status PDO.
+Simulator, hub and controller are processes; this module acts as the operator, by SDO and the status PDO.
 """
 
 import sys
@@ -46,14 +46,14 @@ class Drift(NamedTuple):
     instants: Instants
     required_m: float
     reversals: list[dict[str, Any]]
-    """Of the log: axis, time_s, error_mean_m (which is J), due and the other indicators."""
+    """Entries of the reversal log: axis, time_s, error_mean_m (which is J), due and the other indicators."""
     learned: Learned
     version: int
     log_lines: list[str]
-    """Lines of the controller's log on learning and on J of the axis."""
+    """Lines of the log of the controller about learning and J of the axis."""
 
     def evaluation_m(self, begin_s: float, end_s: float) -> float:
-        """Median J of the axis between two instants. Raises RunError without a reversal between them."""
+        """Return the median J of the axis between two instants. Raises RunError without a reversal there."""
         found = [
             entry["error_mean_m"]
             for entry in self.reversals
@@ -64,7 +64,7 @@ class Drift(NamedTuple):
         return float(median(found))
 
     def parts_m(self) -> dict[str, float]:
-        """J before the change, after it, and after learning, metres."""
+        """Return J before the change, after it, and after learning, metres."""
         at = self.instants
         return {
             "compensated": self.evaluation_m(0.0, at.friction_changes_s),
@@ -76,9 +76,9 @@ class Drift(NamedTuple):
 async def run_drift(
     machine: Path, plant: Path, program: Path, learned: Path, out: Path, on_event: Callable[[str], None]
 ) -> Drift:
-    """Run it; the recording goes into a new folder of `out`, new functions into `learned`.
+    """Run the study; record into a new folder of `out`, store new functions in `learned`.
 
-    Raises ServoCtrlError for a run that failed or an event that did not come.
+    Raises ServoCtrlError where the run fails or an event does not occur.
     """
     config = load_machine(machine)
     directory = new_recording(out, "drift")
@@ -114,7 +114,7 @@ async def run_drift(
 async def _operate(
     panel: OperatorPanel, config: MachineConfig, on_event: Callable[[str], None]
 ) -> tuple[float, float, tuple[Learned, int]]:
-    """Operate the machine; return when learning began and ended, and the functions and version in use."""
+    """Operate the machine; return begin and end of learning (s), and functions and version in use."""
     place = list(config.axes).index(AXIS)
     mask = 1 << place
     on_event("production, compensated")
@@ -156,7 +156,7 @@ async def _produce_until(
 
 
 def _first(reversals: Sequence[dict[str, Any]], *, due: bool, after_s: float) -> float:
-    """Machine time of the first reversal of the axis with this flag after an instant. Raises RunError."""
+    """Return the machine time of the first reversal with this flag after an instant. Raises RunError."""
     for entry in reversals:
         if entry["axis"] == AXIS and entry["due"] == due and entry["time_s"] > after_s:
             return float(entry["time_s"])
@@ -164,7 +164,7 @@ def _first(reversals: Sequence[dict[str, Any]], *, due: bool, after_s: float) ->
 
 
 def change_s(plant: Path) -> float:
-    """Machine time at which the plant's friction begins to change, from the plant file. Raises RunError."""
+    """Read the machine time at which the friction begins to change from the plant file. Raises RunError."""
     try:
         document = tomllib.loads(plant.read_text(encoding="utf-8"))
         return float(document["axis"][AXIS]["lubrication_loss"]["start_s"])
@@ -173,7 +173,7 @@ def change_s(plant: Path) -> float:
 
 
 def drift_figures(drift: Drift) -> dict[str, Any]:
-    """Figures for JSON: seconds of machine time, J in micrometres."""
+    """Return the figures for JSON: seconds of machine time, J in micrometres."""
     learned = drift.learned
     return {
         "axis": AXIS,

@@ -1,4 +1,4 @@
-"""`servo-ctrl experiment drift`: friction changes in production, the controller notices, and learns again."""
+"""`servo-ctrl experiment drift`: friction changes in production; the controller learns again."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""`servo-ctrl experiment drift`: friction changes in production, the controller notices, and learns again."""
+"""`servo-ctrl experiment drift`: friction changes in production; the controller learns again."""
 
 import asyncio
 from pathlib import Path

@@ -12,7 +12,7 @@ SEED = 2015
 
 
 class LearnChoice(StrEnum):
-    """Where the functions that are judged come from."""
+    """How the compared functions are learned."""
 
     TWIN = "twin"
     BUS = "bus"
@@ -25,21 +25,21 @@ def friction(
     learn: Annotated[
         LearnChoice,
         typer.Option(
-            help="twin: judge what the paper's learner found in the batch twin. bus: let the fast learner "
-            "learn over the bus too, and judge that."
+            help="twin: compare the functions that the paper's learner found in the batch twin. bus: learn "
+            "with the fast learner over the bus too, and compare those."
         ),
     ] = LearnChoice.TWIN,
     strokes: Annotated[
         int, typer.Option(min=0, max=100, help="Strokes of the twin to repeat over the bus, of each axis.")
     ] = 6,
-    seed: Annotated[int, typer.Option(min=0, help="Of the lots that choose them.")] = SEED,
+    seed: Annotated[int, typer.Option(min=0, help="Of the random draw of these strokes.")] = SEED,
 ) -> None:
-    """Learn the friction compensation, and hold it against Feng et al. 2015: tables, pictures, JSON.
+    """Learn the friction compensation and compare it with Feng et al. 2015: tables, pictures, JSON.
 
-    Circles of R = 25 mm at four feeds and the S-shaped motions S1-S4 are run over the bus in lockstep without
+    Runs circles of R = 25 mm at four feeds and the S-shaped motions S1-S4 over the bus in lockstep, without
     compensation (WTFC), with the disturbance observer (WDOB) and with the learned pulse (WFC); WFC_single is
-    the pulse without the second trapezoid. Learning has seen sines of R = 50 mm only. Fails when a run fails;
-    a bar that is missed is printed in red.
+    the pulse without the second trapezoid. Learning uses sines of R = 50 mm only. Fails when a run fails;
+    prints a missed bar in red.
     """
     from studies.feng_2015.friction_run import friction_study
 

@@ -11,7 +11,7 @@ from servo_ctrl.cli.progress import progress_bar
 from studies.feng_2015.bus_learning import BusLearning, learn_over_bus
 from studies.feng_2015.pictures import draw_study
 from studies.feng_2015.report import print_study
-from studies.feng_2015.strokes import RepeatedStroke, drawn, repeat_strokes
+from studies.feng_2015.strokes import RepeatedStroke, drawn_strokes, repeat_strokes
 from studies.feng_2015.study import FrictionStudy, cells, summary
 from studies.feng_2015.twin_learning import TwinLearning, TwinStroke, learn_in_twin
 from studies.feng_2015.variants import (
@@ -28,12 +28,12 @@ from studies.feng_2015.waveform_study import WAVEFORM, WaveformStudy, learn_all
 def friction_study(
     machine: Path, out: Path, json_file: Path | None, strokes: int, seed: int, *, over_bus: bool
 ) -> None:
-    """Learn the friction compensation, and hold it against Feng et al. 2015: tables, pictures, JSON."""
+    """Learn the friction compensation and compare it with Feng et al. 2015: tables, pictures, JSON."""
     start_s = time.monotonic()
     console = Console()
     paper = _learn_in_twin(console, machine, out, "paper")
     fast = _learn_in_twin(console, machine, out, "fast")
-    repeated = _repeat(console, machine, out, drawn(paper, strokes, seed))
+    repeated = _repeat(console, machine, out, drawn_strokes(paper, strokes, seed))
     bus = _learn_over_bus(console, machine, out) if over_bus else None
     judged, single = (paper.store if bus is None else bus.store), out / "learned" / "single"
     without_second_trapezoid(machine, judged, single)
@@ -56,7 +56,7 @@ def friction_study(
 
 
 def _waveforms(console: Console, machine: Path, out: Path) -> WaveformStudy:
-    """Learn waveforms and tune their rivals in the batch twin; judge the waveforms over the bus."""
+    """Learn waveforms and tune their rivals in the batch twin; measure the waveforms over the bus."""
     store = out / "learned" / "waveforms"
     with console.status("learned waveforms and rivals, in the batch twin ..."):
         study = learn_all(machine, store)
@@ -71,8 +71,8 @@ def _learn_in_twin(console: Console, machine: Path, out: Path, learner: str) -> 
     label = f"learning in the batch twin, {learner} learner"
     with console.status(f"{label} ..."):
         twin = learn_in_twin(machine, out / "learned" / learner, learner)
-    made = sum(axis.learned.strokes for axis in twin.axes.values())
-    console.print(f"{label}: {made} strokes in {twin.wall_s:.0f} s", highlight=False)
+    strokes = sum(axis.learned.strokes for axis in twin.axes.values())
+    console.print(f"{label}: {strokes} strokes in {twin.wall_s:.0f} s", highlight=False)
     return twin
 
 

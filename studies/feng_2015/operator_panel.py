@@ -1,6 +1,6 @@
-"""An operator's panel on the bus: it commands by SDO and reads the controller's status PDO.
+"""An operator panel on the bus: it commands by SDO and reads the status PDO of the controller.
 
-It joins the bus only for each exchange, since a lockstep is as fast as its slowest station.
+It joins the bus only for each exchange, because a lockstep run is as fast as its slowest participant.
 """
 
 import asyncio
@@ -23,13 +23,13 @@ STATUS_PDO, SDO_ANSWER = 0x180, 0x580
 STATUS_LAYOUT = struct.Struct("<4B2H")
 """Stage, learning state, due mask, axis being learned, progress per mille, J: docs/commands.md."""
 STATUS_LIMIT_S = 10.0
-"""Bounds the wait for a status PDO, which comes ten times a second of machine time."""
+"""Bounds the wait for a status PDO, sent ten times a second of machine time."""
 POLL_S = 0.2
 """Pause between two readings of the status PDO."""
 
 
 class PanelError(ServoCtrlError):
-    """The controller refused a command, or an expected status did not come."""
+    """The controller refused a command, or an expected status did not arrive."""
 
 
 class PanelStatus(NamedTuple):
@@ -50,14 +50,14 @@ class OperatorPanel:
         self._eds, self._axes = own_dictionary(config), tuple(config.axes)
 
     async def execute(self, request: CommandRequest) -> None:
-        """Give a command by SDO. Raises PanelError with the controller's reason, and SdoError."""
+        """Execute a command by SDO. Raises PanelError with the reason of a refusal, and SdoError."""
         async with self._remote() as controller:
             verdict = await asyncio.to_thread(controller.execute, request)
         if not verdict.accepted:
             raise PanelError(f"{request.command.name.lower()} was refused: {verdict.reason}")
 
     async def read(self) -> MachineStatus:
-        """All objects by SDO. Raises SdoError."""
+        """Read the status of the machine by SDO. Raises SdoError."""
         async with self._remote() as controller:
             return await asyncio.to_thread(controller.status)
 
@@ -79,7 +79,7 @@ class OperatorPanel:
         raise PanelError(f"{what} did not come: not within {limit_s:g} s; the last status was {status}")
 
     async def _next_status(self) -> PanelStatus:
-        """Next status PDO. Raises PanelError when none comes."""
+        """Receive the next status PDO. Raises PanelError when none arrives."""
         received: asyncio.Future[PanelStatus] = asyncio.get_running_loop().create_future()
 
         def receive(data: bytearray, _timestamp_s: float) -> None:

@@ -13,11 +13,11 @@ from studies.feng_2015.variants import OBSERVER, PULSE, WITHOUT
 
 DRAWN = (WITHOUT, PULSE, OBSERVER)
 QUADRANTS = {"x": "A", "y": "B"}
-"""Where an axis reverses, in the paper's words; C and D are alike."""
+"""The quadrant at which an axis reverses, by the letters of the paper; C and D are alike."""
 
 
 def draw_study(machine: Path, study: FrictionStudy, out: Path) -> list[Path]:
-    """Draw all; return the files. Raises OSError."""
+    """Draw all pictures; return their files. Raises OSError."""
     config = load_machine(machine)
     window_s = config.monitoring.window_s
     sources: list[tuple[str, dict[str, Learned]]] = [

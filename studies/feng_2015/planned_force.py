@@ -1,4 +1,4 @@
-"""The learned force of the control law along a whole motion, for rivals that plan it."""
+"""The force of the learned waveform along a whole motion, for rivals that plan it in advance."""
 
 import math
 
@@ -12,9 +12,9 @@ from servo_ctrl.control.types import AxisSample
 
 
 def force_along(params: AxisParams, commands: Array) -> Array:
-    """The force (n,) for the commands (n, >= 3) of one axis, at rest before the first.
+    """Return the force (n,), newtons, along the commands (n, >= 3) of one axis, which start at standstill.
 
-    Position m, velocity m/s, acceleration m/s^2.
+    Columns of the commands: position m, velocity m/s, acceleration m/s^2.
     """
     return _along(params, np.ascontiguousarray(commands[:, :3], np.float64))
 

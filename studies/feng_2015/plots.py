@@ -16,7 +16,7 @@ COLUMNS = 2
 def plot_comparison(path: Path, panels: Mapping[str, Sequence[ErrorTrace]], window_s: float) -> None:
     """Draw tracking errors after a reversal, a panel for each title; positive = the axis lags.
 
-    The shaded part is the monitoring window over which the indicators are taken.
+    The shaded part is the monitoring window, over which the indicators are computed.
     """
     rows = -(-len(panels) // COLUMNS)
     figure = Figure(figsize=(5.2 * COLUMNS, 2.9 * rows))
@@ -66,7 +66,7 @@ def plot_evaluations(
     instants: Mapping[str, float],
     parts: Mapping[str, tuple[float, float]],
 ) -> None:
-    """Draw J at every reversal, J_required, and what happened when (seconds), a panel for each part."""
+    """Draw J at every reversal, J_required, and the events at their instants (s), a panel for each part."""
     figure = Figure(figsize=(5.4 * len(parts), 4.4))
     panels = figure.subplots(1, len(parts), sharey=True, squeeze=False)
     for panel, (title, (begin_s, end_s)) in zip(panels[0], parts.items(), strict=True):

@@ -1,4 +1,4 @@
-"""Published figures that the simulated table is compared with."""
+"""Published figures with which the simulated table is compared."""
 
 from servo_ctrl.metrology.circles import ReversalFigures
 
@@ -31,11 +31,11 @@ FENG_2015_CLAIMS_PERCENT = {
     "y": ReversalFigures(71.0, 62.0, 71.0, 69.0),
     "S": ReversalFigures(76.0, 71.0, 76.0, 75.0),
 }
-"""By how much the pulse reduces each indicator at least: circles of x, of y, S-shaped motions; per cent."""
+"""Least reduction of each indicator by the pulse, per cent: circles of x, of y, S-shaped motions."""
 
 
 def relative_errors_percent(measured: dict[int, ReversalFigures]) -> dict[int, ReversalFigures]:
-    """Relative error (%) of each indicator, per feed that has published figures."""
+    """Return the relative error (%) of each indicator, by feed (mm/min) with published figures."""
     errors = {}
     for feed, published in FENG_2015_X_UNCOMPENSATED.items():
         if feed in measured:

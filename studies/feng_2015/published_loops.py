@@ -1,16 +1,16 @@
-"""Robust loops as published for feed drives, as other gains of the law that the tick has.
+"""Robust loops published for feed drives, expressed as gains of the control law of the tick.
 
 Adaptive sliding mode (Altintas, Erkorkmaz, Zhu 2000), with S = de/dt + lambda e and its adaptation for the
 disturbance:
 
     u = M (a* + lambda de/dt) + K S + d,    dd/dt = rho S
 
-It is linear: a proportional-integral-derivative law of e, hence this law with D = kv, P = kv kp + ki and
-I = ki kp, wherever those have real kp.
+It is linear: a proportional-integral-derivative law of e. It equals our law with D = kv, P = kv kp + ki and
+I = ki kp, wherever these have a real kp.
 
-Linear active disturbance rejection (Gao 2003) with a reduced-order extended state observer, as the velocity
-is measured: u = M (a* + 2 w_c de/dt + w_c^2 e) - d, d of first order with w_o. That is kv = 2 w_c M,
-kp = w_c / 2, ki = 0 and our disturbance observer at w_o.
+Linear active disturbance rejection (Gao 2003) with a reduced-order extended state observer, because the
+velocity is measured: u = M (a* + 2 w_c de/dt + w_c^2 e) - d, d of first order with w_o. It equals our law
+with kv = 2 w_c M, kp = w_c / 2, ki = 0 and our disturbance observer at w_o.
 """
 
 import math
@@ -28,17 +28,17 @@ ADAPTATIONS = (0.1, 0.2, 0.3, 0.45)
 OBSERVER_RATIOS = (0.5, 1.0, 2.0, 3.0, 5.0)
 """w_o over w_c."""
 FASTEST_1_S, SPEEDS = (40.0, 600.0), 60
-"""K / M, or w_c, that are tried; the largest that is allowed counts. All of these chosen."""
+"""Values of K / M, or of w_c, that are tried; the largest allowed one counts. All of these chosen."""
 
 
 def with_bandwidth(params: AxisParams, bandwidth_hz: float) -> AxisParams:
-    """With the observer at this bandwidth."""
+    """Return the parameters with the disturbance observer at this bandwidth."""
     blend = filter_blend(1.0 / (2.0 * math.pi * bandwidth_hz), params.period_s)
     return params._replace(observer=params.observer._replace(enabled=True, filter_blend=blend))
 
 
 def sliding_mode(tuner: Tuner) -> list[Setting]:
-    """For each lambda and share of adaptation the largest K that is allowed."""
+    """Return a setting for each lambda and share of adaptation, with the largest allowed K."""
     found = []
     for lambda_1_s in LAMBDAS_1_S:
         for share in ADAPTATIONS:
@@ -55,7 +55,7 @@ def sliding_mode(tuner: Tuner) -> list[Setting]:
 def sliding_mode_params(
     params: AxisParams, lambda_1_s: float, rate_1_s: float, adaptation_1_s2: float
 ) -> AxisParams | None:
-    """The law with K = `rate_1_s` M and rho = `adaptation_1_s2` M; None where no real gains make it."""
+    """Return the law with K = `rate_1_s` M and rho = `adaptation_1_s2` M; None where no real gains exist."""
     mass_kg = params.feedforward.acceleration_kg
     d = mass_kg * (lambda_1_s + rate_1_s)
     p = mass_kg * (rate_1_s * lambda_1_s + adaptation_1_s2)
@@ -68,7 +68,7 @@ def sliding_mode_params(
 
 
 def disturbance_rejection(tuner: Tuner) -> list[Setting]:
-    """For each ratio of bandwidths the fastest loop that is allowed."""
+    """Return a setting for each ratio of bandwidths, with the fastest allowed loop."""
     found = []
     for ratio in OBSERVER_RATIOS:
 
@@ -81,10 +81,10 @@ def disturbance_rejection(tuner: Tuner) -> list[Setting]:
 
 
 def disturbance_rejection_params(params: AxisParams, w_c_1_s: float, w_o_1_s: float) -> AxisParams:
-    """The law with these bandwidths, rad/s."""
+    """Return the law with these bandwidths, rad/s."""
     mass_kg = params.feedforward.acceleration_kg
-    own = _with_gains(params, 0.5 * w_c_1_s, 2.0 * w_c_1_s * mass_kg, 0.0)
-    return with_bandwidth(own, w_o_1_s / (2.0 * math.pi))
+    loop = _with_gains(params, 0.5 * w_c_1_s, 2.0 * w_c_1_s * mass_kg, 0.0)
+    return with_bandwidth(loop, w_o_1_s / (2.0 * math.pi))
 
 
 def _with_gains(params: AxisParams, kp_1_s: float, kv_n_s_m: float, ki_n_m: float) -> AxisParams:
@@ -95,9 +95,10 @@ def _with_gains(params: AxisParams, kp_1_s: float, kv_n_s_m: float, ki_n_m: floa
 
 
 def _fastest(tuner: Tuner, law: Callable[[float], AxisParams | None]) -> Iterator[tuple[float, AxisParams]]:
-    """The largest rate whose loop is allowed, if there is one.
+    """Yield the largest rate whose loop is allowed, if there is one.
 
-    From slow to fast: Ms alone does not tell a loop that is far too fast from a good one.
+    It searches from slow to fast, because Ms of a loop that is far too fast can be as small as that of a
+    good one.
     """
     best = None
     for rate_1_s in np.geomspace(*FASTEST_1_S, SPEEDS).tolist():

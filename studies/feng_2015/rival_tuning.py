@@ -1,8 +1,8 @@
-"""How a rival of the learned compensations is tuned: one rule for all, on the learning strokes (batch twin).
+"""Tunes the rivals of the learned compensations: one rule for all, on the learning strokes (batch twin).
 
-Each may be as fast as Ms <= 2 allows on the rigid mass, and as noisy as `NOISE_SHARE` allows. Of what is
-allowed, that setting counts whose mean J over strokes of the learning radius, at accelerations that the
-pulse's learner has, is least. Feedforwards leave the loop as it is.
+A setting is allowed where Ms <= 2 on the rigid mass and the noise gain is within `NOISE_SHARE`. Of the
+allowed settings the one with the least mean J counts, over strokes of the learning radius at accelerations
+of the pulse's learner. Feedforward rivals keep the gains of the loop.
 """
 
 from typing import Any, NamedTuple
@@ -21,11 +21,11 @@ from studies.feng_2015.planned_force import force_along
 from studies.feng_2015.waveform_learning import ErrorStrokes
 
 SENSITIVITY_LIMIT = 2.0
-"""Ms of every rival; the issue's bound."""
+"""Bounds Ms of every rival; from the specification."""
 NOISE_SHARE = 2.0
-"""Bounds the noise in the force command, against the loop without compensation; chosen."""
+"""Bounds the noise in the force command, relative to the loop without compensation; chosen."""
 TUNING_STROKES = 4
-"""Accelerations that J is the mean over; chosen."""
+"""Number of accelerations over which J is averaged; chosen."""
 
 
 class Setting(NamedTuple):
@@ -35,11 +35,11 @@ class Setting(NamedTuple):
     params: AxisParams
     friction: tuple[float, ...] | None = None
     observer_blend: float = 0.0
-    """Of the observer that knows the planned force; 0 = none is."""
+    """Filter blend of the observer that knows the planned force; 0 = there is no observer."""
 
 
 class TunedRival(NamedTuple):
-    """The setting that counts, and J (um) of every one that was tried, with its robustness."""
+    """The best setting, and J (um) and robustness of every tried one."""
 
     name: str
     setting: Setting
@@ -47,27 +47,27 @@ class TunedRival(NamedTuple):
 
 
 def planned_n(setting: Setting, commands: Array) -> Array:
-    """The force offset (n,) of a setting along the commands of an axis."""
+    """Return the force offset (n,), newtons, of a setting along the commands of an axis."""
     if setting.friction is None:
         return np.zeros(len(commands))
     params = with_waveform(setting.params, setting.friction)
     force_n = force_along(params, commands)
     if setting.observer_blend > 0.0:
         blend, dead = setting.observer_blend, round(params.waveform.lead_s / params.period_s)
-        late_n = np.concatenate([np.zeros(dead), force_n[:-dead]])
-        force_n -= lfilter([blend], [1.0, blend - 1.0], late_n)  # what the observer will have of it
+        delayed_n = np.concatenate([np.zeros(dead), force_n[:-dead]])
+        force_n -= lfilter([blend], [1.0, blend - 1.0], delayed_n)  # less the share that the observer adds
     return force_n
 
 
 def robustness(params: AxisParams) -> dict[str, float]:
-    """Ms, and the RMS force per RMS of position noise, on the rigid mass of the feedforward."""
+    """Return Ms, and RMS force per RMS position noise (N/um), on the rigid mass of the feedforward."""
     mass_kg = params.feedforward.acceleration_kg
     noise_n_um = noise_gain_n_m(params, mass_kg) * 1e-6
     return {"Ms": sensitivity_peak(params, mass_kg), "noise_n_um": noise_n_um}
 
 
 class Tuner:
-    """Strokes of one axis that score settings."""
+    """Evaluates settings on strokes of one axis."""
 
     def __init__(self, machine: MachineConfig, plant: PlantConfig, axis: str) -> None:
         self._strokes = ErrorStrokes(machine, plant, axis)
@@ -78,7 +78,7 @@ class Tuner:
         self._window = window_samples(self._strokes.settings.sines.window_s, self.params.period_s)
 
     def evaluation_um(self, setting: Setting, a_m_s2: float) -> float:
-        """J at one acceleration."""
+        """Return J at one acceleration."""
         reference = self._strokes.reference(a_m_s2)
         reference[:, 3] = planned_n(setting, reference)
         error_m = self._strokes.error_m(reference, setting.params)
@@ -86,17 +86,17 @@ class Tuner:
         return 1e6 * float(np.mean([evaluation_m(part) for part in parts]))
 
     def mean_um(self, setting: Setting) -> float:
-        """Mean J over all accelerations."""
+        """Return the mean J over all accelerations."""
         return float(np.mean([self.evaluation_um(setting, a) for a in self.accelerations_m_s2]))
 
     def allows(self, params: AxisParams) -> bool:
-        """Whether the loop is within both bounds."""
+        """Return whether the loop is within both bounds."""
         found, plain = robustness(params), self._plain
         noise_limit_n_um = NOISE_SHARE * plain["noise_n_um"]
         return found["Ms"] <= SENSITIVITY_LIMIT and found["noise_n_um"] <= noise_limit_n_um
 
     def best(self, name: str, settings: list[Setting]) -> TunedRival:
-        """The rule: least mean J of what is allowed."""
+        """Return the allowed setting with the least mean J."""
         curve = [
             {**entry.described, **robustness(entry.params), "J_um": self.mean_um(entry)} for entry in settings
         ]

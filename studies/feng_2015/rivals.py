@@ -2,10 +2,10 @@
 
 - observer: first-order disturbance observer, over its bandwidth;
 - friction: feedforward of the identified friction with memory (Maxwell slip), without a learned waveform;
-- observer and friction: the observer is told of the feedforward, so that neither counts twice;
+- observer and friction: the observer knows the feedforward, so that friction is not compensated twice;
 - sliding mode and active disturbance rejection: see `published_loops`;
-- QEC: pulse of one duration whose height is a characteristic over the reverse acceleration, as quadrant error
-  compensation of commercial controls has it; adapted: its duration is one too.
+- QEC: a pulse of one duration whose height is a characteristic over the reverse acceleration, as in the
+  quadrant error compensation of commercial controls; adapted: its duration is a characteristic too.
 """
 
 from concurrent.futures import ThreadPoolExecutor
@@ -23,15 +23,15 @@ from studies.feng_2015.rival_tuning import Setting, TunedRival, Tuner, planned_n
 from studies.feng_2015.twin_motions import Planned, TwinProgram, twin_figures
 
 BANDWIDTHS_HZ = (3.0, 5.0, 7.5, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0)
-"""Of the observers; chosen: from the slowest that does anything to beyond Ms = 2."""
+"""Bandwidths of the observers; chosen: from the slowest with any effect to beyond Ms = 2."""
 DURATIONS_S = (0.03, 0.05, 0.08, 0.12)
-"""Of QEC's pulse; chosen: around the interval to the peak of the error."""
+"""Durations of the pulse of QEC; chosen: around the interval to the peak of the error."""
 HEIGHTS = 8
-"""Of QEC's pulse, up to A_max; chosen."""
+"""Number of heights of the pulse of QEC, up to A_max; chosen."""
 
 
 def quadrant_error_compensation(tuner: Tuner) -> tuple[list[Setting], list[Setting]]:
-    """One setting for each duration, with the heights that are best; and one with the best pair of each."""
+    """Return one setting for each duration, with the best heights; and one with the best pairs of both."""
     tried = np.linspace(0.0, tuner.params.pulse.amplitude_max_m_s, HEIGHTS + 1)
     scores_um = np.array(
         [
@@ -77,7 +77,7 @@ def _pulse(
 def tuned_rivals(
     machine: MachineConfig, plant: PlantConfig, axis: str, friction: tuple[float, ...]
 ) -> list[TunedRival]:
-    """Every rival on one axis; `friction`: as the learner has identified it."""
+    """Return every rival tuned on one axis; `friction`: as identified by the learner."""
     tuner = Tuner(machine, plant, axis)
     plain = tuner.params
     fast = [(hz, with_bandwidth(plain, hz)) for hz in BANDWIDTHS_HZ]
@@ -102,7 +102,7 @@ def rival_figures(
     program: TwinProgram,
     learned: dict[str, WaveformLearned],
 ) -> list[dict[str, Any]]:
-    """Name, setting, robustness, curve and the four indicators (um) on every motion, of every rival.
+    """Return name, setting, robustness, curve and the four indicators (um) on every motion, of every rival.
 
     Axes, then rivals, have a thread each: the compiled loop of the twin holds no interpreter lock.
     """
@@ -114,7 +114,7 @@ def rival_figures(
         places = range(len(next(iter(tuned.values()))))
         return list(
             threads.map(
-                lambda place: _judged(
+                lambda place: _measured(
                     machine, plant, program, {axis: entries[place] for axis, entries in tuned.items()}
                 ),
                 places,
@@ -122,7 +122,7 @@ def rival_figures(
         )
 
 
-def _judged(
+def _measured(
     machine: MachineConfig, plant: PlantConfig, program: TwinProgram, tuned: dict[str, TunedRival]
 ) -> dict[str, Any]:
     settings = {axis: rival.setting for axis, rival in tuned.items()}

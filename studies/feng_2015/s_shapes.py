@@ -9,7 +9,7 @@ from servo_ctrl.recording.reader import Recording
 
 
 class SShapeResult(NamedTuple):
-    """What one motion showed."""
+    """Indicators and error trace of one motion."""
 
     name: str
     axis: str
@@ -19,7 +19,7 @@ class SShapeResult(NamedTuple):
 
 
 def analyse_s_shapes(recording: Recording, axis_of: dict[str, str], window_s: float) -> list[SShapeResult]:
-    """The motions of a recording by their labels, each with the axis it moves; `window_s` is Tm.
+    """Analyse the motions of a recording; `axis_of` maps their labels to axes, `window_s` is Tm.
 
     Raises:
         ValueError: a motion without a whole reversal.

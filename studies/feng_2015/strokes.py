@@ -1,6 +1,6 @@
-"""Repeat some of the twin's strokes over the bus: their J must be equal.
+"""Repeats some strokes of the twin over the bus: their J must be equal.
 
-As in the twin, each stroke begins at rest just after power-up, since friction has memory.
+As in the twin, each stroke starts at standstill just after power-up, because friction has memory.
 """
 
 import math
@@ -43,8 +43,8 @@ class RepeatedStroke(NamedTuple):
         return abs(self.bus_m - self.twin_m) < SAME_M
 
 
-def drawn(twin: TwinLearning, count: int, seed: int) -> dict[str, list[TwinStroke]]:
-    """Draw `count` strokes of each axis at random, in the order in which the twin made them."""
+def drawn_strokes(twin: TwinLearning, count: int, seed: int) -> dict[str, list[TwinStroke]]:
+    """Draw `count` strokes of each axis at random; return them in the order of the twin."""
     rng = np.random.default_rng(seed)
     found = {}
     for name, axis in twin.axes.items():
@@ -56,29 +56,29 @@ def drawn(twin: TwinLearning, count: int, seed: int) -> dict[str, list[TwinStrok
 async def repeat_strokes(
     machine: Path, strokes: Mapping[str, list[TwinStroke]], out: Path, on_progress: Callable[[Progress], None]
 ) -> list[RepeatedStroke]:
-    """Repeat the strokes over the bus, one stroke of each axis a run. Raises ServoCtrlError."""
+    """Repeat the strokes over the bus, one stroke of each axis in a run. Raises ServoCtrlError."""
     config = load_machine(machine)
     repeated = []
     for number in range(max(map(len, strokes.values()), default=0)):
-        now = {axis: several[number] for axis, several in strokes.items() if number < len(several)}
-        sines = [_sine(config, axis, made.stroke) for axis, made in now.items()]
+        in_run = {axis: several[number] for axis, several in strokes.items() if number < len(several)}
+        sines = [_sine(config, axis, made.stroke) for axis, made in in_run.items()]
         program = ProgramConfig.model_validate({"source": Path(f"strokes-{number + 1}"), "step": sines})
         with tempfile.TemporaryDirectory(prefix="servo-ctrl-") as folder:
             store = LearnedStore(Path(folder), config)
-            for axis, made in now.items():
+            for axis, made in in_run.items():
                 if made.stroke.pulse != NO_PULSE:
                     store.add(axis, _always(made.stroke.pulse, made.stroke.acceleration_m_s2), {})
             run = await simulated_run(
                 machine, program, out, on_progress, compensation="as configured", learned=store.directory
             )
-        for axis, made in now.items():
+        for axis, made in in_run.items():
             bus_m = _evaluation_m(run.recording, config, axis, made.stroke)
             repeated.append(RepeatedStroke(axis, made.stroke, made.evaluation_m, bus_m))
     return repeated
 
 
 def _sine(config: MachineConfig, axis: str, stroke: Stroke) -> SineStep:
-    """The stroke of `config.learning.stroke_steps` as a step of a program."""
+    """Return the stroke of `config.learning.stroke_steps` as a step of a program."""
     radius_mm = config.learning.radius_mm
     speed_rad_s = speed_for_reverse_acceleration(radius_mm * 1e-3, stroke.acceleration_m_s2)
     return SineStep(
@@ -93,7 +93,7 @@ def _sine(config: MachineConfig, axis: str, stroke: Stroke) -> SineStep:
 
 
 def _always(pulse: Pulse, acceleration_m_s2: float) -> Learned:
-    """Functions that give this pulse at every reversal."""
+    """Return learned functions that give this pulse at every reversal."""
     duration_s, amplitude_m_s, *trailing = pulse
     return Learned(
         learner="one stroke",

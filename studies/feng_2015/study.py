@@ -1,4 +1,4 @@
-"""Figures of the study of Feng et al. 2015, section 5: errors, their reduction, the bars that are met."""
+"""Figures of the study of Feng et al. 2015, section 5: errors, reductions, and the published bars."""
 
 from statistics import fmean
 from typing import Any, NamedTuple
@@ -56,7 +56,7 @@ class FrictionStudy(NamedTuple):
 
 
 def cells(results: dict[str, VariantResult]) -> list[Cell]:
-    """Circles of x, circles of y, S-shaped motions, in the order of the programs."""
+    """Return the cells: circles of x, circles of y, S-shaped motions, in the order of the programs."""
     circles = results[WITHOUT].circles
     found = [
         Cell(
@@ -76,13 +76,13 @@ def cells(results: dict[str, VariantResult]) -> list[Cell]:
 
 
 def reductions_percent(cell: Cell, variant: str = PULSE) -> ReversalFigures:
-    """Reduction of each indicator against no compensation, per cent."""
+    """Return the reduction of each indicator against no compensation, per cent."""
     pairs = zip(cell.figures[variant], cell.figures[WITHOUT], strict=True)
     return ReversalFigures(*(100.0 * (1.0 - with_it / without) for with_it, without in pairs))
 
 
 def bars(cell: Cell) -> list[ReductionBar]:
-    """One bar for each indicator."""
+    """Return one bar for each indicator."""
     reduced, claims = reductions_percent(cell), FENG_2015_CLAIMS_PERCENT[cell.group]
     return [
         ReductionBar(cell, name, reduction, claim, with_pulse < with_observer)
@@ -93,21 +93,23 @@ def bars(cell: Cell) -> list[ReductionBar]:
 
 
 def missed(found: list[Cell]) -> list[ReductionBar]:
-    """The bars that were not met."""
+    """Return the bars that were not met."""
     return [bar for cell in found for bar in bars(cell) if not bar.met]
 
 
 def all_cells(study: FrictionStudy) -> list[Cell]:
-    """The cells of all variants, with the learned waveforms' beside them where they were studied."""
+    """Return the cells of all variants, including the learned waveforms where they were studied."""
     found = cells(study.results)
     if study.waveforms is None:
         return found
-    ours = study.waveforms.figures
-    return [cell._replace(figures={**cell.figures, WAVEFORM: ours[cell.group, cell.label]}) for cell in found]
+    figures = study.waveforms.figures
+    return [
+        cell._replace(figures={**cell.figures, WAVEFORM: figures[cell.group, cell.label]}) for cell in found
+    ]
 
 
 def summary(study: FrictionStudy) -> dict[str, Any]:
-    """The whole study for JSON: micrometres, per cent, seconds."""
+    """Return the whole study for JSON: micrometres, per cent, seconds."""
     found = all_cells(study)
     return {
         "circle": [
@@ -192,7 +194,7 @@ def _learning(study: FrictionStudy) -> dict[str, Any]:
 
 
 def _totals(name: str, learned: dict[str, Learned]) -> dict[str, float]:
-    """Strokes of all axes, and J over the check strokes, mean over the axes."""
+    """Return the strokes of all axes, and J over the check strokes as the mean of the axes."""
     return {
         f"strokes_{name}": sum(entry.strokes for entry in learned.values()),
         f"J_{name}": fmean(entry.after_m * UM for entry in learned.values()),

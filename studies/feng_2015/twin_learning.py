@@ -1,7 +1,8 @@
-"""Learn in the batch twin: hours of machine time in seconds.
+"""Learns in the batch twin: hours of machine time in seconds.
 
-The same learner, control law and plant as over the bus. Results go into a store like the daemon's. The axes
-learn at once, a thread each: the compiled loop of the twin holds no interpreter lock.
+Learner, control law and plant are those of a run over the bus; the results go into a store as the daemon
+writes it. The axes learn in parallel, a thread each: the compiled loop of the twin holds no interpreter
+lock.
 """
 
 import time
@@ -28,14 +29,14 @@ from twin.plant_file import load_plant
 
 
 class TwinStroke(NamedTuple):
-    """A stroke that the twin made, and its J over Tm, metres."""
+    """A stroke in the twin, and its J over Tm, metres."""
 
     stroke: Stroke
     evaluation_m: float
 
 
 class LearnedAxis(NamedTuple):
-    """What one axis learned, and every stroke with its J."""
+    """The learned functions of one axis, and every stroke with its J."""
 
     learned: Learned
     strokes: list[TwinStroke]
@@ -43,12 +44,12 @@ class LearnedAxis(NamedTuple):
 
     @property
     def times_real_time(self) -> float:
-        """Machine time of the strokes against the time they took."""
+        """Machine time of the strokes divided by their computing time."""
         return self.learned.machine_time_s / self.wall_s
 
 
 class TwinLearning(NamedTuple):
-    """What all axes learned; `store` is the directory of the functions."""
+    """The learned functions of all axes; `store` is their directory."""
 
     store: Path
     axes: dict[str, LearnedAxis]
@@ -56,7 +57,7 @@ class TwinLearning(NamedTuple):
 
 
 class StrokeTwin:
-    """Strokes of one axis in the batch twin, each from rest at power-up."""
+    """Strokes of one axis in the batch twin, each from standstill at power-up."""
 
     def __init__(
         self, machine: MachineConfig, plant: PlantConfig, axis: str, params: AxisParams | None = None
@@ -66,7 +67,7 @@ class StrokeTwin:
         self._motions: dict[float, Array] = {}
 
     def stroke(self, stroke: Stroke, settings: LearningSettings) -> StrokeResult:
-        """Make one stroke."""
+        """Run one stroke."""
         params = with_pulse(self._params, constant_table(stroke.pulse))
         axis = twin_axis(self._machine, self._plant, self._axis, params)
         rows = axis.rollout.rows(self._motion(stroke, settings))
@@ -80,7 +81,7 @@ class StrokeTwin:
         )
 
     def _motion(self, stroke: Stroke, settings: LearningSettings) -> Array:
-        """Set points (n, 4) of the stroke up to the last sample that is evaluated.
+        """Return the set points (n, 4) of the stroke up to the last evaluated sample.
 
         Strokes of one acceleration differ in the pulse alone.
         """
@@ -96,7 +97,7 @@ class StrokeTwin:
 def learn_axis(
     machine: MachineConfig, plant: PlantConfig, axis: str, learner: str, params: AxisParams | None = None
 ) -> LearnedAxis:
-    """All strokes of one axis; `params`: with what else acts, default as configured."""
+    """Run all strokes of one axis; `params` holds the other compensations, default: as configured."""
     settings = learning_settings(machine, axis, learner)
     twin, run, strokes = StrokeTwin(machine, plant, axis, params), LearningRun(settings), []
     begun_s = time.perf_counter()

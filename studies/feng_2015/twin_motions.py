@@ -19,9 +19,9 @@ from studies.twin_axis import set_points
 from twin.rollout import rollout
 
 SETTLE_CYCLES = 200
-"""SYNC periods at rest before the program; chosen."""
+"""SYNC periods at standstill before the program; chosen."""
 Planned = Callable[[str, Array], Array]
-"""Axis and its commands (n, 4) to the force offset (n,), newtons."""
+"""Maps an axis and its commands (n, 4) to a force offset (n,), newtons."""
 
 
 class TwinProgram(NamedTuple):
@@ -34,7 +34,7 @@ class TwinProgram(NamedTuple):
 
 
 def twin_program(machine: MachineConfig, program: ProgramConfig) -> TwinProgram:
-    """The commands of a program, behind a rest."""
+    """Return the commands of a program, after SETTLE_CYCLES at standstill."""
     parts: dict[str, list[Array]] = {name: [np.zeros((SETTLE_CYCLES, 4))] for name in machine.axes}
     owner = [np.full(SETTLE_CYCLES, -1, np.int32)]
     steps: list[dict[str, Any]] = []
@@ -57,7 +57,7 @@ def twin_figures(
     params: dict[str, AxisParams],
     planned: Planned | None = None,
 ) -> dict[tuple[str, str], ReversalFigures]:
-    """(Axis or "S", label) to the four indicators, micrometres."""
+    """Return the four indicators, micrometres, by (axis or "S", label)."""
     reference = {name: commands.copy() for name, commands in program.reference.items()}
     if planned is not None:
         for name, commands in reference.items():

@@ -1,6 +1,6 @@
-"""Motions that no learning saw and nothing was chosen on: a spiral, random splines, a program with rounding.
+"""Held-out motions, used for no learning and no choice: a spiral, random splines, a program with rounding.
 
-The indicators are those of the study, at every reversal of an axis whose monitoring time is whole.
+The indicators are those of the study, at every reversal of an axis with its whole monitoring time.
 """
 
 from pathlib import Path
@@ -21,12 +21,12 @@ from studies.feng_2015.twin_motions import SETTLE_CYCLES, twin_program
 from twin.rollout import rollout
 
 RAMP_S = 0.5
-"""From rest to the feed, and back; chosen."""
+"""Duration from standstill to the feed, and back; chosen."""
 SPLINE_POINTS, SPLINE_HALF_M = 7, 0.025
-"""Random points of a closed spline, and half the side of the square they are in; chosen."""
+"""Random points of a closed spline, and half the side of the square that holds them; chosen."""
 SPLINE_FEEDS_MM_MIN, SEEDS = (1000, 2000, 3000), 200
 FINE = 20_000
-"""Points along a curve for its length; chosen."""
+"""Points along a curve from which its length is computed; chosen."""
 
 
 class Motion(NamedTuple):
@@ -37,18 +37,18 @@ class Motion(NamedTuple):
 
 
 def along(label: str, curve_m: Array, feed_m_s: float, period_s: float) -> Motion:
-    """A curve (k, 2), traversed once at a feed from rest to rest, with a smooth start and end."""
+    """Return the motion once along a curve (k, 2), metres, from standstill to standstill on smooth ramps."""
     curve_m = curve_m - curve_m[0]
     length_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve_m, axis=0).T))])
     duration_s = length_m[-1] / feed_m_s + RAMP_S
     time_s = np.arange(round(duration_s / period_s) + 1) * period_s
     # the feed rises and falls as 3 s^2 - 2 s^3
     share = np.clip(time_s / RAMP_S, 0.0, 1.0) - np.clip((time_s - duration_s + RAMP_S) / RAMP_S, 0.0, 1.0)
-    way_m = np.cumsum(3.0 * share**2 - 2.0 * share**3) * period_s * feed_m_s
-    way_m *= length_m[-1] / way_m[-1]
+    distance_m = np.cumsum(3.0 * share**2 - 2.0 * share**3) * period_s * feed_m_s
+    distance_m *= length_m[-1] / distance_m[-1]
     spline = CubicSpline(length_m, curve_m)
     position_m = np.concatenate(
-        [np.zeros((SETTLE_CYCLES, 2)), spline(way_m), np.repeat(curve_m[-1:], SETTLE_CYCLES, axis=0)]
+        [np.zeros((SETTLE_CYCLES, 2)), spline(distance_m), np.repeat(curve_m[-1:], SETTLE_CYCLES, axis=0)]
     )
     velocity_m_s = np.gradient(position_m, period_s, axis=0)
     acceleration_m_s2 = np.gradient(velocity_m_s, period_s, axis=0)
@@ -60,14 +60,14 @@ def along(label: str, curve_m: Array, feed_m_s: float, period_s: float) -> Motio
 
 
 def spiral_m() -> Array:
-    """(k, 2): outwards from 5 to 25 mm in three turns."""
+    """Return a spiral (k, 2), metres: outwards from 5 to 25 mm in three turns."""
     angle = np.linspace(0.0, 6.0 * np.pi, FINE)
     radius_m = 0.005 + 0.020 * angle / angle[-1]
     return np.column_stack([radius_m * np.cos(angle), radius_m * np.sin(angle)])
 
 
 def spline_m(seed: int) -> Array:
-    """(k, 2): a closed smooth curve through random points."""
+    """Return a smooth closed curve (k, 2), metres, through random points."""
     rng = np.random.default_rng(seed)
     points_m = rng.uniform(-SPLINE_HALF_M, SPLINE_HALF_M, (SPLINE_POINTS, 2))
     closed_m = np.vstack([points_m, points_m[:1]])
@@ -76,7 +76,7 @@ def spline_m(seed: int) -> Array:
 
 
 def unseen_motions(machine: MachineConfig) -> list[Motion]:
-    """All of them; of each feed the first spline, by seed, that stays within the limits of the axes."""
+    """Return all held-out motions; of each feed the first spline, by seed, within the limits of the axes."""
     period_s = machine.period_s
     folder: Path = machine.source.parent / "programs"
     bracket = twin_program(machine, load_program(folder / "bracket.ngc", machine)).reference
@@ -101,7 +101,7 @@ def _first_spline(machine: MachineConfig, feed_mm_min: int) -> Motion:
 def motion_figures(
     machine: MachineConfig, plant: PlantConfig, motion: Motion, params: dict[str, AxisParams]
 ) -> dict[tuple[str, str], ReversalFigures]:
-    """(Axis, label) to the four indicators, micrometres."""
+    """Return the four indicators, micrometres, by (axis, label)."""
     columns = rollout(machine, plant, params, {name: part.copy() for name, part in motion.reference.items()})
     command_m = [columns[f"{axis}.position_command_m"] for axis in AXES]
     error_m = [columns[f"{axis}.position_command_m"] - columns[f"{axis}.scale_position_m"] for axis in AXES]

@@ -23,7 +23,7 @@ REST_S = 1.0
 
 
 class Variant(NamedTuple):
-    """One run of all motions. `learned`: directory of the functions that act."""
+    """One run of all motions; `learned` is the directory of the functions in use."""
 
     name: str
     compensation: Compensation
@@ -31,7 +31,7 @@ class Variant(NamedTuple):
 
 
 class VariantResult(NamedTuple):
-    """What it showed."""
+    """The results of one variant."""
 
     circles: list[CircleResult]
     shapes: list[SShapeResult]
@@ -39,7 +39,7 @@ class VariantResult(NamedTuple):
 
 
 def variants(learned: Path, single: Path) -> list[Variant]:
-    """All four, for functions in `learned`, and in `single` without their second trapezoid."""
+    """Return the four variants: functions are in `learned`, in `single` without the second trapezoid."""
     return [
         Variant(WITHOUT, "off", None),
         Variant(OBSERVER, "observer", None),
@@ -49,7 +49,7 @@ def variants(learned: Path, single: Path) -> list[Variant]:
 
 
 def without_second_trapezoid(machine: Path, learned: Path, single: Path) -> None:
-    """Store the functions in use in `learned` once more in `single`, with the paper's pulse alone."""
+    """Copy the functions in use from `learned` to `single`, with the pulse of the paper alone."""
     config = load_machine(machine)
     source, target = LearnedStore(learned, config), LearnedStore(single, config)
     for axis in config.axes:
@@ -60,7 +60,7 @@ def without_second_trapezoid(machine: Path, learned: Path, single: Path) -> None
 
 
 def study_program(machine: Path) -> ProgramConfig:
-    """Circles, a rest, and the S-shaped motions, as one program."""
+    """Return circles, a dwell, and the S-shaped motions as one program."""
     config = load_machine(machine)
     circles, shapes = (
         load_program(machine / "programs" / name, config) for name in ("circles.toml", "s_shapes.toml")
@@ -72,7 +72,7 @@ def study_program(machine: Path) -> ProgramConfig:
 async def run_variant(
     machine: Path, variant: Variant, out: Path, on_progress: Callable[[Progress], None]
 ) -> VariantResult:
-    """Run all motions. Raises ServoCtrlError, for a motion without a whole reversal too."""
+    """Run all motions. Raises ServoCtrlError, also for a motion without a whole reversal."""
     program = study_program(machine)
     run = await simulated_run(
         machine, program, out, on_progress, compensation=variant.compensation, learned=variant.learned

@@ -1,7 +1,8 @@
-"""Machines and tables on which learned waveforms are judged: what may be other than on `machines/xy_table`.
+"""Machines and tables on which learned waveforms are measured: variations of `machines/xy_table`.
 
-The controller's file stays, but for the key that a condition names; so do its gains, but for longer cycles.
-There all three are slower by one factor: the largest with which Ms on the rigid mass is that at 1 ms.
+A condition changes the one key of the machine file that its name states, and no gains, except for longer
+cycles: there all three gains are slower by one factor, the largest with which Ms on the rigid mass is at most
+that at 1 ms.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,10 +18,10 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.metrology.loop_margins import sensitivity_peak
 
 MASS_SHARE, FRICTION_SHARE = 0.3, 0.5
-"""Largest relative deviations of a table; the issue's ranges."""
+"""Largest relative deviations of a table; the ranges of the specification."""
 PLAY_M = 3e-6
 STIFFNESS_SHARE = 0.7
-"""Of the drive train, where it is more compliant; chosen: with half of it the loop of y howls by itself."""
+"""Factor of a more compliant drive train; chosen: with half the stiffness the loop of y is unstable."""
 PERIODS_US = (2000, 4000)
 FORCES = {
     "viscous_friction": ("viscous_n_s_m",),
@@ -28,9 +29,9 @@ FORCES = {
     "stribeck_friction": ("stribeck_n",),
     "presliding_gms": ("stiffness_n_m", "attraction_n_s", "micro_damping_n_s_m"),
 }
-"""Effects of friction, and what of each goes with the size of its force."""
+"""Friction effects, and their fields that are proportional to the force."""
 SCALES = np.geomspace(1.0, 0.1, 47)
-"""Of the gains at longer cycles: steps of 5 %; chosen."""
+"""Factors of the gains at longer cycles, in steps of 5 %; chosen."""
 
 
 class Condition(NamedTuple):
@@ -42,7 +43,7 @@ class Condition(NamedTuple):
 
 
 def named_conditions(machine: MachineConfig, plant: PlantConfig) -> Iterator[Condition]:
-    """The machine as it is, then one thing other at a time."""
+    """Yield the machine as it is, then each variation by itself."""
     yield Condition("as it is", machine, plant)
     for sign in (-1.0, 1.0):
         share = sign * MASS_SHARE
@@ -58,14 +59,14 @@ def named_conditions(machine: MachineConfig, plant: PlantConfig) -> Iterator[Con
 
 
 def random_tables(machine: MachineConfig, plant: PlantConfig, count: int, seed: int) -> Iterator[Condition]:
-    """Other tables: mass and every parameter of friction drawn independently."""
+    """Yield random tables: mass and every friction parameter drawn independently."""
     rng = np.random.default_rng(seed)
     for number in range(1, count + 1):
-        yield Condition(f"table {number}", machine, drawn(plant, rng))
+        yield Condition(f"table {number}", machine, random_table(plant, rng))
 
 
-def drawn(plant: PlantConfig, rng: np.random.Generator) -> PlantConfig:
-    """Another table."""
+def random_table(plant: PlantConfig, rng: np.random.Generator) -> PlantConfig:
+    """Return the plant with random masses and friction parameters of the tables."""
 
     def share(largest: float) -> float:
         return float(1.0 + rng.uniform(-largest, largest))
@@ -90,7 +91,7 @@ def drawn(plant: PlantConfig, rng: np.random.Generator) -> PlantConfig:
 
 
 def with_mass(plant: PlantConfig, share: float) -> PlantConfig:
-    """With another mass of the tables; motors as they are."""
+    """Return the plant with the masses of its tables scaled; motors keep theirs."""
     return _each_axis(
         plant,
         lambda axis: axis.model_copy(
@@ -100,7 +101,7 @@ def with_mass(plant: PlantConfig, share: float) -> PlantConfig:
 
 
 def with_friction(plant: PlantConfig, share: float) -> PlantConfig:
-    """With all forces of friction times a share, over the same distances and speeds."""
+    """Return the plant with all friction forces scaled; their distances and speeds stay."""
 
     def changed(effects: dict[str, Any]) -> dict[str, Any]:
         return {
@@ -115,12 +116,12 @@ def with_friction(plant: PlantConfig, share: float) -> PlantConfig:
 
 
 def with_play(plant: PlantConfig, play_m: float) -> PlantConfig:
-    """With play between nut and screw, in all."""
+    """Return the plant with a backlash gap between nut and screw."""
     return _with_effects(plant, lambda _: {"backlash": backlash.Params(0.5 * play_m)})
 
 
 def with_stiffness(plant: PlantConfig, share: float) -> PlantConfig:
-    """With another stiffness of the drive trains."""
+    """Return the plant with the stiffness of its drive trains scaled."""
 
     def changed(effects: dict[str, Any]) -> dict[str, Any]:
         train = effects["drive_compliance"]
@@ -130,24 +131,24 @@ def with_stiffness(plant: PlantConfig, share: float) -> PlantConfig:
 
 
 def with_motor_feedback(machine: MachineConfig) -> MachineConfig:
-    """With the position loop closed on the motor."""
+    """Return the machine with the position loops closed on the motors."""
     return _with_control(machine, lambda _: {"feedback": "motor"})
 
 
 def with_period(machine: MachineConfig, period_us: int) -> MachineConfig:
-    """With a longer cycle, and gains for it."""
-    wanted = {name: _sensitivity(machine, name) for name in machine.axes}
+    """Return the machine with a longer cycle, and gains for it. Raises ValueError where none fit."""
+    allowed = {name: _sensitivity(machine, name) for name in machine.axes}
     bus = machine.bus.model_copy(update={"sync_period_us": period_us})
     slower = machine.model_copy(update={"bus": bus})
     for scale in SCALES.tolist():
         found = _with_control(slower, partial(_scaled_gains, scale))
-        if all(_sensitivity(found, name) <= wanted[name] for name in machine.axes):
+        if all(_sensitivity(found, name) <= allowed[name] for name in machine.axes):
             return found
     raise ValueError(f"no gains for a cycle of {period_us} us")
 
 
 def _scaled_gains(scale: float, control: Any) -> dict[str, Any]:
-    """All three gains slower by one factor: the loop keeps its shape over another time."""
+    """Return all three gains slower by one factor: the same response on another time scale."""
     return {
         "kp_1_s": scale * control.kp_1_s,
         "kv_n_s_m": scale * control.kv_n_s_m,

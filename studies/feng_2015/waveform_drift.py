@@ -1,6 +1,6 @@
-"""Friction rises in production: a waveform that goes on learning from reversals alone, in the batch twin.
+"""Friction rises in production: the learned waveform adapts from reversals alone, in the batch twin.
 
-One axis goes round as in a circle. After some reversals its friction rises at once; no stroke is made for it.
+One axis moves as in a circle. After some reversals its friction rises at once; no learning stroke follows.
 """
 
 from typing import NamedTuple
@@ -25,14 +25,14 @@ RAMP_S = 0.5
 
 
 class Recovery(NamedTuple):
-    """J (m) of each reversal: adapted, and with the functions as they were."""
+    """J (m) of each reversal: with adaptation, and with the functions unchanged."""
 
     adapted_m: list[float]
     stale_m: list[float]
 
 
 def with_loss(plant: PlantConfig, axis: str, start_s: float, level_factor: float) -> PlantConfig:
-    """The plant whose friction levels rise by a factor at this time."""
+    """Return the plant with friction levels that rise by a factor at this time."""
     loss = lubrication_loss.Params(start_s, 0.01, level_factor, 1.0)
     own = plant.axes[axis]
     changed = own.model_copy(update={"effects": {**own.effects, "lubrication_loss": loss}})
@@ -40,7 +40,7 @@ def with_loss(plant: PlantConfig, axis: str, start_s: float, level_factor: float
 
 
 def rounds(radius_m: float, feed_m_s: float, reversals: int, period_s: float) -> tuple[Array, list[int]]:
-    """Commands (n, 4) of one axis of a circle from rest, and the samples of its reversals."""
+    """Return commands (n, 4) of one axis of a circle from standstill, and the samples of its reversals."""
     speed_rad_s = feed_m_s / radius_m
     count = round((RAMP_S + (reversals + 0.5) * np.pi / speed_rad_s) / period_s)
     time_s = np.arange(count) * period_s
@@ -70,7 +70,7 @@ def recovery(
     radius_m: float = 0.025,
     after: int = 24,
 ) -> Recovery:
-    """J of `BEFORE` reversals and of `after` more with another friction."""
+    """Measure J of `BEFORE` reversals, and of `after` more with the changed friction."""
     commands, starts = rounds(radius_m, feed_m_s, BEFORE + after, machine.period_s)
     halfway_s = 0.5 * (starts[BEFORE - 1] + starts[BEFORE]) * machine.period_s
     changed = with_loss(plant, axis, halfway_s, level_factor)

@@ -1,6 +1,6 @@
-"""Learn the waveform compensation (LWC) of one axis in the batch twin, with sines of the learning radius.
+"""Learns the waveform compensation (LWC) of one axis in the batch twin, with sines of the learning radius.
 
-The run is the daemon's (`servo_ctrl.learning.waveform_run`), and the force comes from the tick.
+It uses the learning run of the daemon (`servo_ctrl.learning.waveform_run`) and its control law.
 """
 
 from typing import NamedTuple
@@ -28,14 +28,17 @@ from studies.twin_axis import motion, twin_axis
 
 
 class LearnedWaveforms(NamedTuple):
-    """What one axis learned, and stage, acceleration (m/s^2) and J (m) of every stroke."""
+    """The learned waveforms of one axis, and stage, acceleration (m/s^2) and J (m) of every stroke."""
 
     learned: WaveformLearned
     course: list[tuple[str, float, float]]
 
 
 class ErrorStrokes:
-    """Strokes of one axis, each from rest at power-up; `params`: with what acts beside the waveform."""
+    """Strokes of one axis, each from standstill at power-up.
+
+    `params` holds the compensations that act beside the waveform; default: as configured.
+    """
 
     def __init__(
         self, machine: MachineConfig, plant: PlantConfig, axis: str, params: AxisParams | None = None
@@ -46,7 +49,7 @@ class ErrorStrokes:
         self._motions: dict[float, Array] = {}
 
     def reference(self, a_m_s2: float) -> Array:
-        """Set points (n, 4) of a stroke, as far as it is looked at."""
+        """Return the set points (n, 4) of a stroke up to the last evaluated sample."""
         if a_m_s2 not in self._motions:
             stroke = Stroke(LEARNER, a_m_s2, NO_PULSE)
             start_m = [0.0] * len(self.machine.axes)
@@ -56,25 +59,25 @@ class ErrorStrokes:
         return self._motions[a_m_s2].copy()
 
     def error_m(self, reference: Array, params: AxisParams | None = None) -> Array:
-        """Make a motion: error (n,) against the feedback of the position loop."""
+        """Run a motion; return the tracking error (n,), metres, of the position loop."""
         axis = twin_axis(self.machine, self.plant, self.axis, self.params if params is None else params)
         return np.asarray(axis.rollout.rows(reference)["position_error_m"], dtype=np.float64)
 
     def stroke(self, stroke: WaveformStroke) -> WaveformResult:
-        """Make a stroke of a learning run."""
+        """Run a stroke of a learning run."""
         reference = self.reference(stroke.sine.acceleration_m_s2)
         error_m = self.error_m(reference, with_waveform(self.params, stroke.friction, stroke.waves))
         return waveform_result(reference[:, 0], reference[:, 1], error_m, stroke.sine, self.settings)
 
 
 def with_learned(params: AxisParams, learned: WaveformLearned) -> AxisParams:
-    """The parameters with what was learned."""
+    """Return the parameters with the learned friction and waveforms."""
     table = wave_table(learned.accelerations_m_s2, learned.waves_n)
     return with_waveform(params, learned.friction, table)
 
 
 def identify(strokes: ErrorStrokes) -> tuple[float, ...]:
-    """Friction with memory, from the first strokes of a learning run."""
+    """Identify the friction with memory from the first strokes of a learning run."""
     run, seen = WaveformRun(strokes.settings), []
     while run.stroke is not None and run.stroke.friction is None:
         result = strokes.stroke(run.stroke)
@@ -86,7 +89,7 @@ def identify(strokes: ErrorStrokes) -> tuple[float, ...]:
 def learn_waveforms(
     machine: MachineConfig, plant: PlantConfig, axis: str, params: AxisParams | None = None
 ) -> LearnedWaveforms:
-    """All strokes of one axis."""
+    """Run all strokes of one axis."""
     strokes = ErrorStrokes(machine, plant, axis, params)
     run = WaveformRun(strokes.settings)
     while run.stroke is not None:

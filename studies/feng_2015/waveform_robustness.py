@@ -1,9 +1,9 @@
-"""How the learned waveforms fare on motions and tables that nothing was chosen on.
+"""Measures the learned waveforms on motions and tables that were used for no choice.
 
     python -m studies.feng_2015.waveform_robustness --tables 20 --json docs/friction_waveforms.json
 
-Each machine and table of `waveform_conditions` learns anew, and is judged on the study's motions, on circles
-of other radii, and on `unseen_motions`, all in the batch twin.
+Each machine and table of `waveform_conditions` learns by itself, and is measured on the motions of the
+study, on circles of other radii, and on `unseen_motions`, all in the batch twin.
 """
 
 import argparse
@@ -28,24 +28,24 @@ from twin.plant_file import load_plant
 
 MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
 UNSEEN = ((10.0, 1500.0), (15.0, 750.0), (40.0, 2500.0), (30.0, 3000.0))
-"""Radius (mm) and feed (mm/min) of circles beside the study's; chosen before any was run with waveforms."""
+"""Radius (mm) and feed (mm/min) of further circles; chosen before any was run with waveforms."""
 SEED = 24
 Figures = dict[tuple[str, str], ReversalFigures]
 """(Axis or "S", label) to the four indicators, micrometres."""
 
 
-class Judged(NamedTuple):
-    """All motions of one table, and the strokes of each axis."""
+class MeasuredTable(NamedTuple):
+    """The figures of all motions on one table, and the learning strokes of each axis."""
 
     without: Figures
     learned: Figures
     stale: Figures
-    """With what was learned on the table as it is, and no stroke since; empty where that is not asked."""
+    """With the waveforms of the unchanged table, without new strokes; empty where this was not measured."""
     strokes: dict[str, int]
 
 
 def unseen_program(machine: Path) -> ProgramConfig:
-    """The study's motions and the circles beside them."""
+    """Return the motions of the study and the further circles as one program."""
     program = study_program(machine)
     steps: list[Any] = []
     for radius_mm, feed_mm_min in UNSEEN:
@@ -64,40 +64,40 @@ def unseen_program(machine: Path) -> ProgramConfig:
     return ProgramConfig.model_validate({"source": program.source, "step": [*steps, home, *program.steps]})
 
 
-def judged(condition: Condition, stale: dict[str, WaveformLearned] | None) -> Judged:
-    """Learn on sines, and judge."""
+def measured(condition: Condition, stale: dict[str, WaveformLearned] | None) -> MeasuredTable:
+    """Learn on sines, and measure on the motions."""
     machine, plant = condition.machine, condition.plant
-    found = learned_of(condition)
+    learned_here = learned_of(condition)
     params = {axis: axis_params(machine, axis) for axis in machine.axes}
     program, unseen = twin_program(machine, unseen_program(machine.source.parent)), unseen_motions(machine)
 
     def figures(learned: dict[str, WaveformLearned] | None) -> Figures:
-        ours = params
+        acting = params
         if learned is not None:
-            ours = {axis: with_learned(own, learned[axis]) for axis, own in params.items()}
-        seen = twin_figures(machine, plant, program, ours)
+            acting = {axis: with_learned(plain, learned[axis]) for axis, plain in params.items()}
+        found = twin_figures(machine, plant, program, acting)
         for motion in unseen:
-            seen |= motion_figures(machine, plant, motion, ours)
-        return seen
+            found |= motion_figures(machine, plant, motion, acting)
+        return found
 
-    return Judged(
+    return MeasuredTable(
         figures(None),
-        figures(found),
+        figures(learned_here),
         {} if stale is None else figures(stale),
-        {axis: entry.strokes for axis, entry in found.items()},
+        {axis: entry.strokes for axis, entry in learned_here.items()},
     )
 
 
 def learned_of(condition: Condition) -> dict[str, WaveformLearned]:
-    """What the axes of a machine learn."""
+    """Learn the waveforms of all axes of a machine."""
     machine, plant = condition.machine, condition.plant
     with ThreadPoolExecutor() as threads:
         found = threads.map(lambda axis: learn_waveforms(machine, plant, axis).learned, machine.axes)
     return dict(zip(machine.axes, found, strict=True))
 
 
-def entries(table: Judged) -> list[dict[str, Any]]:
-    """One row a motion, for JSON: micrometres and per cent."""
+def entries(table: MeasuredTable) -> list[dict[str, Any]]:
+    """Return one row per motion, for JSON: micrometres and per cent."""
     rows = []
     for (axis, label), without in table.without.items():
         learned, stale = table.learned[axis, label], table.stale.get((axis, label))
@@ -119,7 +119,7 @@ def _least_percent(without: ReversalFigures, learned: ReversalFigures) -> float:
 
 
 def main() -> None:
-    """Every condition and the drawn tables, as JSON."""
+    """Measure every condition and the random tables; write JSON after each."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--tables", type=int, default=20)
     parser.add_argument("--json", type=Path, required=True)
@@ -134,7 +134,7 @@ def main() -> None:
     for condition in chain(named, random_tables(machine, plant, options.tables, SEED)):
         drawn = condition.name.startswith("table")
         fits = condition.machine is machine and condition.plant is not plant
-        result = judged(condition, nominal if fits and not drawn else None)
+        result = measured(condition, nominal if fits and not drawn else None)
         rows = entries(result)
         entry = {"name": condition.name, "strokes": result.strokes, "motions": rows}
         figures["tables" if drawn else "conditions"].append(entry)

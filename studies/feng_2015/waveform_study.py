@@ -18,20 +18,20 @@ WAVEFORM = "LWC"
 
 
 class WaveformStudy(NamedTuple):
-    """`figures`: (axis or "S", label) to the indicators; `rivals` for JSON, see `rivals.rival_figures`."""
+    """Figures by (axis or "S", label) of the motion; `rivals` for JSON, see `rivals.rival_figures`."""
 
     figures: dict[tuple[str, str], ReversalFigures]
     axes: dict[str, LearnedWaveforms]
     rivals: list[dict[str, Any]]
     wall_s: float
     made: str = "bus, in lockstep"
-    """Where the figures come from."""
+    """How the figures were measured."""
 
 
 def learn_all(machine: Path, store: Path) -> WaveformStudy:
-    """Learn on sines in the batch twin, and store; tune the rivals, and judge them. No figures yet.
+    """Learn on sines in the batch twin and store the results; tune and measure the rivals. No figures yet.
 
-    The axes learn at once, a thread each: the compiled loop of the twin holds no interpreter lock.
+    The axes learn in parallel, a thread each: the compiled loop of the twin holds no interpreter lock.
     """
     begun_s = time.perf_counter()
     config, plant = load_machine(machine), load_plant(machine)
@@ -46,7 +46,7 @@ def learn_all(machine: Path, store: Path) -> WaveformStudy:
 
 
 def learning_figures(study: WaveformStudy) -> dict[str, Any]:
-    """Strokes, and J from stroke to stroke at each acceleration, for JSON."""
+    """Return strokes, and J from stroke to stroke at each acceleration, for JSON."""
     return {
         "made": "batch twin",
         "judged": study.made,

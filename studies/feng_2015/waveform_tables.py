@@ -5,16 +5,16 @@ from typing import Any
 import numpy as np
 
 STUDY_LABELS = ("F 500", "F 1000", "F 2000", "F 3000", "S1", "S2", "S3", "S4")
-"""The motions of the study; no learning saw any of them, and nothing was chosen on the others."""
+"""The motions of the study: used for no learning. The others were used for no choice either."""
 
 
 def tables(figures: dict[str, Any]) -> list[str]:
-    """The tables: by motion, by condition, by rival."""
+    """Return the tables: by motion, by condition, by rival."""
     return [by_motion(figures), by_condition(figures), by_rival(figures)]
 
 
 def by_motion(figures: dict[str, Any]) -> str:
-    """Every motion on the machine as it is, and over the drawn tables."""
+    """Return the table of motions, on the machine as it is and over the random tables."""
     nominal, others = figures["conditions"][0]["motions"], [table["motions"] for table in figures["tables"]]
     heads = ("motion", "without, peak um", "LWC: contour peak, mean, peak, RMS um", "least reduction %")
     drawn = (f"{len(others)} tables: peak um, median, worst", "least reduction %, median, worst")
@@ -38,7 +38,7 @@ def by_motion(figures: dict[str, Any]) -> str:
 
 
 def by_condition(figures: dict[str, Any]) -> str:
-    """What is other on the machine, and the worst of all motions."""
+    """Return the table of conditions, with the worst of all motions."""
     study = ("study: worst peak um", "least reduction %")
     unseen_heads = ("unseen: worst peak um", "least reduction %", "not learned again: least reduction %")
     lines = _heads("machine", "strokes x, y", *study, *unseen_heads)
@@ -58,7 +58,7 @@ def by_condition(figures: dict[str, Any]) -> str:
 
 
 def by_rival(figures: dict[str, Any]) -> str:
-    """Robustness on x, and the larger contour peak of both axes at each feed, and of S1 to S4."""
+    """Return the table of rivals: robustness on x, and the larger contour peak of both axes by motion."""
     study = [label for label in STUDY_LABELS if label.startswith("F")]
     lines = _heads("compensation", "setting of x", "Ms", "noise, N/um", *study, "S1 to S4")
     ours = figures["conditions"][0]["motions"]

@@ -18,12 +18,12 @@ from studies.wang_2014.stages import Stage
 
 
 class BusRun(NamedTuple):
-    """One stage over one series on the bus."""
+    """A run of one stage over one series on the bus."""
 
     stage: str
     series: Series
     visits: dict[int, Visit]
-    """By the step of the program that ends with the reading."""
+    """Readings, by the step of the program at whose end each is taken."""
     scale_m: Array
     """Deviations (runs, targets, 2): up, down."""
     cycles_before: tuple[int, int]
@@ -33,7 +33,7 @@ class BusRun(NamedTuple):
 
 
 class BusCheck(NamedTuple):
-    """A run on the bus, and what the twin reads in the same one."""
+    """A run on the bus, and the readings of the same run in the twin."""
 
     bus: BusRun
     twin_m: Array
@@ -41,7 +41,7 @@ class BusCheck(NamedTuple):
 
     @property
     def difference_m(self) -> float:
-        """The largest between bus and twin."""
+        """Largest difference between the readings of bus and twin."""
         return float(np.abs(self.bus.scale_m - self.twin_m).max())
 
 
@@ -70,8 +70,8 @@ async def position_over_bus(
     scale_m = np.full((runs, len(series.targets_mm), len(DIRECTION_NAMES)), np.nan)
     for step, visit in plan.visits.items():
         read = float(columns[f"{AXIS}.scale_position_m"][np.flatnonzero(segment == step)[-1]])
-        place_m = series.targets_mm[visit.target] * MM
-        scale_m[visit.run, visit.target, visit.direction] = read - place_m
+        target_m = series.targets_mm[visit.target] * MM
+        scale_m[visit.run, visit.target, visit.direction] = read - target_m
     engaged = int(np.flatnonzero(np.isfinite(columns[f"{AXIS}.position_command_m"]))[0])
     started = int(np.flatnonzero(segment >= 0)[0])
     speed = report.cycles * machine.period_s / report.wall_s

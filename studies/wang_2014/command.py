@@ -36,8 +36,8 @@ def positioning(
 
     The stages are those of Wang et al. 2014 (uncompensated, open loop with one-sided approach, sampled dual
     loop, smoothed) and the alternatives: screw table, continuous dual loop. The batch twin runs them all; a
-    short part is run over the bus in lockstep too, and has to give the same readings. Fails when a run fails;
-    a bar that is missed is printed in red.
+    short series over the bus in lockstep must give the same readings. Fails when a run fails; prints a missed
+    bar in red.
     """
     from studies.wang_2014.run import run_positioning
 

@@ -21,7 +21,7 @@ TOGETHER = ("smoothed", "screw_table_sampled")
 def draw_positioning(
     found: Mapping[tuple[str, str], Deviations], checks: list[BusCheck], out: Path
 ) -> list[Path]:
-    """Draw all that was run; return the files. Raises OSError."""
+    """Draw the pictures of the stages that were run; return their files. Raises OSError."""
     pictures = []
     for series, plot, figures in (
         (AT_100MM.name, plot_repeats, "4 7"),
@@ -63,7 +63,7 @@ def _colour(name: str) -> int:
 
 
 def _arrival(bus: BusRun) -> ArrivalTrace:
-    """The first arrival after the turn of the last run: there the lost motion has to be corrected."""
+    """Return the first arrival after the turn of the last run, where the lost motion must be corrected."""
     columns = bus.recording.columns
     last = max(visit.run for visit in bus.visits.values())
     step = min(step for step, visit in bus.visits.items() if visit.run == last and visit.direction == DOWN)

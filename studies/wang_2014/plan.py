@@ -1,4 +1,4 @@
-"""Plan of the positioning study: the stages of Wang et al. 2014, their motions, and when the scale is read.
+"""Plan of the positioning study: motions of the stages of Wang et al. 2014, and the times of the readings.
 
 One cycle is the linear cycle of ISO 230-2: up through the targets, a turn beyond the last one, down through
 them, and a turn at the start. A reading is taken READ_S after the command has arrived. Then the axis rests
@@ -25,17 +25,17 @@ UP, DOWN = 0, 1
 """Direction of the cycle at a reading: towards the last target, and back."""
 DIRECTION_NAMES = ("up", "down")
 READ_S = 1.0
-"""From the arrival of the command to the reading; chosen."""
+"""Time from the arrival of the command to the reading; chosen."""
 LONGEST_WAIT_S = 0.1
-"""Bounds the random rest after a reading; chosen."""
+"""Bounds the random dwell after a reading; chosen."""
 STEP_MM = 5.0
 """Distance of the targets; chosen."""
 OVERRUN_MM = 2.5
-"""How far beyond the last target the axis turns; chosen."""
+"""Distance from the last target to the turning point; chosen."""
 FEED_MM_MIN = 3000.0
 """Chosen."""
 SEED = 2014
-"""Of the random rests and the uneven targets."""
+"""Seed of the random dwells and the uneven targets."""
 
 
 class Series(NamedTuple):
@@ -47,7 +47,7 @@ class Series(NamedTuple):
 
     @property
     def turn_mm(self) -> float:
-        """Where the axis turns, beyond the last target."""
+        """Turning point of the axis beyond the last target."""
         return self.targets_mm[-1] + OVERRUN_MM
 
 
@@ -70,7 +70,7 @@ SERIES = {series.name: series for series in (AT_100MM, OVER_TRAVEL, IRREGULAR)}
 
 
 class Visit(NamedTuple):
-    """A target that is read, in the order of the program."""
+    """One reading at a target, in the order of the program."""
 
     run: int
     target: int
@@ -79,14 +79,14 @@ class Visit(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """A program, and the visit that each of its reading steps ends with."""
+    """A program, and the reading at the end of each of its reading steps."""
 
     program: ProgramConfig
     visits: dict[int, Visit]
 
 
 def stage_machine(directory: Path, stage: Stage) -> MachineConfig:
-    """Machine with the compensations of the stage. Raises ConfigError."""
+    """Return the machine with the compensations of the stage. Raises ConfigError, ServoCtrlError."""
     if stage.continuous:
         return load_machine(directory / "controller_continuous.toml")
     machine = load_machine(directory)
@@ -106,7 +106,7 @@ def stage_machine(directory: Path, stage: Stage) -> MachineConfig:
 
 
 def plan_series(machine: MachineConfig, stage: Stage, series: Series, runs: int, seed: int = SEED) -> Plan:
-    """Program of `runs` cycles of the series, starting at zero."""
+    """Return the program of `runs` cycles of the series, starting at zero."""
     rng = np.random.default_rng(seed)
     longest = round(LONGEST_WAIT_S / machine.period_s)
     acceleration_mm_s2 = machine.axes[AXIS].limits.acceleration_mm_s2
@@ -143,6 +143,6 @@ def _cycle(series: Series, stage: Stage) -> Iterator[tuple[float, int | None, in
     yield series.turn_mm, None, DOWN
     for target, place_mm in reversed(list(enumerate(series.targets_mm))):
         if stage.one_sided:
-            yield place_mm - STEP_MM, None, DOWN  # all approaches are of one length
+            yield place_mm - STEP_MM, None, DOWN  # all approaches have the same length
         yield place_mm, target, DOWN
     yield 0.0, None, UP

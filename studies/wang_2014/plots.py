@@ -16,7 +16,7 @@ DIRECTIONS = (("up", "o", "full"), ("down", "s", "none"))
 
 
 class DeviationTrace(NamedTuple):
-    """What one stage shows: deviations (runs, targets, 2) at the targets (targets,)."""
+    """Deviations (runs, targets, 2) of one stage at the targets (targets,)."""
 
     label: str
     colour: int
@@ -26,7 +26,7 @@ class DeviationTrace(NamedTuple):
 
 
 class ArrivalTrace(NamedTuple):
-    """An axis after its command has arrived, (n,) each; deviations from the target."""
+    """An axis after the arrival of its command, (n,) each; deviations from the target."""
 
     label: str
     colour: int
@@ -82,7 +82,7 @@ def plot_arrivals(path: Path, panels: Mapping[str, ArrivalTrace]) -> None:
 
 
 def _panels(count: int) -> tuple[Figure, Any]:
-    """Panels for so many diagrams, two in a row."""
+    """Return a figure with `count` panels, two in a row."""
     columns = min(count, 2)
     rows = -(-count // columns)
     figure = Figure(figsize=(6.2 * columns, 4.6 * rows))

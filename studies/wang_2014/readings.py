@@ -1,7 +1,7 @@
-"""Readings of the positioning study: as a CSV file with a line a reading, and as arrays to be evaluated.
+"""Readings of the positioning study: a CSV file with one line per reading, and arrays for the evaluation.
 
-The scale's reading is what a machine has. The interferometer's is the plant's truth at the measured point,
-from the same instant; only the evaluation sees it.
+A machine can read its scale. The reading of the interferometer is the true position of the measured point in
+the plant at the same instant; only the evaluation uses it.
 """
 
 from collections.abc import Iterable
@@ -17,7 +17,7 @@ from studies.wang_2014.plan import DIRECTION_NAMES, Visit
 
 
 class Reading(NamedTuple):
-    """One visit, read: deviations are actual minus target, metres."""
+    """One reading at a target; deviations are actual minus target, metres."""
 
     series: str
     stage: str
@@ -30,14 +30,14 @@ class Reading(NamedTuple):
 
 
 class Deviations(NamedTuple):
-    """All readings of a stage over a series."""
+    """All deviations of a stage over a series, metres."""
 
     target_mm: Array
     """(targets,)."""
     scale_m: Array
     """(runs, targets, 2): up, down."""
     interferometer_m: Array
-    """Likewise."""
+    """(runs, targets, 2): up, down."""
 
 
 class ReadingsError(ServoCtrlError):
@@ -45,7 +45,7 @@ class ReadingsError(ServoCtrlError):
 
 
 def write_readings(path: Path, readings: Iterable[Reading]) -> None:
-    """Write them whole. Raises OSError."""
+    """Write the file at once and in whole. Raises OSError."""
     rows = list(readings)
     columns: dict[str, Any] = {
         "series": [row.series for row in rows],
@@ -62,7 +62,7 @@ def write_readings(path: Path, readings: Iterable[Reading]) -> None:
 
 
 def deviations(readings: Iterable[Reading]) -> dict[tuple[str, str], Deviations]:
-    """The deviations by (series, stage). Raises ReadingsError where a visit is missing or not finite."""
+    """Return the deviations by (series, stage). Raises ReadingsError where one is missing or not finite."""
     groups: dict[tuple[str, str], list[Reading]] = {}
     for reading in readings:
         groups.setdefault((reading.series, reading.stage), []).append(reading)

@@ -70,16 +70,16 @@ def run_positioning(
 def _checks(
     console: Console, machine: Path, stages: Sequence[Stage], series: Series, runs: int, out: Path
 ) -> list[BusCheck]:
-    """A short series of every stage over the bus, and the same in the twin."""
+    """Run a short series of every stage over the bus, and the same series in the twin."""
     learned = out / "learned"
-    made = []
+    on_bus = []
     for stage in stages:
         console.print(f"over the bus: {stage.name} ...", highlight=False)
         with progress_bar() as show:
-            made.append(asyncio.run(position_over_bus(machine, stage, series, runs, out, learned, show)))
+            on_bus.append(asyncio.run(position_over_bus(machine, stage, series, runs, out, learned, show)))
     checks = []
-    for cycles in sorted({bus.cycles_before for bus in made}):
-        alike = [bus for bus in made if bus.cycles_before == cycles]
+    for cycles in sorted({bus.cycles_before for bus in on_bus}):
+        alike = [bus for bus in on_bus if bus.cycles_before == cycles]
         names = [bus.stage for bus in alike]
         request = TwinRequest(names, runs, len(series.targets_mm), [series.name], learned, *cycles)
         twin = run_in_twin(machine, out / "bus", request, lambda _share: None)
@@ -89,7 +89,7 @@ def _checks(
 
 @contextlib.contextmanager
 def _share_bar() -> Iterator[Callable[[float], None]]:
-    """Yield a function that shows the share that is done: a bar on a terminal, else a line every tenth."""
+    """Yield a function that shows the completed share: a bar on a terminal, else a line every tenth."""
     description, console = "positioning in the batch twin", Console(stderr=True)
     if not console.is_terminal:
         printed_tenths = -1

@@ -3,11 +3,11 @@
 from typing import NamedTuple
 
 TARGETS = 20
-"""Over the travel of the precision stage."""
+"""Targets over the travel of the precision stage."""
 
 
 class Stage(NamedTuple):
-    """A configuration of the study, and what compensates in it."""
+    """A configuration of the study, with its compensations."""
 
     name: str
     smooth: bool
@@ -28,7 +28,7 @@ PAPER = (
     Stage("sampled_dual_loop", smooth=False, sampled=True),
     Stage("smoothed", smooth=True, sampled=True),
 )
-"""In the order of the paper, each better than the one before."""
+"""In the order of the paper, each more accurate than the one before."""
 OTHERS = (
     Stage("s_curve_alone", smooth=True),
     Stage("screw_table", smooth=True, screw=True),

@@ -1,8 +1,8 @@
 """Figures of the positioning study: the paper's simple one, ISO 230-2, and the bars.
 
-The simple figure is the largest |deviation| of the scale's readings. The paper does not define its own: its
-25.00 um are the maker's warranty, which every approach has to keep; its 11.92 +- 1 reads like a mean with a
-spread, so the mean |deviation| and half the range are given too.
+The simple figure is the largest |deviation| of the readings by the scale. The paper does not define its
+figure: its 25.00 um are the warranty of the manufacturer, which every approach must keep; its 11.92 +- 1
+reads like a mean with a spread, so the mean |deviation| and half the range are reported too.
 """
 
 from collections.abc import Iterable, Mapping
@@ -40,9 +40,9 @@ class Simple(NamedTuple):
     largest_um: float
     mean_um: float
     half_range_um: float
-    """Of the deviations at one target from one side; the largest of all."""
+    """Half the range of the deviations at one target from one side; the largest of all."""
     slope_um_mm: float
-    """Of the line through the mean deviations over the targets; 0 for a single one."""
+    """Slope of the line through the mean deviations over the targets; 0 for a single target."""
 
 
 class PositioningBar(NamedTuple):
@@ -59,7 +59,7 @@ class PositioningBar(NamedTuple):
 
 
 def simple(target_mm: Array, deviation_m: Array) -> Simple:
-    """Simple figures of deviations (runs, targets, 2) at `target_mm` (targets,)."""
+    """Return the simple figures of deviations (runs, targets, 2) at `target_mm` (targets,)."""
     deviation_um = deviation_m * UM
     slope = 0.0
     if len(target_mm) > 1:
@@ -73,7 +73,7 @@ def simple(target_mm: Array, deviation_m: Array) -> Simple:
 
 
 def simple_figures(found: Found, series: str) -> dict[str, Simple]:
-    """Simple figures by the scale, of every stage that was run over the series."""
+    """Return the simple figures by the scale, for every stage that was run over the series."""
     return {
         stage: simple(found[series, stage].target_mm, found[series, stage].scale_m)
         for stage in STAGES
@@ -82,7 +82,7 @@ def simple_figures(found: Found, series: str) -> dict[str, Simple]:
 
 
 def iso_figures(found: Found, series: str = OVER_TRAVEL.name) -> dict[str, Positioning]:
-    """ISO 230-2 over the travel, from the interferometer's readings."""
+    """Return the ISO 230-2 figures over the travel, from the readings of the interferometer."""
     return {
         stage: positioning(found[series, stage].interferometer_m)
         for stage in STAGES
@@ -91,14 +91,14 @@ def iso_figures(found: Found, series: str = OVER_TRAVEL.name) -> dict[str, Posit
 
 
 def bars(found: Found) -> list[PositioningBar]:
-    """Bars: each stage better than the one before, the final ones within the published figure and flat."""
+    """Return the bars: each stage better than the one before, the final ones flat and as published."""
     entries = []
     for series in (AT_100MM.name, OVER_TRAVEL.name):
         figures = simple_figures(found, series)
         for before, after in pairwise(PAPER):
             if before.name in figures and after.name in figures:
                 what = f"{series}: {after.name} below {before.name}"
-                # below, not as good as
+                # strictly below, not equal
                 limit = np.nextafter(figures[before.name].largest_um, 0.0)
                 entries.append(PositioningBar(what, figures[after.name].largest_um, float(limit)))
         entries += [
@@ -121,7 +121,7 @@ def _rise_um(found: Found, stage: str) -> float:
 
 
 def summary(found: Found) -> dict[str, Any]:
-    """The study for JSON: micrometres."""
+    """Return the study for JSON: micrometres."""
     at_100mm, over_travel = (simple_figures(found, name) for name in (AT_100MM.name, OVER_TRAVEL.name))
     slopes = {f"slope_{stage}_um_per_mm": figures.slope_um_mm for stage, figures in over_travel.items()}
     iso = {stage: _iso(figures) for stage, figures in iso_figures(found).items()}
@@ -168,5 +168,5 @@ def _iso(figures: Positioning) -> dict[str, Any]:
 
 
 def missed(entries: Iterable[PositioningBar]) -> list[PositioningBar]:
-    """The bars that were not met."""
+    """Return the bars that were not met."""
     return [bar for bar in entries if not bar.met]

@@ -1,4 +1,4 @@
-"""Learn the screw in the batch twin, by the travels of the daemon."""
+"""Learns the screw table in the batch twin, by the learning travels of the daemon."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from twin.axis_rollout import AxisRollout
 
 
 def learn_screw(machine: MachineConfig, name: str, axis: AxisRollout, params: AxisParams) -> ScrewLearned:
-    """Make all travels of one axis from home. Raises ValueError when they cannot be used."""
+    """Run all learning travels of one axis from home. Raises ValueError where they cannot be used."""
     settings = screw_settings(machine, name)
     run, column = ScrewRun(settings), list(machine.axes).index(name)
     start_m = [0.0] * len(machine.axes)

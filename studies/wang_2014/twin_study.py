@@ -1,9 +1,8 @@
 """The positioning study in the batch twin: hours of machine time in a minute.
 
-The programs are those of `studies.wang_2014.plan`, the same as over the bus. A series is
-rolled out from power-up to its end, so that each reading begins where the one before left the stage. Every
-reading is taken by the scale, and by an ideal interferometer: the plant's truth at the measured point, set
-to zero at home.
+The programs are those of `studies.wang_2014.plan`, the same as over the bus. A series runs without a break
+from power-up to its end, because friction and lost motion have memory. Every reading is taken by the scale,
+and by an ideal interferometer: the true position of the measured point in the plant, set to zero at home.
 """
 
 import os
@@ -35,22 +34,22 @@ from twin.plant_file import load_plant
 
 
 class TwinRequest(NamedTuple):
-    """What the twin runs; every series begins at power-up."""
+    """The stages and series to run in the twin; every series begins at power-up."""
 
     stages: Sequence[str]
     runs: int
     points: int
     series: Sequence[str]
     learned: Path | None = None
-    """Store of the screw that is used; without it the twin learns one."""
+    """Store of the screw table in use; without it the twin learns one."""
     off_cycles: int = 0
-    """SYNC periods without power, at first."""
+    """SYNC periods without power at the beginning."""
     rest_cycles: int = REST_CYCLES
-    """SYNC periods at rest, drives on, before the program."""
+    """SYNC periods at standstill, drives enabled, before the program."""
 
 
 class TwinRun(NamedTuple):
-    """Deviations by (series, stage), and the time that they took."""
+    """Deviations by (series, stage), and the time of the runs."""
 
     found: dict[tuple[str, str], Deviations]
     machine_time_s: float
@@ -58,14 +57,14 @@ class TwinRun(NamedTuple):
 
 
 class Twin(NamedTuple):
-    """What the stages are run on; cycles as in `TwinRequest`."""
+    """The machine that runs the stages; cycles as in `TwinRequest`."""
 
     directory: Path
     plant: PlantConfig
     off_cycles: int = 0
     rest_cycles: int = REST_CYCLES
     screw: ScrewLearned | None = None
-    """What the machine has learned, None before."""
+    """The learned screw table, None before learning."""
 
     @property
     def cycles_before(self) -> int:
@@ -74,7 +73,7 @@ class Twin(NamedTuple):
 
 
 def powered_up(twin: Twin, machine: MachineConfig, params: AxisParams) -> TwinAxis:
-    """The axis at home, drives on."""
+    """Return the axis at home with its drive enabled."""
     axis = twin_axis(machine, twin.plant, AXIS, params)
     axis.rollout.rows(np.zeros((twin.cycles_before, 4)), twin.off_cycles)
     return axis
@@ -83,10 +82,10 @@ def powered_up(twin: Twin, machine: MachineConfig, params: AxisParams) -> TwinAx
 def positioned(
     twin: Twin, stage: Stage, series: Series, runs: int, on_run: Callable[[], None]
 ) -> list[Reading]:
-    """All readings of one stage over one series."""
+    """Return all readings of one stage over one series."""
     machine = stage_machine(twin.directory, stage)
     plan = plan_series(machine, stage, series, runs)
-    check_program(plan_series(machine, stage, series, 1).program, machine)  # the others are the same motion
+    check_program(plan_series(machine, stage, series, 1).program, machine)  # every run repeats the first
     params = axis_params(machine, AXIS)
     if stage.screw and twin.screw is not None:
         params = with_screw(params, error_table(twin.screw), twin.screw.lost_motion_m)
@@ -120,7 +119,7 @@ def positioned(
 
 
 def learned_in_twin(twin: Twin, stage: Stage, out: Path) -> ScrewLearned:
-    """What the machine learns of its screw; stored in `out` as the daemon stores it."""
+    """Learn the screw table of the machine; store it in `out` as the daemon does."""
     machine = stage_machine(twin.directory, stage)
     params = axis_params(machine, AXIS)
     learned = learn_screw(machine, AXIS, powered_up(twin, machine, params).rollout, params)
@@ -135,9 +134,9 @@ def study(
     runs: int,
     on_progress: Callable[[float], None] = lambda _share: None,
 ) -> list[Reading]:
-    """Every stage over every series, as many at once as there are cores: the loop needs no interpreter.
+    """Run every stage over every series, a thread per core: the compiled loop holds no interpreter lock.
 
-    `on_progress` is given the share that is done, from one thread at a time.
+    `on_progress` receives the completed share, from one thread at a time.
     """
     jobs = [
         (stage, entry)
@@ -164,7 +163,7 @@ def study(
 def run_in_twin(
     machine: Path, out: Path, request: TwinRequest, on_progress: Callable[[float], None]
 ) -> TwinRun:
-    """Run the request, and write readings.csv and what is learned into `out`. Raises ServoCtrlError."""
+    """Run the request; write readings.csv and the learned table into `out`. Raises ServoCtrlError."""
     begun_s = time.perf_counter()
     stages = [STAGES[name] for name in request.stages]
     series = [

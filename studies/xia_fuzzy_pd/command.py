@@ -19,8 +19,9 @@ def fuzzy(
 ) -> None:
     """Run a velocity step, position steps and a sine (Xia et al., figures 6-8) with PID and with fuzzy-PD.
 
-    Over the bus in lockstep, both laws tuned by the same procedure on other motions (docs/fuzzy_pd.md).
-    Prints the figures, draws the pictures. Fails when a run fails; a bar that is missed is printed in red.
+    Runs over the bus in lockstep; both laws were tuned by the same procedure on other motions
+    (docs/fuzzy_pd.md). Prints the figures, draws the pictures. Fails when a run fails; prints a missed bar
+    in red.
     """
     from studies.xia_fuzzy_pd.run import run_fuzzy
 

@@ -15,32 +15,32 @@ from servo_ctrl.learning.performance import reversals
 SETTLED = 0.02
 """Half width of the settling band, share of the step."""
 STANDING = 0.01
-"""Slower than this share of the command's largest speed is standing."""
+"""Below this share of the largest commanded speed the table counts as standing still."""
 SPEED_SPAN_S = 0.01
-"""The table's speed is a difference over so long: one count of the scale must not look like motion."""
+"""Interval of the difference that gives the table speed: one count of the scale must not look like motion."""
 COUNTED_FROM = 2
-"""Reversals of a sine before the part that counts: what it begins with has died away."""
+"""Reversals of a sine before the evaluated part, for the transient of the start."""
 
 
 class StepFigures(NamedTuple):
-    """A step up and the same one down; the worse of the two."""
+    """The worse figures of a step up and the same step down."""
 
     overshoot_pct: float
     settling_s: float
-    """NaN when it does not settle."""
+    """NaN where it does not settle."""
 
 
 class SineFigures(NamedTuple):
-    """From the third reversal of a sine to its last one."""
+    """Figures of a sine from its third reversal to the last one."""
 
     rms_um: float
     peak_um: float
     dead_time_s: float
-    """Standing at a reversal, mean over the reversals."""
+    """Time of standstill at a reversal, mean over the reversals."""
 
 
 def step_figures(command_m: Array, scale_m: Array, period_s: float) -> StepFigures:
-    """Of a command that steps and holds, once or more.
+    """Return the figures of a command that steps and holds, once or more.
 
     Raises:
         ValueError: the command holds all the time.
@@ -61,7 +61,7 @@ def step_figures(command_m: Array, scale_m: Array, period_s: float) -> StepFigur
 
 
 def _one_step(command_m: Array, scale_m: Array, period_s: float) -> StepFigures:
-    """`command_m` has one sample more, in front: where it stood before."""
+    """Return the figures of one step; `command_m` starts one sample before `scale_m`."""
     size_m = float(command_m[-1] - command_m[0])
     missing = (command_m[-1] - scale_m) / size_m
     outside = np.flatnonzero(np.abs(missing) > SETTLED)
@@ -71,14 +71,14 @@ def _one_step(command_m: Array, scale_m: Array, period_s: float) -> StepFigures:
 
 
 def table_speed(position_m: Array, period_s: float) -> Array:
-    """Velocity (n,), m/s, over `SPEED_SPAN_S` about each sample."""
+    """Return the velocity (n,), m/s, over `SPEED_SPAN_S` around each sample."""
     half = max(round(SPEED_SPAN_S / period_s / 2.0), 1)
     padded = np.pad(position_m, half, mode="edge")
     return np.asarray((padded[2 * half :] - padded[: -2 * half]) / (2 * half * period_s))
 
 
 def sine_figures(command_m: Array, scale_m: Array, period_s: float) -> SineFigures:
-    """Of a steady sine with the ramps at its ends.
+    """Return the figures of a steady sine with ramps at its ends.
 
     Raises:
         ValueError: it has too few reversals.
@@ -89,12 +89,14 @@ def sine_figures(command_m: Array, scale_m: Array, period_s: float) -> SineFigur
         raise ValueError(f"the sine has {len(turns) + COUNTED_FROM} reversals; {COUNTED_FROM + 3} are needed")
     error_m = (command_m - scale_m)[turns[0] : turns[-1]]
     threshold_m_s = STANDING * float(np.max(np.abs(np.gradient(command_m[turns[0] : turns[-1]], period_s))))
-    standing = np.abs(table_speed(scale_m, period_s)) < threshold_m_s
+    standstill = np.abs(table_speed(scale_m, period_s)) < threshold_m_s
     half_stroke = int(np.min(np.diff(turns))) // 2
-    # a reversal's own stretch reaches half a stroke to either side of it
-    stands = [np.count_nonzero(standing[turn - half_stroke : turn + half_stroke]) for turn in turns[:-1]]
+    # the part of a reversal reaches half a stroke to either side
+    standstills = [
+        np.count_nonzero(standstill[turn - half_stroke : turn + half_stroke]) for turn in turns[:-1]
+    ]
     return SineFigures(
         float(np.sqrt(np.mean(error_m**2))) * 1e6,
         float(np.max(np.abs(error_m))) * 1e6,
-        float(np.mean(stands)) * period_s,
+        float(np.mean(standstills)) * period_s,
     )

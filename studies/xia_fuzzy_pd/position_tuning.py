@@ -1,10 +1,10 @@
-"""Position laws tuned in the batch twin, all by the same procedure.
+"""Tunes position laws in the batch twin, all by the same procedure.
 
     python -m studies.xia_fuzzy_pd.position_tuning --machine machines/fuzzy_table --law pid --json pid.json
 
-Differential evolution over the unit cube of `tuning_laws`, the cost of `tuning_cost`. Every law gets the same
-number of evaluations, from the same seeds; the best of the seeds is the result, and what the others
-found says how sure it is. The values are printed as the machine file's keys; nothing is written there.
+Differential evolution over the unit cube of `tuning_laws` minimises the cost of `tuning_cost`. Every law
+gets the same number of evaluations from the same seeds. The best of the seeds is the result; the spread of
+the others shows how certain it is. It prints the values as keys of a machine file and writes none.
 """
 
 import argparse
@@ -31,7 +31,7 @@ SEEDS = (1, 2)
 
 
 class TunedLaw(NamedTuple):
-    """What one search has found."""
+    """The result of one search."""
 
     seed: int
     cost: float
@@ -44,7 +44,7 @@ class TunedLaw(NamedTuple):
 def tuned(
     training: Training, law: str, seed: int, generations: int, on_generation: Callable[[float], None]
 ) -> TunedLaw:
-    """One search."""
+    """Run one search; `on_generation` receives the best cost after each generation."""
     free = len(LAWS[law])
     history: list[float] = []
 
@@ -62,7 +62,7 @@ def tuned(
         maxiter=generations,
         mutation=(0.4, 0.9),
         recombination=0.8,
-        tol=0.0,  # the budget is spent whole, by every law
+        tol=0.0,  # every law spends its whole budget
         polish=False,
         rng=np.random.default_rng(seed),
         callback=generation_done,
@@ -79,7 +79,7 @@ def main() -> None:
     parser.add_argument("--law", choices=sorted(LAWS), required=True)
     parser.add_argument("--generations", type=int, default=GENERATIONS)
     parser.add_argument("--seeds", type=int, nargs="+", default=list(SEEDS))
-    parser.add_argument("--json", type=Path, help="write what was found to this file")
+    parser.add_argument("--json", type=Path, help="write the results to this file")
     options = parser.parse_args()
     machine, plant = load_machine(options.machine), load_plant(options.machine)
     axis = options.axis or next(iter(machine.axes))

@@ -68,7 +68,7 @@ def _table(results: dict[str, LawResult]) -> Table:
 
 
 def _draw(machine: Path, out: Path, results: dict[str, LawResult], velocity: Trace) -> list[Path]:
-    """Draw all; return the files. Raises OSError."""
+    """Draw all pictures; return their files. Raises OSError."""
     pictures = [out / f"{name}.png" for name in ("surface", "velocity_step", "position_step", "sine")]
     surface, velocity_step, position_step, sine = pictures
     plot_surface(surface, axis_params(load_machine(machine / CONTROLLERS["fuzzy_pd"]), AXIS).fuzzy.surface)
@@ -83,7 +83,7 @@ def _draw(machine: Path, out: Path, results: dict[str, LawResult], velocity: Tra
 
 
 def _draw_velocity_step(path: Path, machine: Path, trace: Trace) -> None:
-    """Forces are the twin's, velocities those of the bus."""
+    """Draw forces from the twin and velocities from the run on the bus."""
     period_s = load_machine(machine / OPEN_LOOP).period_s
     forces = table_forces(machine / OPEN_LOOP, machine, machine / VELOCITY)
     begin = int(np.argmax(trace.command_m_s != 0.0))

@@ -18,7 +18,7 @@ from studies.xia_fuzzy_pd.figures import SineFigures, StepFigures, sine_figures,
 
 AXIS = "x"
 CONTROLLERS = {"pid": "controller_pid.toml", "fuzzy_pd": "controller.toml"}
-"""The machine files that are compared."""
+"""Machine files of the compared laws."""
 OPEN_LOOP = "controller_velocity.toml"
 POSITION, VELOCITY = "programs/position.toml", "programs/velocity_step.toml"
 STEP = ("step up", "held up", "step down", "held down")
@@ -28,33 +28,33 @@ VELOCITY_STEP = ("rest", "velocity step")
 
 
 class Trace(NamedTuple):
-    """One motion as the controller has seen it; arrays of one length, SI."""
+    """One motion as recorded by the controller; arrays of one length, SI units."""
 
     time_s: Array
-    """From its beginning."""
+    """Time since its beginning."""
     command_m: Array
     command_m_s: Array
     scale_m: Array
     motor_m: Array
     table_m_s: Array
-    """From the scale."""
+    """Table velocity, from the scale."""
     force_n: Array
-    """Of the motor, from its current."""
+    """Motor force, from the current."""
 
 
 class LawResult(NamedTuple):
-    """What one law has shown."""
+    """Figures and traces of one law."""
 
     step: StepFigures
     sine: SineFigures
     step_trace: Trace
     sine_trace: Trace
     count_pct: float
-    """One count of the scale, share of the step: no overshoot below can be seen."""
+    """One count of the scale, per cent of the step: the resolution of the overshoot."""
 
 
 async def run_law(machine: Path, law: str, out: Path, on_progress: Callable[[Progress], None]) -> LawResult:
-    """Step and sine with one law. Raises ServoCtrlError."""
+    """Run step and sine with one law. Raises ServoCtrlError."""
     recording = await _run(machine, CONTROLLERS[law], POSITION, out, on_progress)
     config = load_machine(machine / CONTROLLERS[law])
     step, sine = (_trace(machine, CONTROLLERS[law], recording, labels) for labels in (STEP, SINE))
@@ -71,7 +71,7 @@ async def run_law(machine: Path, law: str, out: Path, on_progress: Callable[[Pro
 
 
 async def run_velocity_step(machine: Path, out: Path, on_progress: Callable[[Progress], None]) -> Trace:
-    """A step of the velocity behind an open position loop. Raises ServoCtrlError."""
+    """Run a velocity step with an open position loop. Raises ServoCtrlError."""
     recording = await _run(machine, OPEN_LOOP, VELOCITY, out, on_progress)
     return _trace(machine, OPEN_LOOP, recording, VELOCITY_STEP)
 
@@ -90,7 +90,7 @@ async def _run(
 
 
 def _trace(machine: Path, controller: str, recording: Recording, labels: tuple[str, ...]) -> Trace:
-    """Consecutive steps of a program as one motion. Raises RecordingError."""
+    """Return consecutive steps of a program as one motion. Raises RecordingError."""
     config = load_machine(machine / controller)
     parts = [recording.segment(label) for label in labels]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
@@ -109,7 +109,7 @@ def _trace(machine: Path, controller: str, recording: Recording, labels: tuple[s
 
 
 def study_figures(results: Mapping[str, LawResult]) -> dict[str, Any]:
-    """What goes into the JSON file."""
+    """Return the figures for JSON."""
     return {
         "step": {law: result.step._asdict() for law, result in results.items()},
         "sine": {law: result.sine._asdict() for law, result in results.items()},
@@ -119,7 +119,7 @@ def study_figures(results: Mapping[str, LawResult]) -> dict[str, Any]:
 
 
 def missed(results: Mapping[str, LawResult]) -> list[str]:
-    """A sentence for each bar that fuzzy-PD does not clear."""
+    """Return a sentence for each bar that fuzzy-PD misses."""
     pid, fuzzy = results["pid"], results["fuzzy_pd"]
     overshoot_pct, dead_s = fuzzy.step.overshoot_pct, fuzzy.sine.dead_time_s
     bars = {

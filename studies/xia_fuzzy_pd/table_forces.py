@@ -1,6 +1,6 @@
-"""Forces on the table during a program, for pictures: from the batch twin, which knows the plant.
+"""Forces on the table during a program, for pictures, from the plant of the batch twin.
 
-No sensor shows them, and the controller never sees them.
+No sensor measures them, and the controller never receives them.
 """
 
 from pathlib import Path
@@ -17,16 +17,16 @@ from twin.plant_file import load_plant
 
 
 class TableForces(NamedTuple):
-    """Of the first axis; (n,) at the SYNC period, from the start of the program."""
+    """Forces on the table of the first axis, (n,) at the SYNC period, from the start of the program."""
 
     transmitted_n: Array
-    """From the screw to the table."""
+    """Force from the screw to the table."""
     friction_n: Array
-    """On the table."""
+    """Friction force on the table."""
 
 
 def table_forces(machine_file: Path, plant_file: Path, program_file: Path) -> TableForces:
-    """Run the program from rest at power-up on the machine's plant.
+    """Run the program from standstill at power-up on the plant of the machine.
 
     Raises ServoCtrlError for a file that cannot be used.
     """

@@ -1,8 +1,8 @@
-"""What a position law is worth on one axis of the batch twin: training motions, plants, cost.
+"""Cost of a position law on one axis of the batch twin: training motions, training plants, measures.
 
-The same for every law, and stated in docs/fuzzy_pd.md. The motions are others than those the study judges by,
-and so are the plants: friction a fifth below and above what is known. Each measure is divided by what a
-plain proportional loop reaches, so that no unit weighs more than another.
+It is the same for every law (docs/fuzzy_pd.md). Training motions and plants differ from those of the study:
+the friction is a fifth below and above the known one. Each measure is divided by that of a plain
+proportional loop, so that the weights have no units.
 """
 
 import math
@@ -23,24 +23,25 @@ from studies.twin_axis import REST_CYCLES, motion, twin_axis
 from studies.xia_fuzzy_pd.tuning_laws import with_law
 
 STEPS_M, HOLD_S = (0.1e-3, 0.25e-3, 0.6e-3, 1.6e-3, 4e-3), 0.4
-"""A law that is not linear needs more than one size."""
+"""A nonlinear law needs more than one size."""
 SINES = ((3e-3, 0.7), (7e-3, 0.4))
-"""Amplitude m, frequency Hz; the first quarter of a cycle is not counted."""
+"""Amplitude m, frequency Hz."""
 CYCLES, UNCOUNTED = 1.5, 0.25
+"""Cycles of a sine, and those at its beginning that do not count."""
 FRICTIONS = (0.8, 1.2)
-"""Factors of the friction levels and the viscous damping that the plant file has."""
+"""Factors of the friction levels and the viscous damping of the plant file."""
 MARGIN = 2.0
-"""With so many times the gain a step must still come to rest."""
+"""Factor of the gain with which a step must still come to rest."""
 MARGIN_STEP = 1
-"""Which of the steps."""
+"""Index in STEPS_M of the step for this test."""
 RESTED, REST_S = 0.02, 0.2
-"""Within this share of the step, over the last of the hold."""
+"""At rest: the error is within this share of the step, over this time at the end of the hold."""
 PLAIN_1_S = 20.0
-"""Gain of the plain loop that the measures are divided by."""
+"""Gain of the plain loop whose measures are the unit."""
 SWING_WEIGHT, ACTIVITY_WEIGHT, UNREST_WEIGHT = 100.0, 0.05, 10.0
-"""1 % of swing, or twenty times the activity, counts as much as all the rest of the plain loop's step."""
+"""1 % of swing, or twenty times the activity, counts as much as the step of the plain loop."""
 SPOILED = 3.0
-"""Swing and unrest that cost more than the whole of the plain loop: enough seen."""
+"""Cost of swing and unrest at which a law is not run further: more than the whole cost of the plain loop."""
 HOPELESS = 1e6
 
 
@@ -49,9 +50,9 @@ class StepMeasures(NamedTuple):
 
     itae_m_s2: float
     swing: float
-    """How far beyond the target, or back from where it had been, less one count; share of the step."""
+    """Overshoot, or motion back from the farthest point, less one count; share of the step."""
     unrest: float
-    """Largest error of the last of the hold, share of the step, beyond what counts as rest."""
+    """Largest error over the end of the hold less RESTED, share of the step."""
 
 
 class SineMeasures(NamedTuple):
@@ -64,16 +65,16 @@ class SineMeasures(NamedTuple):
 
 
 class Measures(NamedTuple):
-    """All that one plant has shown."""
+    """The measures on one plant."""
 
     steps: list[StepMeasures]
     unrest: float
-    """The largest, with `MARGIN` times the gain too."""
+    """Largest unrest, including that with `MARGIN` times the gain."""
     sines: list[SineMeasures]
 
 
 class Training:
-    """The training motions of one axis on its plants."""
+    """The training motions of one axis on the training plants."""
 
     def __init__(self, machine: MachineConfig, plant: PlantConfig, axis: str) -> None:
         self._machine, self._axis = machine, axis
@@ -88,9 +89,9 @@ class Training:
         self._plain = self.measured("pid", plain)
 
     def cost(self, law: str, values: Mapping[str, float]) -> float:
-        """Mean over the plants; 2 + `ACTIVITY_WEIGHT`, and its unrest, for the plain loop.
+        """Return the mean cost over the plants; the plain loop has 2 + `ACTIVITY_WEIGHT` and its unrest.
 
-        A law that swings much, or does not come to rest, is run no further: that alone is its cost.
+        For a law that swings much or does not come to rest, that alone is the cost: it is not run further.
         """
         params, more = self._laws(law, values)
         costs = []
@@ -108,7 +109,7 @@ class Training:
         return cost if math.isfinite(cost) else HOPELESS
 
     def measured(self, law: str, values: Mapping[str, float]) -> list[Measures]:
-        """What the law shows on each plant."""
+        """Return the measures of the law on each plant."""
         params, more = self._laws(law, values)
         return [
             Measures(*self._steps_on(plant, params, more), self._sines_on(plant, params))
@@ -116,13 +117,13 @@ class Training:
         ]
 
     def _laws(self, law: str, values: Mapping[str, float]) -> tuple[AxisParams, AxisParams]:
-        """With its gain, and with `MARGIN` times that."""
+        """Return the parameters with its gain, and with `MARGIN` times that."""
         return with_law(self._params, law, values), with_law(self._params, law, values, MARGIN)
 
     def _steps_on(
         self, plant: PlantConfig, params: AxisParams, more: AxisParams
     ) -> tuple[list[StepMeasures], float]:
-        """All steps, and the largest unrest, that with `MARGIN` times the gain among them."""
+        """Return the measures of all steps, and the largest unrest, also with `MARGIN` times the gain."""
         steps = [
             self._step_measures(plant, params, step, size_m)
             for step, size_m in zip(self._steps, STEPS_M, strict=True)
@@ -137,7 +138,7 @@ class Training:
         ]
 
     def _run(self, plant: PlantConfig, params: AxisParams, reference: Array) -> tuple[Array, Array]:
-        """Tracking error by the scale (m), and motor current (A), after the rest at the beginning."""
+        """Return tracking error by the scale (m) and motor current (A), after the initial standstill."""
         axis = twin_axis(self._machine, plant, self._axis, params)
         rows = axis.rollout.rows(reference)[REST_CYCLES:]
         return rows["position_command_m"] - rows["scale_position_m"], rows["motor_current_a"]
@@ -172,7 +173,7 @@ class Training:
 
 
 def _there_and_back(machine: MachineConfig, axis: str, size_m: float) -> list[Step]:
-    """A step as steep as the limits allow, a hold; and the same down."""
+    """Return a step as steep as the limits allow, a hold, and the same down."""
     feed_m_s = machine.axes[axis].limits.velocity_mm_s * 1e-3
 
     def to(position_m: float) -> Move:
@@ -188,7 +189,7 @@ def _sine(machine: MachineConfig, axis: str, amplitude_m: float, frequency_hz: f
 
 
 def _with_friction(plant: PlantConfig, axis: str, factor: float) -> PlantConfig:
-    """The plant with its friction levels and its viscous damping multiplied."""
+    """Return the plant with its friction levels and its viscous damping scaled."""
     known = plant.axes[axis]
     effects = dict(known.effects)
     for name, keys in (

@@ -1,7 +1,7 @@
-"""The position laws that are tuned, each as a box of free values: bounds, and from a point to parameters.
+"""The tuned position laws as boxes of free values: their bounds, and the parameters of a point.
 
-A point lies in the unit cube; most values are spread over decades there, so that the search treats 1 and 10
-as far apart as 10 and 100. What both laws have in common has the same bounds.
+A point lies in the unit cube. Most values are scaled by decades, so that the search treats 1 and 10 as far
+apart as 10 and 100. Values that both laws have in common have the same bounds.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from servo_ctrl.control.section import filter_blend
 from servo_ctrl.control.tick import AxisParams
 
 SIGNIFICANT = 3
-"""Digits of the values as they go into a machine file."""
+"""Significant digits of the values in a machine file."""
 
 
 class Span(NamedTuple):
@@ -24,7 +24,7 @@ class Span(NamedTuple):
     decades: bool
 
     def at(self, share: float) -> float:
-        """The value at a share of the span, rounded as the file has it."""
+        """Return the value at a share of the span, rounded as in the file."""
         if self.decades:
             value = self.lowest * (self.highest / self.lowest) ** share
         else:
@@ -38,7 +38,7 @@ _LINEAR = {
     "derivative_filter_ms": Span(0.0, 20.0, decades=False),
 }
 _INTEGRAL = {"ki_1_s2": Span(0.1, 20_000.0, decades=True)}
-"""Its lowest value is as good as none: an error of a millimetre asks for 0.1 mm/s in a second."""
+"""The lowest value is practically none: an error of a millimetre commands 0.1 mm/s after a second."""
 _FUZZY = {
     "fine_um": Span(5.0, 5000.0, decades=True),
     "coarse_share": Span(1.2, 20.0, decades=True),
@@ -56,12 +56,12 @@ the surface from its middle to the next centres; their bounds are those of the l
 
 
 def values_at(law: str, point: Sequence[float]) -> dict[str, float]:
-    """The free values at a point of the unit cube."""
+    """Return the free values at a point of the unit cube."""
     return {name: span.at(float(share)) for (name, span), share in zip(LAWS[law].items(), point, strict=True)}
 
 
 def in_the_file(law: str, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
-    """The values as the keys of `[axis.NAME.control]` and `[axis.NAME.fuzzy_pd]`."""
+    """Return the values as keys of `[axis.NAME.control]` and `[axis.NAME.fuzzy_pd]`."""
     control = {key: values[key] for key in _LINEAR}
     if law == "pid":
         return {"control": {**control, "ki_1_s2": values["ki_1_s2"]}}
@@ -89,7 +89,7 @@ _SURFACE = surface(SURFACE_POINTS)
 
 
 def with_law(params: AxisParams, law: str, values: Mapping[str, float], gain: float = 1.0) -> AxisParams:
-    """The parameters of an axis with a law and its values; `gain` multiplies whatever the law puts out."""
+    """Return the parameters of an axis with a law and its values; `gain` scales the output of the law."""
     keys = in_the_file(law, values)
     control, fuzzy = keys["control"], keys.get("fuzzy_pd")
     loop = params.position_loop._replace(

@@ -15,7 +15,7 @@ from studies.feng_2015.calibration import (
     MACHINE,
     RIPPLE_LIMIT_M,
     Measured,
-    commands_of,
+    circle_program,
     measured,
     misfit,
     table,
@@ -27,7 +27,7 @@ from studies.feng_2015.published import FENG_2015_X_UNCOMPENSATED, relative_erro
 @pytest.fixture(scope="module")
 def found() -> Measured:
     machine = load_machine(MACHINE)
-    return measured(machine, load_plant(MACHINE), commands_of(machine))
+    return measured(machine, load_plant(MACHINE), circle_program(machine))
 
 
 def test_sixteen_published_figures_are_reproduced(found: Measured) -> None:

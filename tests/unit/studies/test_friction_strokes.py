@@ -13,7 +13,7 @@ from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.learning.pulse_functions import pulse_at
 from servo_ctrl.learning.types import Pulse, Stroke
-from studies.feng_2015.strokes import RepeatedStroke, _always, _sine, drawn
+from studies.feng_2015.strokes import RepeatedStroke, _always, _sine, drawn_strokes
 from studies.feng_2015.twin_learning import TwinStroke, learn_in_twin
 from studies.feng_2015.variants import study_program, without_second_trapezoid
 
@@ -46,7 +46,7 @@ def test_strokes_are_drawn_without_repetition_and_the_same_for_the_same_seed() -
     many = [TwinStroke(STROKE._replace(acceleration_m_s2=0.001 * i), 1e-6) for i in range(1, 200)]
     learning = twin(0.8e-6, 199)
     learning = learning._replace(axes={k: v._replace(strokes=many) for k, v in learning.axes.items()})
-    first, again, other = (drawn(learning, 6, seed) for seed in (1, 1, 2))
+    first, again, other = (drawn_strokes(learning, 6, seed) for seed in (1, 1, 2))
     assert first == again != other
     for strokes in first.values():
         accelerations = [entry.stroke.acceleration_m_s2 for entry in strokes]
@@ -56,7 +56,10 @@ def test_strokes_are_drawn_without_repetition_and_the_same_for_the_same_seed() -
 
 
 def test_asking_for_more_strokes_than_there_are_gives_all() -> None:
-    assert drawn(twin(0.8e-6, 1), 5, 1) == {"x": [TwinStroke(STROKE, 1e-6)], "y": [TwinStroke(STROKE, 1e-6)]}
+    assert drawn_strokes(twin(0.8e-6, 1), 5, 1) == {
+        "x": [TwinStroke(STROKE, 1e-6)],
+        "y": [TwinStroke(STROKE, 1e-6)],
+    }
 
 
 def test_bus_and_twin_agree_within_a_nanometre() -> None:
