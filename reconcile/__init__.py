@@ -22,7 +22,7 @@ _HOMES = {
     "ReconcileError": "reconcile.errors",
     "diagnose": "reconcile.api.diagnose",
 }
-"""Where the public names live: loaded when first used, for importing the package must stay light."""
+"""Module of each public name, loaded at first use, so that importing the package stays light."""
 
 
 def __getattr__(name: str) -> Any:

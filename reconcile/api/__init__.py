@@ -1,1 +1,1 @@
-"""What other programs call: `reconcile.diagnose(frames, model)` and its typed result."""
+"""The Python interface: `reconcile.diagnose(frames, model)` and its typed result."""

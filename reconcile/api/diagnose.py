@@ -18,13 +18,13 @@ def diagnose(
     out: Path | str | None = None,
     proof: bool = True,
 ) -> Diagnosis:
-    """Say what `model` leaves out of the recordings. Raises ReconcileError.
+    """Find the physics that `model` lacks in the recordings. Raises ReconcileError.
 
     `frames`: a table of pandas, Arrow or polars, arrays (n,) by name, a structured numpy array or a path, or
-    a list of these. Columns are taken by their names, with the unit at the end as in `position_mm`; else
-    `columns` says which is what, as `--map` does: ["time=t_s", "position=q*1e-3"]. `model`: a plant.toml or
-    its content. With `out` verdict.json, model.toml and report.html are kept there. With a `proof` each
-    recording is left out in turn.
+    a list of these. Columns have their roles by name, with the unit at the end as in `position_mm`; otherwise
+    `columns` maps them, as `--map` does: ["time=t_s", "position=q*1e-3"]. `model`: a plant.toml or its
+    content. With `out` it writes verdict.json, model.toml and report.html there. With `proof` it leaves each
+    recording out in turn.
     """
     with TemporaryDirectory(prefix="reconcile-") as name:
         folder = Path(name)

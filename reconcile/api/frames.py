@@ -1,4 +1,4 @@
-"""Recordings and models as a program has them, written as the files that a diagnosis reads."""
+"""Writes recordings and models that a program holds in memory as the files that a diagnosis reads."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,9 +15,9 @@ Model = str | Path | Mapping[str, Any]
 
 
 def files_of(frames: Frame | Sequence[Frame], folder: Path) -> list[Path]:
-    """Return one file for each recording: its own where it is one, else written to `folder`.
+    """Return one file for each recording: a path as it is, a table written to `folder`.
 
-    Raises ReconcileError for what is no table.
+    Raises ReconcileError for an object that is no table.
     """
     many = list(frames) if isinstance(frames, list | tuple) else [frames]
     if not many:
@@ -26,7 +26,7 @@ def files_of(frames: Frame | Sequence[Frame], folder: Path) -> list[Path]:
 
 
 def model_file(model: Model, folder: Path) -> Path:
-    """Return the model's file: its own, or `folder`/nominal.toml with its content. Raises OSError."""
+    """Return the file of the model: a path as it is, its content as `folder`/nominal.toml. Raises OSError."""
     if not isinstance(model, Mapping):
         return Path(model)
     file = folder / "nominal.toml"

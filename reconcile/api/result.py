@@ -1,14 +1,13 @@
 """The typed result of `reconcile.diagnose`: findings, the repaired model, plots, a display for notebooks."""
 
 import html
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from reconcile.formats.toml_file import toml_text
+from reconcile.formats.toml_file import document_of, toml_text, with_absolute_paths
 from reconcile.location.residual_coordinates import MODELS, ResidualAnalysis
 from servo_ctrl.plots.matplotlib_agg import Figure
 
@@ -25,22 +24,22 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Finding:
-    """Physics that the model has left out."""
+    """An effect that the model lacks."""
 
     axis: str
     effect: str
     confidence: float
     share: float
-    """Of the variance of the residual."""
+    """Share of the variance of the residual that it explains."""
     explanation: str
     parameters: dict[str, Parameter]
     equivalent: tuple[str, ...]
-    """Effects that these recordings cannot tell from it."""
+    """Effects that these recordings cannot distinguish from it."""
 
 
 @dataclass(frozen=True)
 class RepairedModel:
-    """The model with what was found; complete, so that `hil-sim run` takes it as it is."""
+    """The model with the identified effects; complete, so that `hil-sim run` can run it."""
 
     document: dict[str, Any]
     """The content of the TOML file; paths to EDS files are absolute."""
@@ -79,7 +78,7 @@ class Plots:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What a simulation left out."""
+    """The result of a diagnosis: the effects that a simulation lacks."""
 
     verdict: dict[str, Any] = field(repr=False)
     """The content of verdict.json."""
@@ -124,10 +123,5 @@ def findings_of(verdict: dict[str, Any]) -> tuple[Finding, ...]:
 
 
 def repaired_model(file: Path) -> RepairedModel:
-    """Read a model.toml that was just written. Raises OSError."""
-    document = tomllib.loads(file.read_text(encoding="utf-8"))
-    for axis in document["axis"].values():
-        for section in axis.values():
-            if isinstance(section, dict) and isinstance(section.get("eds"), str):
-                section["eds"] = str((file.parent / section["eds"]).resolve())
-    return RepairedModel(document)
+    """Read a written model.toml, with absolute paths. Raises ReconcileError."""
+    return RepairedModel(with_absolute_paths(document_of(file), file.parent))

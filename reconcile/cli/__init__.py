@@ -1,5 +1,5 @@
-"""The command line `reconcile`: one subcommand a file, its options, and what it prints.
+"""The command line `reconcile`: one subcommand per file, its options, and its output.
 
-A file that declares a subcommand imports at its top only typer and options; its function imports the work
-when it runs, so that `--help` and a wrong option are answered at once.
+A file that declares a subcommand imports only typer and options at its top; its function imports the rest
+when it runs, so that `--help` and usage errors are fast.
 """

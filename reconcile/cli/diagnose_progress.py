@@ -1,4 +1,4 @@
-"""Progress of a diagnosis: a bar, a line for each step, or a line of JSON for a program that reads it."""
+"""Progress of a diagnosis: a bar, a line per step, or a line of JSON per step for another program."""
 
 import contextlib
 import json
@@ -14,7 +14,7 @@ DONE = "done"
 
 
 def steps_of(axes: Sequence[str]) -> list[str]:
-    """The steps that `reconcile.diagnosis.diagnose` may report, in order; it may leave one out."""
+    """Return the steps that `reconcile.diagnosis.diagnose` may report, in order; it may omit some."""
     of_axes = [
         f"axis {axis}: {channel}" for axis in axes for channel in ("force", "scale less motor", "proof")
     ]
@@ -22,7 +22,7 @@ def steps_of(axes: Sequence[str]) -> list[str]:
 
 
 def json_line(step: str, steps: Sequence[str]) -> str:
-    """`step` begins, `done` of `of` steps have ended; a step that was left out counts as ended."""
+    """Return a line of JSON: `step` begins, `done` of `of` steps have ended or were omitted."""
     done = len(steps) if step == DONE else steps.index(step) if step in steps else 0
     return json.dumps({"format": FORMAT, "step": step, "done": done, "of": len(steps)})
 

@@ -10,7 +10,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from reconcile.fleet.rows import Row
 
 RATE_AXES = 200
-"""Axes over which the rate is averaged; workers come and go, so not over all; chosen."""
+"""Axes over which the rate is averaged: not over all, because workers join and leave; chosen."""
 
 
 class Pace:
@@ -35,7 +35,7 @@ class Pace:
 
 
 def show_rows(rows: Iterable[Row], total: int, console: Console) -> None:
-    """Show `total` rows as they come: what could not be used, a line each, and the pace of all."""
+    """Show `total` rows as they arrive: a line for each problem, and the pace of all."""
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -61,7 +61,7 @@ def show_rows(rows: Iterable[Row], total: int, console: Console) -> None:
 
 
 def duration(seconds: float) -> str:
-    """Format seconds, rounded to what matters at their size."""
+    """Format a duration, rounded according to its size."""
     if seconds < 90.0:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60.0)

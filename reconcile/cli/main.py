@@ -1,4 +1,4 @@
-"""`reconcile`: which physics did the simulation leave out? One subcommand a file; errors are one line."""
+"""`reconcile`: finds physics that a simulation lacks. One subcommand per file; errors are one line."""
 
 import os
 import sys
@@ -49,8 +49,9 @@ def reconcile(
 
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""The systems that are solved here are small: threads of linear algebra wait for each other, and take half as
-much processor time again. Whoever sets these variables keeps what is set."""
+"""The linear systems here are small: threads of linear algebra would wait for each other, for half as much
+processor time again. Values set by the user stay.
+"""
 
 for _command in (diagnose, example, loop, trial, watch, fleet):
     app.command(cls=PlainCommand)(_command)

@@ -78,7 +78,7 @@ def trial(
 
 
 def line(row: dict[str, Any]) -> str:
-    """The truth of a case, its verdict and its score, in one line."""
+    """Return the truth of a case, its verdict and its score in one line."""
     planted = ", ".join(
         effect["name"] + ("" if effect["observable"] else f" (not observable: {effect['why_not']})")
         for effect in row["planted"]

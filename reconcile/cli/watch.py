@@ -1,4 +1,4 @@
-"""`reconcile watch`: every new recording of a machine against those before it."""
+"""`reconcile watch`: compares every new recording of a machine with the earlier ones."""
 
 from pathlib import Path
 from typing import Annotated

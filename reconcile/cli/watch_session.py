@@ -15,9 +15,9 @@ from servo_ctrl.errors import ServoCtrlError
 
 
 class WatchSession:
-    """A watched folder, the console, and the broker where one is named by its address or its machine.
+    """A watched folder, the console, and a broker, given by its address or by the machine.
 
-    Raises ReconcileError and typer.BadParameter where the broker's options cannot be used.
+    Raises ReconcileError and typer.BadParameter where the options of the broker cannot be used.
     """
 
     def __init__(self, watched: Watch, broker: str | None, machine: Path | None) -> None:
@@ -33,11 +33,11 @@ class WatchSession:
             raise typer.BadParameter(str(error), param_hint="--mqtt") from None
 
     def read_new(self, *, wait_for_unfinished: bool = False) -> None:
-        """Read the new recordings; `wait_for_unfinished`: look again when those still written may be done."""
-        self._look()
+        """Read the new recordings; `wait_for_unfinished`: again when unfinished ones may be complete."""
+        self._read()
         if wait_for_unfinished and self._watched.arrivals.unfinished:
             time.sleep(1.1 * COMPLETE_AFTER_S)
-            self._look()
+            self._read()
 
     def print_summary(self, out: Path) -> None:
         """Print how many recordings and changes there are, what is still being written, and the files."""
@@ -56,13 +56,13 @@ class WatchSession:
                 time.sleep(poll_s)
             except KeyboardInterrupt:
                 return
-            self._look()
+            self._read()
 
     def _print(self, text: str) -> None:
         self._console.print(text, soft_wrap=True, highlight=False)
 
-    def _look(self) -> None:
-        """Read what is new; print and publish the changes."""
+    def _read(self) -> None:
+        """Read the new recordings; print and publish the changes."""
         with self._console.status("looking") as status:
 
             def show(text: str, *, lasting: bool) -> None:
@@ -71,9 +71,9 @@ class WatchSession:
                 else:
                     status.update(escape(text))
 
-            self._watched.look(show)
+            self._watched.read_new(show)
             problem = self._events.publish(self._watched.memory) if self._events is not None else ""
             if problem is None:
-                self._watched.remember()
+                self._watched.write_memory()
             elif problem:
                 show(problem, lasting=True)

@@ -1,6 +1,6 @@
-"""Plan the candidate motions of an axis within its limits, as servo_ctrl would run them.
+"""Plans the candidate motions of an axis within its limits, as servo_ctrl would run them.
 
-Each repeats one excitation until the recording is long enough to be judged.
+Each repeats one excitation until the recording is long enough for a diagnosis.
 """
 
 from typing import NamedTuple
@@ -15,17 +15,17 @@ from servo_ctrl.motion.program import segments
 from servo_ctrl.motion.violation import first_violation
 
 RECORDING_S, MAX_EXCITATION_S = 18.0, 90.0
-"""An excitation is repeated for about 18 s; one that takes longer than 90 s is not proposed."""
+"""Time for which an excitation is repeated, about; an excitation longer than the second is not proposed."""
 DIFFERENCE_MARGIN = 1.05
-"""Differences of samples may exceed a limit that the planned motion keeps, by this factor at most."""
+"""Largest factor by which differences of samples may exceed a limit that the planned motion keeps."""
 
 
 class PlannedMotion(NamedTuple):
-    """A motion as servo_ctrl would command it."""
+    """A motion as commanded by servo_ctrl."""
 
     motion: Excitation
     position_m: Array
-    """(n,), one sample a period."""
+    """(n,), one sample per period."""
     seconds: float
 
 
@@ -34,7 +34,7 @@ def candidate_motions(
 ) -> list[PlannedMotion]:
     """Return every motion that servo_ctrl would accept within the limits.
 
-    Slower motion than `min_velocity_m_s` and smaller strokes than `min_stroke_m` would be noise.
+    Below `min_velocity_m_s` and `min_stroke_m` a motion would be noise.
     """
     if limits.velocity_m_s <= min_velocity_m_s or limits.travel_m <= min_stroke_m:
         return []

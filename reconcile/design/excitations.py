@@ -17,11 +17,11 @@ CREEP_SPEEDS_M_S = (2e-5, 5e-5, 2e-4, 1e-3, 5e-3)
 STROKES_M = (4e-6, 1e-5, 3e-5, 1e-4, 4e-4, 2e-3)
 DWELLS_S = (0.1, 0.3, 1.0, 3.0)
 TRAVEL_SHARES = (0.1, 0.5, 0.9)
-"""Where small strokes are repeated: both ends and the middle of the travel."""
+"""Places of repeated small strokes, share of the travel: both ends and the middle."""
 SHORT_START_M = 2e-3
 """Travel of a slow start from rest."""
 SINE_SHARE = 0.8
-"""Of the limits of speed, acceleration and jerk: the ramp into a sine needs more than the sine."""
+"""Share of the limits of speed, acceleration and jerk for a sine, because its ramp needs more."""
 DIGITS = 9
 """Decimals of metres and seconds in a program: nanometres."""
 
@@ -33,11 +33,11 @@ class Excitation(NamedTuple):
     words: str
     """A description with its numbers."""
     steps: tuple[Step, ...]
-    """The first one moves to where the excitation begins."""
+    """The first step moves to the start of the excitation."""
 
 
 class ExcitationBounds(NamedTuple):
-    """Limits of the axis, and the speed and stroke below which motion is noise."""
+    """Limits of the axis, and the speed and stroke below which a motion is noise."""
 
     limits: AxisLimits
     min_velocity_m_s: float

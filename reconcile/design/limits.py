@@ -1,4 +1,4 @@
-"""Limits of a planned motion: those of the machine with a margin, or what the recordings show."""
+"""Limits of a planned motion: those of the machine with a margin, or those of the recorded motions."""
 
 from typing import NamedTuple
 
@@ -10,9 +10,9 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.motion.profile import MotionLimits
 
 USABLE_SHARE = 0.9
-"""Of the travel, speed, acceleration and jerk that a machine allows; the rest is a margin for overshoot."""
+"""Share of the limits of travel, speed, acceleration and jerk in use; the rest is a margin for overshoot."""
 USABLE_FORCE_SHARE = 0.7
-"""Of the force limit; the rest is for the control of what the model does not know."""
+"""Share of the force limit in use; the rest is for the control of unmodelled forces."""
 ACCELERATION_RISE_S = 0.02
 """Time in which the acceleration builds up if no machine file limits the jerk."""
 MM = 1e-3
@@ -27,7 +27,7 @@ class AxisLimits(NamedTuple):
     acceleration_m_s2: float
     jerk_m_s3: float
     home_m: float
-    """Where a program begins and ends."""
+    """Position at which a program begins and ends."""
 
     @property
     def travel_m(self) -> float:
@@ -40,7 +40,7 @@ class AxisLimits(NamedTuple):
         return 0.5 * (self.min_position_m + self.max_position_m)
 
     def for_planning(self) -> MotionLimits:
-        """Return the limits as servo_ctrl's planner takes them."""
+        """Return the limits in the form of the planner of servo_ctrl."""
         return MotionLimits(
             position_min_m=np.array([self.min_position_m]),
             position_max_m=np.array([self.max_position_m]),
@@ -65,7 +65,7 @@ def limits_from_recordings(recorded: RecordedAxis) -> AxisLimits:
 
 
 def limits_from_machine(machine: MachineConfig, axis: str, model: NominalAxis) -> AxisLimits:
-    """Return what controller.toml allows, less a margin; `model` bounds the acceleration by the force."""
+    """Return the limits of controller.toml less a margin; `model` bounds the acceleration by the force."""
     of = machine.axes[axis].limits
     low_m, high_m = (end * MM for end in of.position_mm)
     margin_m = 0.5 * (1.0 - USABLE_SHARE) * (high_m - low_m)

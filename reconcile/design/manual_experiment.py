@@ -8,17 +8,17 @@ from reconcile.design.recorded_axis import RecordedAxis
 from reconcile.identification.explain import Explanation
 
 WARM_K, WARM_S = 5.0, 600.0
-"""Temperature range, or duration where none was measured, from which an axis counts as recorded warm."""
+"""Least temperature range, or duration where none was recorded, of an axis that was recorded warm."""
 
 
 class ManualExperiment(NamedTuple):
-    """What to do by hand, and when it is worth proposing."""
+    """An experiment by hand, and when to propose it."""
 
     motion: str
     numbers: Callable[[RecordedAxis], dict[str, Any]]
     """Numbers of the experiment, by keys with readable units."""
     lacking: Callable[[RecordedAxis], bool]
-    """Whether the recordings lack it, so that it is worth proposing where nothing else is open."""
+    """Whether the recordings lack it, so that it is proposed where nothing else is open."""
 
 
 MANUAL_EXPERIMENTS = {
@@ -70,7 +70,7 @@ MANUAL_EXPERIMENTS = {
 def manual_experiment(
     recorded: Mapping[str, RecordedAxis], explanations: Mapping[str, Sequence[Explanation]]
 ) -> dict[str, Any]:
-    """Return the most useful manual experiment as in verdict.json; empty if there is none."""
+    """Return the most useful manual experiment for verdict.json; empty if there is none."""
     proposals = [*_indistinguishable(explanations), *_lacking(recorded)]
     if not proposals:
         return {}
@@ -100,7 +100,7 @@ def _indistinguishable(
 
 
 def _lacking(recorded: Mapping[str, RecordedAxis]) -> Iterator[tuple[str, str, tuple[str, ...], str]]:
-    """Yield proposals for what the recordings lack."""
+    """Yield proposals for experiments that the recordings lack."""
     for axis, of_axis in recorded.items():
         for name, one in MANUAL_EXPERIMENTS.items():
             if one.lacking(of_axis):

@@ -8,9 +8,9 @@ refitted, over recordings and motion together. The residual r of that fit is the
 
 sigma^2 is the variance of the diagnosis' residual and tau its correlation time in samples: n samples of
 coloured noise are worth n / tau of white noise. The caller averages both directions, each model taken as true
-once: of nested models only the larger one can ever be told by its residual. Sources: Box and Hill (1967),
+once: of nested models only the larger one can show by its residual. Sources: Box and Hill (1967),
 discrimination among models by expected evidence; Atkinson and Fedorov (1975), T-optimal designs: the smallest
-distance from one model to all that the other can be.
+distance from one model to all predictions of the other.
 """
 
 from collections.abc import Sequence
@@ -34,13 +34,13 @@ Model = tuple[Term, ...]
 """Terms beside the rigid base; together one model."""
 
 MAX_LAG = 200
-"""Samples to which the autocorrelation is summed at most. Chosen to bound the work, not calibrated."""
+"""Largest lag of the summed autocorrelation, samples. Chosen to bound the work, not calibrated."""
 NEGLIGIBLE_CORRELATION = 0.05
 """The sum of the autocorrelation ends where it falls below this; the rest is estimation error."""
 
 
 class ColouredNoise(NamedTuple):
-    """The residual of a diagnosis as noise, at the samples that its regression keeps."""
+    """The residual of a diagnosis as noise, at the samples of its regression."""
 
     variance: float
     """In N^2 or m^2."""

@@ -1,4 +1,4 @@
-"""Choose the next experiment: the motion with the largest expected evidence per second of machine time.
+"""Chooses the next experiment: the motion with the largest expected evidence per second of machine time.
 
 A diagnosis leaves pairs of models open (`questions`): an effect and its rivals, effects that are often
 mistaken for one another, unnamed terms, and effects that may be hidden. Every candidate motion is rated on
@@ -23,27 +23,27 @@ from reconcile.identification.explain import Explanation
 from reconcile.regression.model_presliding import regressed_terms
 
 DECISIVE_NATS = 100.0
-"""Evidence beyond this counts no more. Chosen: ten would do if the columns were the truth, times ten."""
+"""Evidence beyond this has no further value. Chosen: ten would suffice for exact columns, times ten."""
 MIN_NATS = 20.0
-"""A motion with less expected evidence on a question is not made for its sake."""
+"""Least expected evidence for which a motion is proposed for a question."""
 MIN_NATS_CONTESTED = 3.0
-"""The same for an effect that has a rival in these recordings already: odds of twenty to one."""
+"""The same for an effect that already has a rival in these recordings: odds of twenty to one."""
 UNDETECTED_NATS = 5.0
-"""Evidence that an effect may have in the recordings without having been identified."""
+"""Evidence in the recordings up to which an effect may have stayed unidentified."""
 RECORDING_OVERHEAD_S = 10.0
 """Time for referencing, starting and reading of each recording."""
 MIN_PERIOD_S = 2e-3
 """Sample period of predicted motions; the regression's low pass removes what is faster."""
 REPEATED_KIND_FACTOR = 0.5
-"""Reduces the rating of a kind of motion for each time that it was made and did not decide."""
+"""Factor on the rating of a kind of motion for each earlier run of it that did not decide."""
 MIN_SPEED_THRESHOLDS = 3.0
 """Slowest candidate motion, in velocity thresholds of the recordings: below them motion is noise."""
 LISTED_MOTIONS = 6
-"""Motions that a verdict lists."""
+"""Most motions in a verdict."""
 
 
 class NextExperiment(NamedTuple):
-    """What to do next."""
+    """The next experiment."""
 
     content: dict[str, Any]
     """`next_experiment` of verdict.json; empty where nothing is open."""
@@ -72,9 +72,9 @@ def next_experiment(
     limits: Mapping[str, AxisLimits] | None = None,
     made: Sequence[str] = (),
 ) -> NextExperiment:
-    """Return the best motion over all axes, within `limits` or within what the recordings show.
+    """Return the best motion of all axes, within `limits` or within the recorded motions.
 
-    `made`: kinds of the motions that were made for earlier questions.
+    `made`: kinds of the motions that were run for earlier questions.
     """
     open_questions: dict[str, list[Question]] = {}
     rated: list[_RatedMotion] = []
@@ -131,7 +131,7 @@ def _question_nats(discrimination: ModelDiscrimination, q: Question, motion: tup
 
 
 def _unanswered(discrimination: ModelDiscrimination, q: Question) -> list[Question]:
-    """Return the question unless the recordings answer it; a hidden effect no larger than it can be."""
+    """Return the question unless the recordings answer it; a hidden effect at most as large as it can be."""
     if q.assumed is not None:
         width = discrimination.width(q.assumed.term)
         if width == 0:
@@ -166,7 +166,7 @@ def _value(q: Question, nats: float) -> float:
 def _proposal(
     best: _RatedMotion, of_axis: Sequence[_RatedMotion], asked: Sequence[Question]
 ) -> NextExperiment:
-    """Describe the best motion by the question on which it is worth most."""
+    """Describe the best motion by the question for which it has the largest value."""
     first = max(range(len(asked)), key=lambda k: _value(asked[k], best.nats[k]))
     q = asked[first]
     motion = best.planned.motion

@@ -1,4 +1,4 @@
-"""Predict the regression data of a planned motion: position with sensor noise, force of the rigid model."""
+"""Predicts the regression data of a planned motion: position with sensor noise, force of the rigid model."""
 
 import numpy as np
 

@@ -20,14 +20,14 @@ HEAD = """# Written by reconcile: {why}
 
 
 def program_steps(axis: str, steps: Sequence[Move | Sine | Dwell]) -> list[dict[str, Any]]:
-    """The steps of docs/programs.md, in its units."""
+    """Return the steps in the format and units of docs/programs.md."""
     return [_step(axis, step) for step in steps]
 
 
 def write_program(steps: Sequence[dict[str, Any]], why: str, directory: Path) -> Path | None:
-    """Write `next_experiment.toml` with these steps and say why in its head; return None without steps.
+    """Write `next_experiment.toml` with these steps, and the reason in its head.
 
-    Without steps the file of an earlier diagnosis is removed: it would answer a question that is closed.
+    Without steps return None, and remove the file of an earlier diagnosis: its question is closed.
     """
     file = directory / PROGRAM_FILE
     if not steps:
@@ -64,5 +64,5 @@ def _step(axis: str, step: Move | Sine | Dwell) -> dict[str, Any]:
 
 
 def _rounded(value: float) -> float:
-    """To what a nanometre is."""
+    """Round to a nanometre in millimetres."""
     return round(value, 6)

@@ -1,4 +1,4 @@
-"""List what a diagnosis leaves open, as pairs of models that an experiment could separate."""
+"""Lists the open questions of a diagnosis, as pairs of models that an experiment could separate."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -24,7 +24,7 @@ CONTESTED, MISTAKEN, UNEXPLAINED, HIDDEN = "contested", "mistaken", "unexplained
 MISTAKEN_WEIGHT = 0.1
 """Weight of an effect that is often mistaken for the identified one, whatever its confidence."""
 HIDDEN_WEIGHT = 0.3
-"""Weight of all effects together that may be hidden in one channel; 1 is a name that is entirely open."""
+"""Weight of all possibly hidden effects of one channel together; 1 is a name that is entirely open."""
 SMOOTH_COORDINATES = (
     "position",
     "velocity",
@@ -33,12 +33,12 @@ SMOOTH_COORDINATES = (
     "force",
     "distance_since_reversal",
 )
-"""Coordinates of smooth terms that a motion of a minute varies."""
+"""Coordinates of smooth terms that vary within a minute of motion."""
 MAX_SHAPES = 8
-"""Shapes of one effect that are compared; the catalogue may scan more."""
+"""Most shape parameters of one effect that are compared; the catalogue may scan more."""
 MIN_RIVAL_CONFIDENCE = float(norm.sf(RIVAL_STANDARD_ERRORS))
 LARGE_SHARE, SMALL_SHARE = 0.2, 0.1
-"""Of the Coulomb friction: typical of another friction, and of a ripple."""
+"""Typical sizes of another friction and of a ripple, share of the Coulomb friction."""
 BY_RANK = sorted(ENTRIES.values(), key=lambda entry: entry.rank)
 
 
@@ -54,7 +54,7 @@ class Question(NamedTuple):
     assumed: AssumedTerm | None = None
     """For a hidden effect, instead of both lists of models."""
     base_model: Model = ()
-    """What is not in question beside the assumed term."""
+    """The terms beside the assumed one, which are not in question."""
 
 
 def questions(explanation: Explanation, recorded: RecordedAxis) -> list[Question]:
@@ -86,7 +86,7 @@ def _contested(
     datasets: Sequence[RegressionData],
     channel: ResidualChannel,
 ) -> Iterator[Question]:
-    """Yield an effect against its rivals in these recordings, and against what it is often mistaken for."""
+    """Yield an effect against its rivals in these recordings, and against effects often mistaken for it."""
     own = tuple((c.effect, c.shape_parameters) for c in finding.candidates)
     base_model = tuple(term for term in whole if term not in own)
     weights = dict.fromkeys(confused_with(finding.effect), (MISTAKEN, MISTAKEN_WEIGHT))
@@ -143,10 +143,10 @@ def _hidden(
 
 
 def _plausible_terms(recorded: RecordedAxis, channel: ResidualChannel) -> list[AssumedTerm]:
-    """Assume each effect of the catalogue at a size that is typical of machines; coefficients in N and m.
+    """Return each effect of the catalogue at a size that is typical of machines; coefficients in N and m.
 
-    The sizes are shares of the axis' own Coulomb friction, peak force and travel, or the middle of the
-    catalogue's range. They say which effects are worth looking for, not which ones exist.
+    The sizes are shares of the Coulomb friction, peak force and travel of the axis, or the middle of the
+    range in the catalogue. They decide which effects to look for, not which ones exist.
     """
     coulomb_n, fastest_m_s = max(recorded.coulomb_n, 1e-3), max(recorded.max_velocity_m_s, 1e-6)
     low_m, high_m = recorded.min_position_m, recorded.max_position_m
@@ -169,7 +169,7 @@ def _plausible_terms(recorded: RecordedAxis, channel: ResidualChannel) -> list[A
 
 
 def _terms(effect: str, datasets: Sequence[RegressionData], channel: ResidualChannel) -> list[Term]:
-    """Return an effect in the shapes that the catalogue scans, thinned to at most MAX_SHAPES or so."""
+    """Return an effect at the shape parameters of the catalogue, thinned to about MAX_SHAPES."""
     of = family(effect, channel)
     shapes = of.shapes(datasets) if of else []
     return [(effect, shape) for shape in shapes[:: math.ceil(len(shapes) / MAX_SHAPES) or 1]]

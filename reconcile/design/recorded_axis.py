@@ -1,4 +1,4 @@
-"""Summarise the recordings of an axis: its range of motion, its sensors, and what was never recorded."""
+"""Summarises the recordings of an axis: its range of motion, its sensors, and what they lack."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation
 
 MIN_STROKE_COUNTS = 4.0
-"""Encoder counts; the shape of a smaller stroke is lost in quantisation."""
+"""Least stroke in encoder counts; the shape of a smaller one is lost in quantisation."""
 
 
 class RecordedAxis(NamedTuple):
@@ -19,7 +19,7 @@ class RecordedAxis(NamedTuple):
     min_position_m: float
     max_position_m: float
     initial_position_m: float
-    """At the beginning of the first recording."""
+    """Position at the beginning of the first recording."""
     max_velocity_m_s: float
     max_acceleration_m_s2: float
     velocity_threshold_m_s: float
@@ -33,7 +33,7 @@ class RecordedAxis(NamedTuple):
     other_axes: tuple[str, ...]
     """Axes that moved in the same recordings."""
     moved_alone: bool
-    """Each other axis was recorded moving while this one stood, and standing while this one moved."""
+    """Each other axis was recorded in motion with this one at standstill, and the other way round."""
     mass_kg: float
     viscous_n_s_m: float
     coulomb_n: float
@@ -41,7 +41,7 @@ class RecordedAxis(NamedTuple):
 
 
 def recorded_axis(of_axis: Sequence[Explanation], axis: NominalAxis) -> RecordedAxis:
-    """Summarise an axis from its explanations; base parameters that were not fitted are the model's."""
+    """Summarise an axis from its explanations; parameters that were not fitted are the model's."""
     datasets = [residual.data for residual in of_axis[0].residuals]
     base: Mapping[str, float] = next((e.base for e in of_axis if e.channel is ResidualChannel.FORCE), {})
     motions = [data.motion for data in datasets]

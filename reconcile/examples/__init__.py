@@ -1,1 +1,1 @@
-"""`reconcile example`: diagnose data sets that others have published: EMPS and ODrive."""
+"""`reconcile example`: diagnoses published data sets of real axes."""

@@ -2,8 +2,8 @@
 
 Two records of one motion at 1 kHz: DATA_EMPS, and DATA_EMPS_PULSES with a force injected beside the
 controller. The nominal model is rigid: one mass, one viscous and one symmetric Coulomb value, fitted on the
-first record. The effects that a diagnosis of the first record identifies are judged on the second one, which
-is held out; a second diagnosis uses both.
+first record. The effects that a diagnosis of the first record identifies are tested on the held-out second
+one; a second diagnosis uses both.
 """
 
 import math
@@ -42,13 +42,15 @@ PUBLISHER = (
 MAPPING = ("time=t", "position=qm", "voltage=vir", "reference=qg", "force_per_volt=gtau")
 AXIS = "x"
 MATTERS = 0.005
-"""Share of the force from which on an effect is named: the data are this good, and a ripple of 0.5 N RMS in
-54 N is what the example looks for."""
+"""Least share of the force of a named effect: the data are good enough for it, and the example looks for a
+ripple of 0.5 N RMS in 54 N.
+"""
 LEAD_M, COUNTS, LIMIT_V, VELOCITY_SAMPLES = 2.5e-3, 50_000, 10.0, 2
-"""From the data set's description: screw, encoder, controller output limit, two-tap velocity difference."""
+"""From the description of the data set: screw, encoder, output limit of the controller, two-tap velocity."""
 REJECTED = "position_dependent_friction"
-"""An effect that an early prototype named: it took 13 % of the squared residual of the first record, and made
-that of the held-out one 1.5 % larger."""
+"""An effect that an early prototype named: it explained 13 % of the squared residual of the first record, and
+increased that of the held-out one by 1.5 %.
+"""
 
 
 class _Inputs(NamedTuple):
@@ -150,7 +152,7 @@ def _inputs(paths: list[Path], out: Path) -> _Inputs:
 
 
 def fitted_rigid(recording: AxisRecording) -> dict[str, float]:
-    """Fit M a + Fv v + Fc sign(v) = F by least squares behind the state-variable filter."""
+    """Fit M a + Fv v + Fc sign(v) = F by least squares after the state-variable filter."""
     low_pass = StateFilter(recording.period_s, FILTER_HZ)
     motion = kinematics(recording.motor_m, recording.period_s)
     columns = (

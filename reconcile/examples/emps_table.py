@@ -13,7 +13,7 @@ PUBLISHED = {"mass_kg": 95.109, "viscous_n_s_m": 203.50, "coulomb_n": 20.394}
 PUBLISHED_FORCE_ERRORS = (0.0585, 0.0894)
 """Relative error of the published closed-loop simulation, by record."""
 PROTOTYPE_RESIDUAL_N = 1.59
-"""Force residual of an early prototype on the second record, to be matched."""
+"""Force residual of an early prototype on the second record: the mark."""
 
 
 def identified_rows(values: Mapping[str, Any], findings: Sequence[Mapping[str, Any]]) -> list[Row]:

@@ -1,6 +1,6 @@
-"""What the examples share: where published data are looked for, and the table of results.
+"""Common parts of the examples: the directories of published data, and the table of results.
 
-The data are not part of this project; each example names their publisher and where they go.
+The data are not part of this project; each example names their publisher and the place for them.
 """
 
 import json
@@ -13,7 +13,7 @@ from servo_ctrl.files.whole_file import write_text_whole
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 PLACES = (CHECKOUT.parent / "shared" / "data", Path("data"))
-"""Where data sets are looked for: beside the checkout, else in the working directory."""
+"""Searched directories of data sets: beside the checkout, else in the working directory."""
 
 
 class Row(NamedTuple):
@@ -22,7 +22,7 @@ class Row(NamedTuple):
     figure: str
     ours: str
     mark: str = ""
-    """Published value, or the value to be reached."""
+    """Published value, or the value to reach."""
 
 
 class ExampleResult(NamedTuple):
@@ -36,7 +36,7 @@ class ExampleResult(NamedTuple):
 
 
 def data_directory(name: str, given: Path | None) -> Path:
-    """Return the given directory, else the first place that has the data set, else where it belongs."""
+    """Return the given directory, else the first place with the data set, else the place for it."""
     if given is not None:
         return given
     found = [place / name for place in PLACES if (place / name).is_dir()]

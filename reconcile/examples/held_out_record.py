@@ -1,8 +1,9 @@
-"""Judge effects on a held-out record: fit a model on one recording, compute its force residual on another.
+"""Tests effects on a held-out record: fits a model on one recording, computes its force residual on another.
 
-The residual is that of the diagnosis, behind the same filter. Ripple keeps its amplitude; its phase is
-shifted to the other recording's encoder zero, fitted on its first seconds, which then do not count. Another
-stage fits the timing of the channels there too, since it belongs to a recording and not to the axis.
+The residual is that of the diagnosis, after the same filter. Ripple keeps its amplitude; its phase is
+shifted to the encoder zero of the other recording, fitted on its first seconds, which then do not count.
+Another stage fits the timing of the channels there too, because it belongs to a recording and not to the
+axis.
 """
 
 import math
@@ -26,9 +27,9 @@ from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 Effect = tuple[str, ShapeParameters]
 ONCE_A_TURN = ("cogging",)
 SHIFTS = 360
-"""Encoder zeros tried in a turn: one a degree."""
+"""Encoder zeros tried in a turn: one per degree."""
 ORDERS, ORDERS_EVERY = np.arange(0.2, 4.01, 0.05), 4
-"""Cycles a turn of the figure; every fourth sample suffices for it."""
+"""Cycles per turn of the figure, and the thinning of its samples."""
 
 
 class Stage(NamedTuple):
@@ -40,7 +41,7 @@ class Stage(NamedTuple):
 
 
 class RejectedEffect(NamedTuple):
-    """An effect added to all identified ones, judged as in a diagnosis, and on the other record."""
+    """An effect added to all identified ones, tested as in a diagnosis, and on the other record."""
 
     effect: str
     gain: float
@@ -61,16 +62,16 @@ class Ripple(NamedTuple):
 
 
 class Orders(NamedTuple):
-    """Share that each order of the turn explains in one record, beside the effects without ripple."""
+    """Share explained by each order of the turn in one record, with all effects but ripple."""
 
     source: str
     cycles_1_turn: Array
     share: Array
-    """Of the squared residual without it."""
+    """Share of the squared residual without it."""
 
 
 class TwoRecords:
-    """A recording to fit on, and another to judge by."""
+    """A recording to fit on, and a held-out one."""
 
     def __init__(self, train: AxisRecording, other: AxisRecording, axis: NominalAxis) -> None:
         self._records, self._lead_m = (train, other), axis.lead_m
@@ -86,7 +87,7 @@ class TwoRecords:
         return stages
 
     def rejected_effect(self, effect: str, found: Sequence[Effect]) -> RejectedEffect:
-        """Judge the best shape of an effect that was not accepted."""
+        """Test the best shape parameters of an effect that was not accepted."""
         wide = regression_problem(self._datasets[:1], ResidualChannel.FORCE, found)
         equations = wide.equations
         validation = CrossValidation(equations, np.flatnonzero(equations.samples > 0))

@@ -2,11 +2,11 @@
 
 A map is the current that holds the motor at each position of a turn. It is diagnosed as a recording of a
 rotary axis: a millimetre stands for a degree (the lead, one turn, is 360 mm) and a newton for an ampere.
-Nothing in a map depends on time; each point takes a hundredth of a second, so that the diagnosis' low pass
-keeps all of it.
+Nothing in a map depends on time; each point gets a hundredth of a second, so that the low pass of the
+diagnosis keeps all of it.
 
 Map a (forward) and map e (backward, another day, the encoder zeroed half a turn off) are diagnosed; the
-cogging of the repaired model is judged on map b.
+cogging of the repaired model is tested on map b.
 """
 
 import math
@@ -36,12 +36,13 @@ PUBLISHER = (
 )
 FORWARD, BACKWARD, HELD_OUT = "a_4", "e_16r", "b_16"
 OTHERS = ("d_16",)
-"""Measured after a new index search: shows what a slightly different encoder zero costs."""
+"""Measured after a new index search: shows the effect of a slightly different encoder zero."""
 COUNTS, PERIOD_S, MM_A_TURN = 8192, 0.01, 360.0
 AXIS = "motor"
 MARK_SHARE = 0.137
-"""Of the standard deviation of map b: what the six strongest harmonics, fitted on map a, leave of it. A mark,
-and not published: computed when the data set was prepared (its PROVENANCE.md)."""
+"""Residual share of the standard deviation of map b with the six strongest harmonics fitted on map a. A mark,
+not published: computed when the data set was prepared (its PROVENANCE.md).
+"""
 MODEL = f"""# A rotary axis that has no cogging: 1 mm is 1 degree, 1 N is 1 A.
 [axis.{AXIS}.transmission]
 lead_mm = {MM_A_TURN}
@@ -62,7 +63,7 @@ class Map(NamedTuple):
 
 
 def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> ExampleResult:
-    """Diagnose two maps, and judge the identified cogging on a third. Raises ReconcileError."""
+    """Diagnose two maps, and test the identified cogging on a third. Raises ReconcileError."""
     file = data_file(data, [MAPS], PUBLISHER)
     maps = {name: read_map(file, name) for name in (FORWARD, BACKWARD, HELD_OUT, *OTHERS)}
     out.mkdir(parents=True, exist_ok=True)
@@ -123,7 +124,7 @@ def read_map(file: Path, name: str) -> Map:
 
 
 def unexplained_share(one: Map, terms: cogging.Params) -> float:
-    """Return the standard deviation that a cogging model leaves of a map, over that of the map."""
+    """Return the residual standard deviation of a map with a cogging model, over that of the map."""
     return float(np.std(one.current_a - holding_current_a(one, terms)) / np.std(one.current_a))
 
 

@@ -1,65 +1,46 @@
-"""Run tasks on a dask cluster: each comes back once, with its result or the reason why there is none.
+"""Runs tasks on a dask cluster: each ends once, with its result or with the reason why there is none.
 
-dask hands tasks to free workers. When one dies, it blames all tasks that the worker held; which of them
-killed it shows when each is tried again alone. This file adds that, a bound on every wait and on every task,
-few tasks in flight, reasons in words, and a local cluster that listens on loopback only.
+dask assigns tasks to free workers. When a worker dies, dask blames all of its tasks; which of them killed it
+shows when each is run again alone. This file adds that, a bound on every wait, few tasks in flight, and
+reasons in words.
 """
 
 import contextlib
-import logging
-import os
 import queue
-import signal
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
 from reconcile.errors import ReconcileError
-from reconcile.fleet.limit import TimeLimitError, run_with_time_limit
+from reconcile.fleet.dask_workers import (
+    CONNECT_S,
+    STUCK_GRACE_S,
+    client_of_local_workers,
+    client_of_scheduler,
+    run_in_worker,
+)
+from reconcile.fleet.limit import TimeLimitError
 
 MOST_DEATHS = 3
-"""Workers that die of one task before the attempts end."""
-STUCK_GRACE_S = 30.0
-"""Time beyond its limit in which compiled code of a task may return; then its worker is killed."""
-CONNECT_S = 60.0
-"""Bounds every wait for an answer of scheduler or worker."""
+"""Workers that may die of one task before it counts as killed."""
 MAX_WITHOUT_WORKERS_S = 300.0
-"""Workers of a shared cluster may be restarted or lent to others; after this time the cluster is lost."""
+"""Longest time without workers, which may restart or serve others; then the cluster counts as lost."""
 POLL_S = 5.0
 MIN_IN_FLIGHT, IN_FLIGHT_PER_THREAD = 16, 3
-"""Tasks submitted at a time: no worker idles, and little work is lost by Ctrl-C."""
-SINGLE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
-DASK_CONFIG = {
-    "distributed.scheduler.worker-saturation": 1.0,  # no more tasks wait at a worker than it works on
-    "distributed.scheduler.http.routes": [],
-    "distributed.worker.http.routes": [],
-    # forking from a process that has imported the libraries starts a worker in a tenth of the time
-    "distributed.worker.multiprocessing-method": "forkserver",
-    "distributed.nanny.pre-spawn-environ": SINGLE_THREAD,
-    # what is in memory is in use, so spilling cannot help: above its limit a worker is killed, its task
-    # repeated
-    "distributed.worker.memory.target": False,
-    "distributed.worker.memory.spill": False,
-    "distributed.worker.memory.pause": False,
-    "distributed.worker.memory.terminate": 0.95,
-}
-INSTALL = "pip install 'servo-ctrl[fleet]'"
+"""Tasks submitted at a time: no worker idles, and Ctrl-C loses little work."""
 
 
 class TaskOutcome(NamedTuple):
-    """A finished task: its `value`, or the kind of its failure and the reason."""
+    """An ended task: its `value`, or the kind of its failure and the reason."""
 
     task: Any
     value: Any
     failure: str = ""
-    """Empty, `killed`, `over time` or `failed`."""
+    """Empty, or `killed`, `over time` or `failed`."""
     reason: str = ""
     deaths: int = 0
-    """Workers that died while they held it."""
+    """Workers that died while they held the task."""
 
 
 class Cluster:
@@ -72,12 +53,12 @@ class Cluster:
         self._polled_s = -POLL_S
 
     def threads(self) -> int:
-        """Return how many tasks the cluster can work on at a time, now."""
+        """Return how many tasks the cluster can run at a time now."""
         return sum(self._client.nthreads().values())
 
     def run_on_every_worker(self, function: Callable[[], Any]) -> dict[str, Any]:
-        """Return the result of `function` by worker. Raises ReconcileError naming a worker that has none."""
-        # Client.run would wait for ever where a worker cannot import the function
+        """Return the result of `function` by worker. Raises ReconcileError naming a worker without one."""
+        # Client.run would wait for ever for a worker that cannot import the function
         sent = {
             worker: self._client.submit(function, workers=[worker], pure=False)
             for worker in self._client.nthreads()
@@ -94,7 +75,7 @@ class Cluster:
 
     def run(self, work: Callable[[Any], Any], tasks: Iterable[Any], limit_s: float) -> Iterator[TaskOutcome]:
         """Yield the outcome of `work(task)` of each task as it ends. Raises ReconcileError: cluster lost."""
-        job = partial(_in_worker, work, limit_s)
+        job = partial(run_in_worker, work, limit_s)
         suspects = []
         for ended in self._run_together(job, iter(tasks), limit_s):
             if ended.deaths:
@@ -105,7 +86,7 @@ class Cluster:
             yield self._run_alone(job, suspect, limit_s)
 
     def _run_alone(self, job: Any, suspect: TaskOutcome, limit_s: float) -> TaskOutcome:
-        """Try a task again that a dead worker held, while no other is there to be blamed or to blame."""
+        """Run a task of a dead worker again, without other tasks that could have killed the worker."""
         while suspect.deaths < MOST_DEATHS:
             (ended,) = self._run_together(job, iter([suspect.task]), limit_s)
             if not ended.deaths:
@@ -136,7 +117,7 @@ class Cluster:
         self, job: Any, waiting: Iterator[Any], in_flight: dict[Any, Any], finished: queue.SimpleQueue[Any]
     ) -> None:
         now_s = time.monotonic()
-        if now_s - self._polled_s > POLL_S:  # workers come and go
+        if now_s - self._polled_s > POLL_S:  # workers join and leave
             self._in_flight = max(MIN_IN_FLIGHT, IN_FLIGHT_PER_THREAD * self.threads())
             self._polled_s = now_s
         while len(in_flight) < self._in_flight:
@@ -148,7 +129,7 @@ class Cluster:
             future.add_done_callback(finished.put)
 
     def _next_finished(self, finished: queue.SimpleQueue[Any], limit_s: float) -> Any:
-        """Return the next finished future. Raises ReconcileError: no connection, worker or progress."""
+        """Return the next future that ends. Raises ReconcileError: no connection, worker or progress."""
         start_s = alive_s = time.monotonic()
         longest_s = (limit_s + STUCK_GRACE_S) * (MOST_DEATHS + 1) + MAX_WITHOUT_WORKERS_S
         while True:
@@ -165,7 +146,7 @@ class Cluster:
                 raise self._lost(f"nothing has been done for {longest_s:g} s")
 
     def _outcome(self, task: Any, future: Any) -> TaskOutcome | None:
-        """Return None if the result was lost with its worker: dask then repeats the task."""
+        """Return the outcome; None if the result was lost with its worker: dask then repeats the task."""
         try:
             if future.status == "finished":
                 return TaskOutcome(task, future.result(timeout=CONNECT_S))
@@ -189,80 +170,18 @@ class Cluster:
 @contextlib.contextmanager
 def local_cluster(workers: int, memory: str) -> Iterator[Cluster]:
     """Start single-threaded worker processes on this computer; `memory` bounds each, `auto` is its share."""
-    dask, distributed = _libraries()
-    with (
-        tempfile.TemporaryDirectory(prefix="reconcile-workers-") as scratch,
-        dask.config.set({**DASK_CONFIG, "temporary-directory": scratch}),
-    ):
-        cluster = distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            memory_limit=memory,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",  # distributed insists on one; it has no routes
-            scheduler_kwargs={"dashboard": False, "allowed_failures": 0},
-            silence_logs=logging.CRITICAL,
-        )
-        with cluster, distributed.Client(cluster, timeout=CONNECT_S) as client:
-            client.register_plugin(_worker_plugin(distributed))
-            yield Cluster(client, cluster.scheduler_address)
+    with client_of_local_workers(workers, memory) as (client, address):
+        yield Cluster(client, address)
 
 
 @contextlib.contextmanager
 def cluster_at(address: str) -> Iterator[Cluster]:
     """Connect to a running cluster. Raises ReconcileError: no scheduler answers, or it has no worker."""
-    _, distributed = _libraries()
-    try:
-        client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
-    except (OSError, ValueError) as error:
-        remedy = "its address is like tcp://HOST:8786; `dask scheduler` prints it"
-        raise ReconcileError(address, "", f"no scheduler answers: {error}", remedy) from None
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=CONNECT_S)
-        except TimeoutError:
-            remedy = f"start some: dask worker {address} --nthreads 1"
-            raise ReconcileError(address, "", "the scheduler has no worker", remedy) from None
+    with client_of_scheduler(address) as client:
         yield Cluster(client, address)
-
-
-def _libraries() -> tuple[Any, Any]:
-    try:
-        import dask  # noqa: PLC0415  # an extra of the installation
-        import distributed  # noqa: PLC0415  # as above
-    except ImportError:
-        raise ReconcileError("reconcile fleet", "", "dask is not installed", INSTALL) from None
-    return dask, distributed
-
-
-def _worker_plugin(distributed: Any) -> Any:
-    """Return a plugin by which workers ignore Ctrl-C: the process that holds the results ends them."""
-
-    class IgnoreInterrupt(distributed.WorkerPlugin):  # type: ignore[misc]  # distributed has no types
-        name = "ignore-interrupt"
-
-        def setup(self, worker: Any) -> None:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-            tempfile.tempdir = worker.local_directory  # removed with the cluster, however the worker ends
-
-    return IgnoreInterrupt()
 
 
 def _killed(task: Any, deaths: int) -> TaskOutcome:
     workers = "worker" if deaths == 1 else "workers"
     reason = f"{deaths} {workers} died while they worked on it: out of memory, or crashed"
     return TaskOutcome(task, None, "killed", reason, deaths)
-
-
-def _in_worker(work: Callable[[Any], Any], limit_s: float, task: Any) -> Any:
-    return run_with_time_limit(partial(work, task), limit_s, _kill_worker, STUCK_GRACE_S)
-
-
-def _kill_worker() -> None:
-    """Kill this process if a nanny restarts it; the scheduler repeats its task elsewhere."""
-    from distributed import get_worker  # noqa: PLC0415  # on a worker, which has it
-
-    with contextlib.suppress(ValueError):
-        if get_worker().nanny:
-            os.kill(os.getpid(), signal.SIGKILL)

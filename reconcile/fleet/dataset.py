@@ -1,7 +1,7 @@
-"""List and fetch the recordings of a fleet: Parquet partitioned as `machine=NAME/axis=NAME/...`.
+"""Lists and fetches the recordings of a fleet: Parquet partitioned as `machine=NAME/axis=NAME/...`.
 
-Only this file uses fsspec, which reads local directories and object stores alike. A listing is compact, since
-a hundred thousand axes are held at once.
+Only this file uses fsspec, which reads local directories and object stores alike. A listing is compact,
+because it holds up to a hundred thousand axes.
 """
 
 from collections.abc import Iterator
@@ -12,12 +12,12 @@ from urllib.parse import unquote
 from reconcile.errors import ReconcileError
 
 HEADER = "recording.json"
-"""Makes its directory one recording of several parts, as `servo-ctrl run --record` writes it."""
+"""The file that marks its directory as one recording of several parts, of `servo-ctrl run --record`."""
 VERSION_KEYS = (
     *("ETag", "etag", "md5Hash", "content_md5"),
     *("mtime", "LastModified", "last_modified", "updated", "created"),
 )
-"""Keys under which file systems report what differs between two versions of a file, the best first."""
+"""Keys under which file systems report the version of a file, the most specific first."""
 INSTALL = "pip install 'servo-ctrl[fleet]'"
 
 
@@ -36,7 +36,7 @@ class AxisData(NamedTuple):
     machine: str
     axis: str
     root: str
-    """URL of its directory, without credentials; a worker opens the directory by it."""
+    """URL of its directory, without credentials, from which a worker reads."""
     files: tuple[DataFile, ...]
 
     @property
@@ -125,7 +125,7 @@ def _is_machine(entry: dict[str, Any]) -> bool:
 
 
 def _hidden(entry: dict[str, Any]) -> bool:
-    """Whether a name is one of those that tools leave beside data (`_SUCCESS`, `.crc`)."""
+    """Return whether it is a file that tools leave beside data (`_SUCCESS`, `.crc`)."""
     return Path(str(entry["name"])).name.startswith(("_", "."))
 
 

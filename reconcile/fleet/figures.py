@@ -1,4 +1,4 @@
-"""Figures of a fleet: effects over machines, and the size of each effect against the fleet's median."""
+"""Figures of a fleet: effects over machines, and the size of each effect relative to the fleet's median."""
 
 import html
 from typing import Any
@@ -12,14 +12,14 @@ from reconcile.report.words import display_name, percent, quantity
 from servo_ctrl.report.html_file import packed
 
 MAX_MACHINES, MAX_POINTS = 400, 20_000
-"""Columns of the map and points of the spreads that a browser still draws at once."""
+"""Most columns of the map and points of the spreads, for a browser to draw at once; chosen."""
 MAX_NAMED_MACHINES = 60
-"""Columns of the map that have room for their names."""
+"""Most columns of the map with room for their names."""
 TICKS = [digit * 10.0**decade for decade in range(-4, 5) for digit in (1, 2, 5)]
 MIN_DECADES = 0.5
-"""Shown to both sides of the median, so that small differences look small."""
+"""Least decades to either side of the median, so that small differences look small."""
 SCALE = [[0.0, "rgba(0, 114, 178, 0.10)"], [1.0, "rgba(0, 114, 178, 1.0)"]]
-"""Readable on a light and on a dark page."""
+"""Colours that are readable on a light and on a dark page."""
 
 
 def effect_map(found: FleetSummary) -> Figure | None:

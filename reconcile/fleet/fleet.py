@@ -1,6 +1,6 @@
-"""`reconcile fleet`: plan which axes are to be diagnosed, run them on a cluster, write table and page.
+"""`reconcile fleet`: plans which axes to diagnose, runs them on a cluster, and writes table and page.
 
-Results of an earlier run are used again as long as nothing they depend on has changed.
+Results of an earlier run are used again while everything on which they depend is unchanged.
 """
 
 from collections.abc import Callable, Iterator
@@ -18,14 +18,14 @@ from reconcile.formats.mapping import NO_MAPPING, Mapping
 
 
 class FleetOptions(NamedTuple):
-    """How the axes are diagnosed, and what of each is stored."""
+    """How the axes are diagnosed, and whether their reports are stored."""
 
     mapping: Mapping = NO_MAPPING
     with_reports: bool = False
 
 
 class FleetPlan(NamedTuple):
-    """What there is to do in a fleet."""
+    """The axes of a fleet: finished rows, and tasks to run."""
 
     rows: dict[tuple[str, str], Row]
     """By machine and axis: rows of an earlier run, and of axes without a model."""

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 Result = TypeVar("Result")
 PENDING_STEPS = 20
-"""Milliseconds of Python steps in which an exception that was already sent is certain to be raised."""
+"""Milliseconds of Python steps within which an exception that was already sent is certainly raised."""
 
 
 class TimeLimitError(Exception):
@@ -16,7 +16,7 @@ class TimeLimitError(Exception):
 
 
 class _TimeUp(BaseException):
-    """Raised in the working thread from outside; `except Exception` of the work does not catch it."""
+    """Raised in the working thread by the timer; `except Exception` in the work does not catch it."""
 
 
 def run_with_time_limit(
@@ -24,8 +24,8 @@ def run_with_time_limit(
 ) -> Result:
     """Return the result of `work`. Raises TimeLimitError after `limit_s`, at the next step of Python.
 
-    Compiled code that does not return to Python cannot be interrupted so: `on_stuck` is called after another
-    `grace_s`.
+    Compiled code that does not return to Python cannot be interrupted in this way: for it `on_stuck` is
+    called after another `grace_s`.
     """
     timer = _Timer(limit_s, on_stuck, grace_s)
     try:
@@ -53,7 +53,7 @@ class _Timer:
         self._thread.start()
 
     def stop(self) -> None:
-        """Return when no interruption can follow; one that was sent is raised in here at the latest."""
+        """Return once no interruption can follow; one that was sent is raised within this call."""
         with self._lock:
             self.over.set()
             raised = self._raised

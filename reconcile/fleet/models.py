@@ -1,16 +1,16 @@
-"""Find the nominal model of each axis of a fleet: its own file, its machine's, or the default."""
+"""Finds the nominal model of each axis of a fleet: its own file, that of its machine, or the default."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from reconcile.errors import ReconcileError
-from reconcile.formats.toml_file import document_of, toml_text
+from reconcile.formats.toml_file import document_of, toml_text, with_absolute_paths
 
 DEFAULT = "default.toml"
 
 
 class FleetModel(NamedTuple):
-    """A model file of one axis as text: a worker need not see the directory."""
+    """A model file of one axis as text, because a worker may not have the directory."""
 
     file: str
     text: str
@@ -38,7 +38,7 @@ class FleetModels:
         raise ReconcileError(self._directory, "", f"has no model of {machine}/{axis}", f"looked for {wanted}")
 
     def _text(self, file: Path, axis: str, *, any_name: bool) -> str:
-        """Return the model reduced to this axis; a single axis may have `any_name`."""
+        """Return the text of the model reduced to this axis; a single axis may have `any_name`."""
         if file not in self._read:
             self._read[file] = document_of(file)
         document = self._read[file]
@@ -48,22 +48,12 @@ class FleetModels:
         table = axes.get(axis, next(iter(axes.values())) if any_name and len(axes) == 1 else None)
         if not isinstance(table, dict):
             raise ReconcileError(file, "axis", f"there is no axis {axis}; it has {', '.join(axes)}")
-        alone = {axis: _absolute(table, file.parent)}
+        alone = {axis: table}
         coupling = table.get("cross_axis_coupling")
         other = coupling.get("other") if isinstance(coupling, dict) else None
-        if isinstance(other, str) and other in axes:  # the model needs the axis that it names
-            alone[other] = _absolute(axes[other], file.parent)
-        return toml_text({**document, "axis": alone})
-
-
-def _absolute(table: dict[str, Any], directory: Path) -> dict[str, Any]:
-    """Return the axis with absolute paths, so that its text may be read anywhere."""
-    return {
-        section: {**values, "eds": str((directory / values["eds"]).resolve())}
-        if isinstance(values, dict) and isinstance(values.get("eds"), str)
-        else values
-        for section, values in table.items()
-    }
+        if isinstance(other, str) and other in axes:  # the coupling refers to it
+            alone[other] = axes[other]
+        return toml_text(with_absolute_paths({**document, "axis": alone}, file.parent))
 
 
 def _plain(name: str) -> bool:

@@ -1,4 +1,4 @@
-"""`fleet.html`: which machines lack which physics, how large it is, and what was not diagnosed."""
+"""`fleet.html`: which models lack which physics, how large it is, and which axes were not diagnosed."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -31,7 +31,7 @@ MEANINGS = {
 
 
 def write_page(rows: Sequence[Row], ignored: Sequence[str], path: Path) -> None:
-    """Write the page; reports beside it are linked. Raises OSError; leaves nothing half written."""
+    """Write the page with links to the reports beside it, atomically. Raises OSError."""
     found = summarise(rows)
     page = HtmlPage()
     figures = (effect_map(found), size_spreads(found))

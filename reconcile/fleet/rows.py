@@ -1,4 +1,4 @@
-"""The rows of a fleet's table: one for each axis, diagnosed or not."""
+"""The rows of the table of a fleet: one for each axis, diagnosed or not."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ Row = dict[str, Any]
 CHANNEL_UNITS = {"force": "n", "deviation": "m"}
 LEVELS = ("before", "refitted", "after")
 TRANSIENT = ("killed", "over time", "failed", "unreadable", "no model")
-"""Failures that a repetition may cure without another recording; `unusable` recordings stay unusable."""
+"""Failures that a repetition may remedy without another recording; `unusable` recordings stay unusable."""
 
 PARAMETER = {"name": "string", "value": "double", "low": "double", "high": "double", "unit": "string"}
 EFFECT = {
@@ -39,14 +39,15 @@ COLUMNS: dict[str, Any] = {
     "model": "string",
     "key": "string",
 }
-"""Types by column, as `write_records` takes them. `status`: diagnosed, or why not; levels: RMS on held-out
-blocks; low and high bound 95 %."""
+"""Types by column, for `write_records`. `status`: diagnosed, or why not; levels: RMS on held-out blocks; low
+and high: bounds of the 95 % interval.
+"""
 
 
 def row_of_verdict(
     data: AxisData, key: str, verdict: Mapping[str, Any], bad: Sequence[Mapping[str, str]], *, recordings: int
 ) -> Row:
-    """Return the row of a diagnosed axis from its verdict.json; `bad` are the files that were left out."""
+    """Return the row of a diagnosed axis from its verdict.json; `bad` lists the excluded files."""
     fit = verdict["fit"].get(data.axis, {})
     levels = {
         f"{channel}_{level}_{unit}": _number(fit[channel][level]["heldout"])

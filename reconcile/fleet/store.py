@@ -1,7 +1,8 @@
 """The results of a fleet on disk: a directory for each axis, and the table of all.
 
 OUT/axes/MACHINE/AXIS/   verdict.json, model.toml, report.html
-                         result.json: the row of the table; written last, so that it vouches for the others
+                         result.json: the row of the table; written last, so it shows that the others are
+                         complete
 OUT/results.parquet      all rows
 OUT/fleet.html           the page
 """
@@ -23,7 +24,7 @@ RESULT, TABLE, PAGE = "result.json", "results.parquet", "fleet.html"
 
 
 def result_key(data: AxisData, *parts: Any) -> str:
-    """Return the SHA-256 of what a result depends on: name, size and version of the files, and `parts`."""
+    """Return the SHA-256 of all inputs of a result: name, size and version of the files, and `parts`."""
     content = json.dumps([data.machine, data.axis, data.files, *parts], ensure_ascii=True)
     return hashlib.sha256(content.encode()).hexdigest()
 
@@ -50,7 +51,7 @@ def store_result(out: Path, row: Row, files: Mapping[str, bytes]) -> None:
     """Write the files of an axis, then its row. Raises OSError."""
     directory = out / axis_folder(row["machine"], row["axis"])
     directory.mkdir(parents=True, exist_ok=True)
-    (directory / RESULT).unlink(missing_ok=True)  # it vouches for files that are about to change
+    (directory / RESULT).unlink(missing_ok=True)  # while the other files change, they are not complete
     for name in ("verdict.json", "model.toml", "report.html"):
         if name in files:
             _write(directory / name, files[name])

@@ -1,4 +1,4 @@
-"""Summarise the rows of a fleet: effects that machines share, their sizes, groups of machines, failures."""
+"""Summarises the rows of a fleet: effects that machines share, their sizes, groups of machines, failures."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ class ParameterSpread(NamedTuple):
     high: float
     """90 % quantile."""
     largest: float
-    """Largest in size; may be negative."""
+    """The value of the largest magnitude; may be negative."""
     largest_at: tuple[str, str]
     """Machine and axis."""
 
@@ -33,7 +33,7 @@ class SharedEffect(NamedTuple):
 
     effect: str
     axes: list[Row]
-    """The axis on which it explains most comes first."""
+    """The axis on which it explains the largest share comes first."""
     machines: list[str]
     median_gain: float
     """Median over the axes of the share of the held-out squares that it explains."""
@@ -48,12 +48,12 @@ class MachineGroup(NamedTuple):
 
 
 class FleetSummary(NamedTuple):
-    """What the page of a fleet shows."""
+    """The contents of the page of a fleet."""
 
     rows: Sequence[Row]
     machines: list[str]
     counts: dict[str, int]
-    """Axes by verdict, or by the reason why there is none."""
+    """Number of axes by verdict, or by the reason why there is none."""
     shared: list[SharedEffect]
     """The effect of most machines first."""
     groups: list[MachineGroup]

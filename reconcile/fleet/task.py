@@ -1,9 +1,8 @@
-"""Diagnose one axis of one machine, from its files to a row of the fleet's table. Runs in a worker."""
+"""Diagnoses one axis of one machine, from its files to a row of the table. Runs in a worker."""
 
 import hashlib
 import json
 import time
-import tomllib
 from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import version
@@ -18,20 +17,20 @@ from reconcile.errors import ReconcileError
 from reconcile.fleet.dataset import AxisData, fetch_recordings
 from reconcile.fleet.rows import Row, row_of_failure, row_of_verdict
 from reconcile.formats.mapping import Mapping
-from reconcile.formats.toml_file import toml_text
+from reconcile.formats.toml_file import document_of, toml_text, with_absolute_paths
 from servo_ctrl.errors import reason_of
 
 OTHER_ROOMS = ("api/", "fleet/", "cli/", "trials/", "watch/", "loop/", "examples/", "runner/")
-"""Directories whose sources no verdict depends on."""
+"""Directories with sources on which no verdict depends."""
 VERDICT, MODEL, REPORT = "verdict.json", "model.toml", "report.html"
 
 
 class AxisTask(NamedTuple):
-    """All that a worker needs to diagnose one axis, except the recordings."""
+    """Everything that a worker needs to diagnose one axis, except the recordings."""
 
     data: AxisData
     key: str
-    """Digest of all that the result depends on."""
+    """Digest of everything on which the result depends."""
     model_file: str
     model: str
     """Text of the model file."""
@@ -50,7 +49,7 @@ class AxisResult(NamedTuple):
 
 @cache
 def program_version() -> str:
-    """Return the version with a digest of the sources that a verdict depends on."""
+    """Return the version with a digest of the sources on which a verdict depends."""
     digest = hashlib.sha256()
     others = [Path(package.__file__ or "").parent for package in (hil_sim, kernels)]
     for root in (Path(__file__).parents[1], *others):
@@ -86,7 +85,7 @@ def diagnose_axis(task: AxisTask) -> AxisResult:
 
 
 def _diagnose(task: AxisTask, scratch: Path) -> AxisResult:
-    """Diagnose; leave out one unusable file after another as long as others remain."""
+    """Diagnose the axis; exclude one unusable file after another as long as others remain."""
     (scratch / "model").mkdir()
     model, out = scratch / "model" / Path(task.model_file).name, scratch / "out"
     model.write_text(task.model, encoding="utf-8")
@@ -138,10 +137,6 @@ def _reason(error: ReconcileError) -> str:
 
 
 def _with_absolute_paths(file: Path) -> bytes:
-    """Return the repaired model with absolute paths: it is stored elsewhere than it was written."""
-    document = tomllib.loads(file.read_text(encoding="utf-8"))
-    for axis in document["axis"].values():
-        for section in axis.values():
-            if isinstance(section, dict) and isinstance(section.get("eds"), str):
-                section["eds"] = str((file.parent / section["eds"]).resolve())
+    """Return the repaired model with absolute paths, because it is stored in another directory."""
+    document = with_absolute_paths(document_of(file), file.parent)
     return ("# Written by reconcile fleet.\n" + toml_text(document)).encode()

@@ -1,4 +1,4 @@
-"""Recordings of any origin as one table of columns, and as channels of axes in SI; one library a file.
+"""Recordings of any format as one table of columns, and as channels of axes in SI; one library per file.
 
-Nothing is judged or resampled here; a file that cannot be read raises ReconcileError with the remedy.
+Nothing here checks or resamples values; an unreadable file raises ReconcileError with the remedy.
 """

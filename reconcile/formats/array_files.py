@@ -1,7 +1,7 @@
 """Columns from named arrays: NumPy's .npz, and MATLAB's .mat up to version 7.
 
-A matrix with many rows and few columns becomes `name.0`, `name.1`, ...; a struct `name.field`; a scalar is
-kept as a column of one value (for `force_per_volt`).
+A matrix with many rows and few columns becomes `name.0`, `name.1`, ...; a struct `name.field`; a scalar
+becomes a column of one value (for `force_per_volt`).
 """
 
 from pathlib import Path
@@ -14,7 +14,7 @@ from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.table import Column, Table
 
 MAX_COLUMNS = 64
-"""Columns of a matrix beyond which it is no set of channels; chosen: above what one machine records."""
+"""Most columns of a matrix of channels; chosen: more than one machine records."""
 
 
 def read_npz(path: Path) -> Table:

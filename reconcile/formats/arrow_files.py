@@ -18,7 +18,7 @@ MISSING = ["", "nan", "NaN", "NAN", "null", "NULL", "NA", "n/a", "-", "inf", "-i
 ROW_GROUP = 10_000
 """Rows of a Parquet row group, and so in memory at a time; chosen."""
 
-pa.set_memory_pool(pa.system_memory_pool())  # Arrow's own keeps what a long file took
+pa.set_memory_pool(pa.system_memory_pool())  # Arrow's own pool would not give the memory of a long file back
 
 
 def read_parquet(path: Path) -> Table:

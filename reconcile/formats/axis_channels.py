@@ -1,4 +1,4 @@
-"""From columns of a file to channels of an axis in SI, by the user's mapping and by the names of columns."""
+"""Converts columns of a file to channels of an axis in SI, by the mapping of the user and by column names."""
 
 from collections.abc import Mapping as ByName
 from typing import NamedTuple
@@ -28,7 +28,7 @@ SHARED_ROLES = ("time", "temperature")
 
 
 class SiValues(NamedTuple):
-    """A column in SI, and the factor that made it so."""
+    """A column in SI, and its conversion factor."""
 
     values: Array
     factor: float = 1.0
@@ -81,7 +81,7 @@ def axis_channels(table: Table, mapping: Mapping, model: ByName[str, NominalAxis
 
 
 def _by_name(table: Table, mapping: Mapping) -> tuple[list[ColumnOfRole], list[str]]:
-    """Columns with a role by their name, and the names of the others."""
+    """Return the columns with a role by their name, and the names of the others."""
     mapped = {entry.column for entry in mapping.entries}
     found: list[ColumnOfRole] = []
     unknown: list[str] = []
@@ -96,7 +96,7 @@ def _by_name(table: Table, mapping: Mapping) -> tuple[list[ColumnOfRole], list[s
 
 
 def _role_of(name: str, column: Column | None) -> Role | None:
-    """Role of a column by its name; None without a role or a unit."""
+    """Return the role of a column by its name; None without a role or a unit."""
     stem, unit, dimension = unit_of_name(name)
     for role in ROLES.values():
         if stem.lower() not in role.stems:
@@ -122,7 +122,7 @@ def _mapped(table: Table, entry: MapEntry) -> SiValues:
 
 
 def _numbers(table: Table, name: str) -> Column:
-    """A column of numbers. Raises ReconcileError with the first row that holds none."""
+    """Return a column of numbers. Raises ReconcileError with the first row that holds none."""
     if name in table.columns:
         return table.columns[name]
     for index, cell in enumerate(table.text_columns[name]):
@@ -135,7 +135,7 @@ def _numbers(table: Table, name: str) -> Column:
 
 
 def _si(table: Table, name: str, role: Role) -> SiValues:
-    """A column in SI, by the file's unit, else by the unit in its name, else unchanged."""
+    """Return a column in SI, by the unit of the file, else by that in its name, else unchanged."""
     column = _numbers(table, name)
     units = UNITS[role.dimension]
     _, unit, _ = unit_of_name(name)
@@ -232,7 +232,7 @@ def _add_force(channels: dict[str, Array], model: NominalAxis, force_per_volt: f
 
 
 def missing(channels: dict[str, Array], axis: str, table: Table) -> ReconcileError:
-    """The error for an axis without one of the required channels."""
+    """Return the error for an axis without one of the required channels."""
     where = f"axis {axis}"
     if "position" not in channels:
         reason = f"has no motor position ({REQUIRED} are required); the file has: {short_list(table.columns)}"

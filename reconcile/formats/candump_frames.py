@@ -1,6 +1,6 @@
-"""Frames of a log as `candump -L` and `candump -l` write it: `(1436509052.249713) can0 181#2702A0860100`.
+"""Frames of a log of `candump -L` or `candump -l`: `(1436509052.249713) can0 181#2702A0860100`.
 
-python-can reads the lines; what is no line of candump is skipped, for a log may end in the middle of one.
+python-can reads the lines; other lines are skipped, because a log may end in the middle of a line.
 """
 
 import contextlib
@@ -33,17 +33,17 @@ class Frames(NamedTuple):
     """A log sorted by identifier."""
 
     sync_s: NDArray[np.float64]
-    """Stamps of the SYNCs, from the first."""
+    """Time stamps of the SYNCs since the first one."""
     payloads: dict[int, dict[int, bytes]]
     """Identifier -> SYNC period -> last payload in it."""
     written: dict[int, dict[tuple[int, int], int]]
-    """Node -> (index, subindex) -> value: what SDO downloads wrote into its PDO parameters."""
+    """Node -> (index, subindex) -> value of the SDO downloads to its PDO parameters."""
     skipped_fd: int
-    """Frames of CAN FD, which CANopen has none of."""
+    """Frames of CAN FD, which classic CANopen does not use."""
 
 
 def read_frames(path: Path) -> Frames:
-    """All classic data frames with 11-bit identifiers. Raises ReconcileError."""
+    """Read all classic data frames with 11-bit identifiers. Raises ReconcileError."""
     stamps = array("d")
     payloads: dict[int, dict[int, bytes]] = {}
     written: dict[int, dict[tuple[int, int], int]] = {}
@@ -85,15 +85,15 @@ def _frames(path: Path) -> Iterator[Message]:
         with path.open(encoding="utf-8", errors="replace") as log:
             reader, ended = CanutilsLogReader(log), False
             while not ended:
-                with contextlib.suppress(ValueError, IndexError):  # of a line that is none of candump
-                    yield from filter(_counts, reader)
+                with contextlib.suppress(ValueError, IndexError):  # raised at a line of another format
+                    yield from filter(_is_used, reader)
                     ended = True
     except OSError as error:
         raise ReconcileError(path, "", error.strerror or "cannot be read") from error
 
 
-def _counts(frame: Message) -> bool:
-    """Whether it is a data frame of CAN 2.0A with a stamp, or one of CAN FD."""
+def _is_used(frame: Message) -> bool:
+    """Return whether it is a data frame of CAN 2.0A with a time stamp, or a CAN FD frame."""
     if frame.is_fd:
         return True
     special = frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame

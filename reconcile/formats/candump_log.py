@@ -1,4 +1,4 @@
-"""Columns from a log of the CAN bus: the PDOs of the drives and scales that the model file names.
+"""Columns from a log of the CAN bus: the PDOs of the drives and scales in the model file.
 
 A row is a SYNC period, because PDOs until the next SYNC carry values latched by it or computed from those.
 The PDO mapping is that of the EDS, changed by the SDO downloads in the log. If the log begins after the boot,
@@ -94,7 +94,7 @@ def _drive_columns(log: _Decoded, pdos: list[Pdo], name: str, axis: NominalAxis)
 
 
 def _objects(log: _Decoded, pdos: list[Pdo]) -> dict[tuple[int, int], Array]:
-    """Values of every mapped object by SYNC period; NaN without a frame."""
+    """Return the values of every mapped object by SYNC period; NaN without a frame."""
     values: dict[tuple[int, int], Array] = {}
     for pdo in pdos:
         frames = log.frames.payloads.get(pdo.cob_id, {})
@@ -115,7 +115,7 @@ def _objects(log: _Decoded, pdos: list[Pdo]) -> dict[tuple[int, int], Array]:
 
 
 def _mapped_values(log: _Decoded, entry: MapEntry, model: ByName[str, NominalAxis]) -> Array:
-    """Values of an entry such as `0x181@2:i32`."""
+    """Return the values of an entry such as `0x181@2:i32`."""
     match = PAYLOAD_PLACE.fullmatch(entry.column)
     if match is None:
         raise ReconcileError("--map", str(entry), "is not of the form 0x181@2:i32")
@@ -145,7 +145,7 @@ def _mapped_values(log: _Decoded, entry: MapEntry, model: ByName[str, NominalAxi
 
 
 def _si_per_count(axis: NominalAxis, role: str) -> float | None:
-    """SI value of one device unit; None where the model does not define it."""
+    """Return the SI value of one device unit; None where the model does not define it."""
     rating_plate = axis.bus
     per_mille_n = rating_plate.rated_torque_nm * 1e-3 * 2.0 * math.pi / axis.lead_m if rating_plate else None
     si_per_count = {

@@ -1,4 +1,4 @@
-"""Where a channel came from: its role and column in the file, so that a remedy can be typed as it stands."""
+"""The origin of a channel: its role and column in the file, so that a message can give a complete remedy."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -10,11 +10,11 @@ ROLES_OF_CHANNELS = {
     "reference_m": ("reference",),
     "force_command_n": ("force_command",),
 }
-"""Field of a recording -> the roles that it may come from, the first one there is used."""
+"""Field of a recording -> the roles that may fill it; the first one present is used."""
 
 
 class ColumnOrigin(NamedTuple):
-    """A column of the file, and what made it SI."""
+    """A column of the file, and its factor to SI."""
 
     column: str
     factor: float
@@ -23,9 +23,9 @@ class ColumnOrigin(NamedTuple):
 def entry_of(
     origins: Mapping[str, ColumnOrigin], axis: str, channel: str, factor: float, source: str = ""
 ) -> str:
-    """An entry of `--map` that makes the channel `factor` times what it was read as.
+    """Return an entry of `--map` that scales the channel by `factor` relative to the present reading.
 
-    `source`: the channel whose column is to be used instead, as it was read.
+    `source`: the channel whose column is to be used instead, with its present factor.
     """
     role = _role(origins, channel)
     from_role = _role(origins, source or channel)

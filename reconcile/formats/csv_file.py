@@ -1,7 +1,7 @@
-"""CSV as instruments write it: lines of a preamble, names, perhaps units, rows; comma, semicolon or tab.
+"""CSV of instruments: a preamble, names, perhaps units, rows; delimited by comma, semicolon or tab.
 
-The names are the last line of words above the first row of numbers, or the one above their units. After
-semicolons and tabs a decimal comma is understood.
+The names are in the last line of words above the first row of numbers, or in the line above their units.
+Between semicolons and tabs a decimal comma is accepted.
 """
 
 from pathlib import Path
@@ -14,25 +14,25 @@ from reconcile.formats.table import Column, Table
 
 DELIMITERS = ("\t", ";", ",")
 LONGEST_PREAMBLE = 500
-"""Lines among which the names are sought; chosen: instruments write some tens."""
+"""Lines searched for the names; chosen: instruments write some tens."""
 EMPTY_CELLS = ("", "nan", "null", "na", "n/a", "-", "inf", "-inf")
 """Cells of a row that hold no value."""
 BYTE_ORDER_MARKS = {b"\xef\xbb\xbf": "utf-8", b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 
 
 class _Heading(NamedTuple):
-    """What stands above the rows; lines count from 0."""
+    """The lines above the rows; lines count from 0."""
 
     delimiter: str
     line: int
-    """Of the names."""
+    """Line of the names."""
     names: list[str]
     units: list[str] | None
     first_row: int
 
 
 def read(path: Path) -> Table:
-    """Read all columns; one that holds anything but numbers as text. Raises ReconcileError naming the row."""
+    """Read all columns, those with anything but numbers as text. Raises ReconcileError naming the row."""
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -57,7 +57,7 @@ def read(path: Path) -> Table:
 
 
 def _utf8(content: bytes) -> bytes:
-    """The content in UTF-8, without a byte order mark; what is no Unicode is taken for Latin-1."""
+    """Return the content in UTF-8 without a byte order mark; bytes that are no Unicode count as Latin-1."""
     for mark, encoding in BYTE_ORDER_MARKS.items():
         if content.startswith(mark):
             return content[len(mark) :].decode(encoding, "replace").encode()
@@ -69,7 +69,7 @@ def _utf8(content: bytes) -> bytes:
 
 
 def _first_lines(content: bytes) -> tuple[list[str], list[int]]:
-    """The lines in which the names may stand, and where each starts; the end of the content as the last."""
+    """Return the lines searched for the names, and the offsets at which they start and the last one ends."""
     lines: list[str] = []
     starts, start = [0], 0
     while start < len(content) and len(lines) < LONGEST_PREAMBLE:
@@ -91,7 +91,7 @@ def _heading(path: Path, lines: list[str]) -> _Heading:
         if any(mark in lines[line] for mark in DELIMITERS):
             raise ReconcileError(path, "", "has no rows below its names")
         raise ReconcileError(path, f"line {line + 1}", "has no two names that a , ; or tab divides")
-    # some write the names as a comment, which counts where nothing else stands above the rows
+    # some instruments write the names as a comment: used where nothing else is above the rows
     above = [n for n in filled if n < rows[0]] or [n for n in range(rows[0]) if lines[n].strip()]
     heads = [(number, _cells(lines[number].lstrip("# "), delimiter)) for number in above[-2:]]
     if not heads:
@@ -109,7 +109,7 @@ def _heading(path: Path, lines: list[str]) -> _Heading:
 
 
 def _rows(lines: list[str], filled: list[int], delimiter: str) -> tuple[list[int], str, int]:
-    """The lines that hold values, of the most frequent number of cells; the delimiter; that number."""
+    """Return the lines of values with the most frequent number of cells, the delimiter, and that number."""
     counts: dict[int, list[int]] = {}
     for number in filled:
         cells = _cells(lines[number], delimiter)
@@ -120,14 +120,14 @@ def _rows(lines: list[str], filled: list[int], delimiter: str) -> tuple[list[int
 
 
 def _is_row(cells: list[str]) -> bool:
-    """Whether a line holds values: a number, and few words (a state, a time of day) beside numbers."""
+    """Return whether a line holds values: a number, and no more words (state, time of day) than numbers."""
     numbers = sum(_is_number(cell) for cell in cells)
     words = sum(not _is_number(cell) and cell.lower() not in EMPTY_CELLS for cell in cells)
     return numbers > 0 and numbers >= words
 
 
 def _are_units(cells: list[str]) -> bool:
-    """Whether a line below the names holds their units: any known one, and no longer words."""
+    """Return whether a line below the names holds their units: a known one, and only short words."""
     return any(is_unit(cell) for cell in cells) and all(len(cell) <= 12 for cell in cells)
 
 

@@ -33,8 +33,9 @@ COMMUNICATION_OBJECTS = (0x1400, 0x1800)
 MAPPING_OFFSET = 0x200  # 1600h belongs to 1400h, 1A00h to 1800h
 PDOS_OF_A_KIND = 512
 MOST_OBJECTS = 64
-"""Mapped objects of a PDO (CiA 301); 254 and 255 mark multiplexed PDOs, which have no fixed layout."""
+"""Most mapped objects of a PDO (CiA 301)."""
 MULTIPLEXED = {0xFE, 0xFF}
+"""Numbers of objects that mark multiplexed PDOs, which have no fixed layout."""
 INVALID_BIT = 1 << 31
 IDENTIFIER_MASK = 0x7FF
 
@@ -47,12 +48,12 @@ class Pdo(NamedTuple):
     layout: np.dtype[np.void]
 
     def values(self, payloads: bytes, position: int) -> NDArray[np.float64]:
-        """Values of one object from concatenated payloads."""
+        """Return the values of one object from concatenated payloads."""
         return np.frombuffer(payloads, dtype=self.layout)[f"f{position}"].astype(np.float64)
 
 
 def pdos_of(eds: Path, node_id: int, written: dict[tuple[int, int], int]) -> list[Pdo]:
-    """The valid PDOs with mapped objects. `written`: (index, subindex) -> value of SDO downloads.
+    """Return the valid PDOs with mapped objects. `written`: (index, subindex) -> value of SDO downloads.
 
     Raises ReconcileError naming the EDS.
     """

@@ -1,4 +1,4 @@
-"""The recordings that a command line names: files, recordings' directories, folders of files, patterns."""
+"""The recordings that a command line names: files, directories of a recording, folders of files, patterns."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,10 +12,9 @@ WILDCARDS = "*?["
 
 
 def recordings_of(paths: Sequence[Path]) -> list[Path]:
-    """Each recording once, in order: a folder stands for what it holds, a pattern for what matches it.
+    """Return each recording once, in order: the contents of a folder, the matches of a pattern.
 
-    A path that is not there stays, for its reader to say so. Raises ReconcileError of a pattern or a folder
-    without a recording.
+    A missing path stays, so that its reader reports it. Raises ReconcileError for a pattern without a match.
     """
     found: list[Path] = []
     for path in paths:
@@ -29,7 +28,7 @@ def recordings_of(paths: Sequence[Path]) -> list[Path]:
 
 
 def _matching(pattern: Path) -> list[Path]:
-    """The recordings that match, `**` for folders at any depth."""
+    """Return the recordings that match; `**` matches folders at any depth."""
     root = Path(pattern.anchor or ".")
     matches = sorted(root.glob(str(pattern.relative_to(pattern.anchor) if pattern.anchor else pattern)))
     matches = [path for path in matches if _is_recording(path)]
@@ -39,7 +38,7 @@ def _matching(pattern: Path) -> list[Path]:
 
 
 def _in_folder(folder: Path) -> list[Path]:
-    """The recordings of a folder, by name; itself where it holds none, for its reader to refuse."""
+    """Return the recordings of a folder, by name; the folder itself, to be refused, where it holds none."""
     return [path for path in sorted(folder.iterdir()) if _is_recording(path)] or [folder]
 
 
@@ -50,10 +49,10 @@ def _is_recording(path: Path) -> bool:
 
 
 def _was_recorded(folder: Path) -> bool:
-    """Whether a folder is a recording of servo-ctrl, damaged or not."""
+    """Return whether a folder is a recording of servo-ctrl, damaged or not."""
     return (folder / HEADER).exists() or any(folder.glob("part-*.parquet"))
 
 
 def known_suffixes() -> str:
-    """The suffixes of the formats, for messages."""
+    """Return the suffixes of the formats, for messages."""
     return ", ".join(sorted({*READERS, CANDUMP}))

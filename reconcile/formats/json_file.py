@@ -1,7 +1,7 @@
-"""JSON: columns by name, or records; what is nested (an axis, `data`, `values` with `unit`) is understood.
+"""JSON: columns by name, or records, also nested (an axis, `data`, `values` with `unit`).
 
-Understood are {"t": [..], "q": [..]}, {"x": {"q": {"values": [..], "unit": "mm"}}}, [{"t": 0, "q": 1}, ..],
-a record a line (.jsonl), rows below a list of names, and what pandas writes ("columns" and "data").
+Accepted are {"t": [..], "q": [..]}, {"x": {"q": {"values": [..], "unit": "mm"}}}, [{"t": 0, "q": 1}, ..],
+one record per line (.jsonl), rows below a list of names, and the form of pandas ("columns" and "data").
 """
 
 import json
@@ -16,9 +16,9 @@ from reconcile.errors import ReconcileError, in_words
 from reconcile.formats.table import Column, Table
 
 VALUES = ("values", "data", "samples")
-"""Names of the list of values of a column that has a unit, too."""
+"""Keys of the list of values in a column that has a unit too."""
 WRAPPERS = ("data", "samples", "records", "rows", "columns", "channels", "signals", "recording")
-"""Names of what holds all columns or records, which are no part of a column's name."""
+"""Keys around all columns or records, which are no part of the name of a column."""
 
 
 def read(path: Path) -> Table:
@@ -54,7 +54,7 @@ def _numbers(path: Path, name: str, values: Sequence[float | None]) -> Array:
 
 
 def _loaded(text: str) -> Any:
-    """The content; of a file with a record a line a list of them."""
+    """Return the content; of a file with one record per line the list of records."""
     try:
         return json.loads(text)
     except json.JSONDecodeError:
@@ -65,7 +65,7 @@ def _loaded(text: str) -> Any:
 
 
 def _columns(content: Any, name: str) -> Iterator[tuple[str, Sequence[Any], str]]:
-    """Name, values and unit of each column; a number alone is a column of one value."""
+    """Yield name, values and unit of each column; a single number is a column of one value."""
     if isinstance(content, dict):
         yield from _of_object(content, name)
     elif _is_plain(content):
@@ -115,5 +115,5 @@ def _are_names(value: Any) -> bool:
 
 
 def _is_plain(value: Any) -> bool:
-    """Whether a value is a list of numbers, words or nothing."""
+    """Return whether a value is a list of numbers, words or nulls."""
     return isinstance(value, list) and bool(value) and not any(isinstance(one, dict | list) for one in value)

@@ -1,8 +1,8 @@
-"""`--map position=q_mm*1e-3,force=force_N`: which column is what, and its way to SI.
+"""`--map position=q_mm*1e-3,force=force_N`: the roles of columns, and their conversion to SI.
 
 An entry is `[AXIS.]ROLE=COLUMN[*FACTOR]`. With a factor the product is SI; without one the unit is that of
-the file, else that in which the name ends, else SI. `force_per_volt` is a number or the name of one in the
-file; `period` (s) says the sample time where the file's own is wrong or missing.
+the file, else the one at the end of the name, else SI. `force_per_volt` is a number or the name of one in the
+file; `period` (s) is the sample time where that of the file is wrong or missing.
 """
 
 import math
@@ -17,7 +17,7 @@ CONSTANTS = ("force_per_volt", "period")
 
 
 class MapEntry(NamedTuple):
-    """One column. `axis` is empty where the recording has one axis without a name."""
+    """The role of one column; `axis` is empty where the recording has one axis without a name."""
 
     axis: str
     role: str
@@ -30,7 +30,7 @@ class MapEntry(NamedTuple):
 
 
 class Mapping(NamedTuple):
-    """All of `--map`."""
+    """All entries of `--map`."""
 
     entries: tuple[MapEntry, ...] = ()
     force_per_volt: str = ""
@@ -42,7 +42,7 @@ NO_MAPPING = Mapping()
 
 
 def parse_mapping(texts: Iterable[str]) -> Mapping:
-    """The mapping of the option's values. Raises ReconcileError naming the entry."""
+    """Parse the values of the option. Raises ReconcileError naming the entry."""
     entries: list[MapEntry] = []
     constants: dict[str, str] = {}
     for text in (part.strip() for argument in texts for part in argument.split(",")):

@@ -1,7 +1,7 @@
 """ASAM MDF (.mf4, .mdf, .dat) through asammdf, which comes with the extra `mdf4`.
 
-Channels of an MDF may lie on time bases of their own. The rows are those of the time base with the most
-samples; a channel of another one is read off linearly between its own samples, and not beyond them.
+Channels of an MDF may have different time bases. The rows are those of the time base with the most samples; a
+channel of another time base is interpolated linearly between its samples, and not extrapolated.
 """
 
 from pathlib import Path
@@ -15,7 +15,7 @@ from reconcile.formats.table import Column, Table
 
 
 def read(path: Path) -> Table:
-    """All channels of numbers, `time` in seconds beside them. Raises ReconcileError."""
+    """Read all channels of numbers, with `time` in seconds. Raises ReconcileError."""
     try:
         from asammdf import MDF  # noqa: PLC0415 two seconds of import, and an extra
     except ImportError as error:
@@ -42,11 +42,11 @@ def _table(path: Path, signals: list[Any]) -> Table:
         if signal.name in columns:
             ignored.append(f"{signal.name} (a second one)")
         else:
-            columns[signal.name] = Column(_on(time_s, signal), signal.unit or "")
+            columns[signal.name] = Column(_interpolated(time_s, signal), signal.unit or "")
     return Table(str(path), columns, ignored=tuple(ignored))
 
 
-def _on(time_s: Array, signal: Any) -> Array:
+def _interpolated(time_s: Array, signal: Any) -> Array:
     samples = np.asarray(signal.samples, dtype=np.float64)
     own_s = np.asarray(signal.timestamps, dtype=np.float64)
     if len(own_s) == len(time_s) and np.array_equal(own_s, time_s):

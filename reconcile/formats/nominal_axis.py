@@ -1,11 +1,11 @@
-"""One axis of the nominal model: its mechanics, its sensors, and the effects that the model holds already."""
+"""One axis of the nominal model: its mechanics, its sensors, and its model effects."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
 
 
 class BusNodes(NamedTuple):
-    """Nodes of an axis on the CAN bus, and the rated values that per mille refer to."""
+    """Nodes of an axis on the CAN bus, and the rated values to which per mille refer."""
 
     drive_node_id: int
     drive_eds: Path
@@ -19,20 +19,20 @@ class ModelEffects(NamedTuple):
     """The effects that the model gives one axis."""
 
     effects: dict[str, Any]
-    """hil_sim's `Params` by effect; those that change nothing are left out."""
+    """`Params` of hil_sim by effect, without neutral ones."""
     other: str
     """The axis that cross_axis_coupling follows; empty without it."""
 
 
 class NominalAxis(NamedTuple):
-    """What the model says of one axis, SI; None = it does not."""
+    """The values of one axis in the model, SI; None where the model has no value."""
 
     lead_m: float
     """Travel per turn of the screw."""
     force_constant_n_a: float
     """Motor force at the table per current."""
     mass_kg: float
-    """All that the motor moves, rotor and screw included."""
+    """The whole moved mass, rotor and screw included."""
     motor_mass_kg: float
     """Rotating inertia as a mass at the table; 0 = not known."""
     viscous_n_s_m: float
@@ -43,22 +43,22 @@ class NominalAxis(NamedTuple):
     scale_resolution_m: float | None
     """One count of the linear scale."""
     pole_pairs: int | None
-    """Of the motor."""
+    """Pole pairs of the motor."""
     grating_m: float | None
     """Period of the scale's grating."""
     bus: BusNodes | None
     """Nodes for logs of the CAN bus."""
     model_effects: ModelEffects = ModelEffects({}, "")
-    """The effects that the model has already."""
+    """The model effects."""
     rotary: bool = False
     """1 m stands for 1 rad, 1 N for 1 N m, 1 kg for 1 kg m^2."""
 
 
 def baseline_parameters(axis: NominalAxis) -> dict[str, float]:
-    """Mass and friction of the axis as the baseline of a regression has them: of all that moves."""
+    """Return mass and friction of everything that moves, as the baseline of a regression has them."""
     effects, mass_kg, coulomb_n = axis.model_effects.effects, axis.mass_kg, axis.coulomb_n
     for carrying in ("payload_mass", "structural_mode"):
         mass_kg += effects[carrying].mass_kg if carrying in effects else 0.0
-    for late in ("presliding_hysteresis", "presliding_elements"):  # beside the sharp friction, no share of it
+    for late in ("presliding_hysteresis", "presliding_elements"):  # adds to the sharp friction
         coulomb_n += effects[late].level_n if late in effects else 0.0
     return {"mass_kg": mass_kg, "viscous_n_s_m": axis.viscous_n_s_m, "coulomb_n": coulomb_n}

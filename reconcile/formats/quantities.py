@@ -25,9 +25,10 @@ UNITS: dict[str, dict[str, AffineToSi]] = {
     "velocity": {"m_s": (1.0, 0.0), "mm_s": (1e-3, 0.0), "um_s": (1e-6, 0.0), "mm_min": (1e-3 / 60.0, 0.0)},
     "number": {"1": (1.0, 0.0)},
 }
-"""On a rotary axis a position is in rad and a force a torque in N m.
+"""Dimension -> unit as the suffix of a name (`_mm`) -> conversion to SI.
 
-Dimension -> unit as the suffix of a name (`_mm`) -> conversion to SI."""
+On a rotary axis a position is in rad, and a force is a torque in N m.
+"""
 SUFFIXES = sorted(
     ((unit, dimension) for dimension, units in UNITS.items() for unit in units if unit != "1"),
     key=lambda pair: -len(pair[0]),
@@ -65,20 +66,20 @@ ROLES: dict[str, Role] = {
     )
 }
 ANGULAR = frozenset({"rad", "mrad", "urad", "deg"})
-"""Units of a position that only a rotary axis has."""
+"""Units of position that only a rotary axis has."""
 TORQUES = frozenset({"nm", "mnm"})
-"""The same of a force."""
+"""Units of force that only a rotary axis has: torques."""
 REQUIRED = "time, a motor position, and a motor force, current or voltage"
 
 
 def normal_unit(unit: str) -> str:
-    """Convert a unit as files write it (`mm/s`, `µm`, `°C`) to the suffix of a name."""
+    """Convert a unit of a file (`mm/s`, `µm`, `°C`) to the suffix of a name."""
     plain = unit.strip().strip("[]()").replace("µ", "u").replace("μ", "u").replace("°", "deg")
     return plain.replace("/", "_").replace(" ", "").lower()
 
 
 def is_unit(unit: str) -> bool:
-    """Whether a cell of a file is a unit that is known."""
+    """Return whether a cell of a file is a known unit."""
     return any(normal_unit(unit) in units for units in UNITS.values())
 
 

@@ -1,4 +1,4 @@
-"""Read a recording of any format: a file by its suffix, or the directory of `servo-ctrl run --record`."""
+"""Reads a recording of any format: a file by its suffix, or the directory of `servo-ctrl run --record`."""
 
 from collections.abc import Callable
 from collections.abc import Mapping as ByName
@@ -46,7 +46,7 @@ def read_table(path: Path, mapping: Mapping, model: ByName[str, NominalAxis]) ->
 
 
 def read_directory(path: Path) -> Table:
-    """Read all columns of a recording's directory, with their units. Raises ReconcileError."""
+    """Read all columns of a recorded directory, with their units. Raises ReconcileError."""
     try:
         recording = load_recording(path)
         channels = recording.header.get("channels", {}).items()

@@ -1,6 +1,6 @@
-"""Units and words of a rotary axis, whose coordinate is an angle: 1 m stands for 1 rad in all of the engine.
+"""Units and words of a rotary axis, whose coordinate is an angle: the computation uses 1 m for 1 rad.
 
-A millimetre is a milliradian, a newton a newton metre: numbers stay as they are, their units change.
+A millimetre becomes a milliradian, a newton a newton metre: numbers stay, their units change.
 """
 
 import re
@@ -20,7 +20,7 @@ UNITS = {
     "m/N": "rad/(N m)",
     "rad/m": "rad/rad",
 }
-"""Unit of the engine -> what it is on a rotary axis."""
+"""Unit of the computation -> unit of a rotary axis."""
 SHOWN = {
     **UNITS,
     "N/um": "N m/urad",
@@ -45,7 +45,7 @@ SHOWN = {
     "metre": "radian",
     "screw": "shaft",
 }
-"""The same of the units and words that sentences have."""
+"""Units and words of sentences -> those of a rotary axis."""
 WORDS = frozenset(word for word in SHOWN if len(word) > 4 and word.isalpha())
 _UNIT = "|".join(sorted((re.escape(unit) for unit in SHOWN if unit not in WORDS), key=len, reverse=True))
 _WORD = "|".join(sorted(WORDS, key=len, reverse=True))
@@ -57,12 +57,12 @@ _SENTENCE = re.compile(
 
 
 def unit_of(unit: str, *, rotary: bool) -> str:
-    """A unit of the engine as the axis has it."""
+    """Return a unit of the computation as a unit of the axis."""
     return UNITS.get(unit, unit) if rotary else unit
 
 
 def sentence_of(text: str, *, rotary: bool) -> str:
-    """A sentence of the engine in the units and words of the axis."""
+    """Return a sentence in the units and words of the axis."""
     return _SENTENCE.sub(_as_rotary, text) if rotary else text
 
 
@@ -71,9 +71,10 @@ def _as_rotary(found: re.Match[str]) -> str:
 
 
 def in_units_of(content: Any, *, rotary: bool) -> Any:
-    """Content of a verdict about one axis: its units (keys that end so) and sentences, as the axis has.
+    """Return the content of a verdict about one axis with the units and words of the axis.
 
-    Names stay, those of effects and parameters: they hold no blank.
+    Keys that end with `unit` hold units; texts with a blank are sentences. Names of effects and parameters
+    have no blank, and stay.
     """
     if not rotary:
         return content

@@ -1,4 +1,4 @@
-"""The table that every format is read into: columns as they are in the file."""
+"""The table into which every format is read: columns as they are in the file."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -19,20 +19,20 @@ class Table(NamedTuple):
     source: str
     columns: dict[str, Column]
     text_columns: dict[str, list[str]] = {}  # noqa: RUF012 never written to
-    """Columns that are no numbers, for error messages."""
+    """Columns with other contents than numbers, for error messages."""
     first_row: int = 0
     ignored: tuple[str, ...] = ()
     """Names that the format could not convert to columns."""
     skipped: str = ""
-    """What else of the file was not used, in words."""
+    """Which other contents of the file were not used, as text."""
 
     def row(self, index: int) -> str:
-        """Place of a sample, for messages."""
+        """Return the row of a sample, for messages."""
         return f"row {index + self.first_row}"
 
 
 def short_list(names: Iterable[str], most: int = 12) -> str:
-    """Names for a message, at most `most` of them."""
+    """Join names for a message, at most `most` of them."""
     all_names = list(names)
     omitted = len(all_names) - most
     return (", ".join(all_names[:most]) or "none") + (f" and {omitted} more" if omitted > 0 else "")

@@ -1,4 +1,4 @@
-"""TOML files: read with a reason where they cannot be, and documents as text (tomli_w behind one file)."""
+"""TOML files: reading, absolute paths in model files, and the text of documents (tomli_w behind one file)."""
 
 import tomllib
 from collections.abc import Mapping
@@ -18,6 +18,21 @@ def document_of(file: Path) -> dict[str, Any]:
         raise ReconcileError(file, "", error.strerror or "cannot be read") from None
     except (ValueError, RecursionError) as error:  # no UTF-8, no TOML; a number or a nesting without end
         raise ReconcileError(file, "", f"not TOML: {error}") from None
+
+
+def with_absolute_paths(document: Mapping[str, Any], directory: Path) -> dict[str, Any]:
+    """Return a model document whose EDS paths, relative to `directory`, are absolute."""
+
+    def absolute(section: Any) -> Any:
+        if isinstance(section, Mapping) and isinstance(section.get("eds"), str):
+            return {**section, "eds": str((directory / section["eds"]).resolve())}
+        return section
+
+    axes = {
+        name: {key: absolute(section) for key, section in axis.items()} if isinstance(axis, Mapping) else axis
+        for name, axis in document["axis"].items()
+    }
+    return {**document, "axis": axes}
 
 
 def toml_text(document: Mapping[str, Any]) -> str:

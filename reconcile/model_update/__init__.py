@@ -1,1 +1,1 @@
-"""The written model: findings as sections of a plant file that `hil-sim run` takes."""
+"""The model update: identified effects as sections of a plant file that `hil-sim run` can run."""

@@ -1,6 +1,7 @@
-"""What was found, as the sections of a plant file: each effect by the parameters that hil_sim knows it by.
+"""Identified effects as sections of a plant file, each with its parameters in hil_sim.
 
-What a plant cannot hold as it was found is written as near as it can, or left out; a note says which.
+An effect that a plant cannot represent exactly is written as nearly as possible, or omitted; a note reports
+it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,22 +30,22 @@ from reconcile.nominal_model.model_file import NominalModel
 
 COARSEST_SUBSTEP_US = 50.0
 ROUNDING = 1e-9
-"""Of a value that was held at its least one: nothing to speak of."""
+"""Difference of a value from its lower bound that needs no note."""
 
 
 class AxisSections(NamedTuple):
-    """What one axis gets."""
+    """The sections of one axis, and notes about them."""
 
     sections: Sections
-    """Of the axis' table in a plant file, in the file's units."""
+    """Sections of the axis in a plant file, in its units."""
     notes: list[str]
-    """What could not be written as it was found."""
+    """Effects that could not be written as identified."""
     left_out: dict[str, str]
-    """Of the notes, those on effects that no plant has."""
+    """The notes about effects that no plant has, by effect."""
 
 
 def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name: str) -> AxisSections:
-    """Sections for all that was found of an axis."""
+    """Return the sections for all identified effects of an axis."""
     axis, given = model.axes[name], model.document["axis"][name]
     substep_us = model.document.get("plant", {}).get("substep_us", COARSEST_SUBSTEP_US)
     sections: Sections = {}
@@ -89,7 +90,7 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
 
 
 def _of_all_recordings(explanation: Explanation, notes: list[str]) -> list[IdentifiedEffect]:
-    """What was found but for what has no name and is one recording's own, with a note on that."""
+    """Return the identified effects without unnamed terms of a single recording, which a note reports."""
     found = [*explanation.findings, *explanation.minor]
     kept = [f for f in found if f.effect in CATALOGUE or not any(c.per_recording for c in f.candidates)]
     if len(kept) < len(found):
@@ -98,14 +99,14 @@ def _of_all_recordings(explanation: Explanation, notes: list[str]) -> list[Ident
 
 
 def _terms_or_name(finding: IdentifiedEffect) -> list[str]:
-    """What tells a finding from the others: its name, or the terms of one without a name."""
+    """Return the identity of a finding: its name, or the terms of an unnamed one."""
     if finding.effect in CATALOGUE or not finding.candidates:
         return [finding.effect]
     return [candidate.effect for candidate in finding.candidates]
 
 
 def section_of_finding(finding: IdentifiedEffect, found: IdentifiedTerms) -> str:
-    """The section of a plant file that a finding belongs to: its name, or that of the table without one."""
+    """Return the section of a finding in a plant file: its name, or that of the table of an unnamed term."""
     if finding.effect in CATALOGUE:
         return CATALOGUE[finding.effect].written_as(found)
     if not finding.candidates:
@@ -115,7 +116,7 @@ def section_of_finding(finding: IdentifiedEffect, found: IdentifiedTerms) -> str
 
 
 def _joined(section: str, before: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
-    """Two findings of one section, which may differ in what they say, and not in where or when."""
+    """Join two findings of one section. Raises NotInAPlant where they have different values of a key."""
     if any(before[key] != table[key] for key in before.keys() & table.keys()):
         raise NotInAPlant(f"the plant takes one {section}, and another was found as well")
     return {**before, **table}
@@ -132,7 +133,7 @@ def _identified(
 def plant_values(
     finding: IdentifiedEffect, explanation: Explanation, found: IdentifiedTerms
 ) -> tuple[PlantValues, list[str]]:
-    """Parameters of the plant's effect by their names in hil_sim, and what there is to say about them.
+    """Return the parameters of the effect by their names in hil_sim, and notes about them.
 
     Raises:
         NotInAPlant: there is no such effect.
@@ -151,7 +152,7 @@ def plant_values(
 
 
 def _terms_of(finding: IdentifiedEffect) -> list[dict[str, float]]:
-    """Parameters of each of the terms that make up a finding."""
+    """Return the parameters of each term of a finding."""
     p = {key: estimate.value for key, estimate in finding.parameters.items()}
     count = len(finding.candidates)
     if count < 2:
@@ -161,7 +162,7 @@ def _terms_of(finding: IdentifiedEffect) -> list[dict[str, float]]:
 
 
 def in_file_units(effect: str, values: Mapping[str, Any], notes: list[str]) -> dict[str, Any]:
-    """SI values by parameter as the keys and units of a plant file, held within their bounds.
+    """Convert SI values by parameter to the keys and units of a plant file, clipped to their bounds.
 
     Raises:
         NotInAPlant: a sign that the effect cannot have.
@@ -190,9 +191,9 @@ def in_file_units(effect: str, values: Mapping[str, Any], notes: list[str]) -> d
 
 
 def _write_base(explanation: Explanation, axis: NominalAxis, sections: Sections, notes: list[str]) -> None:
-    """Mass and friction as fitted beside the effects, less what the model's own effects hold.
+    """Write mass and friction as fitted beside the effects, less those of the model effects.
 
-    Where less moves than the model's rotor, the rotor is smaller too: both get their share of the model.
+    Where the moved mass is less than the rotor of the model, the rotor is scaled too, in proportion.
     """
     given = baseline_parameters(axis)
     elsewhere_kg, elsewhere_n = given["mass_kg"] - axis.mass_kg, given["coulomb_n"] - axis.coulomb_n

@@ -1,4 +1,4 @@
-"""The update of an axis by what was identified, and beyond it by the two-mass model along the recordings."""
+"""The update of an axis by the identified effects, refined by the two-mass model along the recordings."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -25,15 +25,15 @@ class AxisUpdate(NamedTuple):
     """The update of one axis."""
 
     sections: Sections
-    """Of the axis' table in a plant file, in the file's units."""
+    """Sections of the axis in a plant file, in its units."""
     notes: list[str]
-    """What could not be written as it was found, and what the two-mass model adds."""
+    """Effects that could not be written as identified, and the result of the two-mass model."""
     explanations: list[Explanation]
-    """With the residuals of the updated plant."""
+    """Explanations with the residuals of the updated plant."""
 
 
 def update_axis(explanations: Sequence[Explanation], model: NominalModel, name: str) -> AxisUpdate:
-    """Sections for all that was found of an axis; a spring or backlash that is new by output error."""
+    """Return the update of an axis; a new spring or backlash is identified by output error."""
     made = axis_sections(explanations, model, name)
     if SPRING not in made.sections:
         return AxisUpdate(made.sections, made.notes, list(explanations))
@@ -60,7 +60,7 @@ def update_axis(explanations: Sequence[Explanation], model: NominalModel, name: 
 
 
 def _explained_by_motor(explanations: Sequence[Explanation]) -> bool:
-    """Whether the force of the motor shows the spring with the masses on either side."""
+    """Return whether the motor force identifies the spring with the masses on either side."""
     return any(
         finding.effect == SPRING and "load_mass_kg" in finding.parameters
         for explanation in explanations

@@ -1,4 +1,4 @@
-"""What sections of a plant file share: the mass on both sides of a spring, the friction of two laws."""
+"""Values that sections of a plant file share: the masses beside a spring, the friction of two laws."""
 
 import math
 from collections.abc import Sequence
@@ -10,20 +10,20 @@ from reconcile.identification.explain import Explanation
 
 LEAST_MASS_KG = 1e-7
 DAMPING_RATIO = 0.03
-"""Of a spring whose damping was not identified; chosen."""
+"""Damping ratio of a spring whose damping was not identified; chosen."""
 MOTOR_SHARE = 0.3
-"""Of the moved mass, before the spring, where the model does not tell the rotor's inertia."""
+"""Share of the moved mass on the motor side of a spring where the model has no rotor inertia; chosen."""
 
 Sections = dict[str, dict[str, Any]]
 
 
 def rotor(motor_kg: float, axis: NominalAxis) -> dict[str, Any]:
-    """Section of a rotor that is this mass at the table."""
+    """Return the section of a rotor with this equivalent mass at the table."""
     return {"inertia_kg_cm2": motor_kg * (axis.lead_m / (2.0 * math.pi)) ** 2 * 1e4}
 
 
 def share_friction(sections: Sections, notes: list[str]) -> None:
-    """What builds up over a distance is not there at once; and friction at rest is not below zero."""
+    """Subtract presliding levels from the Coulomb friction; keep the friction at rest from being negative."""
     if "coulomb_friction" not in sections:
         return
     sharp_n = sections["coulomb_friction"]["coulomb_n"]
@@ -48,7 +48,7 @@ def share_friction(sections: Sections, notes: list[str]) -> None:
 
 
 def share_mass(sections: Sections, axis: NominalAxis) -> None:
-    """The fitted mass is all that moves: a payload is a part of it."""
+    """Subtract a payload from the table, because the fitted mass includes it."""
     if "payload_mass" not in sections:
         return
     whole_kg = sections["table"]["mass_kg"] if "table" in sections else axis.mass_kg - axis.motor_mass_kg
@@ -58,7 +58,7 @@ def share_mass(sections: Sections, axis: NominalAxis) -> None:
 
 
 def split_at_the_spring(explanations: Sequence[Explanation], sections: Sections, axis: NominalAxis) -> None:
-    """The masses on either side of a spring that was found from the motor alone."""
+    """Divide the mass at a spring that the motor alone identified, by its load mass."""
     named = [f for e in explanations for f in [*e.findings, *e.minor] if f.effect == "drive_compliance"]
     loads = [f.parameters["load_mass_kg"].value for f in named if "load_mass_kg" in f.parameters]
     if not loads or "drive_compliance" not in sections:
@@ -71,7 +71,7 @@ def split_at_the_spring(explanations: Sequence[Explanation], sections: Sections,
 
 
 def give_the_spring_masses(sections: Sections, axis: NominalAxis, substep_s: float, notes: list[str]) -> None:
-    """A spring needs a mass on either side, damping, and substeps that resolve it."""
+    """Complete a spring by a mass on either side, damping, and a stiffness that the substep resolves."""
     if "drive_compliance" not in sections:
         return
     spring = sections["drive_compliance"]

@@ -1,1 +1,1 @@
-"""The model that is given: its file, the axes it describes, and its effects as terms of the catalogue."""
+"""The nominal model: its file, its axes, and its effects as terms of the catalogue."""

@@ -1,4 +1,4 @@
-"""Read the effects of hil_sim that a model file gives an axis beside its mechanics, in SI."""
+"""Reads the effects of hil_sim in a model file, beside the mechanics of an axis, in SI."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,14 +14,14 @@ from reconcile.formats.nominal_axis import ModelEffects
 
 NEUTRAL = {section_of(module): module.NEUTRAL for module in EFFECTS}
 MECHANICS = ("viscous_friction", "coulomb_friction")
-"""Read with the axis: they are parameters of every model."""
+"""Effects that are read with the axis, because every model has them."""
 
 
 def model_effects_of(file: Path, name: str, tables: Mapping[str, Any]) -> ModelEffects:
     """Read the effects of an axis from the `axis` tables of a model file.
 
     Raises:
-        ReconcileError: a section that the plant would not take; it names the key.
+        ReconcileError: a section that the plant would refuse; it names the key.
 
     """
     table, numbers = tables[name], {other: number for number, other in enumerate(tables)}

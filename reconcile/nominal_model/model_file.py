@@ -1,7 +1,7 @@
-"""The nominal model: a plant.toml that may lack everything but the axis' mechanics; and the updated one.
+"""The file of the nominal model, a plant.toml that needs only the mechanics of each axis; and the update.
 
-At least, for each axis: transmission.lead_mm, motor.torque_constant_nm_a, table.mass_kg; friction and the
-sensors' resolutions where they are known. What is written is complete: `hil-sim run` takes it as it is.
+Required for each axis: transmission.lead_mm, motor.torque_constant_nm_a, table.mass_kg; optional are friction
+and the resolutions of the sensors. The written file is complete, so that `hil-sim run` can run it.
 """
 
 import copy
@@ -34,7 +34,7 @@ SECTIONS: dict[str, dict[str, Any]] = {
     "encoder": {"counts_per_rev": 1_048_576},
     "limit_switches": {"negative_mm": -1000.0, "positive_mm": 1000.0},
 }
-"""What a plant needs beside the physics, where the nominal model says nothing."""
+"""Values that a plant needs beside the physics, where the nominal model has none."""
 
 
 class NominalModel(NamedTuple):
@@ -99,7 +99,7 @@ def _axis(file: Path, name: str, tables: Mapping[str, Any]) -> NominalAxis:
 
 
 def _nodes(file: Path, table: Mapping[str, Any]) -> BusNodes | None:
-    """Where the axis is on a bus; None where the model does not say it all."""
+    """Return the bus nodes of the axis; None where the model does not describe them completely."""
     try:
         drive, scale = table["drive"], table.get("scale", {})
         has_scale = "node_id" in scale
@@ -118,12 +118,12 @@ def _nodes(file: Path, table: Mapping[str, Any]) -> BusNodes | None:
 def write_model(
     model: NominalModel, updates: Mapping[str, Mapping[str, Mapping[str, Any]]], path: Path
 ) -> None:
-    """A complete plant file: the model with `updates`, values by axis, section and key of the TOML."""
+    """Write a complete plant file: the model with `updates`, values by axis, section and key of the TOML."""
     document = copy.deepcopy(model.document)
     plant = document.setdefault("plant", {})
     plant.setdefault("name", model.file.parent.name or "repaired")
     for number, (name, axis) in enumerate(document["axis"].items(), start=1):
-        axis.pop("controller", None)  # the plant has none, and knows nothing of what only names orders
+        axis.pop("controller", None)  # plant files have none, nor the keys that only name orders
         axis.get("motor", {}).pop("pole_pairs", None)
         axis.get("scale", {}).pop("grating_um", None)
         for section, values in SECTIONS.items():

@@ -1,6 +1,6 @@
 """The model effects as terms of the catalogue, the inverse of a model update.
 
-What no entry has columns for is left out: friction_ageing, lubrication_loss, the inductance
+Parameters without columns in the catalogue are omitted: friction_ageing, lubrication_loss, the inductance
 of a winding, the bow of a guide, the ripple of position_dependent_friction, damping of drive_compliance.
 """
 
@@ -13,10 +13,10 @@ from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 
 
 def terms_of_model(axis: NominalAxis, datasets: Sequence[RegressionData]) -> list[ModelTerm]:
-    """The model's effects as terms of the catalogue, with their coefficients for these recordings.
+    """Return the model effects as terms of the catalogue, with their coefficients for these recordings.
 
-    Drifts are those of the first recording, as in the model update. Forces and displacements are the model's
-    own: what differs by recording (an encoder zeroed again, the begin of a disturbance) has the model's zero.
+    Drifts are those of the first recording, as in the model update. Offsets that differ by recording (a
+    re-zeroed encoder, the begin of a disturbance) are those of the model.
     """
     given, base = axis.model_effects, baseline_parameters(axis)
     sums: dict[tuple[str, ShapeParameters, ResidualChannel], tuple[float, ...]] = {}

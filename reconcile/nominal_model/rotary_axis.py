@@ -1,7 +1,7 @@
-"""A rotary axis of a model file in the coordinate of the engine: 1 m stands for 1 rad.
+"""A rotary axis of a model file in the coordinates of the computation: 1 m stands for 1 rad.
 
-With it 1 N stands for 1 N m and 1 kg for 1 kg m^2; no law of the catalogue asks which. The plant of hil_sim
-is told so too, so that what is written runs.
+Accordingly 1 N stands for 1 N m and 1 kg for 1 kg m^2; the laws of the catalogue are the same. The plant of
+hil_sim uses the same convention, so that it can run the written model.
 """
 
 import math
@@ -17,11 +17,11 @@ KEYS = (
     ("viscous_friction", "viscous_nm_s_rad", "viscous_n_s_m"),
     ("coulomb_friction", "coulomb_nm", "coulomb_n"),
 )
-"""Section, key of a rotary axis, key of the engine with the same number."""
+"""Section, key of a rotary axis, key of a linear axis for the same number."""
 
 
 def is_rotary(file: Path, name: str, table: Mapping[str, Any]) -> bool:
-    """Whether the axis says so. Raises ReconcileError for another word."""
+    """Return whether the axis is declared as rotary. Raises ReconcileError for an unknown motion."""
     motion = table.get("motion", MOTIONS[0])
     if motion not in MOTIONS:
         raise ReconcileError(file, f"axis.{name}.motion", f"{motion!r} is neither of {', '.join(MOTIONS)}")
@@ -29,7 +29,7 @@ def is_rotary(file: Path, name: str, table: Mapping[str, Any]) -> bool:
 
 
 def as_linear(file: Path, name: str, table: Mapping[str, Any]) -> dict[str, Any]:
-    """The table of a rotary axis with the keys of a linear one. Raises ReconcileError.
+    """Return the table of a rotary axis with the keys of a linear one. Raises ReconcileError.
 
     Without a torque constant a recorded current counts as the torque at the joint.
     """

@@ -1,4 +1,4 @@
-"""Initial state of a replay: position and velocity of a recording's first sample, set in a plant's state."""
+"""Initial state of a replay: position and velocity of the first sample, stored in the state of a plant."""
 
 from typing import Any
 
@@ -7,11 +7,11 @@ import numpy as np
 from reconcile.recording.recording import AxisRecording
 
 FITTED_SAMPLES = 20
-"""Samples of the parabola that gives position and velocity at the first one."""
+"""Samples of the fitted parabola that gives position and velocity at the first sample."""
 
 
 def initial_motion(recording: AxisRecording) -> tuple[float, float]:
-    """Position (m) and velocity (m/s) at the first sample."""
+    """Return position (m) and velocity (m/s) at the first sample."""
     count = min(FITTED_SAMPLES, len(recording.time_s))
     _, velocity_m_s, position_m = np.polyfit(recording.time_s[:count], recording.motor_m[:count], 2)
     return float(position_m), float(velocity_m_s)

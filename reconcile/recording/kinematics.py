@@ -15,11 +15,11 @@ from kernels.arrays import Array
 from kernels.jit import kernel
 
 LOW_PASS_CORNERS_HZ = (200.0, 150.0, 110.0, 80.0, 60.0, 45.0)
-"""Corners of the position's low pass; the highest is used at which the noise of the acceleration is small."""
+"""Corners of the low pass of the position; the highest with small noise of the acceleration is used."""
 LARGEST_NOISE_SHARE = 0.05
 """Largest noise of the acceleration, as a share of its RMS."""
 SHORTEST_STANDSTILL_S = 0.03
-"""Shorter stops are reversals, s."""
+"""Least duration of a standstill, s; shorter stops are reversals."""
 
 
 class Kinematics(NamedTuple):
@@ -33,7 +33,7 @@ class Kinematics(NamedTuple):
     velocity_threshold_m_s: float
     """Largest speed that is indistinguishable from noise."""
     direction: Array
-    """Sign of the velocity; without motion that of the last one, or friction's share (regression data)."""
+    """Sign of the velocity; at standstill that of the last motion, or the share of friction."""
     last_direction: Array
     """Sign of the last motion, also at standstill; 0 before the first."""
     distance_since_reversal_m: Array
@@ -45,11 +45,11 @@ class Kinematics(NamedTuple):
     moving: NDArray[np.bool_]
     """Faster than `velocity_threshold_m_s`."""
     standing_still: NDArray[np.bool_]
-    """Standing for `SHORTEST_STANDSTILL_S` around."""
+    """At standstill for `SHORTEST_STANDSTILL_S` around the sample."""
 
 
 def kinematics(position_m: Array, period_s: float, most_hz: float = math.inf) -> Kinematics:
-    """Compute the kinematics of motor positions (n,), n > 50, behind a low pass of at most `most_hz`."""
+    """Compute the kinematics of motor positions (n,), n > 50, filtered by a low pass of at most `most_hz`."""
     count_m, noise_m = _smallest_step_m(position_m), _noise_m(position_m)
     corner_hz = min(_corner_hz(position_m, period_s, max(noise_m, 0.3 * count_m)), most_hz)
     smooth_m = _smoothed(position_m, gaussian_width_s(corner_hz) / period_s)
@@ -81,14 +81,14 @@ def kinematics(position_m: Array, period_s: float, most_hz: float = math.inf) ->
 
 
 def _corner_hz(position_m: Array, period_s: float, noise_m: float) -> float:
-    """Corner of the low pass for positions with RMS noise `noise_m`, at most 0.6 of the Nyquist frequency."""
+    """Return the corner of the low pass for RMS noise `noise_m`, at most 0.6 of the Nyquist frequency."""
     corners_hz = [corner for corner in LOW_PASS_CORNERS_HZ if corner <= 0.3 / period_s] or [0.3 / period_s]
     slowest_hz = corners_hz[-1]
     smooth_m = _smoothed(position_m, gaussian_width_s(slowest_hz) / period_s)
     rms_m_s2 = float(np.std(np.gradient(np.gradient(smooth_m, period_s), period_s)))
     for corner_hz in corners_hz:
         corner_rad_s = 2.0 * math.pi * corner_hz
-        # of white noise
+        # RMS acceleration of white noise
         passed_m_s2 = noise_m * corner_rad_s**2 * math.sqrt(corner_hz * 2.0 * period_s / 5.0)
         if passed_m_s2 <= LARGEST_NOISE_SHARE * rms_m_s2:
             return corner_hz
@@ -96,12 +96,12 @@ def _corner_hz(position_m: Array, period_s: float, noise_m: float) -> float:
 
 
 def gaussian_width_s(corner_hz: float) -> float:
-    """Standard deviation (s) of the Gaussian with gain 1/2 at the corner; it has no overshoot."""
+    """Return the standard deviation (s) of the Gaussian with gain 1/2 at the corner; it has no overshoot."""
     return math.sqrt(2.0 * math.log(2.0)) / (2.0 * math.pi * corner_hz)
 
 
 def _smoothed(position_m: Array, width: float) -> Array:
-    """Gaussian low pass of standard deviation `width` samples; the position is extended by odd reflection."""
+    """Filter by a Gaussian of standard deviation `width` samples; extends the position by odd reflection."""
     margin = min(math.ceil(5.0 * width), len(position_m) - 1)
     extended_m = np.pad(position_m, margin, mode="reflect", reflect_type="odd")
     smooth_m: Array = gaussian_filter1d(extended_m, width)[margin : margin + len(position_m)]
@@ -110,7 +110,7 @@ def _smoothed(position_m: Array, width: float) -> Array:
 
 @kernel
 def dahl_deflection(position_m: Array, deflection_m: float, exponent: float = 1.0) -> Array:
-    """Dahl's deflection (n,), -1 to 1, exact by step: dz/dx = (1 - z sign(dx))^exponent / deflection_m."""
+    """Return Dahl's deflection (n,), -1 to 1, exact: dz/dx = (1 - z sign(dx))^exponent / deflection_m."""
     z = np.zeros(len(position_m))
     for i in range(1, len(position_m)):
         z[i] = deflected(z[i - 1], position_m[i] - position_m[i - 1], deflection_m, exponent)
@@ -118,12 +118,12 @@ def dahl_deflection(position_m: Array, deflection_m: float, exponent: float = 1.
 
 
 def _noise_m(position_m: Array) -> float:
-    """RMS of white noise, from the third difference (variance 20)."""
+    """Return the RMS of white noise, from the third difference (variance 20)."""
     return 1.4826 * float(np.median(np.abs(np.diff(position_m, 3)))) / math.sqrt(20.0)
 
 
 def _smallest_step_m(position_m: Array) -> float:
-    """Smallest position step; 0 without motion."""
+    """Return the smallest position step; 0 without motion."""
     steps_m = np.abs(np.diff(position_m))
     smallest_m = float(steps_m[steps_m > 0.0].min(initial=math.inf))
     return smallest_m if math.isfinite(smallest_m) else 0.0

@@ -1,4 +1,4 @@
-"""Pieces of a recording: it is cut at gaps, missing values, jumps, and where the drive is off or homing."""
+"""Cuts a recording into pieces at gaps, missing values, jumps, and where the drive is off or homing."""
 
 import itertools
 from typing import NamedTuple
@@ -25,11 +25,11 @@ ENABLED_MASK, ENABLED = 0x6F, 0x27
 HOMING_MODE = 6
 """modes_of_operation of homing (CiA 402-2)."""
 MOST_JUMPS = 10
-"""Jumps of a position beyond which the file is refused: the column is wrong."""
+"""Most jumps of a position; with more the column is wrong, and the file is refused."""
 LEAST_PRESENT = 0.5
-"""Share of the rows in which a channel must have a value; with fewer it is taken as not recorded."""
+"""Least share of rows with a value of a channel; with less it counts as not recorded."""
 FEWEST_ROWS = 100
-"""Rows of a piece below which it is dropped: too few to judge the evenness of."""
+"""Least rows of a piece; with fewer its evenness cannot be estimated, and it is dropped."""
 
 
 class Piece(NamedTuple):
@@ -105,7 +105,7 @@ def _valid_rows(channels: dict[str, Array]) -> Flags:
 
 
 def _stretches(valid: Flags) -> list[tuple[int, int]]:
-    """(start, stop) of stretches of valid rows; up to FILLED invalid ones in between are included."""
+    """Return (start, stop) of stretches of valid rows, which may include up to FILLED invalid ones."""
     rows = np.flatnonzero(valid)
     if not len(rows):
         return []
@@ -182,7 +182,7 @@ def _jumps(
 
 
 def _wrap(model: NominalAxis, role: str, size_m: float) -> str:
-    """Hint that a jump of a power of two of the counts is a counter that wraps; empty for others."""
+    """Return a hint on the cause of a jump: a wrapping counter for a power of two of counts."""
     count_m = model.encoder_resolution_m if role == "position" else model.scale_resolution_m
     for bits in (16, 24, 32):
         if count_m and abs(abs(size_m) / count_m / 2.0**bits - 1.0) < 0.01:

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from kernels.arrays import Array
 
 DEFECT_RATIO = 20.0
-"""Change of the step size of a defect over the 99th percentile of all."""
+"""Least change of the step size of a defect, relative to the 99th percentile of all."""
 BLOCK = 65_536
-"""Samples of a block."""
+"""Samples of a block, which bounds the memory."""
 LEAST_WRAP_COUNTS = 100.0
 """Least size of a wrap, in counts; less may be noise at standstill."""
 
@@ -29,7 +29,7 @@ class Jumps(NamedTuple):
 def find_jumps(position_m: Array, number: NDArray[np.intp], most_missing: int) -> Jumps:
     """Find spikes and jumps of positions (n,), each the `number`-th sample; NaN is skipped.
 
-    Nothing is said of what happened while more than `most_missing` samples are missing.
+    Steps over gaps of more than `most_missing` samples are ignored.
     """
     rows = np.flatnonzero(np.isfinite(position_m))
     known_m = position_m[rows]
@@ -40,7 +40,7 @@ def find_jumps(position_m: Array, number: NDArray[np.intp], most_missing: int) -
     step_m = np.where(sample_distance > most_missing + 1, 0.0, np.diff(known_m) / sample_distance)
     change_m = np.abs(np.diff(step_m))
     limit_m = DEFECT_RATIO * float(np.percentile(change_m, 99.0)) + float(np.percentile(np.abs(step_m), 99.0))
-    # the step of a sample against those around it, which carry the motion
+    # the step of a sample less those around it, which contain the motion
     around_m = _median_around(step_m)
     excess_m = np.where(sample_distance > most_missing + 1, 0.0, step_m - around_m)
     large = (np.abs(excess_m) > limit_m) | _wraps(known_m, step_m)
@@ -54,14 +54,14 @@ def find_jumps(position_m: Array, number: NDArray[np.intp], most_missing: int) -
 
 
 def _median_around(values: Array) -> Array:
-    """Median of the three values to either side of each (n,), round the ends; by blocks, to save memory."""
+    """Return the median of the three values to either side of each (n,), cyclic, by blocks to save memory."""
     windows = sliding_window_view(np.pad(values, 3, mode="wrap"), 7)
     blocks = [windows[first : first + BLOCK] for first in range(0, len(values), BLOCK)]
     return np.concatenate([np.median(block[:, [0, 1, 2, 4, 5, 6]], axis=1) for block in blocks])
 
 
 def _wraps(known_m: Array, step_m: Array) -> NDArray[np.bool_]:
-    """Steps of a counter that wraps often: there the usual step is no measure of a defect."""
+    """Return the steps of a counter that wraps often, where the usual step is no measure of a defect."""
     size_m = np.abs(step_m)
     smallest_m = float(size_m[size_m > 0.0].min(initial=np.inf))
     return (size_m > 0.5 * float(np.ptp(known_m))) & (size_m > LEAST_WRAP_COUNTS * smallest_m)

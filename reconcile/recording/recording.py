@@ -1,4 +1,4 @@
-"""Load recordings of any format as evenly sampled, complete pieces by axis."""
+"""Loads recordings of any format as evenly sampled, complete pieces by axis."""
 
 import math
 from collections.abc import Mapping as ByName
@@ -22,14 +22,15 @@ from reconcile.recording.pieces import LEAST_PRESENT, Piece, pieces_of
 from reconcile.recording.sensor_finding import SensorFinding, Severity
 
 NOTED_SHARE = 0.1
-"""Share of a recording in stretches that are too short, from which on that is a warning."""
+"""Least share of a recording in too short stretches for a warning."""
 SHORTEST_S, SHORTEST_ALONE_S, FEWEST_SAMPLES = 0.5, 0.25, 200
-"""Least durations (s) and samples of a piece; shorter ones are dropped. The second duration holds where no
-piece lasts as long as the first."""
+"""Least durations (s) and samples of a piece; shorter ones are dropped. The second duration applies where no
+piece is as long as the first.
+"""
 
 
 class AxisRecording(NamedTuple):
-    """One axis over one unbroken stretch of time; all arrays (n,)."""
+    """One axis over one stretch of time without a gap; all arrays (n,)."""
 
     source: str
     """File, for messages; with the range of time where the file was split."""
@@ -54,9 +55,9 @@ class AxisRecording(NamedTuple):
     ignored: tuple[str, ...] = ()
     """Columns of the file that were not used."""
     origins: ByName[str, ColumnOrigin] = {}
-    """By role: the column that it was read from."""
+    """Role -> the column of its channel."""
     samples_in_a_mean: int = 1
-    """Samples of which the mean is explained: more than one where memory asks for it."""
+    """Samples averaged into one of these; more than one to save memory."""
 
 
 def load_recordings(
@@ -68,7 +69,7 @@ def load_recordings(
 ) -> list[AxisRecording]:
     """Load every axis of the model from every file, folder or pattern, split where samples are missing.
 
-    A file that cannot be used among good ones is set aside, and a finding of the first good one says so;
+    A file that cannot be used among good ones is set aside, which a finding of the first good one reports;
     without `set_aside` it raises.
 
     Raises:
@@ -147,7 +148,7 @@ def _axis_recordings(table: Table, channels: Channels, axis: str, model: Nominal
 
 
 def _left_out(source: str, axis: str, pieces: Sequence[Piece], short: Sequence[Piece]) -> SensorFinding:
-    """The finding of stretches that are too short to be judged."""
+    """Return the finding of stretches that are too short for a diagnosis."""
     whole_s, lost_s = (sum(float(np.ptp(p.grid.time_s)) for p in of) for of in (pieces, short))
     share = lost_s / max(whole_s, 1e-300)
     message = (

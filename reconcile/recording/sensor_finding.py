@@ -1,4 +1,4 @@
-"""A defect that a check of timing or of a sensor found."""
+"""A defect of timing or of a sensor."""
 
 import math
 import re
@@ -36,7 +36,7 @@ class SensorFinding(NamedTuple):
 
 
 def notes_of(findings: Iterable[SensorFinding]) -> list[str]:
-    """Findings in words; those that differ in their numbers alone are one note, with the largest, counted."""
+    """Return findings as text; those that differ in numbers only are counted, with the largest as example."""
     alike: dict[tuple[str, ...], list[SensorFinding]] = {}
     for one in findings:
         words = re.sub(r"[\d.+-]+", "", one.message)
@@ -53,7 +53,7 @@ def _counted(alike: Sequence[SensorFinding]) -> str:
 
 
 def _file(one: SensorFinding) -> str:
-    """The file of a recording that was split, without the range of time."""
+    """Return the file of a split recording, without the range of time."""
     return re.sub(r" \[[^\]]* to [^\]]* s\]$", "", one.source)
 
 

@@ -1,7 +1,7 @@
 """The time column: order, sample time, gaps, jitter; and resampling to an even grid.
 
-Uneven stamps have one of two causes: the sensors were read at those instants, or they were read evenly and
-stamped late (a log of the bus). The positions decide: they are smoother over the true instants.
+Uneven time stamps have one of two causes: the sensors were read at those instants, or they were read evenly
+and stamped late (a log of the bus). The positions decide, because they are smoother over the true instants.
 """
 
 from typing import NamedTuple
@@ -21,22 +21,23 @@ SLOWEST_S, FASTEST_S = 0.05, 1e-5
 SLOW_RATE_HZ = 180.0
 """Rate below which the samples are too far apart for the state filter: three of its bandwidths."""
 SLOW_CORNER_SHARE = 0.06
-"""Corner of what is explained there, as a share of the rate: that of the filter at 1 kHz. A second difference
-is 3 % off at it, 30 % at a fifth of the rate, and what it is off by passes for a force."""
+"""Corner of the filter there, as a share of the rate: that of the filter at 1 kHz. A second difference has an
+error of 3 % there and of 30 % at a fifth of the rate, which looks like a force.
+"""
 FILLED = 5
 """Longest gap that is interpolated, samples; longer ones split the recording."""
 LATEST_STAMP_SAMPLES = 20
-"""Longest delay of a stamp, samples; longer is a gap."""
+"""Longest delay of a time stamp, samples; longer ones are gaps."""
 LARGEST_JITTER = 0.5
 """Standard deviation of the jitter, in sample times, above which a recording is refused."""
 NOTED_JITTER = 0.02
-"""The same, above which it is reported."""
+"""The same, above which the jitter is reported."""
 ROUGHNESS_RATIO = 0.8
-"""Roughness over the stamps to that over an even grid, below which the stamps are the instants."""
+"""Roughness over the stamps relative to an even grid, below which the stamps are the instants."""
 
 
 class Stamps(NamedTuple):
-    """Sample time, sample numbers and gaps. `number` (n,): the sample of an even grid that each row is."""
+    """Sample time, sample numbers and gaps; `number` (n,) is the index of each row on an even grid."""
 
     period_s: float
     number: Indices
@@ -44,7 +45,7 @@ class Stamps(NamedTuple):
     """Rows before which samples are missing."""
 
     def missing(self, row: int) -> int:
-        """Samples missing just before `row`."""
+        """Return the number of missing samples just before `row`."""
         return int(self.number[row] - self.number[row - 1] - 1)
 
 
@@ -54,7 +55,7 @@ class Grid(NamedTuple):
     time_s: Array
     """(m,) in the time of the file."""
     stamps_s: Array
-    """(n,) times of the rows on it."""
+    """(n,) times of the rows on the grid."""
     jitter: float
     """Standard deviation of the stamps against the grid, in sample times."""
     resampled: bool
@@ -123,7 +124,7 @@ def on_grid(even_grid: Grid, values: Array, *, smooth: bool) -> Array:
 
 
 def _stamps_are_instants(late_s: Array, number: Indices, position_m: Array, period_s: float) -> bool:
-    """Whether the positions are smoother over the stamps than over the even grid."""
+    """Return whether the positions are smoother over the stamps than over the even grid."""
     if np.ptp(late_s) < 1e-4 * period_s or len(late_s) < 100:
         return False
     without_gap = (np.diff(number, 4, prepend=number[:4]) == 0) & np.isfinite(position_m)

@@ -28,7 +28,7 @@ COLOURS = {"consistent": "green", "parameters": "cyan", "effects": "yellow", "un
 
 
 def show(verdict: Mapping[str, Any], console: Console) -> None:
-    """Print a verdict; text that comes from files is never read as markup."""
+    """Print a verdict; text from files is never interpreted as markup."""
     summary = headline(verdict)
     console.print(Text(f"verdict: {verdict['verdict']}", style=f"bold {COLOURS[verdict['verdict']]}"))
     console.print(Text(summary.sentence, style="bold"))

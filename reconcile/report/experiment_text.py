@@ -1,4 +1,4 @@
-"""The next experiment of a verdict as a paragraph: why, which motion with which numbers, what it decides."""
+"""The next experiment of a verdict as a paragraph: reason, motion with its numbers, and what it decides."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,7 +10,7 @@ PROSE_KEYS = (
     *("why", "separates", "axis", "motion", "tells"),
     *("program", "seconds", "evidence_nats", "instead", "also", "considered"),
 )
-"""Keys with a place of their own in the paragraph; all others are numbers of the motion."""
+"""Keys with their own place in the paragraph; all others are numbers of the motion."""
 UNITS = {
     "_mm_s2": "mm/s²",
     "_mm_s": "mm/s",

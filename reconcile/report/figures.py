@@ -38,13 +38,13 @@ from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.html_file import packed
 
 SPECTRUM_POINTS = 1500
-"""Points of a spectrum: more than a wide screen has pixels."""
+"""Most points of a spectrum: more than a wide screen has pixels."""
 WHITE_PROBABILITY = 0.05
 """Ljung-Box probability below which a residual is not called white; the customary level."""
 
 
 def figures(analysis: ResidualAnalysis, buckets: int) -> list[Figure]:
-    """Return all figures of a residual; a time series is thinned to `buckets` of two points each."""
+    """Return all figures of a residual; time series are thinned to `buckets` of two points each."""
     plotter = _Plotter(analysis)
     profiles = ResidualProfiles(analysis)
     found = [plotter.over_time(one, number, buckets) for number, one in enumerate(analysis.residuals)]
@@ -56,7 +56,7 @@ def figures(analysis: ResidualAnalysis, buckets: int) -> list[Figure]:
 
 
 class _Plotter:
-    """Draws one residual in the unit that suits its size."""
+    """Draws one residual in a unit that suits its size."""
 
     def __init__(self, analysis: ResidualAnalysis) -> None:
         self._analysis, self._rotary = analysis, analysis.nominal.rotary
@@ -165,7 +165,7 @@ class _Plotter:
         return Figure("spectrum", "Spectrum", note, data, drawing)
 
     def orders(self) -> list[Figure]:
-        """Draw the spectrum over cycles a turn; nothing where the axis moved too little."""
+        """Draw the spectrum over cycles per turn; nothing where the axis moved too little."""
         axis, residuals = self._analysis.nominal, self._analysis.residuals
         bands, data = order_bands(axis), []
         for model in ("before", "after"):

@@ -1,6 +1,6 @@
-"""The pages of reconcile: cards with figures, and what stands around them; `html_file` makes the file.
+"""The pages of reconcile: cards with figures, and the HTML around them; `html_file` makes the file.
 
-Every function escapes the text that it is given, or says that it takes HTML.
+Every function escapes its text, unless its docstring says that it takes HTML.
 """
 
 from collections.abc import Iterable
@@ -26,7 +26,7 @@ class HtmlPage:
         )
 
     def plot(self, name: str, figure: Figure) -> str:
-        """Return what stands in a `<figure>`: the drawing with its note, for a card that has more."""
+        """Return the contents of a `<figure>`, drawing and note, for a card with further contents."""
         self._figures[name] = {"data": figure.data, "layout": figure.layout}
         return (
             f'<div class="plot" id="{escape(name)}" data-figure="{escape(name)}"></div>'
@@ -38,12 +38,12 @@ class HtmlPage:
         return html_file("reconcile.report", f"reconcile: {title}", body, self._figures)
 
     def write(self, path: Path, title: str, body: str) -> None:
-        """Write the page. Raises OSError; leaves nothing half written."""
+        """Write the page atomically. Raises OSError."""
         write_text_whole(path, self.html(title, body))
 
 
 def answer(word: str, sentence: str, *details: str) -> str:
-    """Return the card on top of a page: a word, a sentence, then `details`, which are HTML."""
+    """Return the card at the top of a page: a word, a sentence, then `details`, which are HTML."""
     return (
         f'<section class="card answer"><span class="word">{escape(word)}</span>'
         f"<h1>{escape(sentence)}</h1>{''.join(details)}</section>"

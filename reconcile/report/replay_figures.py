@@ -1,4 +1,4 @@
-"""The closed-loop replay as a figure: recorded force and both models, where the nominal model is worst."""
+"""The closed-loop replay as a figure: recorded force and both models where the nominal error is largest."""
 
 from collections.abc import Container, Sequence
 
@@ -10,15 +10,15 @@ from reconcile.report.traces import MODEL_NAMES, Figure, line, stacked
 from servo_ctrl.recording.min_max import thinned
 
 SHOWN_S = 4.0
-"""Long enough for several reversals, short enough to see a single one."""
+"""Duration of the interval: enough for several reversals, short enough to see a single one."""
 
 
 def replay_figures(
     comparisons: Sequence[ReplayComparison], buckets: int, rotary: Container[str] = ()
 ) -> dict[str, Figure]:
-    """Return a figure by axis, of its first recording; lines have at most `buckets` of two points.
+    """Return a figure of the first recording by axis; lines have at most `buckets` of two points.
 
-    `rotary`: the axes of angles and torques.
+    `rotary`: the rotary axes.
     """
     found: dict[str, Figure] = {}
     for one in comparisons:

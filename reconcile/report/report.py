@@ -28,7 +28,7 @@ def write_report(
     path: Path,
     replays: Sequence[ReplayComparison] = (),
 ) -> None:
-    """Write the page of a verdict. Raises OSError; leaves nothing half written."""
+    """Write the page of a verdict atomically. Raises OSError."""
     page = HtmlPage()
     series = max(sum(len(analysis.residuals) for analysis in analyses), 1)
     buckets = min(max(MAX_SERIES_BYTES // (BYTES_PER_BUCKET * series), BUCKETS[0]), BUCKETS[1])
@@ -54,7 +54,7 @@ def write_report(
 
 
 def _curves(verdict: Mapping[str, Any], page: HtmlPage) -> dict[int, str]:
-    """Return the pictures of terms without a name, by their place among the findings."""
+    """Return the pictures of unnamed terms, by their index among the findings."""
     curves = enumerate(map(unnamed_curve, verdict["findings"]))
     return {
         place: f'<figure style="margin:0">{page.plot(f"curve-{place}", curve)}</figure>'
@@ -64,7 +64,7 @@ def _curves(verdict: Mapping[str, Any], page: HtmlPage) -> dict[int, str]:
 
 
 def _residual_figures(analysis: ResidualAnalysis, buckets: int, page: HtmlPage) -> str:
-    """Return the figures of one residual; of several recordings over time one is shown, by choice."""
+    """Return the figures of one residual; a list selects which of several recordings is shown over time."""
     name = f"{analysis.axis}-{analysis.channel.value}"
     drawn = figures(analysis, buckets)
     over_time = [figure for figure in drawn if figure.name.startswith("time-")]

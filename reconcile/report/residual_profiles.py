@@ -16,9 +16,9 @@ from reconcile.location.residual_coordinates import (
 )
 
 MEASURED = "measured"
-"""Stands beside the models: the channel itself, nothing subtracted."""
+"""Name beside those of the models: the channel itself, without a model."""
 MIN_COORDINATES, MAX_COORDINATES = 3, 6
-"""Coordinates that are drawn, whatever they explain."""
+"""Least and most drawn coordinates, whatever they explain."""
 
 
 class ResidualProfile(NamedTuple):
@@ -28,7 +28,7 @@ class ResidualProfile(NamedTuple):
     by_direction: bool
     """Samples were multiplied by the direction of motion before averaging."""
     share: float
-    """Of the variance that no value of the nominal model explains; cross-validated."""
+    """Cross-validated share of the variance that no value of the nominal model explains."""
     means: dict[str, Array]
     errors: dict[str, Array]
     counts: Array
@@ -47,7 +47,7 @@ class ResidualProfiles:
             self._samples[model] = samples(residuals, [in_phase(one, values) for one, values in pairs])
 
     def best(self) -> list[ResidualProfile]:
-        """Return the profiles over the coordinates that explain most, the largest share first."""
+        """Return the profiles over the best explaining coordinates, the largest share first."""
         located = [one for one in self._analysis.located if one.coordinate in self._by_name]
         count = max(sum(one.share >= LEAST_REPORTED_SHARE for one in located), MIN_COORDINATES)
         return [

@@ -23,11 +23,11 @@ from reconcile.report.words import (
 from servo_ctrl.report.html_file import escape, table
 
 MAX_RIVALS, MAX_LOCATIONS = 5, 12
-"""Rows of their tables; verdict.json has all."""
+"""Most rows of their tables; verdict.json has all."""
 
 
 def verdict_card(verdict: Mapping[str, Any], sources: Sequence[str]) -> str:
-    """Return the verdict in a sentence, what to do, and the recordings it is based on."""
+    """Return the verdict in a sentence, advice, and the recordings on which it is based."""
     summary = headline(verdict)
     count = f"{len(sources)} recordings" if len(sources) > 1 else "one recording"
     return answer(
@@ -41,7 +41,7 @@ def verdict_card(verdict: Mapping[str, Any], sources: Sequence[str]) -> str:
 def findings(verdict: Mapping[str, Any], curves: Mapping[int, str]) -> str:
     """Return a card for each identified effect, in the order of the verdict.
 
-    `curves`: HTML of the picture that stands for the values of a finding, by its place.
+    `curves`: HTML of the picture that replaces the values of a finding, by its index.
     """
     cards = [_finding(finding, curves.get(place)) for place, finding in enumerate(verdict["findings"])]
     beside = note(minor_effects(verdict)) if verdict["minor"] else ""
@@ -77,7 +77,7 @@ def _finding(finding: Mapping[str, Any], curve: str | None) -> str:
 
 
 def locations(verdict: Mapping[str, Any]) -> str:
-    """Return where model and recording differ, the largest explained share first."""
+    """Return the coordinates over which model and recording differ, the largest explained share first."""
     heading = "Where model and recording differ"
     ranked = sorted(verdict["located"], key=lambda one: -float(one["share"]))
     rows = [
@@ -119,7 +119,7 @@ def fit(verdict: Mapping[str, Any]) -> str:
 
 
 def proof(verdict: Mapping[str, Any]) -> str:
-    """Return the errors on what was left out, part by part; empty without a proof."""
+    """Return the errors on held-out parts, part by part; empty without a proof."""
     rows = []
     for axis, proofs in verdict.get("proof", {}).items():
         for one in proofs:
@@ -140,7 +140,7 @@ def proof(verdict: Mapping[str, Any]) -> str:
 
 
 def accounted(verdict: Mapping[str, Any]) -> str:
-    """Return what each part of the model gives, and what remains unexplained."""
+    """Return the contribution of each part of the model, and the unexplained remainder."""
     rows = []
     for axis, of_axis in verdict.get("accounted", {}).items():
         for channel, sizes in of_axis.items():
@@ -188,7 +188,7 @@ def replays(verdict: Mapping[str, Any], cards: Sequence[str]) -> str:
 
 
 def remarks(verdict: Mapping[str, Any]) -> str:
-    """Return notes on timing and sensors, what the sensors cannot show, and the next experiment."""
+    """Return notes on timing and sensors, effects that are not observable, and the next experiment."""
     parts = []
     if verdict["notes"]:
         parts.append(f"<h3>Timing, sensors and models</h3>{bullets(verdict['notes'])}")
@@ -206,7 +206,7 @@ def remarks(verdict: Mapping[str, Any]) -> str:
 
 
 def _gain(gain: float) -> str:
-    """Return a share of squared residual as the RMS that the model without the effect has more."""
+    """Return a share of the squared residual as the increase of the RMS without the effect."""
     if gain <= 0.0:
         return "Held-out blocks do not gain by it."
     more = 100.0 * ((1.0 - min(gain, 0.9999)) ** -0.5 - 1.0)

@@ -1,7 +1,7 @@
-"""Traces, axes and marks of figures as plotly.js takes them.
+"""Traces, axes and marks of figures in the format of plotly.js.
 
-A colour is the name of a CSS variable, `--` and the role of what is drawn (`--before`); the page replaces it
-by the colour of that role in its light or dark style.
+A colour is the name of a CSS variable, `--` and the role of the drawn quantity (`--before`); the page
+replaces it by the colour of that role in its light or dark style.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""A term without a name as a picture: the force that was found over its coordinate, with its 95 % band."""
+"""An unnamed term as a picture: the identified force over its coordinate, with its 95 % band."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -13,10 +13,10 @@ from servo_ctrl.report.html_file import packed
 MASSES = ("run_time_of_the_mass",)
 """Coordinates over which the heights are masses."""
 BY_DIRECTION = ("distance_since_reversal", "speed_by_direction")
-"""Coordinates, beside those that say so, whose heights turn with the direction of motion."""
+"""Coordinates beside those with SUFFIX whose heights change sign with the direction of motion."""
 SUFFIX = "_by_direction"
 LOGARITHMIC_RATIO = 100.0
-"""Last knot over the first from which on the knots are spaced logarithmically."""
+"""Least ratio of the last knot to the first at which the knots are spaced logarithmically."""
 
 
 class _Table(NamedTuple):
@@ -29,15 +29,15 @@ class _Table(NamedTuple):
     high: Array
     unit: str
     what: str
-    """What the height is: force, mass, deviation."""
+    """Quantity of the height: force, mass, deviation."""
     name: str
-    """Of the coordinate, in words."""
+    """Display name of the coordinate."""
     turns: bool
-    """The height turns with the direction of motion."""
+    """The height changes sign with the direction of motion."""
 
 
 def unnamed_curve(finding: Mapping[str, Any]) -> Figure | None:
-    """Return the picture of a finding; None of one that is no curve over a coordinate."""
+    """Return the picture of a finding; None where it is no curve over a coordinate."""
     table = _table(finding)
     if table is None:
         return None
@@ -54,7 +54,7 @@ def unnamed_curve(finding: Mapping[str, Any]) -> Figure | None:
 
 
 def curve_in_words(finding: Mapping[str, Any]) -> str:
-    """Return the curve of a finding as a line of text; empty of one that is none."""
+    """Return the curve of a finding as a line of text; empty where it is no curve."""
     table = _table(finding)
     if table is None:
         return ""
@@ -91,7 +91,7 @@ def _table(finding: Mapping[str, Any]) -> _Table | None:
 
 
 def _band(x: Array, low: Array, high: Array) -> list[dict[str, Any]]:
-    """Return two lines without width and what lies between them."""
+    """Return two lines without width and the filled area between them."""
     edge = {"type": "scatter", "mode": "lines", "x": packed(x), "line": {"width": 0}, "hoverinfo": "skip"}
     upper = {**edge, "y": packed(high), "showlegend": False}
     lower = {**edge, "y": packed(low), "fill": "tonexty", "fillcolor": "--floor-band", "name": "95 % band"}

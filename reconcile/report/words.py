@@ -1,4 +1,4 @@
-"""Verdicts in words: the sentence with its advice, quantities in readable units, names in plain words."""
+"""Verdicts as text: the sentence with its advice, quantities in readable units, display names."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from reconcile.formats.rotary_units import unit_of
 
 CHANNEL_NAMES = {"force": "motor force", "deviation": "scale less motor"}
-"""Residual channel of a verdict -> what it is called."""
+"""Residual channel of a verdict -> display name."""
 UNIT_LADDERS = {
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
     "s": ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")),
@@ -20,12 +20,12 @@ UNIT_LADDERS = {
     "rad/(N m)": ((1.0, "rad/(N m)"), (1e-3, "mrad/(N m)"), (1e-6, "µrad/(N m)"), (1e-9, "nrad/(N m)")),
     "rad/s^2": ((1.0, "rad/s²"), (1e-3, "mrad/s²")),
 }
-"""SI unit -> the units it is shown in with their size, the largest first."""
+"""SI unit -> display units with their size, the largest first."""
 SUPERSCRIPTS = str.maketrans({"^": "", "2": "²"})
 
 
 class Headline(NamedTuple):
-    """A verdict in one sentence, and what to do about it."""
+    """A verdict in one sentence, and advice."""
 
     sentence: str
     advice: str
@@ -37,7 +37,7 @@ def display_name(name: str) -> str:
 
 
 def display_unit(unit: str, size: float) -> tuple[float, str]:
-    """Return the divisor that brings an SI value of this `size` into a readable unit, and that unit."""
+    """Return the divisor from SI to a readable unit for a value of this `size`, and that unit."""
     ladder = UNIT_LADDERS.get(unit)
     if ladder is None:
         return 1.0, unit.translate(SUPERSCRIPTS)
@@ -67,7 +67,7 @@ def interval(parameter: Mapping[str, Any]) -> str:
 
 
 def parameter_names(parameters: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Return names by key: `play_m` is play; of two of one name each says which quantity it is."""
+    """Return display names by key: `play_m` is play; equal names also get their quantity."""
     names = {key: _stem(key) for key in parameters}
     often = [name for name in names.values() if list(names.values()).count(name) > 1]
     kinds = {"N": "force", "m/s": "speed", "m": "distance", "s": "time"}
@@ -87,14 +87,14 @@ def _stem(key: str) -> str:
 
 
 def percent(share: float) -> str:
-    """Format a share of one in per cent; never rounds to certainty."""
+    """Format a share of one in per cent; never rounds to 0 or 100 %."""
     if share >= 0.995:
         return "> 99 %"
     return "< 1 %" if 0.0 < share < 0.005 else f"{100.0 * share:.0f} %"
 
 
 def headline(verdict: Mapping[str, Any]) -> Headline:
-    """Put the whole verdict into a sentence, with the proof and what to do next."""
+    """Summarise the verdict in a sentence, with the proof and the next steps."""
     word, findings = verdict["verdict"], verdict["findings"]
     if word == "effects":
         known = dict.fromkeys((f["effect"], f["axis"]) for f in findings if f["effect"] != "unknown")
@@ -130,7 +130,7 @@ def headline(verdict: Mapping[str, Any]) -> Headline:
 
 
 def proof_sentences(verdict: Mapping[str, Any]) -> Iterator[str]:
-    """Say what the written model leaves of recordings that took no part, beside a rigid model."""
+    """Yield sentences on the errors of the written model on held-out recordings, beside a rigid model."""
     for axis, proofs in verdict.get("proof", {}).items():
         for proof in proofs:
             if not proof["parts"] or not proof["rigid"]:
@@ -153,7 +153,7 @@ def proof_sentences(verdict: Mapping[str, Any]) -> Iterator[str]:
 
 
 def remaining_sentences(verdict: Mapping[str, Any]) -> Iterator[str]:
-    """Say what is left unexplained of each axis' force, where it is more than noise and than what matters."""
+    """Yield sentences on the unexplained force of each axis where it exceeds the noise and what matters."""
     for axis, of_axis in verdict.get("accounted", {}).items():
         sizes = of_axis.get("force")
         if sizes and not sizes["is_noise"]:
@@ -167,7 +167,7 @@ def remaining_sentences(verdict: Mapping[str, Any]) -> Iterator[str]:
 
 
 def is_rotary(verdict: Mapping[str, Any], axis: str) -> bool:
-    """Whether an axis is one of angles and torques."""
+    """Return whether an axis is rotary."""
     return bool(
         verdict.get("fit", {}).get(axis, {}).get("force", {}).get("unit") == unit_of("N", rotary=True)
     )
@@ -182,7 +182,7 @@ def residual_levels(fit: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[
 
 
 def minor_effects(verdict: Mapping[str, Any]) -> str:
-    """Name the effects that are in the model but not in the findings, in one line; empty without any."""
+    """Return the effects in the model that are not among the findings, in one line; empty without any."""
     names = [
         f"{display_name(one['effect'])} (axis {one['axis']}, confidence {percent(one['confidence'])}, "
         f"worth {percent(max(one['heldout_gain'], 0.0))})"

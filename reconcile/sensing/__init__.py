@@ -1,4 +1,5 @@
 """Whether a recording is fit for use: quantisation, delays, filters, re-zeroed encoders, signs and units.
 
-Here is what only looks like physics. Channels and the model's masses enter; no effect of the catalogue does.
+These artefacts look like physics. The room uses channels and the masses of the model, and no effect of the
+catalogue.
 """

@@ -13,7 +13,7 @@ LARGEST_GRID_ERROR = 0.05
 WINDOW_SAMPLES = 64
 """Length of the windows over which noise and holds are computed."""
 LEAST_CHANGE_STEPS = 4.0
-"""Least median change in quantisation steps; slower channels repeat values by themselves."""
+"""Least median change in quantisation steps; slower channels repeat values without being held."""
 LEAST_REPEATED_SHARE = 0.3
 """Least share of repeated values in a window of a held channel."""
 LONGEST_HOLD_SAMPLES = 50
@@ -25,7 +25,7 @@ LEAST_CLIPPED_RUN = 3.0
 CLIPPED_RATIO = 5.0
 """Least ratio of samples at a clipped extreme to those in the band beside it; a sine's peak has 2.4."""
 BAND_SHARE = 0.005
-"""Width of that band over the channel's range."""
+"""Width of that band, share of the range of the channel."""
 
 
 class Clip(NamedTuple):
@@ -39,7 +39,7 @@ class Clip(NamedTuple):
 
 
 def quantum(values: Array) -> float:
-    """Quantisation step of values (n,); 0 where they are not quantised."""
+    """Return the quantisation step of values (n,); 0 where they are not quantised."""
     levels = np.unique(values)
     if len(levels) < 4:
         return 0.0
@@ -60,7 +60,7 @@ def quantum(values: Array) -> float:
 
 
 def noise(values: Array, step: float) -> float:
-    """RMS of the white noise of values (n,), from the fourth difference, which removes smooth motion.
+    """Return the RMS white noise of values (n,), from the fourth difference, which removes smooth motion.
 
     The median over windows excludes reversals and standstills; at least the quantisation noise.
     """
@@ -72,9 +72,9 @@ def noise(values: Array, step: float) -> float:
 
 
 def hold_samples(values: Array, step: float) -> float:
-    """Mean number of samples for which values (n,) are repeated although the channel changes; 1 without.
+    """Return for how many samples on average values (n,) are held although the channel changes; 1 without.
 
-    Such a channel is sampled slower than it is recorded.
+    Such a channel is sampled more slowly than it is recorded.
     """
     change = np.diff(values)
     count = len(change) // WINDOW_SAMPLES
@@ -100,7 +100,7 @@ def hold_samples(values: Array, step: float) -> float:
 
 
 def clips(values: Array, step: float) -> list[Clip]:
-    """Clipped extremes of values (n,): the channel stays there for several samples at a time."""
+    """Return the clipped extremes of values (n,), where the channel stays for several samples at a time."""
     found = []
     band = max(step, BAND_SHARE * float(np.ptp(values)))
     for sign in (1.0, -1.0):
@@ -117,7 +117,7 @@ def clips(values: Array, step: float) -> list[Clip]:
 
 
 def frozen(values: Array, other: Array, at_least: float) -> tuple[int, int, float] | None:
-    """The stretch in which `values` (n,) do not change while `other` changes most.
+    """Return the stretch in which `values` (n,) are constant while `other` changes most.
 
     (first, last, change), or None where the change is at most `at_least`.
     """
@@ -133,7 +133,7 @@ def frozen(values: Array, other: Array, at_least: float) -> tuple[int, int, floa
 
 
 def _longest_runs(flags: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Length of the longest run of true values in each row of (rows, n)."""
+    """Return the length of the longest run of true values in each row of (rows, n)."""
     place = np.arange(1, flags.shape[1] + 1)
     before = np.maximum.accumulate(np.where(flags, 0, place), axis=1)
     longest: NDArray[np.intp] = np.max(place - before, axis=1)

@@ -1,6 +1,6 @@
-"""All checks of timing and sensors on the recordings of a diagnosis, before anything is identified.
+"""Runs all checks of timing and sensors on the recordings of a diagnosis, before the identification.
 
-Each check is a pure function on arrays in a file of this room; here they are applied and findings sorted.
+Each check is a pure function on arrays in a file of this room; this file applies them and sorts the findings.
 """
 
 from collections.abc import Mapping as ByName
@@ -26,16 +26,16 @@ DAMAGING_CHECKS = ("clipped", "frozen", "hold")
 
 
 class SensorReport(NamedTuple):
-    """Results of all checks; `recordings` are those given, without unusable scales."""
+    """Results of all checks; `recordings` are the given ones without unusable scales."""
 
     recordings: list[AxisRecording]
     findings: list[SensorFinding]
 
 
 def examine(recordings: Sequence[AxisRecording], model: ByName[str, NominalAxis]) -> SensorReport:
-    """Run all checks; findings, with those of reading, are sorted by severity.
+    """Run all checks; the findings, including those of reading, are sorted by severity.
 
-    An unusable recording among good ones of its axis is set aside, and a warning says so.
+    An unusable recording among good ones of its axis is set aside with a warning.
 
     Raises:
         ReconcileError: no recording of an axis is usable; its first finding, with its place.
@@ -58,7 +58,7 @@ def examine(recordings: Sequence[AxisRecording], model: ByName[str, NominalAxis]
             findings += whole
     good = {recording.axis for recording in usable_recordings}
     for recording, whole in refused:
-        # an axis that stood while another moved is no defect
+        # an axis at standstill while another one moved is no defect
         stood = bool(good) and any(f.check == "constant" and f.channel == "motor_m" for f in whole)
         findings += map(_set_aside, whole) if recording.axis in good or stood else whole
     for axis, nominal in model.items():
@@ -82,7 +82,7 @@ def _in_units_of(finding: SensorFinding, model: ByName[str, NominalAxis]) -> Sen
 
 
 def _set_aside(finding: SensorFinding) -> SensorFinding:
-    """A finding that no longer refuses all: its recording is left out."""
+    """Return a finding as a warning: its recording is set aside, not the whole diagnosis refused."""
     if finding.severity != "unusable":
         return finding
     return finding._replace(severity="warning", message=f"the recording is set aside: {finding.message}")

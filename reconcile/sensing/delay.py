@@ -1,8 +1,8 @@
-"""Delay of one channel against another, to a fraction of a sample.
+"""Estimates the delay of one channel against another, to a fraction of a sample.
 
 Motor and scale: their difference depends on position (lead), direction (backlash), force (compliance) and,
-with a delay, on velocity. All are fitted together, so that none is mistaken for a delay. Command and force:
-by cross-correlation.
+with a delay, on velocity. All are fitted together, so that none is mistaken for a delay. For command and
+force it uses cross-correlation.
 """
 
 import math
@@ -15,20 +15,20 @@ from scipy.signal import correlate, correlation_lags
 from kernels.arrays import Array
 
 BLOCKS = 8
-"""Blocks with an estimate each; their scatter gives the standard error."""
+"""Number of blocks with an estimate each; their scatter gives the standard error."""
 VELOCITY_SAMPLES = 9
 """Moving average of the velocity, samples."""
 LONGEST_DELAY_S = 0.1
-"""Longest delay that is searched, s."""
+"""Bounds the searched delays, s."""
 MOST_ITERATIONS = 4
 LEAST_STANDARD_ERRORS = 5.0
 """Significance of a reported delay."""
 UNCERTAIN_SHARE = 0.04
-"""Share of the difference between motor and scale that may look like a delay: least error."""
+"""Share of the difference between motor and scale that may look like a delay: bounds the error from below."""
 
 
 class Delay(NamedTuple):
-    """Delay `late_s` of the second channel against the first, with its standard error."""
+    """Delay `late_s` of the second channel relative to the first, with its standard error."""
 
     first: str
     second: str
@@ -44,7 +44,7 @@ class Delay(NamedTuple):
 
 
 def scale_delay(motor_m: Array, scale_m: Array, force_n: Array, period_s: float) -> Delay | None:
-    """Delay of the scale against the motor (n,); None where nothing moves fast enough."""
+    """Return the delay of the scale relative to the motor (n,); None where the axis is too slow."""
     velocity_m_s = uniform_filter1d(np.gradient(motor_m, period_s), VELOCITY_SAMPLES)
     fast = float(np.percentile(np.abs(velocity_m_s), 95.0))
     if fast <= 0.0:
@@ -84,7 +84,7 @@ def scale_delay(motor_m: Array, scale_m: Array, force_n: Array, period_s: float)
 
 
 def force_delay(command_n: Array, force_n: Array, period_s: float) -> Delay | None:
-    """Delay of the measured force against its command (n,); None where the command does not change."""
+    """Return the delay of the measured force relative to its command (n,); None for a constant command."""
     first, second = np.diff(command_n), np.diff(force_n)
     if not (np.any(first) and np.any(second)):
         return None
@@ -108,7 +108,7 @@ def _delayed(values: Array, samples: float) -> Array:
 
 
 def _block_slopes(columns: Array, deviation_m: Array) -> list[float]:
-    """Coefficient of the last column, the velocity, in each block in which it varies."""
+    """Return the coefficient of the last column, the velocity, in each block in which it varies."""
     slopes = []
     for rows in np.array_split(np.arange(len(deviation_m)), BLOCKS):
         matrix = columns[rows]
@@ -121,7 +121,7 @@ def _block_slopes(columns: Array, deviation_m: Array) -> list[float]:
 
 
 def _correlated(first: Array, second: Array, most_samples: int) -> float | None:
-    """Delay of `second` in samples, from the vertex of a parabola through the correlation peak."""
+    """Return the delay of `second` in samples, from the vertex of a parabola through the correlation peak."""
     if not (np.any(first) and np.any(second)):
         return None
     correlation = correlate(second, first, mode="full", method="fft")

@@ -1,4 +1,4 @@
-"""From measured properties of channels to findings: which defect, where, how large, what to do."""
+"""Converts measured properties of channels to findings: which defect, where, how large, what to do."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -20,15 +20,15 @@ UNITS = {"force_n": "N", "force_command_n": "N"}
 LEAST_TRAVEL_M = 2e-6
 """Least travel of a recording, m; presliding is recorded within a few micrometres."""
 LEAST_TRAVEL_NOISES = 20.0
-"""The same in the noise of the position."""
+"""The same as a multiple of the noise of the position."""
 LEAST_FROZEN_TRAVEL_M = 200e-6
-"""Travel of the other position, m, during which a frozen one does not change; more than any backlash."""
+"""Least travel of the other position, m, while a frozen one is constant; more than any backlash."""
 LARGEST_DELAY_SAMPLES, LARGEST_COMMAND_DELAY_SAMPLES = 0.2, 3.0
 """Delays that are reported, samples; a force lags its command by the bus and the current loop."""
 LEAST_HOLD_SAMPLES = 1.3
-"""Samples for which a value is repeated from which on the channel counts as sampled too slowly."""
+"""Least mean number of samples of a held value for a channel to count as sampled too slowly."""
 LEAST_SPEED_SHARE = 0.2
-"""Speed before a clipped position, over the 95th percentile: slower, the axis stopped there by itself."""
+"""Least speed before a clipped position, over the 95th percentile: a slower axis just stopped there."""
 
 
 class Judge(NamedTuple):
@@ -48,27 +48,27 @@ class Judge(NamedTuple):
         remedy: str = "",
         rows: tuple[int, int] | None = None,
     ) -> SensorFinding:
-        """A finding; `rows`: first and last sample, None for the whole recording."""
+        """Return a finding; `rows`: first and last sample, None for the whole recording."""
         start_s, end_s = (self.at_s(row) for row in rows) if rows else (math.nan, math.nan)
         where = (self.recording.source, self.recording.axis, channel, start_s, end_s)
         return SensorFinding(check, severity, *where, size, unit, message, remedy)
 
     def entry(self, channel: str, factor: float, source: str = "") -> str:
-        """An entry of `--map` that makes a channel `factor` times what it, or `source`, was read as."""
+        """Return an entry of `--map` that scales a channel, or reads `source` instead, by `factor`."""
         return entry_of(self.recording.origins, self.recording.axis, channel, factor, source)
 
     def exchanged(self, first: str, second: str) -> str:
-        """Entries of `--map` that exchange two channels."""
+        """Return entries of `--map` that exchange two channels."""
         origins, axis = self.recording.origins, self.recording.axis
         pairs = ((first, second), (second, first))
         return ",".join(entry_of(origins, axis, to, 1.0, source) for to, source in pairs)
 
     def at_s(self, row: int) -> float:
-        """Time of a sample in the file, s."""
+        """Return the time of a sample in the file, s."""
         return self.recording.start_s + float(self.recording.time_s[row])
 
     def constant(self) -> Iterator[SensorFinding]:
-        """Channels that do not change."""
+        """Yield findings of channels that do not change."""
         travel_m, swing_n = float(np.ptp(self.recording.motor_m)), float(np.ptp(self.recording.force_n))
         motor_m = self.recording.motor_m
         noise_m = LEAST_TRAVEL_NOISES * noise(motor_m, quantum(motor_m))
@@ -88,7 +88,7 @@ class Judge(NamedTuple):
             yield self.finding("constant", "warning", "scale_m", float(np.ptp(scale_m)), "m", message)
 
     def rate(self) -> Iterator[SensorFinding]:
-        """Samples so far apart that much of what the axis does is not in them."""
+        """Yield a finding where the sample rate is too low for much of the physics."""
         rate_hz = 1.0 / self.recording.period_s
         if rate_hz < SLOW_RATE_HZ:
             apart_ms, seen_hz = self.recording.period_s * 1e3, SLOW_CORNER_SHARE * rate_hz
@@ -101,7 +101,7 @@ class Judge(NamedTuple):
             yield self.finding("rate", "note", "", rate_hz, "Hz", message, remedy)
 
     def frozen(self) -> Iterator[SensorFinding]:
-        """Channels that do not change for a while although the axis moves."""
+        """Yield findings of channels that are constant for a while although the axis moves."""
         motor_m, force_n, scale_m = self.recording.motor_m, self.recording.force_n, self.recording.scale_m
         pairs: list[tuple[str, Array, Array, float]] = []
         if scale_m is not None:
@@ -122,7 +122,7 @@ class Judge(NamedTuple):
             yield self.finding("frozen", "warning", channel, travel_m, "m", message, remedy, (first, last))
 
     def clipped(self, channel: str, clips: Sequence[Clip]) -> Iterator[SensorFinding]:
-        """A force at its limit, or a position that stops abruptly at an extreme."""
+        """Yield findings of a force at its limit, or of a position that stops abruptly at an extreme."""
         unit = UNITS.get(channel, "m")
         for clip in clips:
             if unit == "m" and not self._stops_abruptly(channel, clip.first):
@@ -140,7 +140,7 @@ class Judge(NamedTuple):
         return row > 1 and float(step_m[row - 2]) > LEAST_SPEED_SHARE * float(np.percentile(step_m, 95.0))
 
     def held(self, channel: str, samples: float) -> Iterator[SensorFinding]:
-        """A channel that is sampled slower than it is recorded: each value is repeated for `samples`."""
+        """Yield a finding where a channel is sampled too slowly: each value is held for `samples`."""
         if samples >= LEAST_HOLD_SAMPLES:
             new_ms = samples * self.recording.period_s * 1e3
             message = (
@@ -150,7 +150,7 @@ class Judge(NamedTuple):
             yield self.finding("hold", "warning", channel, samples, "samples", message, remedy)
 
     def resolution(self, channel: str, step_m: float) -> Iterator[SensorFinding]:
-        """The grid of a position against the resolution in the model file."""
+        """Yield findings where the step of a position differs from the resolution in the model file."""
         stated = {"motor_m": self.model.encoder_resolution_m, "scale_m": self.model.scale_resolution_m}
         stated_m = stated.get(channel)
         if not stated_m or any(finding.check == "jitter" for finding in self.recording.findings):
@@ -168,7 +168,7 @@ class Judge(NamedTuple):
             yield self.finding("resolution", "warning", channel, step_m, "m", message, remedy)
 
     def filtered(self, channel: str, roll_off: RollOff | None, against: str = "") -> Iterator[SensorFinding]:
-        """A low pass in a channel."""
+        """Yield a finding of a low pass in a channel."""
         if roll_off is None:
             return
         beside = f" against {against}" if against else "; it has no noise of its own above"
@@ -182,7 +182,7 @@ class Judge(NamedTuple):
         yield self.finding("filter", severity, channel, roll_off.corner_hz, "Hz", message, remedy)
 
     def delayed(self, delay: Delay | None, damaged: set[str]) -> Iterator[SensorFinding]:
-        """A delay against another channel, or another gain if the force is not `damaged`."""
+        """Yield findings of a delay against another channel, and of a gain if the force is not `damaged`."""
         if delay is None:
             return
         samples, is_force = delay.late_s / self.recording.period_s, delay.second == "force_n"

@@ -1,4 +1,4 @@
-"""Whether the encoders kept their zeros between recordings; incremental ones lose them with the power."""
+"""Checks whether encoders kept their zeros between recordings; incremental ones lose them at power-off."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -9,14 +9,14 @@ from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding
 
 LEAST_OFFSET_M = 20e-6
-"""Least offset, m, that is a re-zeroed encoder: thermal expansion and backlash shift less."""
+"""Least offset, m, of a re-zeroed encoder; thermal expansion and backlash shift less."""
 
 
 def rezeroed(recordings: Sequence[AxisRecording], lead_m: float) -> Iterator[SensorFinding]:
-    """Find the recordings of one axis whose encoder has another zero than in the first of them.
+    """Yield findings for recordings of one axis whose encoder has another zero than in the first one.
 
-    The motor is compared with the scale, or else with the reference. A shift within a turn is that of effects
-    that repeat once a turn.
+    The motor is compared with the scale, or else with the reference. The message also has the shift within a
+    turn, which matters to effects that repeat once a turn.
     """
     for other in recordings[1:]:
         for against in ("scale_m", "reference_m"):
@@ -38,7 +38,7 @@ def rezeroed(recordings: Sequence[AxisRecording], lead_m: float) -> Iterator[Sen
 
 
 def _offset_m(recording: AxisRecording, against: str) -> tuple[float, float] | None:
-    """Median difference of two positions at low speed, and its spread; None where one was not recorded."""
+    """Return median difference and spread of two positions at low speed; None where one was not recorded."""
     other = getattr(recording, against)
     if other is None:
         return None

@@ -1,4 +1,4 @@
-"""Detection of a low pass in a channel: its spectrum falls off where that of a raw sensor is flat."""
+"""Detects a low pass in a channel, whose spectrum falls off where that of a raw sensor is flat."""
 
 from typing import NamedTuple
 
@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 from kernels.arrays import Array
 
 SEGMENT = 512
-"""Samples of a window of the spectra."""
+"""Samples of a window of a spectrum."""
 HIGH_BAND, MIDDLE_BAND = (0.35, 0.45), (0.1, 0.2)
 """Bands, as shares of the sample rate."""
 LARGEST_POWER_RATIO = 0.1
-"""Power in the high band over that in the middle one, below which the channel is filtered."""
+"""Largest power in the high band relative to the middle one for a channel to count as filtered."""
 LEAST_COHERENCE = 0.8
-"""Coherence from which on the gain between two channels is used."""
+"""Least coherence at which the gain between two channels is used."""
 CORNER_GAIN = 0.7
-"""Gain below which a frequency is attenuated: half power."""
+"""Gain below which a frequency counts as attenuated: half power."""
 
 
 class RollOff(NamedTuple):
@@ -28,7 +28,7 @@ class RollOff(NamedTuple):
 
 
 def noise_roll_off(values: Array, step: float, period_s: float) -> RollOff | None:
-    """Detect a low pass by the noise of a channel (n,); None where it is quantised, so not filtered."""
+    """Detect a low pass by the noise of a channel (n,); None where it is quantised, hence not filtered."""
     if step > 0.0 or len(values) < 4 * SEGMENT:
         return None
     frequency = np.fft.rfftfreq(SEGMENT)[1:]
@@ -77,7 +77,7 @@ def transfer_roll_off(first: Array, second: Array, period_s: float) -> RollOff |
 
 
 def _spectra(values: Array) -> NDArray[np.complex128]:
-    """Spectra of Hann windows that overlap by half, (windows, frequencies)."""
+    """Return the spectra (windows, frequencies) of Hann windows that overlap by half."""
     windows = sliding_window_view(values, SEGMENT)[:: SEGMENT // 2]
     spectra: NDArray[np.complex128] = np.fft.rfft(windows * np.hanning(SEGMENT), axis=1)
     return spectra

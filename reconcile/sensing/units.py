@@ -13,19 +13,19 @@ from reconcile.formats.nominal_axis import NominalAxis
 CORNER_HZ = 20.0
 """Low pass of positions and force, Hz."""
 FACTOR_TOLERANCE_DECADES = 0.15
-"""Tolerance of a factor that a wrong unit makes, in decades."""
+"""Tolerance of the factor of a wrong unit, in decades."""
 LARGEST_MASS_RATIO = 3.0
 """Largest ratio of masses that a payload explains; beyond it a unit is wrong."""
 LEAST_STANDARD_ERRORS = 8.0
 """Significance of a fitted mass that is compared with the model's."""
 LONGEST_TRAVEL_M = 8.0
-"""Travel beyond which a position is hardly in metres: that of large gantries."""
+"""Longest plausible travel in metres: that of large gantries."""
 LEAST_MISREAD_M = 0.3
-"""Travel from which on a position may have been read in too large a unit: less, and it hardly moved."""
+"""Least travel of a position that may have been read in too large a unit; with less it hardly moved."""
 LEAST_SWING_RAD = 0.3
-"""Swing from which on gravity is no straight line over the angle, where 1 m stands for 1 rad."""
+"""Least swing at which gravity is not linear over the angle, where 1 m stands for 1 rad."""
 MOST_ROWS = 400_000
-"""Rows of the rigid fit; of more samples, evenly spread ones are taken."""
+"""Most rows of the rigid fit; more samples are thinned evenly."""
 VELOCITY_SAMPLES = 9
 """Moving average of the velocity, samples."""
 
@@ -38,25 +38,25 @@ class RigidFit(NamedTuple):
     reversed_share: float
     """Share of the absolute power that has the wrong sign, 0 to 1."""
     friction_w: float
-    """Mean power of the friction: negative where it drives."""
+    """Mean power of the friction; negative where it drives."""
     left_share: float
-    """Share of the force's variance that is left."""
+    """Share of the variance of the force in the residual."""
 
 
 class RigidColumns(NamedTuple):
-    """Columns of a rigid axis behind a low pass, arrays (n,) but for `matrix`."""
+    """Low-passed columns of a rigid axis, arrays (n,) except for `matrix`."""
 
     matrix: Array
-    """(n, k): acceleration, velocity, direction, and forces at a place (springs, gravity)."""
+    """(n, k): acceleration, velocity, direction, and position-dependent forces (springs, gravity)."""
     velocity: Array
     acceleration: Array
     force_n: Array
 
 
 def rigid_columns(motor_m: Array, force_n: Array, period_s: float) -> RigidColumns | None:
-    """Columns of a rigid axis; None where the axis or its force does not change.
+    """Return the columns of a rigid axis; None where the axis or its force does not change.
 
-    Without the forces at a place, a pendulum that swings below its frequency has a negative mass.
+    Without position-dependent forces, a pendulum that swings below its natural frequency has a negative mass.
     """
     low_pass = butter(2, min(CORNER_HZ * 2.0 * period_s, 0.5), output="sos")
     smooth_m, smooth_n = sosfiltfilt(low_pass, np.stack([motor_m - motor_m[0], force_n]))
@@ -76,7 +76,7 @@ def rigid_columns(motor_m: Array, force_n: Array, period_s: float) -> RigidColum
 
 
 def rigid_fit(columns: RigidColumns) -> RigidFit:
-    """Fit mass, friction, and forces at a place."""
+    """Fit mass, friction, and position-dependent forces."""
     matrix, acceleration_m_s2, smooth_n = columns.matrix, columns.acceleration, columns.force_n
     scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     masses = []
@@ -98,17 +98,17 @@ def rigid_fit(columns: RigidColumns) -> RigidFit:
 
 
 class Meaning(NamedTuple):
-    """What a factor in force over acceleration comes from, and what mends it."""
+    """The cause of a factor in force over acceleration, and its correction."""
 
     words: str
     channel: str
-    """Field of the recording that was misread."""
+    """Field of the misread channel."""
     to_si: float
-    """Factor on what was read."""
+    """Factor that corrects the misread values."""
 
 
 def factor_meanings(ratio: float, model: NominalAxis, travel_m: float) -> list[Meaning]:
-    """The wrong units that make a force `ratio` times too large for the motion; none where none does."""
+    """Return the wrong units for which a force is `ratio` times too large for the motion, likeliest first."""
     position = "the position is in {} but was read as " + ("radians" if model.rotary else "metres")
     far = travel_m > LONGEST_TRAVEL_M
     meanings: list[tuple[float, Meaning]] = [
@@ -147,14 +147,14 @@ def factor_meanings(ratio: float, model: NominalAxis, travel_m: float) -> list[M
     for factor, meaning in meanings:
         decades = math.log10(factor) if factor > 0.0 else 0.0
         near = abs(decades) > 0.3 and abs(math.log10(ratio / factor)) < FACTOR_TOLERANCE_DECADES
-        # a machine's travel tells a wrong position from a wrong force
+        # the travel of the machine distinguishes a wrong position from a wrong force
         if near and (meaning.channel == "force_n" or factor > 1.0 or travel_m > LEAST_MISREAD_M):
             found.append((far and meaning.channel == "force_n", abs(math.log10(ratio / factor)), meaning))
     return [meaning for _, _, meaning in sorted(found, key=lambda one: one[:2])]
 
 
 def slope(first_m: Array, second_m: Array, period_s: float) -> float | None:
-    """Slope of the second position over the first (n,), m/m, regardless of a delay; None without motion."""
+    """Return the slope of the second position over the first (n,), free of a delay; None without motion."""
     if np.ptp(first_m) <= 0.0 or np.ptp(second_m) <= 0.0:
         return None
     velocity_m_s = uniform_filter1d(np.gradient(first_m, period_s), VELOCITY_SAMPLES)
@@ -165,9 +165,9 @@ def slope(first_m: Array, second_m: Array, period_s: float) -> float | None:
 
 
 def lateness(command_m: Array, actual_m: Array, period_s: float) -> tuple[float, float]:
-    """Delay of a position against its command (n,), s, and its standard error, from their lag at speed.
+    """Return the delay of a position relative to its command (n,), s, and its standard error, from their lag.
 
-    Infinite error where fewer than three blocks move.
+    The error is infinite where fewer than three blocks move.
     """
     velocity_m_s = uniform_filter1d(np.gradient(command_m, period_s), VELOCITY_SAMPLES)
     ones = np.ones_like(command_m)

@@ -1,8 +1,8 @@
-"""Channels that are not what they were read as: unsigned current, another axis' force, a force as position.
+"""Misread channels: unsigned current, the force of another axis, a force as position.
 
-What decides is how much of a force a rigid axis with friction, springs and gravity explains from the motion:
-of the right channel most, of a wrong one hardly any. Recovering a lost sign alternates between the sign of
-the fit and the fit itself (Fienup 1982, error reduction).
+The share of a force that a rigid axis with friction, springs and gravity explains from the motion decides: it
+is large for the right channel and small for a wrong one. To recover a lost sign, the fit alternates with the
+sign of the fitted force (Fienup 1982, error reduction).
 """
 
 import math
@@ -17,23 +17,24 @@ from reconcile.recording.sensor_finding import SensorFinding
 from reconcile.sensing.units import RigidColumns, rigid_columns, rigid_fit
 
 LARGEST_OTHER_SIGN = 0.05
-"""Largest value of the other sign in a channel without sign, as a share of the largest one: its noise."""
+"""Largest value of the other sign in an unsigned channel, its noise, as a share of the largest value."""
 LEAST_TURNED_SHARE = 0.1
-"""Least share of the samples in which the recovered sign is turned; fewer, and there is a constant load."""
+"""Least share of samples with a recovered negative sign; with fewer there is a constant load."""
 UNSIGNED_RATIO = 0.25
-"""Squares left with a recovered sign over those left without, from which on the sign is missing."""
+"""Largest ratio of residual squares with and without a recovered sign for a missing sign."""
 ITERATIONS = 20
 UNEXPLAINED, EXPLAINED = 0.5, 0.2
-"""Shares of the variance left by the axis' own force and by the other's from which on they are exchanged."""
+"""Residual shares of the variance of exchanged channels: least with the own force, largest with the other."""
 MASS_DECADES, NEARER_DECADES = 1.5, 1.0
-"""Largest distance of the model's mass from the one that the exchanged channels give, and by how much that of
-the channels as they were read must be farther off; no force in newtons moves as a position in metres does."""
+"""Largest distance of the mass from exchanged channels to that of the model, in decades, and by how much the
+mass from the channels as read must be farther off.
+"""
 LEFT_EXCHANGED = 0.5
-"""Share of the variance that the exchanged channels leave, at most."""
+"""Largest residual share of the variance with exchanged channels."""
 
 
 def is_unsigned(columns: RigidColumns) -> bool:
-    """Whether the force of an axis that is driven both ways has lost its sign."""
+    """Return whether the force of an axis that is driven both ways has lost its sign."""
     force_n = columns.force_n
     low, high = float(force_n.min()), float(force_n.max())
     if min(-low, high) > LARGEST_OTHER_SIGN * max(-low, high):
@@ -53,10 +54,10 @@ def is_unsigned(columns: RigidColumns) -> bool:
 
 
 def exchanged_position(recording: AxisRecording, mass_kg: float) -> float | None:
-    """Factor that makes the force, as it was read, the position; None where the two are not exchanged.
+    """Return the factor from the force as read to the position; None where the two are not exchanged.
 
-    The columns may have kept their own units, or have been read in each other's:
-    that of both is taken which gives the mass nearer to the model's.
+    The columns may have been read in their own units, or in those of each other: the case whose mass is
+    nearer to that of the model counts.
     """
     own = rigid_columns(recording.motor_m, recording.force_n, recording.period_s)
     crossed = rigid_columns(recording.force_n, recording.motor_m, recording.period_s)
@@ -76,18 +77,18 @@ def exchanged_position(recording: AxisRecording, mass_kg: float) -> float | None
 
 
 def _decades(found_kg: float, mass_kg: float) -> float:
-    """Distance of two masses in decades."""
+    """Return the distance of two masses in decades."""
     return abs(math.log10(found_kg / mass_kg)) if found_kg > 0.0 else math.inf
 
 
 def _factor_of(recording: AxisRecording, role: str) -> float:
-    """What made the column of a role SI."""
+    """Return the factor to SI of the column of a role."""
     origin = recording.origins.get(role)
     return abs(origin.factor) if origin and origin.factor else 1.0
 
 
 def exchanged_forces(recordings: Sequence[AxisRecording]) -> Iterator[tuple[SensorFinding, str]]:
-    """Find pairs of axes of one file each of whose forces moves the other; with the other axis' name."""
+    """Yield pairs of axes of one file whose forces are exchanged, with the name of the other axis."""
     for place, one in enumerate(recordings):
         for other in recordings[place + 1 :]:
             same = (one.source, one.start_s, len(one.time_s)) == (
@@ -134,6 +135,6 @@ def _fitted(matrix: Array, values: Array) -> Array:
 
 
 def _left(matrix: Array, values: Array) -> float:
-    """Sum of squares that a fit leaves."""
+    """Return the residual sum of squares of a fit."""
     left = values - matrix @ _fitted(matrix, values)
     return float(left @ left)

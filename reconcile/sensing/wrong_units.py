@@ -1,4 +1,4 @@
-"""Findings of signs and units: positions against each other, force against acceleration."""
+"""Findings of signs and units: one position against another, force against acceleration."""
 
 from collections.abc import Iterator
 
@@ -17,24 +17,25 @@ from reconcile.sensing.units import (
 from reconcile.sensing.wrong_channels import exchanged_position, is_unsigned
 
 SLOPE_NOTED, SLOPE_REFUSED, SLOPE_OF_DAMAGED = 0.005, 0.2, 0.5
-"""Deviations from a slope of 1 of two positions: reported, refused, reported of a damaged channel."""
+"""Deviations from a slope of 1 between two positions: reported, refused, reported for a damaged channel."""
 LEAST_UNIT_FACTOR = 20.0
-"""Factor from which on a wrong unit is certain."""
+"""Least factor at which a wrong unit is certain."""
 LEAST_LEAD_SAMPLES = 3.0
-"""Samples by which a motor is ahead of its command from which on that is said: a bus may be late by two."""
+"""Least lead of a motor over its command to be reported, samples: a bus may delay by two."""
 MOST_REVERSED = 0.7
-"""Share of the power against the motion from which on that is said."""
+"""Least share of the power against the motion to be reported."""
 SURE_LEFT = 0.3
-"""Share of the force's variance that a rigid model leaves up to which a negative mass is a turned sign: what
-gravity of other joints makes of a passive one leaves more."""
+"""Largest residual share of the variance of the force for which a negative mass is a wrong sign: a passive
+joint that the gravity of other joints moves has a larger one.
+"""
 LEAST_LEAD_ERRORS = 5.0
 """The same in standard errors."""
 NAMED_MEANINGS = 2
-"""Explanations of a factor that a message names."""
+"""Most explanations of a factor in a message."""
 
 
 def signs_and_units(judge: Judge, damaged: set[str]) -> Iterator[SensorFinding]:
-    """Judge positions against each other, and the force against the motion; wider where `damaged`."""
+    """Check positions against each other, and the force against the motion; more tolerant where `damaged`."""
     yield from _position_slope(judge, "scale_m", SLOPE_OF_DAMAGED if "scale_m" in damaged else SLOPE_NOTED)
     yield from _position_slope(judge, "reference_m", SLOPE_REFUSED)
     yield from _ahead_of_command(judge)
@@ -64,7 +65,7 @@ def _position_slope(judge: Judge, channel: str, noted: float) -> Iterator[Sensor
 
 
 def _ahead_of_command(judge: Judge) -> Iterator[SensorFinding]:
-    """A motor that moves before its command does."""
+    """Yield a finding where the motor moves before its command."""
     recording = judge.recording
     if recording.reference_m is None:
         return

@@ -1,6 +1,6 @@
-"""`reconcile watch`: compare each new recording of a machine with those before it.
+"""`reconcile watch`: compares each new recording of a machine with the earlier ones.
 
-A recording is condensed into indicators (`indicators`), a change among them is detected and dated
-(`change_detection`), described (`change`), located (`compare`) and named by two diagnoses
+It condenses a recording into indicators (`indicators`), detects and dates a change of them
+(`change_detection`), describes it (`change`), locates it (`compare`), and names it by two diagnoses
 (`change_diagnosis`).
 """

@@ -1,4 +1,4 @@
-"""Describe a change of a machine for watch.json: onset, form, indicators that moved, and a sentence."""
+"""Describes a change of a machine for watch.json: onset, form, indicators that changed, and a sentence."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -14,13 +14,13 @@ from reconcile.watch.memory import indicator_words, sequences
 Key = tuple[str, str]
 
 CLEAR_FORM = 0.9
-"""Probability from which a change is called a step, or a ramp."""
+"""Least probability with which a change is called a step, or a ramp."""
 MIN_MOVED_T = 4.0
-"""Standard errors from which another indicator is reported to have moved too."""
+"""Least change of another indicator to be reported too, in standard errors."""
 FOLLOWED_RECORDINGS = 30
-"""Recordings after an alarm that refine the change; a longer growth is reported as another change."""
+"""Recordings after an alarm that refine the change; growth beyond them is reported as another change."""
 DIAGNOSED_AFTER = (2, 8)
-"""Recordings after an alarm with which the diagnosis is repeated."""
+"""Numbers of recordings after an alarm at which the diagnosis is repeated."""
 
 
 def change_of(
@@ -42,19 +42,19 @@ def change_of(
 
 
 class ChangeUpdate(NamedTuple):
-    """What a later recording changes about a reported change."""
+    """What to do after a later recording has refined a reported change."""
 
     report: bool
-    """Onset or form is another one now."""
+    """Onset or form has changed."""
     diagnose: bool
-    """There are enough new recordings to repeat the diagnosis."""
+    """Enough new recordings have arrived to repeat the diagnosis."""
 
 
 def updated(change: dict[str, Any], entries: list[dict[str, Any]]) -> ChangeUpdate:
-    """Refine a change by later recordings; `entries` are all since its reference."""
+    """Refine a change by later recordings; `entries` are all recordings since its reference."""
     names = [entry["name"] for entry in entries]
     if change["reference"] not in names or change["alarm"]["recording"] not in names:
-        change["open"] = False  # those recordings were forgotten
+        change["open"] = False  # the memory no longer holds those recordings
         return ChangeUpdate(report=False, diagnose=False)
     before = change["form"], change["began"]
     later = len(names) - 1 - names.index(change["alarm"]["recording"])
@@ -64,7 +64,7 @@ def updated(change: dict[str, Any], entries: list[dict[str, Any]]) -> ChangeUpda
 
 
 def is_continuation(change: dict[str, Any], raised: Iterable[Key]) -> bool:
-    """Whether alarms belong to a known change that still grows, or may."""
+    """Return whether alarms belong to a known change that may still grow."""
     moved = {(one["sense"], one["indicator"]) for one in change["moved"]}
     return bool(change["open"]) and change["form"] != "step" and moved.issuperset(raised)
 
@@ -132,7 +132,7 @@ def _moved(
 
 
 def sentence(change: dict[str, Any]) -> str:
-    """Put a change into a sentence that an engineer can check."""
+    """Return a sentence about a change that an engineer can check."""
     began = change["began"]
     how = {"step": "at once", "ramp": "more and more", "step or ramp": "at once or by and by"}[change["form"]]
     low, high = began["interval95"]

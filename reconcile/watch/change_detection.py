@@ -1,13 +1,13 @@
-"""Detect and date a change in a sequence of measured values, each with its standard error.
+"""Detects and dates a change in a sequence of measured values, each with its standard error.
 
     y_i = level + f(motion_i) + b (temperature_i - mean) + change * s_k(i) + e_i
 
 f is a Gaussian process over features of the motion: recordings of similar motions share the error of the
-model for them, so only like is compared with like (Rasmussen and Williams 2006, section 2.7). s_k is a step
+model, so that similar motions are compared (Rasmussen and Williams 2006, section 2.7). s_k is a step
 at recording k, or a ramp that begins there. The test is a generalised likelihood ratio over k (Willsky and
 Jones 1976; Lai 1995) with the error scale estimated on both sides, hence Student's t. Its level allows at
-most one false alarm in `run_length` recordings, shared among all k and all judged indicators (Bonferroni), so
-no threshold is tuned to data.
+most one false alarm in `run_length` recordings, shared among all k and all tested indicators (Bonferroni), so
+that no threshold is tuned to data.
 """
 
 import math
@@ -20,17 +20,17 @@ from scipy.stats import t as student
 from kernels.arrays import Array
 
 MIN_BEFORE, MIN_AFTER = 6, 2
-"""Recordings before and after a change; a single one that deviates is an odd recording."""
+"""Least recordings before and after a change; a single deviating recording is an outlier."""
 MOTION_SCALE = 0.3
 """Length scale of the Gaussian process in features of the motion (`motion_features`)."""
 MIN_TEMPERATURE_RANGE_K = 1.0
 """Below this range the slope over temperature is not estimated."""
 PRIOR_FREEDOM = 6.0
-"""Degrees of freedom that the errors from within the recordings contribute to the error scale."""
+"""Degrees of freedom that the errors estimated within the recordings contribute to the error scale."""
 MAX_RECORDINGS = 300
-"""Recordings that a test looks back on."""
+"""Most recordings in a test."""
 CREDIBLE = 0.95
-"""Posterior probability within the interval of an onset."""
+"""Posterior probability of the interval of an onset."""
 MIN_RECORDINGS = MIN_BEFORE + MIN_AFTER
 
 
@@ -44,7 +44,7 @@ class Sequence(NamedTuple):
     temperature_k: Array
     """NaN where none was recorded."""
     motion_spread: float
-    """Standard deviation of f: how far another kind of motion shifts the value."""
+    """Standard deviation of f: by how much another kind of motion shifts the value."""
     min_change: float
     """A smaller change is not reported."""
 
@@ -55,16 +55,16 @@ class Alarm(NamedTuple):
     t: float
     """The part of the estimated step beyond `min_change`, in standard errors; signed."""
     threshold: float
-    """The t beyond which it is an alarm."""
+    """The t above which it is an alarm."""
 
     @property
     def raised(self) -> bool:
-        """Whether the test rejects that nothing has changed."""
+        """Whether the test rejects the hypothesis of no change."""
         return abs(self.t) > self.threshold
 
 
 class Onset(NamedTuple):
-    """When a change began, and in which form."""
+    """The onset of a change, and its form."""
 
     first: int
     """Most probable first recording that differs."""
@@ -75,8 +75,8 @@ class Onset(NamedTuple):
     """Probability of a ramp; else it is a step."""
 
 
-def judged_lengths(before_and_after: int) -> list[int]:
-    """Return how many recordings lie after each step that is tested: 2, 3, 4, 6, 8, 12, 16, ..."""
+def tested_lengths(before_and_after: int) -> list[int]:
+    """Return the numbers of recordings after the tested steps: 2, 3, 4, 6, 8, 12, 16, ..."""
     found, length = [], MIN_AFTER
     while length <= before_and_after - MIN_BEFORE:
         found.append(length)
@@ -86,12 +86,12 @@ def judged_lengths(before_and_after: int) -> list[int]:
 
 
 def newest_alarm(sequence: Sequence, indicators: int, run_length: float) -> Alarm | None:
-    """Test whether the newest recordings differ; None with too few recordings.
+    """Test whether the newest recordings differ; return None with too few recordings.
 
     `indicators`: how many are tested at each recording; `run_length`: recordings between false alarms.
     """
     n = len(sequence.values)
-    after = judged_lengths(n)
+    after = tested_lengths(n)
     if not after:
         return None
     regression = _WhitenedRegression(sequence)
@@ -107,7 +107,7 @@ def newest_alarm(sequence: Sequence, indicators: int, run_length: float) -> Alar
 
 
 def onset(sequence: Sequence) -> Onset:
-    """Return the posterior of onset k and form of a change that is there.
+    """Return the posterior of the onset k and the form of a detected change.
 
     The prior is flat over k, step and ramp; the error scale is integrated out.
     """
@@ -117,7 +117,7 @@ def onset(sequence: Sequence) -> Onset:
     for k in range(1, n):
         for form, shape in enumerate((_step(n, k), _ramp(n, k))):
             if form == 1 and k == n - 1:
-                continue  # there a ramp is a step
+                continue  # a ramp of one recording is a step
             squares = regression.fit(shape).residual_squares + PRIOR_FREEDOM
             weights[form, k] = -0.5 * (n - 2 + PRIOR_FREEDOM) * math.log(squares)
     posterior = np.exp(weights - weights.max())
@@ -145,7 +145,7 @@ def covariance(sequence: Sequence) -> Array:
     total: Array = np.diag(sequence.errors**2) + sequence.motion_spread**2 * similarity
     temperature_k = sequence.temperature_k
     if np.isfinite(temperature_k).all() and float(np.ptp(temperature_k)) >= MIN_TEMPERATURE_RANGE_K:
-        # a slope over temperature with a wide prior: what follows the temperature is no change
+        # a slope over temperature with a wide prior: a dependence on temperature is no change
         deviation_k = temperature_k - temperature_k.mean()
         size = float(np.ptp(sequence.values)) + float(sequence.errors.max())
         total += np.outer(deviation_k, deviation_k) * (10.0 * size / float(np.ptp(temperature_k))) ** 2
@@ -180,7 +180,7 @@ class _WhitenedRegression:
         theta: Array = inverse @ (weighted.T @ self._y)
         residual = self._y - columns @ theta
         residual_squares = float(residual @ cho_solve(self._factor, residual))
-        # never narrower than the errors from within the recordings
+        # at least the errors estimated within the recordings
         scale = max((residual_squares + PRIOR_FREEDOM) / (len(residual) - 2 + PRIOR_FREEDOM), 1.0)
         error = float(np.sqrt(scale * inverse[1, 1]))
         return _ChangeFit(float(theta[0]), float(theta[1]), error, residual_squares)

@@ -1,4 +1,4 @@
-"""Locate a change, and name its physics: diagnose the recordings after it with a model of those before."""
+"""Locates a change and names its physics: diagnoses the recordings after it with a model of those before."""
 
 import math
 from collections.abc import Mapping as ByName
@@ -17,22 +17,22 @@ from reconcile.watch.compare import ChangeProfile, compare
 from reconcile.watch.memory import Memory
 
 RECORDINGS_PER_SIDE = 4
-"""Recordings before and after the change, those next to it: more cost time. Chosen, not calibrated."""
+"""Recordings before and after the change, nearest to it; more cost time. Chosen, not calibrated."""
 MIN_RMS_RATIO = 1.3
-"""By which the RMS residual of the other channel must grow for the change to be located there too."""
+"""Least growth of the RMS residual of the other channel for the change to be located there too."""
 DIGITS = 5
-"""Of a profile in watch.json."""
+"""Significant digits of a profile in watch.json."""
 
 
 class ProgressCallback(Protocol):
     """Receives one line of progress."""
 
     def __call__(self, text: str, /, *, lasting: bool) -> None:
-        """Show `text`: for a moment, or so that it stays to be read if `lasting`."""
+        """Show `text` until the next one, or permanently if `lasting`."""
 
 
 class ChangeDiagnosis:
-    """Locates changes; if `full`, also names them by two diagnoses, which take some seconds."""
+    """Locates changes; if `full`, also names them by two diagnoses, which take seconds."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class ChangeDiagnosis:
         self._axes, self._mapping, self._full = axes, mapping, full
 
     def describe(self, change: dict[str, Any], memory: Memory, report_progress: ProgressCallback) -> None:
-        """Put `where`, `profiles` and `named` into a change; `named` says why if a file cannot be read."""
+        """Add `where`, `profiles` and `named` to a change; `named` holds the reason of a failure."""
         old, new = self._sides(change, memory)
         change["compared"] = {"before": [path.name for path in old], "after": [path.name for path in new]}
         change["where"], change["profiles"], change["named"] = [], [], None
@@ -74,7 +74,7 @@ class ChangeDiagnosis:
             change["named"] = {"verdict": "none", "why": str(error), "findings": []}
 
     def _sides(self, change: dict[str, Any], memory: Memory) -> tuple[list[Path], list[Path]]:
-        """Return recordings before the earliest onset, and the newest; of a ramp fewer, since they differ."""
+        """Return recordings before the earliest onset, and the newest ones; of a ramp fewer: they differ."""
         axis, low = change["axis"], change["began"]["interval95"][0]
         before = memory.of_axis(axis, change["reference"], low)
         after = memory.of_axis(axis, change["began"]["recording"])
@@ -94,7 +94,7 @@ class ChangeDiagnosis:
         found = diagnose(new, before.model_file, folder / "after", self._mapping)
         known = {(one["axis"], one["effect"]) for one in before.verdict["findings"]}
         own = [one for one in found.verdict["findings"] if one["axis"] == change["axis"]]
-        # an effect that was there before, and that the written model could not hold, is no change
+        # an effect of the recordings before that the written model could not hold is no change
         own = [one for one in own if (one["axis"], one["effect"]) not in known]
         return {
             "verdict": found.verdict["verdict"],

@@ -1,4 +1,4 @@
-"""Locate a change: fit the rigid model before it, and look at the residual after it over all coordinates.
+"""Locates a change: fits the rigid model before it, and bins the residual after it over all coordinates.
 
 The residual after the change is the change itself, in newtons or metres. Coordinates are ranked as in a
 diagnosis (`locate`).
@@ -24,12 +24,12 @@ from reconcile.watch.indicators import INDICATORS
 
 PROFILE_COORDINATES = ("motion_phase", "position", "velocity", "distance_since_reversal")
 LEAST_REPORTED_SHARE = 0.05
-"""Share of the variance of the residual after the change."""
+"""Least reported share of the variance of the residual after the change."""
 MAX_LOCATIONS = 4
 
 
 class ChangeProfile(NamedTuple):
-    """Mean residual of the model of before, over the bins of a coordinate; SI, arrays (bins,)."""
+    """Mean residual of the model before the change, over the bins of a coordinate; SI, arrays (bins,)."""
 
     coordinate: Coordinate
     by_direction: bool
@@ -40,10 +40,10 @@ class ChangeProfile(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """What one residual channel of one axis shows."""
+    """The comparison in one residual channel of one axis."""
 
     rms: tuple[float, float]
-    """RMS residual of the model of before, before and after the change."""
+    """RMS residual of the model fitted before the change, before and after it."""
     located: list[dict[str, Any]]
     profiles: list[ChangeProfile]
 
@@ -54,7 +54,7 @@ def compare(
     axis: NominalAxis,
     channel: ResidualChannel,
 ) -> Comparison:
-    """Compare recordings of one axis before and after a change; at least one each."""
+    """Compare recordings of one axis before and after a change, at least one each."""
     recordings = [*before, *after]
     datasets = [regression_data(recording, axis) for recording in recordings]
     model_terms = [one for one in terms_of_model(axis, datasets) if one.channel is channel]

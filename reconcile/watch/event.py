@@ -1,6 +1,6 @@
-"""Publish changes over MQTT, retained beside the controller's topics: `prefix/machine/axis/NAME/change`.
+"""Publishes changes over MQTT, retained, as `prefix/machine/axis/NAME/change` beside the controller's topics.
 
-The controller need not run. A broker that does not answer is reported and tried again with the next
+The controller need not run. A broker that does not answer is reported, and tried again with the next
 recordings.
 """
 
@@ -17,7 +17,7 @@ from servo_ctrl.telemetry.mqtt.client import Broker, BrokerError
 from servo_ctrl.telemetry.mqtt.topics import Topics, level
 
 MAX_FINDINGS = 5
-"""Findings in the payload; watch.json has all."""
+"""Most findings in the payload; watch.json has all."""
 
 
 class Events:
@@ -37,9 +37,9 @@ class Events:
         self._problem = ""
 
     def publish(self, memory: Memory) -> str | None:
-        """Publish new changes: return None if done, "" if there were none, else why not.
+        """Publish new changes; return None if done, "" if there were none, else the reason of a failure.
 
-        The same reason is returned once. Every wait is bounded.
+        It returns the same reason only once. Every wait is bounded.
         """
         waiting = [change for change in memory.document["changes"] if not change["published"]]
         if not waiting:

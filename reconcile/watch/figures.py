@@ -14,7 +14,7 @@ from servo_ctrl.report.html_file import packed
 
 SIDES = {"before": "before the change", "after": "after it"}
 COLOURS = {"before": "--after", "after": "--before"}
-"""By side. The page draws `--before`, a model that misses something, as the one that stands out."""
+"""Colour by side; the page draws `--before`, there an incomplete model, in the most visible colour."""
 
 
 def change_profile(profile: Mapping[str, Any]) -> Figure:
@@ -50,7 +50,7 @@ def change_profile(profile: Mapping[str, Any]) -> Figure:
 
 
 def indicator_figures(memory: Memory, axis: str) -> Iterator[Figure]:
-    """Draw every indicator of an axis over its recordings, those that moved first."""
+    """Draw every indicator of an axis over its recordings, the changed ones first."""
     entries = memory.of_axis(axis)
     recordings = [entry["name"] for entry in entries]
     changes = [change for change in memory.document["changes"] if change["axis"] == axis]

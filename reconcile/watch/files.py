@@ -1,7 +1,7 @@
-"""Find the complete recordings of a folder, in order of time.
+"""Finds the complete recordings of a folder, in order of time.
 
 `servo-ctrl` marks a finished recording in recording.json; a Parquet or npz file ends with its table of
-contents. Any other file, and that of a killed run, is complete when its size has not changed for a while.
+contents. Any other file, and that of a killed run, counts as complete when it has not changed for a while.
 """
 
 import json
@@ -17,7 +17,7 @@ from servo_ctrl.errors import reason_of
 from servo_ctrl.recording.recorder import HEADER_FILE
 
 COMPLETE_AFTER_S = 2.0
-"""A file that has not grown for this time is complete."""
+"""Time without a change after which a file counts as complete."""
 PARQUET_MARK = b"PAR1"
 
 Stamp = tuple[int, int]
@@ -34,7 +34,7 @@ class Arrival(NamedTuple):
 
 
 class Arrivals:
-    """Lists a folder again and again. `excluded`: a folder inside it that holds no recordings."""
+    """Lists a folder repeatedly; `excluded` is a folder inside it that holds no recordings."""
 
     def __init__(self, folder: Path, excluded: Path) -> None:
         if not folder.is_dir():
@@ -42,9 +42,9 @@ class Arrivals:
         self._folder, self._excluded = folder, excluded.resolve()
         self._seen: dict[str, tuple[Stamp, float]] = {}
         self.unfinished: list[str] = []
-        """What was still being written at the last look."""
+        """Recordings that were still being written at the last listing."""
 
-    def look(self) -> list[Arrival]:
+    def list_complete(self) -> list[Arrival]:
         """Return all complete recordings, the oldest first. Raises ReconcileError: folder not readable."""
         found, self.unfinished = [], []
         try:
@@ -90,7 +90,7 @@ class Arrivals:
         return Arrival(path, stamp, _started_s(header, stamp))
 
     def _unchanged(self, name: str, stamp: Stamp) -> bool:
-        """Whether the files have not changed for a while, by time stamp or, if clocks differ, by looks."""
+        """Return whether the files are unchanged for a while, by time stamp or by listings."""
         now_s = time.monotonic()
         before, since_s = self._seen.get(name, (None, now_s))
         self._seen[name] = stamp, since_s if before == stamp else now_s
@@ -108,7 +108,7 @@ def _header(file: Path) -> dict[str, Any]:
 
 
 def _has_its_end(path: Path) -> bool | None:
-    """Whether the table of contents at the end of a file is there; None for a format that has none."""
+    """Return whether a file ends with its table of contents; None for a format that has none."""
     match path.suffix.lower():
         case ".parquet":
             with path.open("rb") as file:

@@ -1,9 +1,9 @@
-"""Condense a recording into indicators of an axis: physical quantities, each with its standard error.
+"""Condenses a recording into indicators of an axis: physical quantities, each with its standard error.
 
-An indicator is a coefficient of the regression that a diagnosis makes: of the rigid model, or of an effect of
-the catalogue at one fixed shape, so that all recordings are comparable. Errors come from a block jackknife
+An indicator is a coefficient of the regression of a diagnosis: of the rigid model, or of an effect of the
+catalogue at fixed shape parameters, so that all recordings are comparable. Errors come from a block jackknife
 (Efron and Tibshirani 1993, chapter 11): a quantity that the recording hardly excites gets a wide error, and
-one that only a few blocks determine is left out.
+one that only a few blocks determine is omitted.
 """
 
 import math
@@ -28,11 +28,11 @@ from reconcile.regression.regression_problem import BASELINE_PARAMETERS, regress
 Index = NDArray[np.int64]
 
 JACKKNIFE_BLOCKS = 2
-"""Neighbouring blocks that are left out together, because slow noise correlates them."""
+"""Neighbouring blocks that the jackknife omits together, because slow noise correlates them."""
 MIN_EFFECTIVE_GROUPS = 6.0
-"""Effective number of groups that must determine an indicator, weighted by their information."""
+"""Least effective number of groups that determine an indicator, weighted by their information."""
 MIN_INDEPENDENT_SHARE = 1e-5
-"""Share of a column's square that must be orthogonal to the other columns."""
+"""Least share of a column's square that is orthogonal to the other columns."""
 LEVEL_SPREAD = 0.5
 """Standard deviation of the log residual level between different motions."""
 
@@ -45,7 +45,7 @@ RIGID_MODEL = (
 
 
 def _of_effects(channel: ResidualChannel) -> tuple[IndicatorKind, ...]:
-    """Return the catalogue's indicators: first those that are fitted together, then by rank."""
+    """Return the indicators of the catalogue: first those that are fitted together, then by rank."""
     entries = sorted((e for e in ENTRIES.values() if e.family(channel)), key=lambda entry: entry.rank)
     found = [indicator._replace(effect=entry.name) for entry in entries for indicator in entry.indicators]
     own = [indicator for indicator in found if indicator.channel in {None, channel}]
@@ -72,11 +72,11 @@ class Indicator(NamedTuple):
     error: float
     """Standard error, from within the recording."""
     motion_spread: float
-    """How far another motion may shift the value: as if the whole residual had the form of its column."""
+    """By how much another motion may shift the value: as if the whole residual had the form of its column."""
     rms_per_unit: float
-    """RMS force or deviation that one unit of it makes; 0 for the residual level."""
+    """RMS force or deviation of one unit of the indicator; 0 for the residual level."""
     model: float | None = None
-    """Value of the model file; None where it has none."""
+    """Value in the model file; None where it has none."""
 
 
 class MeasuredIndicators(NamedTuple):
@@ -87,7 +87,7 @@ class MeasuredIndicators(NamedTuple):
     size: float
     """RMS of the filtered force, or of the deviation less its mean."""
     datasets: Sequence[RegressionData]
-    """Of the pieces of the recording."""
+    """Regression data of the pieces of the recording."""
 
 
 def measure(
@@ -118,7 +118,7 @@ def measure(
 
 
 class _Fit:
-    """A least-squares fit, with the jackknife fits that leave out one group of blocks each."""
+    """A least-squares fit, and the jackknife fits that omit one group of blocks each."""
 
     def __init__(
         self, equations: BlockNormalEquations, chosen: list[CandidateTerm], groups: list[Index]
@@ -195,7 +195,7 @@ def _groups(equations: BlockNormalEquations) -> list[Index]:
 
 
 def _nominal(kind: IndicatorKind, axis: NominalAxis) -> float | None:
-    """Return the model's value; None for an effect, whose coefficient adds to what the model has of it."""
+    """Return the value of the model; None for an effect, whose coefficient adds to its model effect."""
     return None if kind.effect else baseline_parameters(axis)[kind.name]
 
 

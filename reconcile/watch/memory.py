@@ -1,4 +1,4 @@
-"""watch.json: the indicators of all recordings, so that a later run need not read them again."""
+"""watch.json: the indicators of all recordings, so that a later run does not read them again."""
 
 import copy
 import hashlib
@@ -28,11 +28,11 @@ BLANK: dict[str, Any] = {
 }
 """A memory without recordings."""
 REMEMBERED = 2 * MAX_RECORDINGS
-"""Recordings whose indicators are remembered; of older ones the name is, so that they are not read again."""
+"""Most recordings with stored indicators; of older ones only the name is stored, to not read them again."""
 MIN_FORCE_SHARE = 0.02
-"""Of the RMS force of the axis: a change that makes less is not reported."""
+"""Share of the RMS force of the axis below which a change is not reported."""
 MIN_LEVEL_CHANGE = math.log(1.25)
-"""The residual level must grow by a quarter to be reported."""
+"""Least reported growth of the residual level: a quarter."""
 
 
 class Memory:
@@ -71,11 +71,11 @@ class Memory:
         return cls(document)
 
     def write(self, file: Path) -> None:
-        """Write the memory. Raises OSError; leaves nothing half written."""
+        """Write the memory atomically. Raises OSError."""
         write_text_whole(file, json.dumps(self.document, indent=1, allow_nan=False) + "\n")
 
     def knows(self, arrival: Arrival) -> bool:
-        """Whether the recording was read in its present state."""
+        """Return whether the recording was read in its present state."""
         stamp = list(arrival.stamp)
         entries = [*self.document["recordings"], *self.document["unusable"]]
         known = {entry["name"]: entry["stamp"] for entry in entries} | self.document["forgotten"]
@@ -92,7 +92,7 @@ class Memory:
         del recordings[:-REMEMBERED]
 
     def refuse(self, arrival: Arrival, why: str) -> None:
-        """Remember a recording that cannot be used."""
+        """Store that a recording cannot be used, and the reason."""
         entry = self._stamped(arrival) | {"why": why}
         self.document["unusable"].append(entry)
 
@@ -109,7 +109,7 @@ class Memory:
         return list(dict.fromkeys(axis for entry in self.document["recordings"] for axis in entry["axes"]))
 
     def _stamped(self, arrival: Arrival) -> dict[str, Any]:
-        """Return the beginning of an entry; drops what there is of the same name."""
+        """Return the beginning of an entry; removes earlier entries of the same name."""
         name = arrival.path.name
         for key in ("recordings", "unusable"):
             self.document[key] = [entry for entry in self.document[key] if entry["name"] != name]
@@ -150,7 +150,7 @@ def entry_of(
 
 
 def sequences(entries: list[dict[str, Any]], axis: str) -> dict[tuple[str, str], tuple[Sequence, list[int]]]:
-    """Return by channel and indicator its values, and the places in `entries` that they come from."""
+    """Return the values of each indicator, by (channel, name), and their indices in `entries`."""
     found = {}
     for channel, kinds in INDICATORS.items():
         for name in [*(kind.name for kind in kinds), RESIDUAL_LEVEL]:
@@ -180,7 +180,7 @@ def sequences(entries: list[dict[str, Any]], axis: str) -> dict[tuple[str, str],
 
 
 def indicator_words(channel: str, name: str) -> tuple[str, str]:
-    """Return what an indicator is called, and its unit."""
+    """Return the display name of an indicator, and its unit."""
     of = ResidualChannel(channel)
     for kind in INDICATORS[of]:
         if kind.name == name:

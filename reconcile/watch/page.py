@@ -1,4 +1,4 @@
-"""`watch.html`: whether the machine changed, when, what it was before and after, and every indicator."""
+"""`watch.html`: whether and when the machine changed, its state before and after, and every indicator."""
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -16,11 +16,11 @@ NO_NEW_EFFECT = {
     "parameters": "only values have moved, no physics is new",
     "consistent": "the model still fits",
 }
-"""By verdict of the second diagnosis."""
+"""Text by verdict of the second diagnosis, where it names no new effect."""
 
 
 def write_page(memory: Memory, path: Path) -> None:
-    """Write the page. Raises OSError; leaves nothing half written."""
+    """Write the page atomically. Raises OSError."""
     page = HtmlPage()
     parts = [_answer(memory)]
     parts += [_change(change, page) for change in reversed(memory.document["changes"])]
@@ -56,7 +56,7 @@ def _when(recording: Mapping[str, Any]) -> str:
 
 
 def _diagnosis(change: Mapping[str, Any]) -> str:
-    """Return what the diagnosis of the change found, in a sentence."""
+    """Return the result of the diagnosis of the change in a sentence."""
     named = change["named"]
     if named is None:
         return "Two diagnoses would name the physics; they were not asked for."
@@ -94,7 +94,7 @@ def _change(change: Mapping[str, Any], page: HtmlPage) -> str:
 
 
 def _moved(one: Mapping[str, Any]) -> list[str]:
-    """Return the cells of an indicator that moved."""
+    """Return the cells of an indicator that changed."""
     low, high = (quantity(bound, one["unit"]) for bound in one["after_ci95"])
     return [
         escape(one["words"]),

@@ -1,4 +1,4 @@
-"""`reconcile watch`: read new recordings of a machine, test each against those before, describe changes."""
+"""`reconcile watch`: reads new recordings of a machine, tests each against earlier ones, reports changes."""
 
 import math
 from pathlib import Path
@@ -22,18 +22,18 @@ from reconcile.watch.page import write_page
 
 FILE, PAGE = "watch.json", "watch.html"
 WRITE_EVERY = 20
-"""Recordings after which the memory is written while many are read."""
+"""Number of new recordings after which the memory is written while reading continues."""
 
 
 class WatchOptions(NamedTuple):
-    """What to watch, and how."""
+    """Options of a watch."""
 
     axes: tuple[str, ...] = ()
     """Axes of the model; empty: all."""
     run_length: float = 1000.0
-    """Mean number of recordings between false alarms, at least."""
+    """Least mean number of recordings between false alarms."""
     diagnose: bool = True
-    """Name the physics of a change by two diagnoses."""
+    """Whether two diagnoses name the physics of a change."""
     mapping: Mapping = NO_MAPPING
 
 
@@ -59,24 +59,24 @@ class Watch:
         )
         self.memory = self._load_memory(model_file)
 
-    def look(self, report_progress: ProgressCallback = _discard) -> list[dict[str, Any]]:
+    def read_new(self, report_progress: ProgressCallback = _discard) -> list[dict[str, Any]]:
         """Read new recordings; return the changes that are new or refined. Raises ReconcileError, OSError."""
         self._report_progress = report_progress
-        new = [one for one in self.arrivals.look() if not self.memory.knows(one)]
+        new = [one for one in self.arrivals.list_complete() if not self.memory.knows(one)]
         reported: dict[str, dict[str, Any]] = {}
         for number, arrival in enumerate(new, start=1):
             self._report_progress(f"{arrival.path.name} ({number} of {len(new)})", lasting=False)
             for change in self._read(arrival):
                 reported[change["id"]] = change
             if number % WRITE_EVERY == 0:
-                self.remember()
+                self.write_memory()
         if new or self.arrivals.unfinished != self.memory.document["unfinished"]:
             self.memory.document["unfinished"] = self.arrivals.unfinished
-            self.remember()
+            self.write_memory()
             write_page(self.memory, self._out / PAGE)
         return list(reported.values())
 
-    def remember(self) -> None:
+    def write_memory(self) -> None:
         """Write the memory. Raises OSError."""
         self._out.mkdir(parents=True, exist_ok=True)
         self.memory.write(self._out / FILE)
@@ -99,7 +99,7 @@ class Watch:
         return [change for axis in axes for change in self._test(axis)]
 
     def _measure(self, arrival: Arrival) -> dict[str, dict[str, Any]]:
-        """Return the entries of a recording by axis."""
+        """Measure the indicators of a recording; return its entries by axis."""
         given = load_recordings([arrival.path], self._axes, self._options.mapping)
         recordings = examine(given, self._axes).recordings
         found = {}

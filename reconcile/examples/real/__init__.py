@@ -1,1 +1,1 @@
-"""Measured axes that others have published: their recordings and nominal models as an engineer has them."""
+"""Published measurements of real axes: their recordings, and nominal models from data sheets."""

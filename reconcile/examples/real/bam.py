@@ -1,8 +1,8 @@
 """A hobby servo that swings a pendulum (Duclusaud et al. 2024): duty and voltage instead of a torque.
 
 The torque is modelled: kt (duty V - kt w) / R, with the published kt and R of the friction model M6, and w
-the derivative of the position, because the servo's own velocity lags by 21 ms. The nominal inertia is the
-pendulum's, m l2, and the published armature.
+the derivative of the position, because the velocity of the servo lags by 21 ms. The nominal inertia is that
+of the pendulum, m l2, plus the published armature.
 """
 
 from pathlib import Path
@@ -21,11 +21,11 @@ KT_NM_A, RESISTANCE_OHM = 0.303609876267925, 2.444951107725838
 """published_xl330_m6.json."""
 MASS_KG, LENGTH_M, ARMATURE_KG_M2 = 0.49, 0.1, 0.0020566024734211697
 COUNTS_1_TURN, GEAR = 4096, 288.4
-"""By the data sheet of the servo."""
+"""From the data sheet of the servo."""
 
 
 def pendulum(data: Path) -> Machine:
-    """The pendulum. Raises ReconcileError."""
+    """Read the pendulum. Raises ReconcileError."""
     names = [f"xl330_kp{gain}_{motion}" for gain in GAINS for motion in MOTIONS]
     return Machine(
         "bam",

@@ -1,7 +1,7 @@
 """A double pendulum on two quasi-direct drives, in two builds (Wiebe et al. 2023).
 
-Torques are those that the drives report from their currents. Inertias are estimates of an engineer who knows
-masses and lengths of the links, not the published fits; a joint's own encoder has 16 bits over 25 rad.
+Torques are those that the drives report from their currents. Inertias are estimates from masses and lengths
+of the links, not the published fits; the encoder of a joint has 16 bits over 25 rad.
 """
 
 import math
@@ -18,19 +18,19 @@ BUILD_A = ("00", "01", "02", "03", "04", "05", "11", "12", "13")
 BUILD_C = ("00", "02", "04", "06", "12", "13")
 COUNTS_1_TURN = round(65536 * 2.0 * math.pi / 25.0)
 ROTOR_KG_M2 = 0.0028
-"""Published: 36 times the rotor's own."""
+"""Published, at the joint: 36 times that of the rotor."""
 GEAR = 6.0
 EXPECTED = "gravity, coupling of the two joints, Coulomb friction of 0.08 to 0.12 N m, viscous friction"
 
 
 def build_a(data: Path) -> Machine:
-    """Links of 0.3 and 0.2 m. Raises ReconcileError."""
+    """Read the build with links of 0.3 and 0.2 m. Raises ReconcileError."""
     title = "double pendulum, build A (0.3 and 0.2 m)"
     return _build(data, "dfki_a", title, "designA_sysid", BUILD_A, (0.12, 0.024))
 
 
 def build_c(data: Path) -> Machine:
-    """Links of 0.2 and 0.3 m. Raises ReconcileError."""
+    """Read the build with links of 0.2 and 0.3 m. Raises ReconcileError."""
     title = "double pendulum, build C (0.2 and 0.3 m)"
     return _build(data, "dfki_c", title, "designC0_sysid", BUILD_C, (0.1, 0.05))
 

@@ -15,12 +15,12 @@ PUBLISHER = (
 )
 RECORDINGS = ("MultisineTypeA", "MultisineTypeB")
 TOTAL_A_S2 = 1.0 / 107.0
-"""The bench's frequency response: 107 rad/s2 per ampere at 11 Hz, 231 on the motor's side at 200 Hz."""
+"""From the bench's frequency response: 107 rad/s2 per ampere at 11 Hz, 231 on the motor side at 200 Hz."""
 ROTOR_A_S2 = 1.0 / 231.0
 
 
 def motor_only(data: Path) -> Machine:
-    """The bench as its motor's encoder sees it. Raises ReconcileError."""
+    """Read the bench with the motor encoder alone. Raises ReconcileError."""
     joint = Joint(TOTAL_A_S2 - ROTOR_A_S2, ROTOR_A_S2)
     recordings = {name: _columns(data, name, with_load=False) for name in RECORDINGS}
     return Machine(
@@ -33,7 +33,7 @@ def motor_only(data: Path) -> Machine:
 
 
 def with_load_encoder(data: Path) -> Machine:
-    """The bench with the encoder of its load. Raises ReconcileError."""
+    """Read the bench with motor and load encoders. Raises ReconcileError."""
     motor = motor_only(data)
     recordings = {name: _columns(data, name, with_load=True) for name in RECORDINGS}
     return motor._replace(name="fditools_load", title="two-mass bench, both encoders", recordings=recordings)

@@ -1,6 +1,6 @@
-"""What models of a measured axis are judged by: the filtered force of the samples in motion.
+"""The data on which models of a measured axis are compared: the filtered force of the samples in motion.
 
-A model file is taken as it is written: what is left is `before` of a diagnosis with that model.
+A model file is used as written: its residual is `before` of a diagnosis with that model.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ from reconcile.regression.regression_problem import regression_problem
 
 
 class Judged(NamedTuple):
-    """One axis in one recording; arrays (n,) or (n, k), in the files' units, behind the state filter."""
+    """One axis in one recording; arrays (n,) or (n, k), in the units of the files, after the state filter."""
 
     recording: AxisRecording
     data: RegressionData
@@ -38,16 +38,16 @@ class Judged(NamedTuple):
     used: NDArray[np.bool_]
 
     def error(self, predicted_n: Array) -> float:
-        """RMS of what a prediction (n,) leaves in the samples that count, N."""
+        """Return the RMS error of a prediction (n,) in the used samples, N."""
         return float(np.sqrt(np.mean((self.force_n - predicted_n)[self.used] ** 2)))
 
     def kept(self) -> NDArray[np.int64]:
-        """Samples to fit on, at four times the bandwidth of the filter."""
+        """Return the indices of the samples to fit on, at four times the bandwidth of the filter."""
         return np.flatnonzero(self.used)[:: stride(self.data.period_s)]
 
 
 def judged(paths: Sequence[Path], nominal: Path) -> dict[str, list[list[Judged]]]:
-    """By axis, then by file: its recordings as they are judged; a file may lack an axis, or be in pieces."""
+    """Return the recordings by axis, then by file; a file may lack an axis, or have several pieces."""
     model = load_model(nominal)
     by_file = [load_recordings([path], model.axes) for path in paths]
     return {
@@ -65,7 +65,7 @@ def _judged(recording: AxisRecording, nominal: Path) -> Judged:
 
 
 def left_by_model_n(model: Path, one: Judged) -> Array:
-    """What a model file leaves of a recording (n,), N; nothing is fitted. Raises ReconcileError."""
+    """Return the residual (n,), N, of a model file on a recording, without a fit. Raises ReconcileError."""
     axis = load_model(model).axes[one.recording.axis]
     data = regression_data(one.recording, axis)
     terms = regressed_terms(axis, [data], ResidualChannel.FORCE)
@@ -77,5 +77,5 @@ def left_by_model_n(model: Path, one: Judged) -> Array:
 
 
 def error_of(model: Path, one: Judged) -> float:
-    """RMS of that in the samples that count, N. Raises ReconcileError."""
+    """Return the RMS of that residual in the used samples, N. Raises ReconcileError."""
     return float(np.sqrt(np.mean(left_by_model_n(model, one)[one.used] ** 2)))

@@ -1,7 +1,7 @@
 """Joints 1, 2, 4 and 6 of a cobot with strain-wave gears: trapezoids of one joint, and runs of all (2024).
 
-The torque is the publishers': current times 9.13 (joints 1, 2, 4) or 5.852 N m/A (joint 6). Nothing is
-published of the inertias; those here are guesses from an arm of 8 kg and 0.9 m, good to a factor of two.
+The torque is that of the publishers: current times 9.13 (joints 1, 2, 4) or 5.852 N m/A (joint 6). Inertias
+are not published; those here are estimates for an arm of 8 kg and 0.9 m, correct to a factor of two.
 """
 
 from pathlib import Path
@@ -15,12 +15,12 @@ PUBLISHER = (
 )
 INERTIA_KG_M2 = {1: 1.2, 2: 2.0, 4: 1.0, 6: 0.5}
 GEAR = 100.0
-"""Of the strain-wave gears, by the data sheet of the arm."""
+"""Gear ratio of the strain-wave gears, from the data sheet of the arm."""
 RUNS = ("multi_opti1", "multi_quadratic")
 
 
 def cobot(data: Path) -> Machine:
-    """The arm. Raises ReconcileError."""
+    """Read the arm. Raises ReconcileError."""
     recordings = {run: _columns(data, run, tuple(INERTIA_KG_M2)) for run in RUNS}
     recordings |= {f"joint{k}_trapez": _columns(data, f"joint{k}_trapez", (k,)) for k in INERTIA_KG_M2}
     return Machine(

@@ -21,7 +21,7 @@ LINKS_KG_M2 = {1: 1300.0, 2: 1800.0, 3: 1100.0}
 
 
 def robot(data: Path) -> Machine:
-    """The robot. Raises ReconcileError."""
+    """Read the robot. Raises ReconcileError."""
     joints = {
         f"a{axis}": Joint(LINKS_KG_M2[axis], ROTOR_KG_M2[axis] * gear**2, gear_ratio=gear)
         for axis, gear in GEAR.items()

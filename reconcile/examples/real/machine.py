@@ -15,30 +15,30 @@ Columns = dict[str, Array]
 
 
 class Joint(NamedTuple):
-    """One rotary axis as its data sheet tells it, SI; what it does not tell is 0."""
+    """One rotary axis from its data sheet, SI; 0 where the data sheet has no value."""
 
     inertia_kg_m2: float
-    """All that the motor turns, at the joint, its rotor apart."""
+    """Inertia of everything that the motor moves without its rotor, at the joint."""
     rotor_kg_m2: float = 0.0
-    """At the joint."""
+    """Inertia of the rotor, at the joint."""
     counts_1_turn: int = 0
-    """Of the joint."""
+    """Encoder counts per turn of the joint."""
     gear_ratio: float = 1.0
 
 
 class Machine(NamedTuple):
-    """Recordings and nominal model of a published set."""
+    """Recordings and nominal model of a published machine."""
 
     name: str
     title: str
     expected: str
-    """What is published of its physics."""
+    """Published statements on its physics."""
     joints: Mapping[str, Joint]
     recordings: Mapping[str, Columns]
     """By name; `<joint>.<channel>` in rad, N m, A and s."""
 
     def nominal(self) -> dict[str, Any]:
-        """The nominal model as the content of a model file."""
+        """Return the nominal model as the content of a model file."""
         axes: dict[str, Any] = {}
         for name, joint in self.joints.items():
             axes[name] = {
@@ -63,7 +63,7 @@ class Machine(NamedTuple):
 
         def write(temporary: Path) -> None:
             with temporary.open("wb") as file:
-                np.savez(file, **self.recordings[name])  # type: ignore[arg-type]  # NumPy's stub takes the names for options
+                np.savez(file, **self.recordings[name])  # type: ignore[arg-type]  # NumPy's stub reads the names as options
 
         write_whole(path, write)
         return path

@@ -1,4 +1,4 @@
-"""What models leave of a recording that was left out, over time, one row an axis."""
+"""Residuals of models on a held-out recording over time, one row per axis."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,20 +13,20 @@ from servo_ctrl.plots.matplotlib_agg import Figure
 
 COLOURS = {"rigid": "tab:orange", "textbook": "tab:green", "written model": "tab:blue"}
 LONGEST_S = 4.0
-"""Time that is drawn: of more, nothing could be seen."""
+"""Drawn duration; in a longer one no detail would be visible."""
 
 
 class Traces(NamedTuple):
-    """One axis in the recording that was left out."""
+    """One axis in the held-out recording."""
 
     axis: str
     one: Judged
     left_n: Mapping[str, Array]
-    """By model (n,)."""
+    """Residual (n,) by model."""
 
 
 def left_out(path: Path, title: str, source: str, traces: Sequence[Traces]) -> Path:
-    """Draw the torque and what the models leave of it."""
+    """Draw the torque and the residuals of the models."""
     figure = Figure(figsize=(11.0, 1.5 + 3.0 * len(traces)), layout="constrained")
     figure.suptitle(f"{title}: {source}, which was left out")
     for axes, of in zip(np.atleast_1d(figure.subplots(len(traces), 1)), traces, strict=True):

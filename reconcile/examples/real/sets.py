@@ -1,4 +1,4 @@
-"""The published machines by the names that `reconcile example` and the benchmark know them by."""
+"""The published machines by the names of `reconcile example` and of the benchmark."""
 
 from collections.abc import Mapping
 

@@ -1,7 +1,7 @@
-"""`reconcile example` on a published machine: its first recording is left out, the others are diagnosed.
+"""`reconcile example` on a published machine: its first recording is held out, the others are diagnosed.
 
-The model file that is written of the others is loaded again and held against the recording that was left out,
-beside a rigid model and textbook friction that are fitted to the others.
+The model file from the others is loaded again and compared with the held-out recording, beside a rigid model
+and textbook friction fitted to the others.
 """
 
 import math
@@ -21,7 +21,7 @@ from reconcile.examples.real.sets import MACHINES
 from reconcile.examples.real.textbook import least_squares, rigid
 
 NAME = "axes"
-"""Directory of the published sets, each in a folder of its own."""
+"""Directory of the published sets, each in its own folder."""
 
 
 def run(names: Sequence[str], data: Path, out: Path, on_progress: Callable[[str], None]) -> ExampleResult:

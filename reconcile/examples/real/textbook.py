@@ -1,4 +1,4 @@
-"""Models that the tool is held against, by least squares behind the filter: rigid, and textbook friction."""
+"""Models for comparison, fitted by least squares after the filter: rigid, and textbook friction."""
 
 from collections.abc import Callable, Sequence
 
@@ -12,19 +12,20 @@ Predict = Callable[[Judged], Array]
 """Force of a fitted model along a recording, N (n,)."""
 
 COLLINEAR = 1e-2
-"""Singular values of columns of unit size, over the largest, below which a direction is left out: motions in
-one direction alone do not tell Coulomb friction from a constant force."""
+"""Singular values of columns of unit size, relative to the largest, below which a direction is omitted:
+motions in one direction do not distinguish Coulomb friction from a constant force.
+"""
 STRIBECK_SHARES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4)
-"""Stribeck speeds that are tried, of the 95th percentile of the speed."""
+"""Tried Stribeck speeds, share of the 95th percentile of the speed."""
 
 
 def rigid(train: Sequence[Judged]) -> Predict:
-    """Mass, viscous and Coulomb friction."""
+    """Fit mass, viscous and Coulomb friction."""
     return _least_squares(train, lambda one: one.rigid)[0]
 
 
 def least_squares(train: Sequence[Judged]) -> Predict:
-    """The rigid model with Stribeck and asymmetric friction and a constant force; the best Stribeck speed."""
+    """Fit the rigid model with Stribeck and asymmetric friction, a constant force, best Stribeck speed."""
     speeds = np.concatenate([np.abs(one.data.motion.velocity_m_s[one.used]) for one in train])
     fast_m_s = float(np.percentile(speeds, 95.0))
     fits = [_least_squares(train, _textbook(share * fast_m_s)) for share in STRIBECK_SHARES]
@@ -42,7 +43,7 @@ def _textbook(stribeck_m_s: float) -> Callable[[Judged], Array]:
 
 
 def _least_squares(train: Sequence[Judged], columns: Callable[[Judged], Array]) -> tuple[Predict, float]:
-    """The fitted model, and its mean square on the samples that it was fitted on."""
+    """Return the fitted model, and its mean square error on the fitted samples."""
     x = np.concatenate([columns(one)[one.kept()] for one in train])
     y = np.concatenate([one.force_n[one.kept()] for one in train])
     scale = np.sqrt(np.mean(x**2, axis=0)) + 1e-300

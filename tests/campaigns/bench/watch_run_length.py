@@ -169,7 +169,7 @@ def _first_change(name: str, seed: int, length: int) -> dict[str, Any] | None:
             record(folder, number, CHANGES[name](age), seed=seed, motion=motion)
         out = folder / "out"
         watch = Watch(folder / "recordings", folder / "model", out, WatchOptions(diagnose=False))
-        watch.look()
+        watch.read_new()
     return next(iter(watch.memory.document["changes"]), None)
 
 

@@ -63,7 +63,7 @@ def test_the_cluster_listens_on_loopback_only(cluster: Cluster) -> None:
 
 
 def test_an_unreachable_address_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("reconcile.fleet.cluster.CONNECT_S", 0.3)
+    monkeypatch.setattr("reconcile.fleet.dask_workers.CONNECT_S", 0.3)
     nobody = cluster_at("tcp://127.0.0.1:9")
     with pytest.raises(ReconcileError, match=r"127\.0\.0\.1:9.*no scheduler answers"):
         nobody.__enter__()

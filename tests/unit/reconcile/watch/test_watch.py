@@ -57,7 +57,7 @@ def lubricated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def lubrication_change(lubricated: Path) -> tuple[Path, list[dict[str, Any]]]:
     """Where it was written, and what changed."""
     out = lubricated / "out"
-    return out, watched(lubricated, out).look()
+    return out, watched(lubricated, out).read_new()
 
 
 def test_loss_of_lubrication_is_reported_with_date_and_size(
@@ -98,7 +98,7 @@ def test_a_restart_resumes_where_it_stopped(lubricated: Path, tmp_path: Path) ->
     out, folder = tmp_path / "out", tmp_path / "copy"
     shutil.copytree(lubricated / "model", folder / "model")
     shutil.copytree(lubricated / "recordings", folder / "recordings", ignore=lambda *_: late)
-    assert watched(folder, out).look() == []
+    assert watched(folder, out).read_new() == []
     before = document(out)
     for name in sorted(late):
         shutil.copy2(lubricated / "recordings" / name, folder / "recordings" / name)
@@ -106,10 +106,10 @@ def test_a_restart_resumes_where_it_stopped(lubricated: Path, tmp_path: Path) ->
             for old in (folder / "recordings").glob("run-00[0-5]*"):
                 old.unlink()
     again = watched(folder, out)
-    [change] = again.look()
+    [change] = again.read_new()
     assert change["began"]["recording"] == f"run-{LUBRICATED:03d}.parquet"
     assert document(out)["recordings"][: len(before["recordings"])] == before["recordings"]
-    assert again.look() == []
+    assert again.read_new() == []
 
 
 late = {f"run-{number:03d}.parquet" for number in range(LUBRICATED, LUBRICATED + 3)}
@@ -130,12 +130,12 @@ def test_incomplete_files_wait_and_unusable_ones_are_reported(lubricated: Path, 
     unfinished.mkdir()
     (unfinished / "recording.json").write_text('{"finished": false}', encoding="utf-8")
     watch = watched(folder, out)
-    watch.look()
+    watch.read_new()
     assert watch.arrivals.unfinished == ["run-000.parquet", "run-001.csv", "run-002"]
     assert document(out)["recordings"] == []
     growing.write_bytes(whole)
     os.utime(recordings / "run-001.csv", (FIRST_S + HOUR_S,) * 2)
-    watch.look()
+    watch.read_new()
     assert [entry["name"] for entry in document(out)["recordings"]] == ["run-000.parquet"]
     [refused] = document(out)["unusable"]
     assert refused["name"] == "run-001.csv"
@@ -148,7 +148,7 @@ def test_growing_backlash_is_a_ramp_reported_once(tmp_path: Path) -> None:
     for number in range(WORN + 9):
         record(tmp_path, number, PLAY.format(0.5 + WORN_UM * max(number - WORN + 1, 0)), seed=2)
     watch = watched(tmp_path, tmp_path / "out")
-    watch.look()
+    watch.read_new()
     [change] = watch.memory.document["changes"]
     assert change["form"] == "ramp"
     low, high = change["began"]["interval95"]
@@ -168,7 +168,7 @@ def test_other_programs_and_temperatures_are_no_change(tmp_path: Path) -> None:
         friction = f"coulomb_n = {10.0 - 0.2 * warm_k}"
         record(tmp_path, number, friction, seed=3, motion=motion, temperature_k=295.0 + warm_k)
     watch = watched(tmp_path, tmp_path / "out")
-    assert watch.look() == []
+    assert watch.read_new() == []
     assert len(watch.memory.of_axis("x")) == 32
 
 
