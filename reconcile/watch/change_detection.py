@@ -75,7 +75,7 @@ class Onset(NamedTuple):
     """Probability of a ramp; else it is a step."""
 
 
-def tested_lengths(before_and_after: int) -> list[int]:
+def lengths_after_step(before_and_after: int) -> list[int]:
     """Return the numbers of recordings after the tested steps: 2, 3, 4, 6, 8, 12, 16, ..."""
     found, length = [], MIN_AFTER
     while length <= before_and_after - MIN_BEFORE:
@@ -91,7 +91,7 @@ def newest_alarm(sequence: Sequence, indicators: int, run_length: float) -> Alar
     `indicators`: how many are tested at each recording; `run_length`: recordings between false alarms.
     """
     n = len(sequence.values)
-    after = tested_lengths(n)
+    after = lengths_after_step(n)
     if not after:
         return None
     regression = _WhitenedRegression(sequence)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from reconcile.watch.change_detection import Sequence, covariance, newest_alarm, onset, tested_lengths
+from reconcile.watch.change_detection import Sequence, covariance, newest_alarm, onset, lengths_after_step
 
 
 def a_sequence(values: np.ndarray, **other: object) -> Sequence:
@@ -122,4 +122,4 @@ def test_onset_is_the_posterior_by_brute_force() -> None:
 
 @pytest.mark.parametrize(("recordings", "after"), [(7, []), (8, [2]), (14, [2, 3, 4, 6, 8])])
 def test_tested_steps_leave_enough_before_them(recordings: int, after: list[int]) -> None:
-    assert tested_lengths(recordings) == after
+    assert lengths_after_step(recordings) == after
