@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from reconcile.watch.change_detection import Sequence, covariance, newest_alarm, onset, lengths_after_step
+from reconcile.watch.change_detection import Sequence, covariance, lengths_after_step, newest_alarm, onset
 
 
 def a_sequence(values: np.ndarray, **other: object) -> Sequence:
