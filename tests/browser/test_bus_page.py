@@ -59,7 +59,7 @@ def test_load_cycle_times_nodes_and_emergencies_are_shown(visit: Callable[..., P
     eventually(lambda: [request["do"] for request in stub.requests()], ["clear_counters"])
 
 
-def test_an_object_is_read_when_asked_and_written_only_when_it_fits_and_is_confirmed(
+def test_an_object_is_read_on_request_and_written_only_when_it_fits_and_is_confirmed(
     visit: Callable[..., Page], picture: Callable[[Page, str], None], stub: Stub
 ) -> None:
     page = visit("/bus")

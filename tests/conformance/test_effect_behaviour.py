@@ -49,7 +49,7 @@ def test_share_of_the_force_repeats_every_turn(
     currents=st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=30),
     emf=st.floats(-20.0, 20.0),
 )
-def test_no_more_current_passes_than_was_asked_for_or_the_back_emf_drives(
+def test_no_more_current_flows_than_commanded_or_driven_by_the_back_emf(
     effect: ModuleType, data: Any, currents: list[float], emf: float
 ) -> None:
     p, s = data.draw(parameters(effect)), own_state(effect)

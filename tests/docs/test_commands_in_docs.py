@@ -82,7 +82,7 @@ def test_a_wrong_command_is_refused() -> None:
             parse(wrong.split())
 
 
-def test_what_is_said_to_run_a_command_names_it() -> None:
+def test_a_claim_that_runs_a_command_names_it() -> None:
     for kind, where in RUN_BY.items():
         place = ROOT / where
         files = [place] if place.is_file() else sorted(place.rglob("*.py"))

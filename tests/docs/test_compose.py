@@ -48,7 +48,7 @@ def test_every_service_of_the_bench_is_on_the_hosts_network() -> None:
     assert {service["network_mode"] for service in bench.values()} == {"host"}
 
 
-def test_the_history_is_kept_only_where_it_is_asked_for_and_seen_on_this_host_alone() -> None:
+def test_the_history_is_kept_only_on_request_and_visible_on_this_host_alone() -> None:
     history = {name: service for name, service in services().items() if "profiles" in service}
     assert set(history) == {"influxdb", "telegraf", "grafana"}
     assert [service["profiles"] for service in history.values()] == [["history"]] * 3

@@ -27,7 +27,7 @@ TOUCHED = {
 
 
 @pytest.mark.parametrize("name", sorted(TOUCHED))
-def test_an_example_touches_the_files_it_says_and_works(name: str, tmp_path: Path) -> None:
+def test_an_example_touches_the_files_it_states_and_works(name: str, tmp_path: Path) -> None:
     folder = tmp_path / "tree"
     assert set(scratch_copy(EXAMPLES / name, folder)) == TOUCHED[name]
     run_tests(EXAMPLES / name, folder)

@@ -111,7 +111,7 @@ def test_a_run_is_replayed_from_its_candump(run: tuple[CampaignMachine, Path]) -
     assert logged == answers
 
 
-def test_a_replay_in_which_one_set_point_is_another_is_told(
+def test_a_replay_with_one_different_set_point_is_reported(
     run: tuple[CampaignMachine, Path], tmp_path: Path
 ) -> None:
     """The comparison can fail."""

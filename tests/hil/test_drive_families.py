@@ -108,7 +108,7 @@ cob_id = 0x2A1
         ("nanotec_pd4c", "velocity_unit", "rpm", "60A9h = 00B50300h, the machine file says 00B44700h"),
     ],
 )
-def test_a_family_in_other_units_than_the_file_says_is_not_led(
+def test_a_family_in_other_units_than_the_file_states_is_refused(
     family: str, setting: str, wrong: str, complaint: str, tmp_path: Path
 ) -> None:
     machine = load_machine(TEMPLATES / family)

@@ -40,7 +40,7 @@ class Moving(FaultBench):
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda path: f"{path.parent.name}-{path.stem}")
-def test_limit_switch_makes_the_drives_brake_and_the_axis_can_be_led_away(file: Path) -> None:
+def test_a_limit_switch_makes_the_drives_brake_and_the_axis_can_be_moved_away(file: Path) -> None:
     assert all(axis.drive.limit_switch_syncs for axis in load_machine(file).axes.values())
     bench = Moving(file, f"limit_switch:x@{FAULT_TIME_S},side=1", plant=file.parent)
     bench.machine.stand_by = bench.machine.served = True

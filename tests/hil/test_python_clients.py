@@ -48,7 +48,7 @@ def test_a_bench_answers_anybodys_sdo_request_and_is_gone_after_the_block() -> N
     assert not folder.exists()
 
 
-def test_a_bench_that_cannot_start_says_what_the_simulator_said(tmp_path: Path) -> None:
+def test_a_bench_that_cannot_start_reports_the_message_of_the_simulator(tmp_path: Path) -> None:
     with pytest.raises(hil_sim.BenchError, match=r"plant\.toml"), hil_sim.Bench(tmp_path):
         pass
 

@@ -52,7 +52,7 @@ def mean_errors_um(directory: Path, axis: str) -> list[float]:
     return [entry["error_mean_m"] * 1e6 for entry in read_reversals(directory) if entry["axis"] == axis]
 
 
-async def test_served_program_is_run_again_when_asked_and_recorded_as_a_segment_of_its_own(
+async def test_a_served_program_is_run_again_on_request_and_recorded_as_its_own_segment(
     bench: Any, tmp_path: Path
 ) -> None:
     machine_dir = bench.machine({})

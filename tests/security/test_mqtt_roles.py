@@ -146,7 +146,7 @@ async def test_certificates_and_the_access_list_decide_who_may_what(
 @needs_openssl
 # Paho leaves the socket of a failed handshake unclosed.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-async def test_a_broker_that_asks_for_certificates_lets_in_nobody_without_one_of_its_authority(
+async def test_a_broker_that_requires_certificates_refuses_clients_without_one_of_its_authority(
     tmp_path: Path, certificates: Path, handler: FakeCommandHandler
 ) -> None:
     foreign = make_certificates(tmp_path / "foreign", "controller")

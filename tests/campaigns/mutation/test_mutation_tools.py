@@ -50,7 +50,7 @@ def test_every_named_file_exists() -> None:
             assert (REPOSITORY / name.partition("::")[0]).is_file(), name
 
 
-def test_killed_is_remembered_and_survived_is_judged_anew(tmp_path: Path) -> None:
+def test_killed_mutants_are_remembered_and_surviving_ones_are_run_again(tmp_path: Path) -> None:
     known = Known(tmp_path / "killed.jsonl")
     killed, survived, slow = (Mutant("f.py", "Op", number, f"x = {number}\n") for number in range(3))
     known.add(killed, KILLED)

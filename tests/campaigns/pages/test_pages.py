@@ -58,7 +58,7 @@ def test_every_table_of_figures_comes_from_a_committed_json() -> None:
             assert not loose, f"{page}: put marks around {loose}, then python -m tests.campaigns.pages.tables"
 
 
-def test_tables_are_taken_over_and_made_anew() -> None:
+def test_tables_are_adopted_and_made_again() -> None:
     page = "a\n<!-- table: x -->\n| n | s |\n| --- | --- |\n| a \\| b | 2 s |\n<!-- end -->\nb\n"
     taken = tables.taken_over(page, {}, "today", "make x")
     rows = [["n", "s"], ["a \\| b", "2 s"]]

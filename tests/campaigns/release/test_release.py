@@ -34,7 +34,7 @@ def test_all_that_a_user_gets_may_be_given_to_him(packages: dict[str, Package]) 
         ("", False),
     ],
 )
-def test_what_nobody_has_allowed_is_refused(licence: str, good: bool) -> None:
+def test_everything_that_is_not_allowed_is_refused(licence: str, good: bool) -> None:
     assert allowed(licence) is good
     assert bool(refused({"new": Package("new", "1", licence, ())})) is not good
 

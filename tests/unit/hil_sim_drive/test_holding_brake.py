@@ -143,7 +143,7 @@ def test_another_command_ends_the_wait_for_the_brake(drive: SdoDrive, word: int)
     assert drive.device.is_idle()
 
 
-def test_a_second_enable_does_not_begin_the_wait_anew(drive: SdoDrive) -> None:
+def test_a_second_enable_does_not_restart_the_wait(drive: SdoDrive) -> None:
     switch_on(drive)
     drive.nodes.sync(RELEASE_MS - 5)
     drive.control(0x1F)

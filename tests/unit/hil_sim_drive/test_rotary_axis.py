@@ -104,7 +104,7 @@ def test_a_software_limit_inside_the_range_keeps_it_from_wrapping(
     assert ends == [counts(max(low, 0.0)), min(counts(high), TURN - 1)]
 
 
-def test_a_position_far_round_is_counted_anew_with_the_next_enable(drive: SdoDrive) -> None:
+def test_a_position_many_turns_away_is_moved_into_the_range_at_the_next_enable(drive: SdoDrive) -> None:
     drive.enable(1)
     move(drive, 19.0, 0x40)
     drive.control(0x06)
@@ -138,7 +138,7 @@ def test_options_that_the_drive_has_not_are_refused(drive: SdoDrive, option: int
     wanted=st.integers(-10_000, 10_000),
     here=st.integers(-10_000, 10_000),
 )
-def test_every_way_round_ends_where_it_was_asked_to(low: int, span: int, wanted: int, here: int) -> None:
+def test_every_direction_ends_at_the_commanded_position(low: int, span: int, wanted: int, here: int) -> None:
     made = PositionRange()
     made.set_limits(low, low + span - 1)
     ends = {way: made.towards(wanted, here, way) for way in (LINEAR, NEGATIVE, POSITIVE, SHORTEST)}

@@ -55,7 +55,7 @@ def test_the_first_edge_or_every_one(drive: SdoDrive, function: int, passes: int
     assert bool(first) == (seen == passes)
 
 
-def test_an_edge_that_is_not_asked_for_and_a_probe_that_is_off_store_nothing(drive: SdoDrive) -> None:
+def test_an_edge_that_is_not_selected_and_a_disabled_probe_store_nothing(drive: SdoDrive) -> None:
     drive.set(0x60B8, 0x21)
     go(drive, 5.0)
     assert (drive.get(0x60B9), drive.get(0x60BA), drive.get(0x60BC)) == (0x01, 0, 0)

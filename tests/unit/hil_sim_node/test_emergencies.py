@@ -134,7 +134,7 @@ def test_canopens_consumer_understands_the_frames(drive: SdoDrive) -> None:
     assert entry.data[:3] == pack("BBB", 1, 1, 2)
 
 
-def test_a_wrong_length_is_over_when_the_pdo_is_configured_anew(drive: SdoDrive) -> None:
+def test_a_wrong_length_ends_when_the_pdo_is_configured_again(drive: SdoDrive) -> None:
     drive.nodes.operational()
     too_short(drive)
     assert drive.get(0x1001) == 0x11

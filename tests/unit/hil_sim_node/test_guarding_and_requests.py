@@ -98,7 +98,7 @@ def test_other_types_answer_a_remote_frame_too_unless_bit_30_forbids_it(drive: S
 
 
 @pytest.mark.parametrize("kind", [252, 253])
-def test_no_rpdo_is_asked_for(drive: SdoDrive, kind: int) -> None:
+def test_no_rpdo_is_requested(drive: SdoDrive, kind: int) -> None:
     with pytest.raises(canopen.SdoAbortedError) as refusal:
         drive.set(0x1400, kind, 2)
     assert refusal.value.code == 0x06090030
@@ -121,7 +121,7 @@ def test_an_error_of_a_consumed_node_stops_the_axis(drive: SdoDrive) -> None:
     assert (drive.state, drive.get(0x1001)) == ("switch on disabled", 0)
 
 
-def test_nobody_consumes_an_emergency_unasked(drive: SdoDrive) -> None:
+def test_no_node_consumes_an_emergency_by_default(drive: SdoDrive) -> None:
     drive.enable(3)
     drive.nodes.put(SCALE_EMCY, b"\x00\x50\x21\x00\x00\x00\x00\x00")
     drive.nodes.sync(20)

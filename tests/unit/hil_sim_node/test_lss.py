@@ -42,7 +42,7 @@ def refuses(request: object) -> bool:
     return False
 
 
-def test_a_selected_node_tells_its_address_and_id() -> None:
+def test_a_selected_node_reports_its_address_and_id() -> None:
     nodes = InProcessNodes()
     master = nodes.network.lss
     select(nodes, SCALE_ADDRESS)
@@ -51,7 +51,7 @@ def test_a_selected_node_tells_its_address_and_id() -> None:
 
 
 @pytest.mark.parametrize("word", range(4))
-def test_another_address_selects_nobody(word: int) -> None:
+def test_another_address_selects_no_node(word: int) -> None:
     nodes = InProcessNodes()
     address = list(DRIVE_ADDRESS)
     address[word] += 1
@@ -167,7 +167,7 @@ def test_a_rate_is_taken_after_the_delay_and_nothing_is_sent_for_as_long_again()
     assert {slave.rate.kbit_s for slave in nodes.bench.slaves} == {500}
 
 
-def test_a_node_that_is_left_at_another_rate_hears_nothing_and_is_not_heard() -> None:
+def test_a_node_at_another_rate_neither_receives_nor_sends() -> None:
     nodes = InProcessNodes()
     for node_id in (DRIVE, SCALE):
         nodes.remote(node_id).sdo[0x1017].raw = 1

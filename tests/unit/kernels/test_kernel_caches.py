@@ -117,7 +117,7 @@ def test_read_only_files_are_cached_elsewhere(house: Path, tmp_path: Path) -> No
     assert len(list((tmp_path / "own" / "servo-kernels").glob("servo_ctrl.upper-kernels-*"))) == 1
 
 
-def test_without_any_place_to_write_kernels_are_compiled_anew(house: Path, tmp_path: Path) -> None:
+def test_without_a_writable_place_kernels_are_compiled_again(house: Path, tmp_path: Path) -> None:
     nowhere = tmp_path / "file"
     nowhere.write_text("", encoding="utf-8")
     assert [output(house, NUMBA_CACHE_DIR=str(nowhere))] * 2 == ["7.0 0", "7.0 0"]

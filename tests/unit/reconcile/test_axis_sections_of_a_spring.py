@@ -15,7 +15,7 @@ BY_SCALE = {"compliance_m_n": 1.0 / 4.6e6, "stiffness_n_m": 4.6e6}
 TURN_RAD_M = 2.0 * math.pi / 5e-3
 
 
-def test_the_spring_is_written_once_and_as_the_force_tells_it(tmp_path: Path) -> None:
+def test_the_spring_is_written_once_with_the_values_from_the_force(tmp_path: Path) -> None:
     seen, model = data(tmp_path), load_model(model_file(tmp_path))
     force, deviation = explanations(FORCE, [finding("drive_compliance", FORCE, [BY_MOTOR])], seen)
     scale = finding("drive_compliance", POSITION_DEVIATION, [BY_SCALE])

@@ -77,7 +77,7 @@ def test_wrong_use_ends_with_two(model: Path) -> None:
     assert CliRunner().invoke(app, ["diagnose", str(model)]).exit_code == 2
 
 
-def test_linear_algebra_runs_in_one_thread_unless_somebody_says_otherwise(
+def test_linear_algebra_runs_in_one_thread_unless_the_environment_sets_another_number(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("sys.argv", ["reconcile", "--help"])

@@ -144,7 +144,7 @@ def test_drive_that_is_homed_already_goes_straight_to_its_working_mode() -> None
     assert sequence.phase == Phase.SETTLING
 
 
-def test_homing_anew_begins_and_ends_under_power() -> None:
+def test_homing_again_begins_and_ends_under_power() -> None:
     sequence, controlwords, problems = run(HOMED, home(), [ENABLED] * 12 + [HOMING_DONE])
     assert set(controlwords) == {0x0F, 0x1F}
     assert (sequence.phase, sequence.mode, problems) == (Phase.SETTLING, Mode.CYCLIC_SYNC_TORQUE, [])

@@ -95,7 +95,7 @@ def test_a_drive_that_does_not_take_the_mode_is_not_led() -> None:
     assert problem_text(step.problem, ENABLED, 1, 8) == "stays in mode 1 instead of 8"
 
 
-def test_the_silence_of_an_event_timer_is_told_once() -> None:
+def test_an_overdue_event_timer_is_reported_once() -> None:
     class Count:
         number = 0
 

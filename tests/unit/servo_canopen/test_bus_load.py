@@ -68,13 +68,13 @@ def test_can_fd_is_refused_in_words(key: str, tmp_path: Path) -> None:
         (None, ""),
     ],
 )
-def test_an_interface_at_another_rate_is_told(info: object, told: str) -> None:
+def test_an_interface_at_another_rate_is_reported(info: object, told: str) -> None:
     answer = json.dumps([{"ifname": "can0", "linkinfo": {"info_kind": "can", "info_data": info}}])
     assert told in rate_problem("socketcan:can0", 1000, lambda _channel: answer)
     assert bool(told) == bool(rate_problem("socketcan:can0", 1000, lambda _channel: answer))
 
 
 @pytest.mark.parametrize("answer", ["", "[]", "nonsense", "[{}]", '[{"linkinfo": 3}]'])
-def test_an_interface_that_nobody_knows_is_not_told(answer: str) -> None:
+def test_an_unknown_interface_is_not_reported(answer: str) -> None:
     assert rate_problem("socketcan:can0", 1000, lambda _channel: answer) == ""
     assert rate_problem("localcan:/x", 1000) == ""

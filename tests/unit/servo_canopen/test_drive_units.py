@@ -74,7 +74,7 @@ UNITS = DriveUnits("axis.x.drive", 10_000, 0.01, "rpm", 0x00B44700, "rpm/s", 0x0
         ({}, ""),
     ],
 )
-def test_what_a_drive_says_is_used_or_refused(values: dict[tuple[int, int], int], complaint: str) -> None:
+def test_values_of_a_drive_are_used_or_refused(values: dict[tuple[int, int], int], complaint: str) -> None:
     assert complaint in "; ".join(UNITS.objections(values))
     assert bool(complaint) == any(UNITS.objections(values))
 

@@ -38,7 +38,7 @@ def test_missed_cycles_are_time_too(bench: ControllerNodeBench) -> None:
     assert bench.cycles(10, elapsed=25) == [0, 0, 0, 1, 0, 0, 0, 1, 0, 0]
 
 
-def test_a_change_is_sent_with_the_next_cycle_and_starts_the_timer_anew(bench: ControllerNodeBench) -> None:
+def test_a_change_is_sent_with_the_next_cycle_and_restarts_the_timer(bench: ControllerNodeBench) -> None:
     assert sent_in(bench, 30) == []
     bench.node.announce()
     bench.node.announce()

@@ -38,7 +38,7 @@ def test_help_shows_flags_without_a_type(command: list[str]) -> None:
     assert "<bool>" not in text
 
 
-def test_help_says_how_a_simulator_is_run_in_lockstep() -> None:
+def test_help_shows_how_a_simulator_is_run_in_lockstep() -> None:
     assert "lockstep" in printed("--help")
 
 
@@ -80,7 +80,7 @@ def test_a_file_of_the_wrong_kind_is_named_as_what_it_is() -> None:
 @pytest.mark.parametrize(
     ("program", "commands"), [(hil_sim_app, ["run"]), (reconcile_app, ["diagnose", "watch"])]
 )
-def test_the_other_programs_tell_their_version_and_show_flags_without_a_type(
+def test_the_other_programs_print_their_version_and_show_flags_without_a_type(
     program: Typer, commands: list[str]
 ) -> None:
     told = CliRunner().invoke(program, ["--version"]).output

@@ -50,7 +50,7 @@ def nodes() -> InProcessNodes:
     return made
 
 
-def test_the_node_that_the_suite_passes_is_led_by_base_node_402(nodes: InProcessNodes) -> None:
+def test_base_node_402_operates_the_node_that_passes_the_suite(nodes: InProcessNodes) -> None:
     """The suite leaves the node as it was: behind it the other master walks all states."""
     assert verdicts.failures(list(examine(Wire(nodes), DRIVE, EDS / "servo_drive.eds"))) == []
     nodes.sync_on_every_frame = True

@@ -141,7 +141,7 @@ class LateWire:
         return self._script.pop(0)
 
 
-def test_a_late_answer_is_said_and_not_taken_for_the_next_one() -> None:
+def test_a_late_answer_is_reported_and_not_taken_for_the_next_one() -> None:
     late, own = (ANSWER, bytes.fromhex("4300100092010200")), (ANSWER, bytes.fromhex("4f01100000000000"))
     node = dialogue.Dialogue(LateWire(None, None, late, None, own), DRIVE)
     with pytest.raises(dialogue.Failed, match=r"within 0.5 s, but within 2.5 s"):

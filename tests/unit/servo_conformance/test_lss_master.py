@@ -44,7 +44,7 @@ def test_nodes_of_a_new_bus_are_found_and_wait_again(new_bus: Wire) -> None:
     assert scan(new_bus) == []
 
 
-def test_nobody_is_found_where_all_have_ids() -> None:
+def test_no_node_is_found_where_all_have_ids() -> None:
     assert find_unnamed(Wire(InProcessNodes())) == []
 
 

@@ -96,7 +96,7 @@ def assert_no_jump(led_m: np.ndarray, command_m: np.ndarray | float = 0.0) -> No
 
 
 @pytest.mark.parametrize("output", [Output.POSITION, Output.VELOCITY])
-def test_the_motor_is_led_to_the_command_less_the_screw_error_and_ahead_of_the_play(output: Output) -> None:
+def test_the_motor_follows_the_command_less_the_screw_error_and_takes_up_the_backlash(output: Output) -> None:
     found = run(params(output), moves(0.0, 5e-3, -5e-3))
     rest_up, rest_down = 100 + 502 + 99, -1
     assert found.correction_m[99] == 0.0

@@ -112,7 +112,7 @@ def integrals(errors: list[float], fuzzy: fuzzy_pd.Params) -> list[float]:
     return found
 
 
-def test_the_integral_acts_within_e1_only_and_begins_anew_there() -> None:
+def test_the_integral_acts_within_e1_only_and_restarts_there() -> None:
     errors = [1e-6] * 5 + [3e-6] * 2 + [-2e-6] * 3 + [1.0]
     step = 800.0 * T
     expected = [1e-6 * step * (k + 1) for k in range(5)] + [0.0] * 2

@@ -130,7 +130,7 @@ def test_a_deviation_within_the_tolerance_is_left(deviation_m: float, corrects: 
     assert any(found) == corrects
 
 
-def test_there_are_so_many_corrections_at_one_end_point_and_anew_at_the_next() -> None:
+def test_the_number_of_corrections_is_bounded_at_each_end_point() -> None:
     state, found = corrected(lambda _: 2e-6, 1000)  # a table that does not answer
     assert found[-1] == pytest.approx(3 * 2e-6)
     assert state.corrections == 3

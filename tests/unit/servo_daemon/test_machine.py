@@ -23,7 +23,7 @@ def stand(tmp_path: Path) -> Callable[..., Stand]:
     return lambda **options: Stand(path, **options)
 
 
-def test_axes_are_switched_on_and_the_program_is_asked_for_once(stand: Callable[..., Stand]) -> None:
+def test_axes_are_switched_on_and_the_program_is_requested_once(stand: Callable[..., Stand]) -> None:
     made = stand().run(60)
     assert (made.machine.stage, made.ready) == (Stage.READY, 1)
     assert [drive.statusword for drive in made.drives] == [0x0227, 0x0227]

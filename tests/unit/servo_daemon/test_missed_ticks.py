@@ -35,7 +35,7 @@ def test_reported_missed_ticks_are_not_counted_again() -> None:
     assert [cycle for cycle in range(1, BLOCK_CYCLES) if ticks.take(cycle, 1)] == [301, 602, 903]
 
 
-def test_every_block_counts_anew() -> None:
+def test_every_block_counts_from_zero() -> None:
     ticks = MissedTicks(PERIOD_S, 300)
     assert not any(ticks.take(cycle, 1) for cycle in range(4, 40 * BLOCK_CYCLES, 4))
 

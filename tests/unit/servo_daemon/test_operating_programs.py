@@ -114,7 +114,7 @@ def test_an_override_in_motion_is_within_the_limits_and_a_hold_goes_before(loade
     assert path_m[-1] == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
-def test_single_block_holds_behind_every_block_and_the_line_under_way_is_told(loaded: OperatedStand) -> None:
+def test_single_block_holds_after_every_block_and_the_line_in_motion_is_shown(loaded: OperatedStand) -> None:
     made = loaded
     made.handler.jog_step("x", 0.001)
     run_out(made)

@@ -36,7 +36,7 @@ def test_inputs_before_the_next_sync_are_held() -> None:
     assert said == []
 
 
-def test_inputs_behind_the_next_sync_are_said() -> None:
+def test_inputs_after_the_next_sync_are_reported() -> None:
     said: list[str] = []
     trial, watch = trial_of(said)
     for inputs in ([A, B], [A, None], [None, None], [A, B]):
@@ -56,7 +56,7 @@ def test_one_cycle_of_a_thousand_may_be_late(late: int, held: bool) -> None:
     assert (verdict(1.0, times, late) == "") == held
 
 
-def test_a_bus_without_any_answer_is_said_without_a_figure_of_one() -> None:
+def test_a_bus_without_any_answer_is_reported_without_a_measured_round_trip() -> None:
     text = verdict(1.0, Lateness(), 2000)
     assert "of 2000 cycles 2000 had not all inputs before the next SYNC; give it less" in text
 

@@ -39,7 +39,7 @@ def test_a_shorter_cycle_may_have_none() -> None:
     assert verdict(0.25, lateness(*[6000] * 10), 200).startswith("this computer does not hold 0.25 ms:")
 
 
-def test_a_gap_in_which_axes_would_be_stopped_is_said_first() -> None:
+def test_a_gap_in_which_axes_would_be_stopped_is_announced_first() -> None:
     assert "stands still for 20 ms and more" in verdict(1.0, lateness(25_000), 24)
 
 

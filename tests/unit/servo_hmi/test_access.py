@@ -86,7 +86,7 @@ def test_a_file_that_others_may_read_is_refused(file: Path) -> None:
         Access(file)
 
 
-def test_an_access_file_that_becomes_invalid_lets_nobody_in(file: Path) -> None:
+def test_an_access_file_that_becomes_invalid_refuses_everyone(file: Path) -> None:
     token = add_token(file, "anna", Role.VIEW)
     access = Access(file)
     file.write_text("format = ")

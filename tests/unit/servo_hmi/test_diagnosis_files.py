@@ -125,7 +125,7 @@ def test_the_log_has_a_line_for_each_action(tmp_path: Path) -> None:
     assert log.stat().st_mode & 0o077 == 0
 
 
-def test_the_list_says_length_travel_and_whether_a_recording_can_tell_anything(tmp_path: Path) -> None:
+def test_the_list_shows_length_travel_and_whether_a_recording_is_usable(tmp_path: Path) -> None:
     link = StubLink()
     link.advance(1000)
     rows = link.rows.since(0)[1]

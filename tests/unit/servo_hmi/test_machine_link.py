@@ -152,7 +152,7 @@ async def test_the_link_waits_for_a_server(tmp_path: Path) -> None:
             await until(lambda: link.connected)
 
 
-async def test_a_message_that_nobody_expected_does_not_end_the_link(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_an_unexpected_message_does_not_end_the_link(monkeypatch: pytest.MonkeyPatch) -> None:
     handled = machine_link.server_message
     failures = iter([ZeroDivisionError("nobody expected that")])
 

@@ -45,7 +45,7 @@ def test_the_line_under_way_stands_among_its_neighbours() -> None:
     assert lines_around(text, 0) == lines_around(text, 10) == ()
 
 
-def test_a_hold_says_why_and_a_line_of_its_own_is_named_so() -> None:
+def test_a_hold_shows_its_reason_and_a_single_line_is_named_as_one() -> None:
     program = first_status().program._replace(
         step=2, label="line 7", line=7, held=True, held_by="single block"
     )
@@ -75,7 +75,7 @@ def test_nodes_that_are_set_up_again_are_a_state_of_their_own() -> None:
     assert shown_stage(status._replace(setting_up=False)).word == "Fault"
 
 
-def test_a_preview_is_read_with_the_work_offsets_and_says_where_it_is_entered() -> None:
+def test_a_preview_is_read_with_the_work_offsets_and_shows_where_the_path_is_entered() -> None:
     text = "G0 X0 Y0\nG1 X1 F600\nY1\nM2\n"
     reading = ReadingOptions(work_offsets_m={"G54": {"x": 0.005}}, first_line=3)
     preview = preview_of(MACHINE, "part.ngc", text, reading)

@@ -32,7 +32,7 @@ def recent_of(link: StubLink) -> RecentReversals:
 @pytest.mark.parametrize(
     "change", [{"version": 3}, {"compensation_enabled": False}, {"observer_enabled": True}]
 )
-def test_a_version_or_a_switch_begins_anew_for_its_axis(link: StubLink, change: dict[str, Any]) -> None:
+def test_a_version_or_a_switch_restarts_the_count_of_its_axis(link: StubLink, change: dict[str, Any]) -> None:
     recent = recent_of(link)
     assert recent.lately_m("x") == [9e-6] * 3
     assert not recent.changed("x")
@@ -46,7 +46,7 @@ def test_a_version_or_a_switch_begins_anew_for_its_axis(link: StubLink, change: 
     assert not recent.changed("x")
 
 
-def test_another_run_of_the_controller_begins_anew(link: StubLink) -> None:
+def test_another_run_of_the_controller_starts_with_empty_rows(link: StubLink) -> None:
     recent = recent_of(link)
     link.change(cycles=5)
     assert recent.lately_m("x") == recent.lately_m("y") == []

@@ -83,7 +83,7 @@ def test_a_computed_channel_is_the_same_however_the_rows_came() -> None:
     assert shown.values[:, place] == pytest.approx(np.diff(command_m) / link.hello.period_s)
 
 
-def test_scale_and_offset_move_the_curve_and_its_level_and_are_told() -> None:
+def test_scale_and_offset_move_the_curve_and_its_level_and_are_shown() -> None:
     channel = ShownChannel("x.position_error_m", 3, MM.error, scale=10.0, offset=-2.0)
     layout = ScopeLayout(1.0, 0.0, {}, LIGHT, level=(channel.name, 0.5))
     options, [drawn] = scope_options([channel], layout, 1e-3)

@@ -54,7 +54,7 @@ def test_what_the_machine_does_is_a_state_of_its_own(status: MachineStatus, word
     assert shown_stage(status).word == word
 
 
-def test_axes_led_without_a_program_are_jogged_and_each_state_has_a_sign_of_its_own() -> None:
+def test_axes_under_control_without_a_program_can_be_jogged_and_each_state_has_its_own_sign() -> None:
     jogging = shown_stage(with_fields(stage=Stage.RUNNING), jogged=True)
     assert jogging.word == "Jogging"
     held = shown_stage(with_fields(stage=Stage.RUNNING, program=ProgramStatus(held=True)))
@@ -76,7 +76,7 @@ def test_missed_ticks_are_the_first_cause_of_a_silent_node() -> None:
     assert [fault.where for fault in faults_in(quiet)] == ["Machine"]
 
 
-def test_the_banner_tells_the_share_of_the_newest_ticks_and_goes_when_they_come() -> None:
+def test_the_banner_shows_the_share_of_the_newest_ticks_and_disappears_when_they_arrive() -> None:
     ticks = RecentShare()
     assert ticks.take(with_fields(cycles=0, missed_ticks=0)) == 0.0
     share = ticks.take(with_fields(cycles=4000, missed_ticks=2000))
@@ -127,7 +127,7 @@ def test_a_stop_names_who_and_when() -> None:
     assert when(EventEntry(1234, "no clock")) == "cycle 1\N{THIN SPACE}234"
 
 
-def test_learning_that_is_done_says_when_the_requirement_is_not_reached() -> None:
+def test_finished_learning_reports_when_the_requirement_is_not_reached() -> None:
     units = UNIT_SYSTEMS["mm"]
     done = LearningStatus(LearningState.DONE, "x", best_m=7.4e-6)
     assert headline(done, 3e-6, units).startswith(

@@ -38,7 +38,7 @@ async def test_a_check_that_fails_unexpectedly_has_a_verdict(
     await shown_page.until(lambda: "ZeroDivisionError: the planner" in shown_page.text("program-verdict"))
 
 
-async def test_a_check_that_takes_its_time_says_so(
+async def test_a_slow_check_reports_its_duration(
     shown_page: PageInProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     go_on = threading.Event()
@@ -64,7 +64,7 @@ async def test_a_drive_description_that_cannot_be_read_leaves_no_reading_behind(
     await shown_page.user.should_not_see("Reading")
 
 
-async def test_an_error_in_a_card_or_a_click_is_told_once_and_the_other_cards_go_on(
+async def test_an_error_in_a_card_or_a_click_is_reported_once_and_the_other_cards_continue(
     shown_page: PageInProcess,
 ) -> None:
     refreshed = []

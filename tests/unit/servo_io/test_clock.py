@@ -36,7 +36,7 @@ async def test_ticks_and_missed_ticks_together_are_the_time_that_passed() -> Non
 
 
 @linux
-async def test_ticks_that_nobody_served_are_counted_at_once() -> None:
+async def test_unserved_ticks_are_counted_at_once() -> None:
     served: list[int] = []
     clock = TimerfdClock(PERIOD_NS, served.append)
     # a first tick 100 periods ago: absolute time, so that all of them are due

@@ -126,7 +126,7 @@ def test_a_trace_shorter_than_the_window_is_no_longer_in_time() -> None:
     assert max(left_over(axis, a, pulse) for a, pulse in found) <= 0.06
 
 
-def test_pulses_asked_for_are_in_whole_microseconds_and_millionths_of_the_largest_amplitude() -> None:
+def test_proposed_pulses_are_in_whole_microseconds_and_millionths_of_the_largest_amplitude() -> None:
     _, strokes = double_run()
     for stroke in strokes:
         duration_s, amplitude, start_s, trailing_s, trailing = stroke.pulse

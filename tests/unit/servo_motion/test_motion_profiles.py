@@ -177,7 +177,7 @@ def test_circle_starts_and_ends_at_rest_and_is_continuous(
     assert_derivatives_agree(profile)
 
 
-def test_sine_reverses_with_the_acceleration_asked_for() -> None:
+def test_sine_reverses_with_the_commanded_acceleration() -> None:
     # A = 25 mm, a = 10 mm/s^2: w = sqrt(10 / 25) rad/s
     speed = speed_for_reverse_acceleration(0.025, 0.010)
     assert speed == pytest.approx(math.sqrt(0.4))

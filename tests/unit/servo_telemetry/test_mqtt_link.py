@@ -162,7 +162,7 @@ async def test_a_command_that_the_broker_has_kept_is_never_carried_out(
     assert len(handler.requests) == 1
 
 
-async def test_a_command_sent_while_nobody_listened_is_not_delivered_later(
+async def test_a_command_sent_without_a_listener_is_not_delivered_later(
     broker: Mosquitto, handler: FakeCommandHandler
 ) -> None:
     async with running(link_to(broker, handler)), broker.listener(ALL) as listener:

@@ -78,7 +78,7 @@ def test_a_rival_beyond_the_bound_of_robustness_does_not_count() -> None:
     assert tuned.setting.described["bandwidth_hz"] == 30.0
 
 
-def test_an_observer_that_is_told_of_the_feedforward_gets_its_fast_part_only() -> None:
+def test_an_observer_that_knows_the_feedforward_compensates_its_fast_part_only() -> None:
     strokes = ErrorStrokes(MACHINE, PLANT, "x")
     friction = identify(strokes)
     params = with_bandwidth(strokes.params, 30.0)

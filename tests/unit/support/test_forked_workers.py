@@ -57,7 +57,7 @@ def test_a_test_that_ends_its_process_is_named(tmp_path: Path) -> None:
     assert "test_end.py::test_end ended its process with 9" in output
 
 
-def test_the_first_failure_ends_the_run_where_that_is_asked_for(tmp_path: Path) -> None:
+def test_the_first_failure_ends_the_run_on_request(tmp_path: Path) -> None:
     (tmp_path / "test_bad.py").write_text("def test_bad():\n    assert False\n\ndef test_next():\n    pass\n")
     status, output = run(tmp_path, "-x")
     assert status == 1

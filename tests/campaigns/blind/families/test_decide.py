@@ -16,7 +16,7 @@ ROWS: list[Row] = json.loads(
 GOOD = [row for row in ROWS if "error" not in row]
 
 
-def test_the_rules_that_the_engine_began_with_say_the_names_that_it_said() -> None:
+def test_the_first_rules_of_the_engine_still_name_the_same_effects() -> None:
     for row in GOOD:
         said = sorted(one["effect"] for one in row["evidence"]["findings"] if one["effect"] != "unknown")
         anew = decided(row["evidence"], Rules())["findings"]

@@ -25,7 +25,7 @@ def write_to(axis: str) -> Write:
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])
-def test_boot_tells_a_drive_how_fast_its_motor_may_turn(axis: str) -> None:
+def test_boot_writes_the_max_motor_speed_of_a_drive(axis: str) -> None:
     config = MACHINE.axes[axis]
     turns_per_minute = struct.unpack("<I", write_to(axis).data)[0]
     assert 0.0 <= turns_per_minute - 60.0 * config.limits.velocity_mm_s / config.transmission.lead_mm < 1.0

@@ -53,7 +53,7 @@ def test_a_repeated_motion_has_less_gain(contested: NextExperiment) -> None:
     assert asked(CONTESTED, made=(contested.kind,) * 9).kind != contested.kind
 
 
-def test_effects_that_recordings_would_have_shown_are_not_asked_for() -> None:
+def test_effects_that_the_recordings_would_have_shown_are_no_question() -> None:
     """Something of a size that machines have, in every way that the axis can move."""
     everything = [motion_m(kind) for kind in ("slow speeds", "small strokes", "fast moves")]
     of_all = explanation_of(everything, [], noise_n=0.05)

@@ -58,7 +58,7 @@ def test_files_hold_a_rotary_joint(tmp_path: Path) -> None:
     assert recording.force_n == pytest.approx(machine.recordings["r0"]["j.motor_force_nm"])
 
 
-def test_the_example_tells_what_the_written_model_leaves_of_the_first_recording(
+def test_the_example_shows_the_residual_of_the_written_model_on_the_first_recording(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(MACHINES, "swing", swing)  # type: ignore[arg-type]  # a dictionary that is not written to

@@ -65,7 +65,7 @@ def test_gravity_is_named_in_newton_metres_and_the_written_plant_is_consistent(t
     assert second.verdict["verdict"] == "consistent"
 
 
-def test_nothing_that_is_said_is_in_newtons_or_metres(tmp_path: Path) -> None:
+def test_no_text_has_newtons_or_metres(tmp_path: Path) -> None:
     files = [recorded(tmp_path / f"r{number}.csv", number) for number in range(2)]
     wrong = MODEL.replace("0.06", "0.9") + "encoder.counts_per_rev = 1000\n"
     found = diagnose(files, model(tmp_path, wrong), tmp_path / "out", with_next=False)

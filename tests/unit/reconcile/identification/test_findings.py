@@ -48,7 +48,7 @@ def test_parameters_are_within_intervals_that_hold_the_truth(found: tuple) -> No
     assert own["phase_rad"].value == pytest.approx(PHASE_RAD, abs=0.03)
 
 
-def test_columns_that_the_motion_hardly_tells_apart_get_small_coefficients() -> None:
+def test_nearly_collinear_columns_get_small_coefficients() -> None:
     """Two harmonics that are all but one: any difference of theirs fits, and only the small one elsewhere."""
     given = problem(cogging, [("cogging", (HARMONIC,)), ("cogging", (HARMONIC * 1.000003,))])
     equations, blocks = given.equations, np.flatnonzero(given.equations.samples)

@@ -115,7 +115,7 @@ def test_a_ripple_is_an_order_and_a_hum_a_frequency(axis: NominalAxis) -> None:
     assert hum.peak == pytest.approx(abs(1.0 / (1.0 + 17.3j / FILTER_HZ)) ** 3, rel=0.05)
 
 
-def test_an_encoder_that_was_zeroed_anew_does_not_hide_a_ripple(axis: NominalAxis) -> None:
+def test_a_re_zeroed_encoder_does_not_hide_a_ripple(axis: NominalAxis) -> None:
     def ripple(phase: float) -> Effect:
         return lambda s: np.sin(2.0 * math.pi * s.motion.position_m / LEAD_M + phase)
 

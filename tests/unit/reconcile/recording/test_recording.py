@@ -67,7 +67,7 @@ def test_long_gaps_in_values_split_the_recording_and_trim_its_ends(tmp_path: Pat
     assert (second.start_s, len(second.force_n)) == (pytest.approx(2.3), 1600)
 
 
-def test_stretches_too_short_to_be_judged_are_left_out_and_said(tmp_path: Path) -> None:
+def test_stretches_too_short_for_a_diagnosis_are_left_out_and_reported(tmp_path: Path) -> None:
     columns = changed("x.motor_force_n", np.r_[0:300, 700:1000, 1100:1300], np.nan)
     (recording,) = load(tmp_path, columns)
     assert recording.start_s == pytest.approx(1.3)

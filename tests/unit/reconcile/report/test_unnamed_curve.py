@@ -37,7 +37,7 @@ def test_the_curve_has_the_heights_and_the_band_the_interval() -> None:
     assert titles == ["position (mm)", "force (N)"]
 
 
-def test_logarithmic_knots_and_directions_are_said() -> None:
+def test_logarithmic_knots_and_directions_are_in_the_text() -> None:
     figure = unnamed_curve(finding("distance_since_reversal", "m", [1e-7, 1e-5, 1e-3, 1e-2]))
     assert figure is not None
     assert figure.layout["xaxis"]["type"] == "log"

@@ -195,7 +195,7 @@ def test_a_payload_is_not_refused_as_a_wrong_unit() -> None:
     assert examine([CLEAN], light).findings == []
 
 
-def test_a_recording_at_100_hertz_says_what_it_cannot_show() -> None:
+def test_a_recording_at_100_hertz_reports_what_it_cannot_show() -> None:
     every = slice(None, None, 10)
     slow = CLEAN._replace(
         period_s=1e-2,

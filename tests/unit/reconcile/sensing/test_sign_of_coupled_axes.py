@@ -9,7 +9,7 @@ T, N = 2e-3, 10_000
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_friction_tells_a_wrong_sign_from_a_coupling(sign: float) -> None:
+def test_friction_distinguishes_a_wrong_sign_from_a_coupling(sign: float) -> None:
     t = np.arange(N) * T
     x = np.sin(2.0 * t) + 0.3 * np.sin(5.0 * t)
     v, a = np.gradient(x, T), np.gradient(np.gradient(x, T), T)

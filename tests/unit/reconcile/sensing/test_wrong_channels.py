@@ -49,7 +49,7 @@ WRONG_UNITS: list[tuple[str, float, float, str]] = [
 @pytest.mark.parametrize(
     ("position", "force", "entry"), [of[1:] for of in WRONG_UNITS], ids=[of[0] for of in WRONG_UNITS]
 )
-def test_a_wrong_unit_is_told_with_the_map_that_mends_it(
+def test_a_wrong_unit_is_reported_with_the_map_that_corrects_it(
     position: float, force: float, entry: str, tmp_path: Path
 ) -> None:
     path = written(
@@ -89,7 +89,7 @@ def two_axes(path: Path, *, exchanged: bool) -> Path:
     return written(path, "t,qx,Fx,qy,Fy", CLEAN.time_s, CLEAN.motor_m, forces[0], y_m, forces[1])
 
 
-def test_forces_of_two_axes_that_are_exchanged_are_told(tmp_path: Path) -> None:
+def test_exchanged_forces_of_two_axes_are_reported(tmp_path: Path) -> None:
     mapping = "time=t,x.position=qx,x.force=Fx,y.position=qy,y.force=Fy"
     axes = {"x": Axis(), "y": Axis()}
     path = two_axes(tmp_path / "swapped.csv", exchanged=True)
@@ -107,7 +107,7 @@ def test_forces_of_two_axes_that_are_exchanged_are_told(tmp_path: Path) -> None:
     ],
     ids=["each in its unit", "each in the other's unit"],
 )
-def test_position_and_force_that_are_exchanged_are_told(
+def test_exchanged_position_and_force_are_reported(
     mapping: str, position: float, mended: str, tmp_path: Path
 ) -> None:
     path = written(tmp_path / "run.csv", "t,q,F", CLEAN.time_s, CLEAN.motor_m * position, CLEAN.force_n)
@@ -117,7 +117,7 @@ def test_position_and_force_that_are_exchanged_are_told(
     assert warned(path, f"time=t,{mended}") == []
 
 
-def test_a_motor_ahead_of_its_command_is_told(tmp_path: Path) -> None:
+def test_a_motor_ahead_of_its_command_is_reported(tmp_path: Path) -> None:
     assert CLEAN.reference_m is not None
     path = written(
         tmp_path / "run.csv", "t,act,cmd,F", CLEAN.time_s, CLEAN.motor_m, CLEAN.reference_m, CLEAN.force_n
