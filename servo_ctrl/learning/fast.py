@@ -15,11 +15,11 @@ from servo_ctrl.learning.amplitudes import smallest_amplitude_m_s
 from servo_ctrl.learning.pulse_functions import carried, pulse_at
 from servo_ctrl.learning.response import (
     KNOTS_S,
-    Loop,
-    Tried,
+    PulseResponse,
+    TriedStroke,
     best_pulse,
-    fitted,
-    least,
+    best_stroke,
+    fit_response,
     rms_m,
     with_trailing,
 )
@@ -51,10 +51,10 @@ def learn_fast(settings: LearningSettings) -> Learning:
     for a in reversed(np.geomspace(a_min, a_max, ACCELERATIONS).tolist()):
         free = yield Stroke("interval", a, NO_PULSE)
         span_s = window_s(settings, interval_s(free))
-        tried = [Tried(NO_PULSE, first_samples(free, span_s))]
+        tried = [TriedStroke(NO_PULSE, first_samples(free, span_s))]
         guess = first_guess(free, settings)
         result = yield Stroke("search", a, guess)
-        tried.append(Tried(guess, first_samples(result, span_s)))
+        tried.append(TriedStroke(guess, first_samples(result, span_s)))
         search = Search("search", a, span_s, free.period_s, SEARCH_STROKES, MAIN)
         heights = yield from refine(settings, search, tried, heights)
         if settings.trailing:
@@ -62,7 +62,7 @@ def learn_fast(settings: LearningSettings) -> Learning:
                 "trailing", a, span_s, free.period_s, TRAILING_STROKES, (*TRAILING, *MAIN), found[-1:]
             )
             heights = yield from refine(settings, search, tried, heights)
-        found.append((a, least(tried[1:]).pulse))
+        found.append((a, best_stroke(tried[1:]).pulse))
     return tuple(reversed(found))
 
 
@@ -83,10 +83,10 @@ def learn_trailing(
         tried = []
         for pulse in (NO_PULSE, main):
             result = yield Stroke("trailing", a, pulse)
-            tried.append(Tried(pulse, first_samples(result, span_s)))
+            tried.append(TriedStroke(pulse, first_samples(result, span_s)))
         search = Search("trailing", a, span_s, result.period_s, TRAILING_STROKES, TRAILING, found[-1:])
         heights = yield from refine(settings, search, tried, heights)
-        found.append((a, least(tried[1:]).pulse))
+        found.append((a, best_stroke(tried[1:]).pulse))
     return tuple((a, *pulse[2:]) for a, pulse in reversed(found))
 
 
@@ -118,7 +118,7 @@ class Search(NamedTuple):
 
 
 def refine(
-    settings: LearningSettings, search: Search, tried: list[Tried], heights: Array
+    settings: LearningSettings, search: Search, tried: list[TriedStroke], heights: Array
 ) -> Generator[Stroke, StrokeResult, Array]:
     """Yield strokes with the pulse of least predicted error, and append them to `tried`.
 
@@ -126,23 +126,23 @@ def refine(
     Return the identified response, a start for the next acceleration.
     """
     amplitudes = smallest_amplitude_m_s(settings), settings.amplitude_max_m_s
-    loop = Loop(heights, settings.rise_s, search.period_s, *amplitudes)
+    response = PulseResponse(heights, settings.rise_s, search.period_s, *amplitudes)
     for _ in range(search.strokes):
-        best = least(tried[1:])
+        best = best_stroke(tried[1:])
         if len(tried) > 2 and all(stroke is not best for stroke in tried[-2:]):
             break
-        loop = fitted(tried, best, loop)
+        response = fit_response(tried, best, response)
         starts = [best.pulse]
         if "trailing_start_s" in search.free and best.pulse.trailing_amplitude_m_s == 0.0:
-            starts += [with_trailing(best, loop), *scaled_trailing(best.pulse, search)]
-        candidates = (best_pulse(best, loop, start, search.free) for start in starts)
+            starts += [with_trailing(best, response), *scaled_trailing(best.pulse, search)]
+        candidates = (best_pulse(best, response, start, search.free) for start in starts)
         pulse, predicted_m = min(candidates, key=lambda entry: entry[1])
         if predicted_m >= (1.0 - GOOD_ENOUGH) * rms_m(best.error_m):
             break
         pulse = in_whole_steps(pulse, settings.amplitude_max_m_s)
         result = yield Stroke(search.stage, search.acceleration_m_s2, pulse)
-        tried.append(Tried(pulse, first_samples(result, search.span_s)))
-    return loop.heights
+        tried.append(TriedStroke(pulse, first_samples(result, search.span_s)))
+    return response.heights
 
 
 def in_whole_steps(pulse: Pulse, highest_m_s: float) -> Pulse:

@@ -31,7 +31,7 @@ WIDTHS_TRIED = 6
 """Grid of starting points for the second trapezoid: start times and widths; chosen."""
 
 
-class Tried(NamedTuple):
+class TriedStroke(NamedTuple):
     """A completed stroke."""
 
     pulse: Pulse
@@ -39,29 +39,29 @@ class Tried(NamedTuple):
     """(reversals, n), positive where the axis lags."""
 
 
-class Loop(NamedTuple):
+class PulseResponse(NamedTuple):
     """The response, and the bounds of the pulse."""
 
     heights: Array
-    """(knots,): values of the response at its knots, 1/s of error per velocity of the pulse."""
+    """(knots,): values of the response h at its knots, dimensionless."""
     rise_s: float
     period_s: float
     amplitude_min_m_s: float
     amplitude_max_m_s: float
 
 
-def pulse_samples(pulse: Pulse, loop: Loop, samples: int) -> Array:
+def pulse_samples(pulse: Pulse, response: PulseResponse, samples: int) -> Array:
     """p(t) of both trapezoids at t = 0, T, 2 T, ..., (samples,), m/s, limited to A_max."""
-    time_s = np.arange(samples) * loop.period_s
+    time_s = np.arange(samples) * response.period_s
 
     def trapezoid(start_s: float, duration_s: float) -> Array:
         since_s = time_s - start_s
-        return np.asarray(np.clip(np.minimum(since_s, duration_s - since_s) / loop.rise_s, 0.0, 1.0))
+        return np.asarray(np.clip(np.minimum(since_s, duration_s - since_s) / response.rise_s, 0.0, 1.0))
 
     main = pulse.amplitude_m_s * trapezoid(0.0, pulse.duration_s)
     trailing = trapezoid(pulse.trailing_start_s, pulse.trailing_duration_s)
     total = main + pulse.trailing_amplitude_m_s * trailing
-    return np.asarray(np.clip(total, -loop.amplitude_max_m_s, loop.amplitude_max_m_s))
+    return np.asarray(np.clip(total, -response.amplitude_max_m_s, response.amplitude_max_m_s))
 
 
 def convolved(response: Array, samples: Array, period_s: float) -> Array:
@@ -69,34 +69,34 @@ def convolved(response: Array, samples: Array, period_s: float) -> Array:
     return np.convolve(response, samples)[: len(samples)] * period_s
 
 
-def hats(samples: int, period_s: float) -> Array:
+def basis_of(samples: int, period_s: float) -> Array:
     """Basis of the response, (n, knots): each column is 1 at its knot and 0 at the others."""
     time_s = np.arange(samples) * period_s
     return np.stack([np.interp(time_s, KNOTS_S, column) for column in np.eye(len(KNOTS_S))], axis=1)
 
 
-def fitted(strokes: Sequence[Tried], best: Tried, loop: Loop) -> Loop:
+def fit_response(strokes: Sequence[TriedStroke], best: TriedStroke, response: PulseResponse) -> PulseResponse:
     """Fit the response to the differences of the strokes from the best one."""
     samples = best.error_m.shape[1]
-    basis = hats(samples, loop.period_s)
+    basis = basis_of(samples, response.period_s)
     shape = np.diff(np.eye(len(KNOTS_S)), n=2, axis=0)
     rows, values = [], []
-    reference = pulse_samples(best.pulse, loop, samples)
+    reference = pulse_samples(best.pulse, response, samples)
     for stroke in strokes:
-        change = pulse_samples(stroke.pulse, loop, samples) - reference
+        change = pulse_samples(stroke.pulse, response, samples) - reference
         size = np.abs(change).max()
         if size > 0.0:
-            columns = [convolved(hat, change, loop.period_s) for hat in basis.T]
+            columns = [convolved(hat, change, response.period_s) for hat in basis.T]
             rows.append(np.stack(columns, axis=1) / size)
             values.append((best.error_m - stroke.error_m).mean(axis=0) / size)
     if not rows:
-        return loop
+        return response
     scale = np.sqrt(sum(float(np.sum(row**2)) for row in rows) / len(KNOTS_S))
     rows += [CURVATURE_WEIGHT**0.5 * scale * shape, PRIOR_WEIGHT**0.5 * scale * np.eye(len(KNOTS_S))]
-    values += [np.zeros(len(shape)), PRIOR_WEIGHT**0.5 * scale * loop.heights]
+    values += [np.zeros(len(shape)), PRIOR_WEIGHT**0.5 * scale * response.heights]
     matrix, right = np.concatenate(rows), np.concatenate(values)
     # normal equations, well posed by PRIOR_WEIGHT; fast, because the cycle shares the interpreter
-    return loop._replace(heights=np.linalg.solve(matrix.T @ matrix, matrix.T @ right))
+    return response._replace(heights=np.linalg.solve(matrix.T @ matrix, matrix.T @ right))
 
 
 def rms_m(error_m: Array) -> float:
@@ -104,31 +104,33 @@ def rms_m(error_m: Array) -> float:
     return float(np.sqrt(np.mean(error_m**2)))
 
 
-def least(strokes: Sequence[Tried]) -> Tried:
+def best_stroke(strokes: Sequence[TriedStroke]) -> TriedStroke:
     """The stroke of least RMS error."""
     return min(strokes, key=lambda stroke: rms_m(stroke.error_m))
 
 
-def best_pulse(best: Tried, loop: Loop, start: Pulse, free: Sequence[str]) -> tuple[Pulse, float]:
+def best_pulse(
+    best: TriedStroke, response: PulseResponse, start: Pulse, free: Sequence[str]
+) -> tuple[Pulse, float]:
     """The pulse of least predicted error near `start`, and that error, m RMS; only the fields `free` change.
 
     A compass search whose steps are proportional to the values.
     """
     samples = best.error_m.shape[1]
-    response = hats(samples, loop.period_s) @ loop.heights
-    reference = pulse_samples(best.pulse, loop, samples)
+    h = basis_of(samples, response.period_s) @ response.heights
+    reference = pulse_samples(best.pulse, response, samples)
 
     def predicted_m(pulse: Pulse) -> float:
-        change = pulse_samples(pulse, loop, samples) - reference
-        return rms_m(best.error_m - convolved(response, change, loop.period_s))
+        change = pulse_samples(pulse, response, samples) - reference
+        return rms_m(best.error_m - convolved(h, change, response.period_s))
 
-    span_s, top = samples * loop.period_s, loop.amplitude_max_m_s
-    longest_s = max(span_s, 2.0 * loop.rise_s)
+    span_s, top = samples * response.period_s, response.amplitude_max_m_s
+    longest_s = max(span_s, 2.0 * response.rise_s)
     bounds = {
-        "duration_s": (2.0 * loop.rise_s, longest_s),
-        "amplitude_m_s": (loop.amplitude_min_m_s, top),
+        "duration_s": (2.0 * response.rise_s, longest_s),
+        "amplitude_m_s": (response.amplitude_min_m_s, top),
         "trailing_start_s": (0.0, span_s),
-        "trailing_duration_s": (2.0 * loop.rise_s, longest_s),
+        "trailing_duration_s": (2.0 * response.rise_s, longest_s),
         "trailing_amplitude_m_s": (-top, top),
     }
     return _compass(start, predicted_m, {name: bounds[name] for name in free})
@@ -156,21 +158,21 @@ def _compass(
     return best, lowest
 
 
-def with_trailing(best: Tried, loop: Loop) -> Pulse:
+def with_trailing(best: TriedStroke, response: PulseResponse) -> Pulse:
     """The best stroke's pulse with the second trapezoid, of a grid, that predicts the least error.
 
     Amplitudes by least squares. The result is a starting point for the search.
     """
     samples = best.error_m.shape[1]
-    response = hats(samples, loop.period_s) @ loop.heights
+    h = basis_of(samples, response.period_s) @ response.heights
     error_m = best.error_m.mean(axis=0)
-    span_s, top = samples * loop.period_s, loop.amplitude_max_m_s
+    span_s, top = samples * response.period_s, response.amplitude_max_m_s
     choices = []
-    widths_s = np.geomspace(2.0 * loop.rise_s, max(0.6 * span_s, 2.0 * loop.rise_s), WIDTHS_TRIED)
+    widths_s = np.geomspace(2.0 * response.rise_s, max(0.6 * span_s, 2.0 * response.rise_s), WIDTHS_TRIED)
     for begin_s in np.linspace(0.25 * best.pulse.duration_s, 0.8 * span_s, STARTS_TRIED).tolist():
         for width_s in widths_s.tolist():
-            full = pulse_samples(Pulse(0.0, 0.0, begin_s, width_s, top), loop, samples)
-            effect_m = convolved(response, full, loop.period_s)
+            full = pulse_samples(Pulse(0.0, 0.0, begin_s, width_s, top), response, samples)
+            effect_m = convolved(h, full, response.period_s)
             share = float(np.clip(error_m @ effect_m / max(float(effect_m @ effect_m), 1e-30), -1.0, 1.0))
             residual_m = rms_m(error_m - share * effect_m)
             choices.append((residual_m, (*best.pulse[:2], begin_s, width_s, share * top)))

@@ -11,7 +11,7 @@ from synthetic_axes import PERIOD_S, SETTINGS, LinearAxis, follow
 
 from servo_ctrl.learning import fast
 from servo_ctrl.learning.fast import in_whole_steps, learn_fast
-from servo_ctrl.learning.response import Loop, Tried, fitted, rms_m
+from servo_ctrl.learning.response import PulseResponse, TriedStroke, fit_response, rms_m
 from servo_ctrl.learning.stroke_result import first_samples
 from servo_ctrl.learning.types import NO_PULSE, Pulse, Stroke, StrokeResult
 
@@ -147,11 +147,13 @@ def test_the_last_bits_of_linear_algebra_do_not_change_the_strokes(monkeypatch: 
     random = np.random.default_rng(5)
     _, expected = double_run()
 
-    def trembling(strokes: Sequence[Tried], best_so_far: Tried, loop: Loop) -> Loop:
-        heights = fitted(strokes, best_so_far, loop).heights
+    def trembling(
+        strokes: Sequence[TriedStroke], best_so_far: TriedStroke, loop: PulseResponse
+    ) -> PulseResponse:
+        heights = fit_response(strokes, best_so_far, loop).heights
         return loop._replace(heights=heights * (1.0 + 1e-12 * random.normal(size=heights.shape)))
 
-    monkeypatch.setattr(fast, "fitted", trembling)
+    monkeypatch.setattr(fast, "fit_response", trembling)
     assert follow(learn_fast(DOUBLE), LinearAxis(best_with_trailing, DOUBLE))[1] == expected
 
 

@@ -8,13 +8,13 @@ from synthetic_axes import PERIOD_S, response, trapezoids
 
 from servo_ctrl.learning.response import (
     KNOTS_S,
-    Loop,
-    Tried,
+    PulseResponse,
+    TriedStroke,
+    basis_of,
     best_pulse,
+    best_stroke,
     convolved,
-    fitted,
-    hats,
-    least,
+    fit_response,
     pulse_samples,
     rms_m,
     with_trailing,
@@ -22,7 +22,7 @@ from servo_ctrl.learning.response import (
 from servo_ctrl.learning.types import NO_PULSE, Pulse
 
 SAMPLES = 300
-LOOP = Loop(np.zeros(len(KNOTS_S)), 0.01, PERIOD_S, 2e-6, 0.002)
+LOOP = PulseResponse(np.zeros(len(KNOTS_S)), 0.01, PERIOD_S, 2e-6, 0.002)
 MAIN = ("amplitude_m_s", "duration_s")
 TRAILING = ("trailing_amplitude_m_s", "trailing_start_s", "trailing_duration_s")
 TIME_S = np.arange(SAMPLES) * PERIOD_S
@@ -30,14 +30,14 @@ ERROR_M = 30e-6 * (TIME_S / 0.05) * np.exp(-TIME_S / 0.05) - 4e-6 * np.exp(-(((T
 """Without a pulse: a hump, and an overshoot when the friction lets go."""
 
 
-def stroke(pulse: Pulse) -> Tried:
+def stroke(pulse: Pulse) -> TriedStroke:
     answer_m = fftconvolve(response(SAMPLES), trapezoids(pulse, 0.01, SAMPLES))[:SAMPLES] * PERIOD_S
-    return Tried(pulse, np.tile(ERROR_M - answer_m, (2, 1)))
+    return TriedStroke(pulse, np.tile(ERROR_M - answer_m, (2, 1)))
 
 
-def learned_loop() -> tuple[Loop, list[Tried]]:
+def learned_loop() -> tuple[PulseResponse, list[TriedStroke]]:
     strokes = [stroke(p) for p in (NO_PULSE, Pulse(0.06, 0.0004), Pulse(0.09, 0.0006), Pulse(0.05, 0.0008))]
-    return fitted(strokes, least(strokes[1:]), LOOP), strokes
+    return fit_response(strokes, best_stroke(strokes[1:]), LOOP), strokes
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_both_trapezoids_together_stay_within_the_largest_amplitude() -> None:
 def test_hat_functions_span_every_piecewise_linear_function() -> None:
     heights = np.random.default_rng(1).normal(size=len(KNOTS_S))
     expected = np.interp(TIME_S, KNOTS_S, heights)
-    assert hats(SAMPLES, PERIOD_S) @ heights == pytest.approx(expected)
+    assert basis_of(SAMPLES, PERIOD_S) @ heights == pytest.approx(expected)
 
 
 def test_the_convolution_is_the_sum_written_out() -> None:
@@ -66,8 +66,8 @@ def test_the_convolution_is_the_sum_written_out() -> None:
 
 def test_errors_of_untried_strokes_are_predicted() -> None:
     loop, strokes = learned_loop()
-    best = least(strokes[1:])
-    heights = hats(SAMPLES, PERIOD_S) @ loop.heights
+    best = best_stroke(strokes[1:])
+    heights = basis_of(SAMPLES, PERIOD_S) @ loop.heights
     for pulse in (Pulse(0.07, 0.0007), Pulse(0.12, 0.0003), Pulse(0.06, 0.0006, 0.12, 0.06, -2e-4)):
         change = trapezoids(pulse, 0.01, SAMPLES) - trapezoids(best.pulse, 0.01, SAMPLES)
         foretold_m = best.error_m[0] - convolved(heights, change, PERIOD_S)
@@ -77,7 +77,7 @@ def test_errors_of_untried_strokes_are_predicted() -> None:
 
 def test_the_best_pulse_is_as_good_as_a_global_search_on_the_axis_itself() -> None:
     loop, strokes = learned_loop()
-    best = least(strokes[1:])
+    best = best_stroke(strokes[1:])
     pulse, _ = best_pulse(best, loop, best.pulse, MAIN)
     search = differential_evolution(
         lambda x: rms_m(stroke(Pulse(*x)).error_m), [(0.02, 0.3), (0.0, 0.002)], seed=1, tol=1e-8
@@ -87,7 +87,7 @@ def test_the_best_pulse_is_as_good_as_a_global_search_on_the_axis_itself() -> No
 
 def test_with_a_second_trapezoid_the_overshoot_goes_as_well() -> None:
     loop, strokes = learned_loop()
-    best = least(strokes[1:])
+    best = best_stroke(strokes[1:])
     single, _ = best_pulse(best, loop, best.pulse, MAIN)
     double, _ = best_pulse(best, loop, with_trailing(best, loop), (*TRAILING, *MAIN))
     search = differential_evolution(
@@ -103,7 +103,7 @@ def test_with_a_second_trapezoid_the_overshoot_goes_as_well() -> None:
 def test_the_search_keeps_what_it_may_not_change_and_stays_in_bounds() -> None:
     loop, strokes = learned_loop()
     small = loop._replace(amplitude_max_m_s=0.0003)
-    best = least(strokes[1:])
+    best = best_stroke(strokes[1:])
     start = Pulse(0.06, 0.0003, 0.1, 0.05, 1e-4)
     pulse, _ = best_pulse(best, small, start, MAIN)
     assert pulse[2:] == start[2:]
@@ -113,7 +113,7 @@ def test_the_search_keeps_what_it_may_not_change_and_stays_in_bounds() -> None:
 
 def test_equal_strokes_carry_no_information_and_leave_the_pulse_unchanged() -> None:
     one = stroke(Pulse(0.06, 0.0005))
-    loop = fitted([one, one], one, LOOP)
+    loop = fit_response([one, one], one, LOOP)
     assert (loop.heights == LOOP.heights).all()
     assert best_pulse(one, loop, one.pulse, MAIN)[0] == one.pulse
     assert with_trailing(one, loop).trailing_amplitude_m_s == 0.0
@@ -121,9 +121,9 @@ def test_equal_strokes_carry_no_information_and_leave_the_pulse_unchanged() -> N
 
 @pytest.mark.parametrize("samples", [5, 25])
 def test_a_trace_shorter_than_two_rise_times_gives_a_whole_trapezoid_at_least(samples: int) -> None:
-    strokes = [Tried(t.pulse, t.error_m[:, :samples]) for t in learned_loop()[1]]
-    best = least(strokes[1:])
-    loop = fitted(strokes, best, LOOP)
+    strokes = [TriedStroke(t.pulse, t.error_m[:, :samples]) for t in learned_loop()[1]]
+    best = best_stroke(strokes[1:])
+    loop = fit_response(strokes, best, LOOP)
     for start in (best.pulse, with_trailing(best, loop)):
         pulse, foretold_m = best_pulse(best, loop, start, (*TRAILING, *MAIN))
         assert np.isfinite([*pulse, foretold_m]).all()
