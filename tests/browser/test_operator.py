@@ -27,7 +27,7 @@ kind = "circle"
 label = "circle"
 radius_mm = 2.0
 feed_mm_min = 1200.0  # reverse acceleration 200 mm/s^2
-turns = 15.0
+turns = 6.0  # twelve reversals of each axis: the median is of eight
 ramp_s = 0.1
 
 [[step]]
@@ -141,6 +141,27 @@ def run_the_part(page: Page, picture: Callable[[Page, str], None]) -> None:
     expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
 
 
+def learn_and_see_j_fall(page: Page, table_url: str, picture: Callable[[Page, str], None]) -> None:
+    stage = page.get_by_test_id("stage")
+    page.goto(f"{table_url}/friction")
+    before_um = error_of(page, "x")
+    picture(page, "operator_3_error")
+    page.get_by_test_id("start-learning").click()
+    # in a starved browser the short run may be over before it has been seen
+    expect(page.get_by_test_id("learning-state")).to_contain_text("Axis x", timeout=LIMIT_MS)
+    expect(page.get_by_test_id("learning-best")).to_contain_text(re.compile(r"\d"), timeout=LIMIT_MS)
+    picture(page, "operator_4_learning")
+    expect(page.get_by_test_id("version-x")).to_contain_text("version 1", timeout=LIMIT_MS)
+    expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
+
+    run_circle(page, table_url)
+    page.goto(f"{table_url}/friction")
+    after_um = error_of(page, "x")
+    picture(page, "operator_5_learned")
+    assert after_um < before_um
+    expect(page.get_by_test_id("required-x")).to_have_text(re.compile("median of the last"), timeout=LIMIT_MS)
+
+
 def kill_the_simulator_in_motion_and_go_on(page: Page, table: ServedTable) -> None:
     stage = page.get_by_test_id("stage")
     expect(page.get_by_test_id("start")).to_be_enabled(timeout=LIMIT_MS)
@@ -185,21 +206,7 @@ def test_a_day_of_an_operator(
     run_circle(page, table_url)
     picture(page, "operator_2_circle")
 
-    page.goto(f"{table_url}/friction")
-    before_um = error_of(page, "x")
-    picture(page, "operator_3_error")
-    page.get_by_test_id("start-learning").click()
-    expect(stage).to_contain_text("Learning", timeout=LIMIT_MS)
-    expect(page.get_by_test_id("learning-best")).to_contain_text(re.compile(r"\d"), timeout=LIMIT_MS)
-    picture(page, "operator_4_learning")
-    expect(page.get_by_test_id("version-x")).to_contain_text("version 1", timeout=LIMIT_MS)
-    expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
-
-    run_circle(page, table_url)
-    page.goto(f"{table_url}/friction")
-    after_um = error_of(page, "x")
-    picture(page, "operator_5_learned")
-    assert after_um < before_um
+    learn_and_see_j_fall(page, table_url, picture)
 
     page.goto(f"{table_url}/motion")
     kill_the_simulator_in_motion_and_go_on(page, served)

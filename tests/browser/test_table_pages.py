@@ -1,4 +1,4 @@
-"""Pages on a simulated table over the real bus: three compensations overlaid, and an object of a drive."""
+"""Pages on a simulated table over the real bus: overlaid turns, a written object, a killed controller."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -7,7 +7,7 @@ import pytest
 from learned_examples import SHORT_STROKES
 from playwright.sync_api import BrowserContext, Page, expect
 from playwright.sync_api import TimeoutError as TookTooLong
-from simulated_table import opened, served_table, table_directory
+from simulated_table import ServedTable, opened, served_table, table_directory
 
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learned.store import LearnedStore
@@ -31,17 +31,23 @@ MINUS = "\N{MINUS SIGN}"
 
 
 @pytest.fixture(scope="module")
-def table(
+def served(
     tmp_path_factory: pytest.TempPathFactory, environment: dict[str, str], free_port: Callable[[], int]
-) -> Iterator[str]:
-    """A table that has learned what `SHORT_STROKES` says; yields the page's address."""
+) -> Iterator[ServedTable]:
+    """A table that has learned what `SHORT_STROKES` says."""
     out = tmp_path_factory.mktemp("served")
     machine = table_directory(out / "table", {}, {"circle.toml": CIRCLE})
     store = LearnedStore(out / "learned", load_machine(machine))
     for axis in ("x", "y"):
         store.add(axis, SHORT_STROKES, {"source": "test"})
     with served_table(machine, out, free_port(), environment) as served:
-        yield served.url
+        yield served
+
+
+@pytest.fixture
+def table(served: ServedTable) -> str:
+    """The page's address."""
+    return served.url
 
 
 @pytest.fixture
@@ -163,3 +169,32 @@ def test_a_written_object_is_read_back_from_the_drive(
     expect(value).to_be_empty()
     page.get_by_test_id("object-read").click()
     expect(value).to_have_text(after, timeout=LIMIT_MS)
+
+
+@pytest.mark.timeout(900)
+def test_a_killed_controller_comes_back_for_two_operators(
+    served: ServedTable,
+    page: Page,
+    visiting: Callable[..., BrowserContext],
+    picture: Callable[[Page, str], None],
+) -> None:
+    """The last test of the table: one operator takes over from the other, and goes on after the kill."""
+    other = opened(visiting(served.url), served.url)
+    expect(other.get_by_test_id("control-holder")).to_have_text(
+        "local (127.0.0.1) has control", timeout=LIMIT_MS
+    )
+    other.get_by_test_id("take-control").click()
+    other.get_by_test_id("confirm").click()
+    expect(page.get_by_text("has taken over control")).to_be_visible(timeout=LIMIT_MS)
+
+    served.kill_controller()
+    expect(page.locator("#bench-stale-banner")).to_be_visible(timeout=LIMIT_MS)
+    picture(page, "controller_killed")
+    served.start_controller()
+    for back in (page, other):
+        expect(back.locator("#bench-stale-banner")).to_be_hidden(timeout=LIMIT_MS)
+        expect(back.get_by_test_id("stage")).to_contain_text("Standby", timeout=LIMIT_MS)
+    page.get_by_test_id("take-control").click()
+    expect(page.get_by_test_id("control-holder")).to_have_text("You have control", timeout=LIMIT_MS)
+    page.get_by_test_id("enable").click()
+    expect(page.get_by_test_id("stage")).to_contain_text("Ready", timeout=LIMIT_MS)

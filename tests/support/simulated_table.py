@@ -5,6 +5,7 @@ Lockstep takes all the time there is, even in standby, and a page that starves m
 
 import contextlib
 import re
+import socket
 import subprocess
 import sys
 import time
@@ -40,18 +41,20 @@ class ServedTable(NamedTuple):
     url: str
     restart_simulator: Callable[[], None]
     """Kills hil-sim, whatever moves, and starts it again."""
+    kill_controller: Callable[[], None]
+    """Kills servo-ctrl with its page, whatever moves."""
+    start_controller: Callable[[], None]
+    """Starts it again."""
 
 
 @contextlib.contextmanager
 def served_table(machine: Path, out: Path, port: int, environment: dict[str, str]) -> Iterator[ServedTable]:
     """The machine in `machine`, its drives off, its learned results in `out`."""
-    socket, listen = out / "can.sock", f"127.0.0.1:{port}"
-    bus = ["--machine", machine, "--bus", f"localcan:{socket}", "--pacing", "lockstep"]
-    kept = ["--record", out / "run", "--learned", out / "learned"]
-    run = [BIN / "servo-ctrl", "run", *bus, *kept, "--hmi", listen]
-    hub = subprocess.Popen([sys.executable, "-m", "local_can", str(socket), "--bitrate", str(BITRATE)])
+    can, listen = out / "can.sock", f"127.0.0.1:{port}"
+    bus = ["--machine", machine, "--bus", f"localcan:{can}", "--pacing", "lockstep"]
+    hub = subprocess.Popen([sys.executable, "-m", "local_can", str(can), "--bitrate", str(BITRATE)])
     try:
-        while not socket.exists():
+        while not can.exists():
             assert hub.poll() is None
             time.sleep(0.05)
         with contextlib.ExitStack() as stack:
@@ -60,18 +63,42 @@ def served_table(machine: Path, out: Path, port: int, environment: dict[str, str
                 simulator = [BIN / "hil-sim", "run", *bus]
                 return stack.enter_context(_running(simulator, out / log, "on the bus", environment))
 
-            first = simulate("hil.log")
-            stack.enter_context(_running(run, out / "run.log", "operator's bench: ", environment))
+            def control(name: str) -> subprocess.Popen[bytes]:
+                kept = ["--record", out / name, "--learned", out / "learned"]
+                run = [BIN / "servo-ctrl", "run", *bus, *kept, "--hmi", listen]
+                served = _running(run, out / f"{name}.log", "operator's bench: ", environment)
+                return stack.enter_context(served)
 
-            def restart() -> None:
-                first.kill()
-                first.wait(timeout=10.0)
+            simulator, controller = simulate("hil.log"), control("run")
+
+            def restart_simulator() -> None:
+                simulator.kill()
+                simulator.wait(timeout=10.0)
                 simulate("hil_again.log")
 
-            yield ServedTable(f"http://{listen}", restart)
+            def kill_controller() -> None:
+                controller.kill()
+                controller.wait(timeout=10.0)
+                _wait_until_free(port)
+
+            def start_controller() -> None:
+                control("run_again")
+
+            yield ServedTable(f"http://{listen}", restart_simulator, kill_controller, start_controller)
     finally:
         hub.terminate()
         hub.wait(timeout=10.0)
+
+
+def _wait_until_free(port: int) -> None:
+    """Until the page of a controller that was killed has noticed it, and has ended."""
+    deadline_s = time.monotonic() + PAGE_LIMIT_S
+    while True:
+        with socket.socket() as probe:
+            if probe.connect_ex(("127.0.0.1", port)):
+                return
+        assert time.monotonic() < deadline_s
+        time.sleep(0.1)
 
 
 def opened(context: BrowserContext, url: str) -> Page:
