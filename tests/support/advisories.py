@@ -17,11 +17,11 @@ LIMIT_S = 20.0
 LARGEST_ANSWER = 16 << 20
 CONSTRAINTS = Path(__file__).parents[2] / "constraints.txt"
 ACCEPTED: dict[str, str] = {}
-"""Advisories that do not concern us, by their id, and why not."""
+"""Accepted advisories by id, with the reason why they do not apply."""
 
 
 class AuditError(Exception):
-    """The database cannot be asked, or does not answer in its own terms."""
+    """The database does not answer, or its answer lacks a documented field."""
 
 
 def pinned(path: Path = CONSTRAINTS) -> dict[str, str]:
@@ -39,12 +39,12 @@ def pinned(path: Path = CONSTRAINTS) -> dict[str, str]:
 
 
 def canonical(name: str) -> str:
-    """A name as packages are compared."""
+    """Return the name in the form in which names of packages are compared."""
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
 def advisories(packages: dict[str, str], service: str = SERVICE) -> dict[str, list[str]]:
-    """Ids of the advisories by "name version", those that are accepted left out. Raises AuditError."""
+    """Return ids of advisories by "name version", without accepted ones. Raises AuditError."""
     queries = [
         {"package": {"name": canonical(name), "ecosystem": "PyPI"}, "version": version}
         for name, version in packages.items()
@@ -70,7 +70,7 @@ def advisories(packages: dict[str, str], service: str = SERVICE) -> dict[str, li
 
 
 def main() -> int:
-    """0: none known; 1: some; 2: could not be found out."""
+    """Return the exit status: 0 without advisories, 1 with some, 2 if the request failed."""
     packages = pinned()
     try:
         found = advisories(packages)

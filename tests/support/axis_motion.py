@@ -1,4 +1,4 @@
-"""A feed axis that moves as we say, in closed form: clean recordings to put defects into."""
+"""A feed axis whose motion is a formula: clean recordings, to which tests add defects."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ STIFFNESS_N_M = 100e6
 
 
 class Axis(NamedTuple):
-    """What the reader knows of an axis."""
+    """Properties of an axis that a reader of recordings needs."""
 
     lead_m: float = 10e-3
     force_constant_n_a: float = 270.0
@@ -27,7 +27,7 @@ class Axis(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Of the motor, with the force that it takes."""
+    """Motion of the motor, and the force that it needs."""
 
     time_s: Array
     position_m: Array
@@ -36,7 +36,7 @@ class Motion(NamedTuple):
 
 
 def motion(time_s: Array) -> Motion:
-    """Two sines that swell and fade, with a rest at either end; at any instants."""
+    """Return the motion at times (s): two sines with an envelope, at standstill at both ends."""
     inside = np.clip((time_s - 0.3) / (time_s[-1] - 0.6), 0.0, 1.0)
     shape = np.sin(2 * np.pi * 0.7 * time_s) + 0.25 * np.sin(2 * np.pi * 2.3 * time_s + 1.0)
     position_m = 0.02 * np.sin(np.pi * inside) ** 4 * shape
@@ -47,18 +47,18 @@ def motion(time_s: Array) -> Motion:
 
 
 def counted(values: Array, step: float) -> Array:
-    """As an encoder tells it."""
+    """Return the values rounded to the resolution of an encoder."""
     return np.round(values / step) * step
 
 
 def held(values: Array, samples: float) -> Array:
-    """As a channel that is new only every so many samples."""
+    """Return the channel as if it were updated only every `samples` samples."""
     latest = np.floor(np.arange(len(values)) / samples + 1e-9) * samples
     return values[np.ceil(latest - 1e-9).astype(np.intp)]
 
 
 def clean(duration_s: float = 8.0, seed: int = 0, source: str = "clean") -> AxisRecording:
-    """Encoder, scale and force with the noise of real ones; the reference leads by a following error."""
+    """Return encoder, scale and force with realistic noise; the reference leads by a following error."""
     rng = np.random.default_rng(seed)
     moved = motion(np.arange(round(duration_s / PERIOD_S)) * PERIOD_S)
     noise_m = rng.normal(0.0, 2e-8, (2, len(moved.time_s)))

@@ -1,4 +1,4 @@
-"""Certificates as deploy/make_certificates.sh makes them, and a broker that asks for them."""
+"""Certificates made by deploy/make_certificates.sh, and a broker that requires them."""
 
 import re
 import shutil
@@ -14,14 +14,14 @@ needs_openssl = pytest.mark.skipif(shutil.which("openssl") is None, reason="open
 
 
 def make_certificates(folder: Path, *users: str) -> Path:
-    """The folder with an authority, a broker at 127.0.0.1, and these users."""
+    """Make certificates of an authority, a broker at 127.0.0.1 and these users; return their folder."""
     command = ["sh", DEPLOY / "make_certificates.sh", folder, "127.0.0.1", *users]
     subprocess.run(command, check=True, capture_output=True, timeout=30)
     return folder
 
 
 def broker_with(certificates: Path, folder: Path) -> Mosquitto:
-    """As deploy/mosquitto_certificates.conf has it; `watcher` of the tests may read and write all."""
+    """Return a broker with deploy/mosquitto_certificates.conf; its user `watcher` may read and write all."""
     rights = folder / "acl"
     rights.write_text((DEPLOY / "mosquitto.acl").read_text() + "\nuser watcher\ntopic readwrite #\n")
     example = (DEPLOY / "mosquitto_certificates.conf").read_text()
@@ -35,7 +35,7 @@ def broker_with(certificates: Path, folder: Path) -> Mosquitto:
 
 
 def login(certificates: Path, user: str) -> list[str]:
-    """How a command line client shows the certificate of a user."""
+    """Return the options with which a command line client presents the certificate of a user."""
     return [
         *("--cafile", str(certificates / "ca.pem"), "--cert", str(certificates / f"{user}.pem")),
         *("--key", str(certificates / f"{user}.key")),
@@ -43,7 +43,7 @@ def login(certificates: Path, user: str) -> list[str]:
 
 
 def keys_of(certificates: Path, user: str) -> dict[str, object]:
-    """The keys of [mqtt] that name the certificate of a user."""
+    """Return the keys of [mqtt] that name the certificate of a user."""
     return {
         "tls": True,
         "ca_file": certificates / "ca.pem",

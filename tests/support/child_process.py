@@ -1,4 +1,4 @@
-"""Terminates a process that a test has started."""
+"""Ends a process that a test has started."""
 
 import subprocess
 from typing import Any

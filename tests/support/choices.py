@@ -4,7 +4,7 @@ from playwright.sync_api import Locator, expect
 
 
 def choose(field: Locator, option: str) -> None:
-    """Choose an option from the list of a field; return once it has gone, as the next may have it too."""
+    """Choose an option of a field; return when its list is closed: the next list may have the same one."""
     field.click()
     found = field.page.get_by_role("option", name=option, exact=True)
     found.click()

@@ -42,7 +42,7 @@ LISTS = {
 
 
 def findings(path: Path) -> list[str]:
-    """Everything that is wrong with the file, one sentence each."""
+    """Return the violations in the file, one sentence each."""
     eds = RawConfigParser(strict=True)
     eds.optionxform = str
     eds.read_string(path.read_text(encoding="ascii"))

@@ -29,11 +29,11 @@ class Concealed(NamedTuple):
     """An effect that only the plant has."""
 
     sections: str
-    """Of its plant file; the axis is NAME."""
+    """Sections of the plant file; the axis is called NAME."""
     parameters: dict[str, tuple[float, float]]
-    """Truth (SI) and relative tolerance of what is to be measured."""
+    """True value (SI) and relative tolerance of each parameter to be identified."""
     besides: frozenset[str] = frozenset()
-    """Other effects that may be named too, for the plant has them."""
+    """Other effects of the plant, which a diagnosis may name too."""
 
 
 CONCEALED = {
@@ -69,11 +69,11 @@ damping_n_s_m = 5000.0
         {"amplitude": (3e-6, 0.03), "phase_rad": (1.047, 0.05)},
     ),
 }
-"""By effect: each alone in an axis that is known but for it."""
+"""By effect: each is the only difference between plant and nominal model."""
 
 
 def twin_recording(machine_dir: Path, plant_file: Path, out: Path) -> Path:
-    """What the bus would record of the machine on this plant, as a Parquet file."""
+    """Write the recording of the machine on this plant by the batch twin, as Parquet; return the file."""
     machine, plant = load_machine(machine_dir), load_plant(plant_file)
     names = list(machine.axes)
     steps = check_program(load_program(machine_dir / "program.toml", machine), machine)
@@ -93,15 +93,15 @@ def twin_recording(machine_dir: Path, plant_file: Path, out: Path) -> Path:
 
 
 class Channels(NamedTuple):
-    """What two recordings of an axis are compared by; (n,), of the program."""
+    """Channels (n,) by which two recordings of an axis are compared, while the program runs."""
 
     force_n: Array
     deviation_m: Array
-    """Scale less motor."""
+    """Scale position minus motor position."""
 
 
 def channels(columns: Columns, axis: str) -> Channels:
-    """Of the columns of a recording, while the program runs."""
+    """Return the channels of an axis from the columns of a recording."""
     runs = columns["segment"] >= 0
     force_n = columns[f"{axis}.motor_current_a"] * FORCE_CONSTANT_N_A
     deviation_m = columns[f"{axis}.scale_position_m"] - columns[f"{axis}.motor_position_m"]
@@ -109,35 +109,35 @@ def channels(columns: Columns, axis: str) -> Channels:
 
 
 def columns_of(file: Path) -> Columns:
-    """Of a Parquet file."""
+    """Return the columns of a Parquet file."""
     table = parquet.read_table(file)
     return {name: np.asarray(table[name]) for name in table.column_names}
 
 
 class Difference(NamedTuple):
-    """RMS between two recordings of one program."""
+    """RMS difference between two recordings of one program."""
 
     force_n: float
     deviation_m: float
 
 
 def difference(one: Channels, other: Channels) -> Difference:
-    """Sample by sample; the deviation without its origin, which is the count where the scale was zeroed."""
+    """Return the RMS difference; the deviation without its mean, which depends on the scale's zero."""
     force_n = one.force_n - other.force_n
     deviation_m = one.deviation_m - other.deviation_m
     return Difference(float(np.sqrt(np.mean(force_n**2))), float(np.std(deviation_m)))
 
 
 REPEATS_MM = tuple(count / 9.0 * LEAD_M * 1e3 / 1048576 for count in (1, 3, 5, 7))
-"""Starts within one count of the encoder: the same plant again, with another noise of its sensors."""
+"""Starts within one count of the encoder: the same plant with another quantization error."""
 NOISE_FLOORS_LEFT = 3.0
-"""The written model's recording differs by so many noise floors at most, RMS."""
+"""Largest RMS difference of the updated model's recording, in noise floors."""
 NOISE_FLOORS_BEFORE = 10.0
-"""And the nominal model's by so many at least in one of the senses, else the case proves nothing."""
+"""Smallest RMS difference of the nominal model's in one of the channels; with less, a case proves nothing."""
 
 
 def noise_floor(concealed: Channels, repeats: Iterable[Channels]) -> Difference:
-    """What recordings of one plant differ by, RMS over the repeats.
+    """Return the RMS difference between recordings of one plant, over the repeats.
 
     Where a table bounces in its play, a step of the encoder decides when it lands: repeats of a plant with a
     play differ by 0.05 to 0.15 N, those of a rigid one by 0.018 N.
@@ -147,7 +147,7 @@ def noise_floor(concealed: Channels, repeats: Iterable[Channels]) -> Difference:
 
 
 def disagreements(floor: Difference, before: Difference, after: Difference) -> list[str]:
-    """What the written model misses; nothing if it agrees to the noise floor.
+    """Return the channels in which the updated model disagrees; none if it agrees to the noise floor.
 
     All are differences to one recording of the concealed plant: of it again, of the nominal model and of the
     written one.

@@ -1,4 +1,4 @@
-"""Axes on our own bus as directories of files: controller, plant, and a program that shows what they have."""
+"""Machine directories of axes on our own bus: controller, plant, and a program that excites every effect."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -105,22 +105,22 @@ coulomb_n = 10.0
 """
 
 ROUNDS = ((2.0, 60.0, 1.0), (1.0, 90.0, 1.25))
-"""Slow and fast cruise (mm/s) and sine (Hz). Two, for the last quarter is held out."""
+"""Slow and fast speed (mm/s) and sine (Hz). Two rounds, because the last quarter is held out."""
 
 
 def motion() -> Array:
-    """Positions (n,) of one axis, from rest at 0 to rest at 0: sines, cruises both ways, small strokes."""
+    """Return positions (n,) of an axis, rest at 0 to rest at 0: sines, constant speeds, small strokes."""
     return np.concatenate([piece for turn in _pieces() for piece in turn])
 
 
 def motions(count: int) -> Array:
-    """Positions (n, count): each axis has the same pieces in another order, so that none follows another."""
+    """Return positions (n, count): the same pieces in a different order for each axis, uncorrelated."""
     orders = [[piece for turn in _pieces() for piece in (*turn[k:], *turn[:k])] for k in range(count)]
     return np.stack([np.concatenate(order) for order in orders], axis=1)
 
 
 def _pieces() -> list[list[Array]]:
-    """By round; each is from rest at 0 to rest at 0."""
+    """Return the pieces of each round, from rest at 0 to rest at 0."""
     return [
         [
             _sine(11e-3, sine_hz, 2),
@@ -135,14 +135,14 @@ def _pieces() -> list[list[Array]]:
 
 
 def _sine(amplitude_m: float, frequency_hz: float, cycles: int) -> Array:
-    """Cycles that swell and fade over a quarter of one."""
+    """Return cycles of a sine whose amplitude rises and falls over a quarter of a cycle."""
     turns = np.arange(1, round(cycles / frequency_hz / PERIOD_S) + 1) * frequency_hz * PERIOD_S
     swell = np.clip(np.minimum(turns, cycles - turns) / 0.25, 0.0, 1.0)
     return amplitude_m * swell**3 * (10.0 - 15.0 * swell + 6.0 * swell**2) * np.sin(2.0 * np.pi * turns)
 
 
 def _there_and_back(way_m: float, speed_m_s: float, acceleration_m_s2: float) -> Array:
-    """At constant speed but for smooth ramps, a rest of 50 ms at either end."""
+    """Return a stroke there and back at constant speed with smooth ramps, 50 ms of standstill after each."""
     ramp_cycles = max(round(speed_m_s / acceleration_m_s2 / PERIOD_S), 2)
     ramp = np.full(ramp_cycles, 1.0 / ramp_cycles)
     cruise = np.full(max(round(abs(way_m) / speed_m_s / PERIOD_S), 1), np.sign(way_m) * speed_m_s * PERIOD_S)
@@ -155,7 +155,7 @@ def _there_and_back(way_m: float, speed_m_s: float, acceleration_m_s2: float) ->
 def write_machine(
     folder: Path, concealed: Mapping[str, str], positions_m: Array, start_mm: float = 0.0
 ) -> Path:
-    """A machine's directory. `concealed`: by axis, the sections that its plant has and the model lacks."""
+    """Write a machine directory. `concealed`: by axis, the sections of the plant that the model lacks."""
     folder.mkdir(parents=True, exist_ok=True)
 
     def text(head: str, axis_text: str, more: Mapping[str, str]) -> str:

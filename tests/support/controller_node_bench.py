@@ -19,12 +19,12 @@ STATUS_ID = 0x180 + NODE_ID
 
 @functools.cache
 def entries_of_the_eds() -> canopen.ObjectDictionary:
-    """As canopen reads them; nothing writes into them."""
+    """Return the object dictionary as canopen reads it; it is shared, and nothing writes into it."""
     return canopen.import_od(str(OWN_EDS), NODE_ID)
 
 
 def abort(index_and_sub: str, code: int) -> list[str]:
-    """What `ask` returns where the node aborts a transfer of this object (hex, as on the wire)."""
+    """Return what `ask` returns if the node aborts a transfer of this object (hex, as on the wire)."""
     return ["80" + index_and_sub + code.to_bytes(4, "little").hex()]
 
 
@@ -34,7 +34,7 @@ class ControllerNodeBench:
     def __init__(self, **stored: Any) -> None:
         self.frames: list[tuple[int, bytes]] = []
         self.clock_s = 0.0
-        """Time goes by where a test says so."""
+        """Time of the node's clock; only a test advances it."""
         self.handler = FakeCommandHandler()
         self.network = Network(self._from_us)
         self.client = canopen.Network()
@@ -56,7 +56,7 @@ class ControllerNodeBench:
         return bench
 
     def put(self, can_id: int, payload: bytes) -> None:
-        """A frame from the bus."""
+        """Deliver a frame from the bus."""
         self.network.notify(can_id, bytearray(payload), 0.0)
 
     def ask(self, request: str) -> list[str]:
@@ -66,7 +66,7 @@ class ControllerNodeBench:
         return [data.hex() for can_id, data in self.frames if can_id == 0x580 + NODE_ID]
 
     def cycles(self, count: int, elapsed: int = 1) -> list[int]:
-        """Let cycles pass; how many status PDOs went out in each."""
+        """Run cycles; return the number of status PDOs sent in each."""
         sent = []
         for _ in range(count):
             before = len(self.status_pdos)

@@ -22,7 +22,7 @@ class Rx(NamedTuple):
 
 
 class Tick(NamedTuple):
-    """The call that the machine must get."""
+    """A call that the cycle must make on the machine."""
 
     cycle: int
     elapsed: int

@@ -43,5 +43,5 @@ def at_rest() -> Any:
 
 
 def own_state(effect: ModuleType) -> tuple[Any, ...]:
-    """The argument `s` of an effect's functions: none where it declares no `State`."""
+    """Return the argument `s` of an effect's functions; none for an effect without `State`."""
     return (state_record(effect),) if hasattr(effect, "State") else ()

@@ -1,4 +1,4 @@
-"""A command handler for tests of its clients: it records requests and gives a set answer."""
+"""A command handler for tests of its clients: it records requests and returns a preset answer."""
 
 import math
 
@@ -139,5 +139,5 @@ class FakeCommandHandler:
 
 
 def without_best(outlook: Outlook = OUTLOOK) -> Outlook:
-    """The outlook before the first stroke of an acceleration."""
+    """Return the outlook before the first stroke at an acceleration."""
     return outlook._replace(best_m=math.nan)

@@ -42,7 +42,7 @@ FEED_M_S = 0.05
 FAR = Move("far", (0.06, 0.04), FEED_M_S, np.inf, trapezoidal=False)
 REST_M_S = 1e-3
 _import_od = cache(canopen.import_od)
-"""Every EDS is parsed once: neither side changes what it has read."""
+"""Every EDS is parsed once; neither side changes its object dictionary."""
 COLUMN = {channel.name: place for place, channel in enumerate(AXIS_CHANNELS)}
 SHARED = 3
 """Columns ahead of those of the axes."""
@@ -132,7 +132,7 @@ class FaultBench:
         return self
 
     def inject(self, can_id: int, payload: bytes) -> int:
-        """Inject a frame of another sender, ahead of the next SYNC; returns its cycle."""
+        """Inject a frame of another sender before the next SYNC; return its cycle."""
         self._wire.appendleft((False, can_id, payload))
         self.nodes.handle(can_id, payload)
         return self.cycle.number
@@ -187,7 +187,7 @@ class FaultBench:
         self._wire.append((False, can_id, bytes(payload)))
 
     def fallback(self, can_id: int, payload: bytearray, timestamp_s: float) -> None:
-        """What the port does with a frame that has no handler."""
+        """Called for a frame without a handler."""
         self.network.notify(can_id, payload, timestamp_s)
 
     def _deliver(self, to_nodes: bool, can_id: int, payload: bytes) -> None:

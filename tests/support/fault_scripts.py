@@ -1,4 +1,4 @@
-"""Faults of a machine in motion, how they end, and what an operator does by hand after them.
+"""Faults of a machine in motion, how they end, and the operator's manual actions after them.
 
 Scripts of `consecutive_runs`, started while a program runs.
 """
@@ -194,7 +194,7 @@ def bus_off(table: ConsecutiveRuns) -> Script:
 
 
 def bus_restarts(table: ConsecutiveRuns) -> None:
-    """The bus is mended; the interface says so, and frames pass again."""
+    """The bus works again: the interface reports it, and frames pass."""
     table.wire.outbound = table.wire.inbound = None
     table.wire.error(0x100, bytes(8))
 

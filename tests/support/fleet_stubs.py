@@ -1,4 +1,4 @@
-"""Work for a fleet's cluster that is quicker than a diagnosis; workers import it by its name."""
+"""Tasks for a fleet's cluster that are faster than a diagnosis; workers import them by name."""
 
 import contextlib
 import os
@@ -13,48 +13,48 @@ from reconcile.fleet.task import AxisResult, AxisTask
 
 
 class StubTask(NamedTuple):
-    """What a stub is to do."""
+    """A task of a stub."""
 
     name: str
-    deeds: str = ""
-    """Directory in which each execution leaves a file."""
+    directory: str = ""
+    """Directory in which each execution creates a file."""
     deaths: int = 0
-    """So many executions kill their worker before they are done."""
+    """Number of executions that kill their worker before they end."""
 
 
-def run(errand: StubTask) -> str:
-    """Leave a trace, perhaps die, else answer."""
-    times = len(list(Path(errand.deeds).glob(f"{errand.name}-*")))
-    (Path(errand.deeds) / f"{errand.name}-{times}").touch()
-    if times < errand.deaths:
+def run(task: StubTask) -> str:
+    """Create the file of this execution; kill the worker or return the name in capitals."""
+    times = len(list(Path(task.directory).glob(f"{task.name}-*")))
+    (Path(task.directory) / f"{task.name}-{times}").touch()
+    if times < task.deaths:
         os.kill(os.getpid(), signal.SIGKILL)
-    return errand.name.upper()
+    return task.name.upper()
 
 
-def fail(errand: StubTask) -> str:
-    """An error of the work itself."""
-    raise ValueError(errand.name)
+def fail(task: StubTask) -> str:
+    """Raise an error of the task itself."""
+    raise ValueError(task.name)
 
 
-def dawdle(_errand: StubTask) -> str:
-    """Python that does not end, and holds every `Exception`."""
+def never_end(_task: StubTask) -> str:
+    """Run Python code that does not end and suppresses every `Exception`."""
     while True:
         with contextlib.suppress(Exception):
             time.sleep(0.01)
 
 
 def listening() -> list[str]:
-    """The addresses at which this process takes connections."""
+    """Return the addresses at which this process listens."""
     sockets = psutil.Process().net_connections("tcp")
     return [socket.laddr.ip for socket in sockets if socket.status == psutil.CONN_LISTEN]
 
 
 def row(task: AxisTask) -> AxisResult:
-    """A row without a diagnosis, and a trace of having been asked."""
+    """Return a row without a diagnosis; append a character to calls.txt."""
     from reconcile.fleet.rows import row_of_failure  # noqa: PLC0415  # the other stubs start sooner without
     from reconcile.fleet.task import AxisResult  # noqa: PLC0415
 
-    with (Path(task.data.root.removeprefix("file://")) / "asked.txt").open("a", encoding="utf-8") as file:
+    with (Path(task.data.root.removeprefix("file://")) / "calls.txt").open("a", encoding="utf-8") as file:
         file.write("x")
     content = {**row_of_failure(task.data, task.key, "diagnosed", ""), "verdict": "consistent", "error": None}
     return AxisResult(content, {"verdict.json": b"{}", "model.toml": b""})

@@ -19,7 +19,7 @@ START_LIMIT_S = 300.0
 
 
 class ForkedProgram:
-    """A running program, as `subprocess.Popen` with both outputs in `stdout` is one."""
+    """A running program with the interface of `subprocess.Popen`; `stdout` carries both outputs."""
 
     def __init__(self, program: str, arguments: list[str]) -> None:
         read, write = os.pipe()
@@ -33,29 +33,29 @@ class ForkedProgram:
         self.pid = self._receive(START_LIMIT_S)
 
     def poll(self) -> int | None:
-        """Its exit status, None while it runs."""
+        """Return the exit status, None while the program runs."""
         if self.returncode is None and select.select([self._answer], [], [], 0.0)[0]:
             self.wait()
         return self.returncode
 
     def wait(self, timeout: float | None = None) -> int:
-        """Its exit status, once it has ended. Raises subprocess.TimeoutExpired."""
+        """Wait for the end, return the exit status. Raises subprocess.TimeoutExpired."""
         if self.returncode is None:
             self.returncode = self._receive(timeout)
             self._answer.close()
         return self.returncode
 
     def send_signal(self, number: int) -> None:
-        """Send it a signal, unless it has ended."""
+        """Send a signal, unless the program has ended."""
         if self.poll() is None:
             os.kill(self.pid, number)
 
     def terminate(self) -> None:
-        """Ask it to end."""
+        """Send SIGTERM."""
         self.send_signal(signal.SIGTERM)
 
     def kill(self) -> None:
-        """End it."""
+        """Send SIGKILL."""
         self.send_signal(signal.SIGKILL)
 
     def _receive(self, timeout_s: float | None) -> int:
@@ -66,7 +66,7 @@ class ForkedProgram:
 
 @functools.cache
 def _template() -> socket.socket:
-    """The process that forks, one for each process of the tests; it ends with the socket."""
+    """Start the process that forks, one for each test process; it ends when the socket closes."""
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     with theirs:
         command = [sys.executable, str(TEMPLATE), str(theirs.fileno())]

@@ -29,7 +29,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_runtestloop(session: pytest.Session) -> bool | None:
-    """Run the tests in forks, where that is wanted, and report here what they report."""
+    """Run the tests in forks if the option is set, and pass their reports to pytest."""
     count = worker_count(str(session.config.getoption("--workers")))
     if not count or session.config.option.collectonly or session.testsfailed:
         return None  # pytest's own loop runs them, or says that collecting has failed
@@ -54,7 +54,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
 
 
 def worker_count(wanted: str) -> int:
-    """How many forks: more than there are processors, since tests of a page, a bus or a broker wait."""
+    """Return the number of forks: more than processors, because tests of a page, a bus or a broker wait."""
     return 2 + len(os.sched_getaffinity(0)) if wanted == "auto" else int(wanted)
 
 
@@ -82,7 +82,7 @@ def run(session: pytest.Session, item: pytest.Item | None, following: pytest.Ite
 
 
 def taken_tests(files: Files, taken: Any) -> Iterator[pytest.Item]:
-    """Tests of one file after another that no other fork has taken."""
+    """Yield the tests of files that no other fork has taken."""
     while True:
         with taken.get_lock():
             place = taken.value
@@ -93,7 +93,7 @@ def taken_tests(files: Files, taken: Any) -> Iterator[pytest.Item]:
 
 
 class Reporting:
-    """In a fork: hands on the reports, and which test begins, so that one that ends the fork is known."""
+    """In a fork: sends reports, and the start of each test, so that a test that ends the fork is known."""
 
     def __init__(self, config: pytest.Config, reporting: Connection) -> None:
         self._hook = config.hook
@@ -101,16 +101,16 @@ class Reporting:
         self._send = reporting.send
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
-        """A test begins."""
+        """Send the id of a test that begins."""
         self._send(nodeid)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """A phase of a test has ended."""
+        """Send the report of a phase of a test."""
         self._send(self._hook.pytest_report_to_serializable(config=self._config, report=report))
 
 
 def pass_on_reports(session: pytest.Session, forks: dict[Connection, BaseProcess]) -> None:
-    """Report what the forks report, until all have ended."""
+    """Pass the reports of the forks to pytest until all have ended."""
     hook, config, running = session.config.hook, session.config, dict.fromkeys(forks, "no test")
     lost = []
     while forks:

@@ -1,4 +1,4 @@
-"""An axis by formula, its force with white noise and an effect of choice: its residuals, its problem."""
+"""An axis by formula, its force with white noise and a chosen effect: residuals and regression problem."""
 
 import functools
 import math
@@ -21,7 +21,7 @@ MASS_KG, COULOMB_N = 50.0, 12.0
 
 @functools.cache
 def data(seed: int = 0, *, temperature: bool = False) -> RegressionData:
-    """Two sines of no common period, every five seconds a rest and a slow passage."""
+    """Return the motion of two incommensurate sines, with standstill and slow motion every five seconds."""
     rng = np.random.default_rng(seed)
     t = np.arange(N) * T
     pace = np.where(t % 5.0 < 4.5, 1.0, 0.0) * np.where((t % 5.0 > 2.0) & (t % 5.0 < 2.5), 0.05, 1.0)
@@ -53,7 +53,7 @@ def residual(
     noise: float = NOISE_N,
     source: str = "run.csv",
 ) -> Residual:
-    """Before and refitted hold the effect and the noise, after the noise alone."""
+    """Return a residual: `before` and `refitted` with effect and noise, `after` with noise only."""
     given = data(seed) if of is None else of
     white = noise * np.random.default_rng(seed + 100).normal(size=N)
     low_pass = StateFilter(T, FILTER_HZ)
@@ -71,7 +71,7 @@ def problem(
     *,
     noise: float = NOISE_N,
 ) -> RegressionProblem:
-    """The force of mass, Coulomb friction, the effect and noise, to be explained by these terms alone."""
+    """Return the regression of a force of mass, Coulomb friction, effect and noise on these terms only."""
     given = data()
     white = noise * np.random.default_rng(7).normal(size=N)
     measured = given._replace(force_n=given.force_n + effect(given) + white)

@@ -1,4 +1,4 @@
-"""A friction study by hand: figures of every variant, and what was learned."""
+"""A friction study with preset values: indicators of every variant, and learned pulses."""
 
 from pathlib import Path
 
@@ -44,7 +44,7 @@ def _indicators(figures_um: tuple[float, ...]) -> Indicators:
 
 
 def variant(share: float, feeds: tuple[int, ...] = (500, 3000)) -> VariantResult:
-    """All indicators are this share of those without compensation."""
+    """Return a variant whose indicators are this share of those without compensation."""
     figures = tuple(value * share for value in WITHOUT_UM)
     angle = np.linspace(0.0, 2.0 * np.pi, 100)
     circles = [
@@ -67,7 +67,7 @@ def twin(after_m: float, strokes: int) -> TwinLearning:
 
 
 def study(pulse: float = 0.15, observer: float = 0.6) -> FrictionStudy:
-    """Shares of the errors that are left with the pulse and with the observer."""
+    """Return a study; `pulse`, `observer`: shares of the errors that remain with them."""
     results = {
         "WTFC": variant(1.0),
         "WDOB": variant(observer),

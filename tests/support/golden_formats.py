@@ -51,11 +51,11 @@ viscous_friction.viscous_n_s_m = 80.0
 drive.node_id = 1
 drive.eds = "eds/servo_drive.eds"
 """
-"""The model of an axis that has 50 kg and 100 N s/m in truth."""
+"""Nominal model of an axis whose true values are 50 kg and 100 N s/m."""
 
 
 def write_all(folder: Path) -> None:
-    """Everything into a folder that is not there yet."""
+    """Write all files into a folder that does not exist yet."""
     folder.mkdir(parents=True)
     shutil.copytree(ROOT / "eds", folder / "eds")
     machine = folder / "machines" / "xy_table"
@@ -96,7 +96,7 @@ def _capture(folder: Path) -> None:
 
 
 def _diagnosis(folder: Path) -> None:
-    """A real one, of an axis by Newton's law; verdict.json and model.toml of it are kept."""
+    """Run a diagnosis of an axis by Newton's law; keep its verdict.json and model.toml."""
     time_s = np.arange(20_000) * 1e-3
     rates = 2.0 * math.pi * np.array([[0.31], [1.13]])
     reach_m = np.array([[0.02], [0.008]])

@@ -64,7 +64,7 @@ STATUSWORDS = {
     0x00: 0x0240,
     0x80: 0x0240,
 }
-"""Statusword of a drive after a controlword; 1Fh: it is homed where it is."""
+"""Statusword of a drive after a controlword; 1Fh homes it at its present position."""
 
 
 class IdealDrive:
@@ -74,7 +74,7 @@ class IdealDrive:
         self.statusword = 0x0240
         self.position = 0
         self.controlwords: list[int] = []
-        """Controlwords that it followed."""
+        """Controlwords that it has executed."""
 
     def obey(self, controlword: int, position: int, mode: int = 8) -> None:
         if self.statusword == 0x0208 and controlword != 0x80:
@@ -155,7 +155,7 @@ class Stand:
 
 
 class OperatedStand(Stand):
-    """The same with the daemon's services, operated by commands. It stands by unless `stand_by` is false."""
+    """The machine with the daemon's services, operated by commands; no standby if `stand_by` is false."""
 
     def __init__(self, machine_file: Path, learned: Path, **options: Any) -> None:
         super().__init__(machine_file)

@@ -74,7 +74,7 @@ class InProcessNodes:
         self.network.notify(can_id, bytearray(data), self.bench.clock.now_us * 1e-6)
 
     def sync(self, count: int = 1) -> None:
-        """Let `count` cycles pass."""
+        """Run `count` cycles."""
         for _ in range(count):
             self.put(0x80)
 
@@ -135,7 +135,7 @@ class SdoDrive:
         return matches[0]
 
     def enable(self, mode: int) -> None:
-        """Walk to operation enabled in a mode."""
+        """Set a mode of operation and enable operation."""
         self.set(0x6060, mode)
         for word in (SHUTDOWN, SWITCH_ON, ENABLE):
             self.control(word)

@@ -1,4 +1,4 @@
-"""Journals of strokes to fill, and how replayed strokes are compared."""
+"""Journals of strokes, and the comparison of replayed strokes."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,12 +20,12 @@ BASIS: dict[str, float | str] = {"control.kp_1_s": 38.7, "mode": "cst"}
 
 
 def journal_in(directory: Path, **changes: Any) -> StrokeJournal:
-    """A journal, some of its settings changed."""
+    """Return a journal with some settings changed."""
     return StrokeJournal(directory, "x", SETTINGS._replace(**changes), basis=BASIS)
 
 
 def filled(directory: Path, strokes: int) -> tuple[StrokeJournal, list[Entry]]:
-    """A journal with strokes in it, and what they were."""
+    """Return a journal with strokes, and these strokes."""
     journal = journal_in(directory)
     entries = [stroke_of(number) for number in range(strokes)]
     for entry in entries:
@@ -34,7 +34,7 @@ def filled(directory: Path, strokes: int) -> tuple[StrokeJournal, list[Entry]]:
 
 
 def same(found: Sequence[Entry], wanted: Sequence[Entry]) -> bool:
-    """To the last bit."""
+    """Compare strokes and results to the last bit."""
     return len(found) == len(wanted) and all(
         stroke == other
         and result.period_s == theirs.period_s

@@ -1,4 +1,4 @@
-"""An axis with known parameters, its recordings, and the explanation that a diagnosis would give of them."""
+"""An axis with known parameters, its recordings, and the explanation that a diagnosis would find."""
 
 from collections.abc import Sequence
 

@@ -36,11 +36,11 @@ SHORT_STROKES = Learned(
     strokes=35,
     machine_time_s=74.4,
 )
-"""What axis x has learned in short strokes of R = 10 mm; y is much the same machine."""
+"""Result of learning axis x in short strokes of R = 10 mm; axis y differs little."""
 
 
 def table_in(directory: Path, *changes: tuple[str, str]) -> MachineConfig:
-    """The X-Y table in a directory of its own, A_max 2 mm/s, its controller.toml changed (old, new)."""
+    """Copy the X-Y table into a directory, with A_max 2 mm/s and texts replaced (old, new); load it."""
     text = text_of(XY_TABLE / "controller.toml")
     text = re.sub(r"rise_ms = [0-9.]+", "rise_ms = 10.0", text)
     text = re.sub(r"acceleration_allowed_mm_s2 = [0-9.]+", "acceleration_allowed_mm_s2 = 200.0", text)
@@ -51,7 +51,7 @@ def table_in(directory: Path, *changes: tuple[str, str]) -> MachineConfig:
 
 
 def content_of(learned: Learned) -> dict[str, Any]:
-    """The content of a result file, written down by hand."""
+    """Return the content of a result file, written independently of the store."""
     points = {
         "durations": [{"acceleration_m_s2": a, "duration_s": t} for a, t in learned.durations],
         "amplitudes": [{"acceleration_m_s2": a, "amplitude_m_s": v} for a, v in learned.amplitudes],
@@ -74,13 +74,13 @@ def content_of(learned: Learned) -> dict[str, Any]:
 
 
 def copy_of(version: int, source: Path, target: Path) -> Path:
-    """A version file copied to another directory under its own name."""
+    """Copy a version file to another directory under the same name; return the copy."""
     target.mkdir(parents=True, exist_ok=True)
     return Path(shutil.copy(source / f"v{version:04d}.json", target))
 
 
 def stroke_of(number: int, samples: int = 40) -> tuple[Stroke, StrokeResult]:
-    """A stroke like no other, with errors in whole nanometres."""
+    """Return a stroke that differs from all others, with errors in whole nanometres."""
     random = np.random.default_rng(number)
     pulse = Pulse(*(float(value) for value in random.uniform(0.0, 2e-3, 5)))
     stroke = Stroke("coarse", float(random.uniform(0.002, 0.12)), pulse)

@@ -42,7 +42,7 @@ STROKES = (
 
 
 class ShortRun:
-    """Four strokes; `before_m` and `after_m` are what the last two gave."""
+    """A learning run of four strokes; `before_m` and `after_m` are the results of the last two."""
 
     def __init__(self, settings: LearningSettings) -> None:
         self._settings = settings
@@ -71,7 +71,7 @@ class ShortRun:
 
 
 class FakeMachine:
-    """The interface of a machine that the services use. `program` is the one that it was asked to run."""
+    """The interface of a machine that the services use. `program` is the requested program."""
 
     def __init__(self, axes: int) -> None:
         self.stage = Stage.READY

@@ -58,7 +58,7 @@ class FakeObjects:
 
 
 class LocalSocketBench:
-    """`server` and everything that it acts on."""
+    """`server` with the fakes that it uses."""
 
     def __init__(self) -> None:
         self.handler = FakeCommandHandler()
@@ -125,7 +125,7 @@ class RawClient:
         self._id = 0
 
     async def message(self, kind: str | None = None) -> dict[str, Any]:
-        """The next JSON message, of this kind; others are skipped."""
+        """Return the next JSON message of this kind; skip others."""
         async with asyncio.timeout(LIMIT_S):
             while True:
                 letter, payload = await read_frame(self.reader, MESSAGE_LIMIT)
@@ -135,7 +135,7 @@ class RawClient:
                         return found
 
     async def rows(self) -> tuple[int, int, np.ndarray[Any, np.dtype[np.float64]]]:
-        """The next rows: number of the first, missed, values."""
+        """Return the next rows: number of the first, missed ones, values."""
         async with asyncio.timeout(LIMIT_S):
             while True:
                 letter, payload = await read_frame(self.reader, MESSAGE_LIMIT)

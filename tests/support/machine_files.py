@@ -9,13 +9,13 @@ XY_TABLE = REPOSITORY / "machines" / "xy_table"
 
 
 def text_of(source: Path, changes: Mapping[str, str] | None = None, *, occurrences: int = -1) -> str:
-    """Text of a file with absolute EDS paths and texts replaced, as `replaced` does."""
+    """Return the text of a file with absolute EDS paths, and texts replaced by `replaced`."""
     text = source.read_text(encoding="utf-8").replace("../../eds", str(REPOSITORY / "eds"))
     return replaced(text, changes or {}, occurrences=occurrences)
 
 
 def replaced(text: str, changes: Mapping[str, str], *, occurrences: int = -1) -> str:
-    """The text with every text of `changes`, which must occur, replaced `occurrences` times (-1: all)."""
+    """Return the text with each key of `changes`, which must occur, replaced at most `occurrences` times."""
     for old, new in changes.items():
         assert old in text, old
         text = text.replace(old, new, occurrences)
@@ -23,14 +23,14 @@ def replaced(text: str, changes: Mapping[str, str], *, occurrences: int = -1) ->
 
 
 def without_sections(text: str, *sections: str) -> str:
-    """The text without these sections of its axes: [axis.NAME.SECTION]."""
+    """Return the text without these sections of its axes: [axis.NAME.SECTION]."""
     for section in sections:
         text = re.sub(rf"^\[axis\.\w+\.{section}\]\n(?:[^\[\n].*\n)*", "", text, flags=re.MULTILINE)
     return text
 
 
 def write_controller(directory: Path, text: str) -> Path:
-    """Write the text as controller.toml of a directory, made if need be; returns the file."""
+    """Write the text as controller.toml of a directory, created if necessary; return the file."""
     directory.mkdir(parents=True, exist_ok=True)
     path = directory / "controller.toml"
     path.write_text(text, encoding="utf-8")
@@ -38,12 +38,12 @@ def write_controller(directory: Path, text: str) -> Path:
 
 
 def write_plant(directory: Path, text: str) -> Path:
-    """Write the text as plant.toml of a directory; returns the file."""
+    """Write the text as plant.toml of a directory; return the file."""
     path = directory / "plant.toml"
     path.write_text(text, encoding="utf-8")
     return path
 
 
 def plant_with(directory: Path, sections: str, machine: str = "xy_table") -> Path:
-    """The plant file of a machine with more sections."""
+    """Write the plant file of a machine with more sections; return the file."""
     return write_plant(directory, text_of(XY_TABLE.parent / machine / "plant.toml") + sections)

@@ -20,16 +20,16 @@ SOURCES = (
     ROOM / "cyclic" / "sequence.py",
     ROOM / "hmi" / "link" / "machine_link.py",
 )
-"""Where events, reasons and refusals are written. What a loader says of a file stays English."""
+"""Sources of events, reasons and refusals. Messages of loaders about a file stay English."""
 ARGUMENTS = {"positive", "negative", "stroke", "pulse", "screw", "waveform", "{0} (node {1})"}
-"""Single words and names that stand in messages, beside the states of machine and learning."""
+"""Single words and names that messages insert, besides the states of machine and learning."""
 UNITS = {"mm", "um", "ms"}
 LOGGERS = {"info", "warning", "exception", "error", "debug", "strftime"}
 _WORD = re.compile(r"[A-Za-z]{2,}")
 
 
 def _template(node: ast.AST) -> str:
-    """A text with {0}, {1} ... for what is put in; "" for no text."""
+    """Return a text with {0}, {1} ... for its arguments; "" for a node that is no text."""
     if isinstance(node, ast.Constant):
         return node.value if isinstance(node.value, str) else ""
     if not isinstance(node, ast.JoinedStr):
@@ -45,7 +45,7 @@ def _template(node: ast.AST) -> str:
 
 
 def _spoken(module: ast.Module) -> Iterator[ast.AST]:
-    """Texts in functions, and constants of the module: without docstrings, and what is raised or logged."""
+    """Yield texts in functions and constants of the module, but no docstrings, exceptions or log messages."""
     left_out: set[int] = set()
     for node in ast.walk(module):
         logs = isinstance(node, ast.Call) and getattr(node.func, "attr", "") in LOGGERS
@@ -68,7 +68,7 @@ def _spoken(module: ast.Module) -> Iterator[ast.AST]:
 
 
 def message_templates() -> set[str]:
-    """Texts with {0}, {1} ... for what is put in, and the words that are put in."""
+    """Return the texts with {0}, {1} ... for their arguments, and the words that are inserted."""
     found = {stage.words for stage in Stage} | {state.name.lower() for state in LearningState} | ARGUMENTS
     for path in SOURCES:
         for node in _spoken(ast.parse(path.read_text(encoding="utf-8"))):

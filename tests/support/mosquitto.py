@@ -1,4 +1,4 @@
-"""A real Mosquitto broker of its own for a test, and its command line clients as the other side."""
+"""A Mosquitto broker for one test, and its command line clients as the communication partner."""
 
 import asyncio
 import contextlib
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Self
 import pytest
 
 LIMIT_S = 60.0
-"""A controller takes that long to start and to run its program where many programs share two processors."""
+"""Time in which a controller starts and runs its program while many programs share two processors."""
 SERVER = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin:/sbin")
 needs_mosquitto = pytest.mark.skipif(
     SERVER is None or shutil.which("mosquitto_sub") is None, reason="mosquitto is not installed"
@@ -22,7 +22,7 @@ needs_mosquitto = pytest.mark.skipif(
 
 
 class Message(NamedTuple):
-    """A message as mosquitto_sub tells it."""
+    """A message as mosquitto_sub prints it."""
 
     retained: bool
     qos: int
@@ -31,7 +31,7 @@ class Message(NamedTuple):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The JSON object in it."""
+        """The JSON object in the payload."""
         found = json.loads(self.payload)
         assert isinstance(found, dict)
         return found
@@ -46,7 +46,7 @@ class Listener:
         self._again: list[Message] = []
 
     async def until(self, topic: str, wanted: Callable[[Message], bool] = lambda _message: True) -> Message:
-        """The next message of a topic (its end is enough) that is wanted; fails after a while."""
+        """Return the next matching message of a topic with this end. Raises TimeoutError after LIMIT_S."""
         async with asyncio.timeout(LIMIT_S):
             while True:
                 message = self._again.pop(0) if self._again else await self._next()
@@ -55,7 +55,7 @@ class Listener:
                     return message
 
     def rewind(self) -> None:
-        """Begin with the first message again."""
+        """Start again with the first received message."""
         self._again, self.received = self.received + self._again, []
 
     async def _next(self) -> Message:
@@ -66,14 +66,14 @@ class Listener:
 
 
 class Mosquitto:
-    """One broker on a port of its own; `settings` are further lines of its configuration."""
+    """One broker on a free port; `settings` are further lines of its configuration."""
 
     def __init__(self, folder: Path, settings: str = "allow_anonymous true") -> None:
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             self.port: int = probe.getsockname()[1]
         self.login: list[str] = []
-        """What the command line clients say to be let in."""
+        """Options with which the command line clients authenticate."""
         self._configuration = folder / "mosquitto.conf"
         self._log = folder / "mosquitto.log"
         self._configuration.write_text(
@@ -82,7 +82,7 @@ class Mosquitto:
         self._process: subprocess.Popen[bytes] | None = None
 
     async def start(self) -> None:
-        """Until it accepts connections."""
+        """Start the broker; return when it accepts connections."""
         assert SERVER is not None
         with self._log.open("ab") as log:
             command = [SERVER, "-c", str(self._configuration)]
@@ -105,19 +105,19 @@ class Mosquitto:
         self.kill()
 
     def signal(self, number: int) -> None:
-        """SIGSTOP makes it hang."""
+        """Send a signal to the broker; SIGSTOP makes it hang."""
         assert self._process is not None
         self._process.send_signal(number)
 
     def kill(self) -> None:
-        """At once; what it had retained is forgotten."""
+        """Kill the broker; retained messages are lost."""
         if self._process is not None:
             self._process.kill()
             self._process.wait(LIMIT_S)
             self._process = None
 
     async def publish(self, topic: str, payload: bytes | str, *options: str) -> None:
-        """With QoS 1, by mosquitto_pub."""
+        """Publish with QoS 1, by mosquitto_pub."""
         payload = payload.encode() if isinstance(payload, str) else payload
         process = await asyncio.create_subprocess_exec(
             *("mosquitto_pub", *self._address(), "-V", "5", "-q", "1", "-t", topic, *options),
@@ -130,7 +130,7 @@ class Mosquitto:
 
     @contextlib.asynccontextmanager
     async def listener(self, *topics: str) -> AsyncIterator[Listener]:
-        """A subscriber that is subscribed."""
+        """Start a subscriber; enter when the broker has accepted its subscriptions."""
         mark = "mark/of/the/listener"
         await self.publish(mark, "here", "-r")
         wanted = [part for topic in (*topics, mark) for part in ("-t", topic)]

@@ -1,4 +1,4 @@
-"""An MQTT link under test, and the broker it talks to."""
+"""An MQTT link under test, and its broker."""
 
 import asyncio
 import contextlib
@@ -16,14 +16,14 @@ COMMAND = f"{ROOT}/command"
 
 
 def link_to(broker: Mosquitto, handler: FakeCommandHandler, **keys: object) -> MqttLink:
-    """A link of a machine with the axes x and y; `keys` of the section [mqtt]."""
+    """Return a link of a machine with axes x and y; `keys` of the section [mqtt]."""
     config = MqttConfig.model_validate({"port": broker.port, **keys})
     return MqttLink(config, "xy_table", handler)
 
 
 @contextlib.asynccontextmanager
 async def running(link: MqttLink) -> AsyncIterator[None]:
-    """The link runs inside, does not end by itself, and ends within a bound after a request."""
+    """Run the link; assert that it does not end by itself, and ends within LIMIT_S when cancelled."""
     task = asyncio.create_task(link.run())
     try:
         yield
@@ -35,7 +35,7 @@ async def running(link: MqttLink) -> AsyncIterator[None]:
 
 
 async def until(condition: Callable[[], bool]) -> None:
-    """Until a condition holds that shows nowhere but in the link; fails after a while."""
+    """Wait for a condition on the link. Raises TimeoutError after LIMIT_S."""
     async with asyncio.timeout(LIMIT_S):
         while not condition():  # noqa: ASYNC110  # the link tells nobody
             await asyncio.sleep(0.01)

@@ -60,7 +60,7 @@ class Operator:
         return status
 
     def ask(self, command: Command, axis: str = "") -> str:
-        """Give a command; the reason where it is refused."""
+        """Give a command; return the reason if it is refused."""
         reason: str = self.handler.execute(CommandRequest(command, axis)).reason
         return reason
 

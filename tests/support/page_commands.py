@@ -1,4 +1,4 @@
-"""The commands that the pages show, and a directory with the files that pages speak of."""
+"""The commands that the pages of docs show, and a directory with the files that they use."""
 
 import re
 import shlex
@@ -32,7 +32,7 @@ class Shown(NamedTuple):
 
     @property
     def command(self) -> str:
-        """The command without the page's remark behind it."""
+        """The command without the comment after it."""
         return self.line.partition(" #")[0].strip()
 
 
@@ -43,13 +43,13 @@ class Group(NamedTuple):
     when: str
     run: list[str]
     beside: list[tuple[str, str]]
-    """Commands that stay open, and what each prints when it is ready."""
+    """Commands that keep running, and what each prints when it is ready."""
     needs: str
     why: str
 
 
 def shown() -> list[Shown]:
-    """Every command that a page shows in full."""
+    """Return every command that a page shows in full."""
     found = []
     for page in PAGES:
         for line in LINE.findall(page.read_text(encoding="utf-8")):
@@ -60,7 +60,7 @@ def shown() -> list[Shown]:
 
 
 def groups() -> list[Group]:
-    """The groups of commands_of_pages.toml."""
+    """Return the groups of commands_of_pages.toml."""
     found: list[dict[str, Any]] = tomllib.loads(GROUPS.read_text(encoding="utf-8"))["group"]
     return [
         Group(
@@ -76,7 +76,7 @@ def groups() -> list[Group]:
 
 
 def world(place: Path) -> Path:
-    """Fill an empty directory with what the pages take for granted; return it."""
+    """Fill an empty directory with the files that the pages assume; return it."""
     release = FORMATS / "1.0"
     for name in ("machines", "eds"):
         shutil.copytree(ROOT / name, place / name, ignore=shutil.ignore_patterns("learned", "templates"))
@@ -97,7 +97,7 @@ def world(place: Path) -> Path:
 
 
 def _recordings(place: Path) -> None:
-    """Two recordings of an axis with friction and cogging, as CSV, as a fleet and as runs to watch."""
+    """Write two recordings of an axis with friction and cogging: as CSV, as a fleet, and as runs to watch."""
     t = np.arange(8_000) * 1e-3
     for number in (1, 2):
         x = 0.02 * np.sin(2 * np.pi * 0.31 * number * t) + 0.008 * np.sin(2 * np.pi * 1.13 * t + 1)

@@ -42,12 +42,12 @@ class PageInProcess:
         await self.user.open("/")
 
     def text(self, mark: str) -> str:
-        """The text of a label, "" while it is hidden."""
+        """Return the text of a label, "" while it is hidden."""
         shown = [label.text for label in self._labels() if mark in label._markers]
         return shown[0] if shown else ""
 
     def shows(self, text: str) -> bool:
-        """Whether a label has this text in it."""
+        """Return whether a label contains this text."""
         return any(text in label.text for label in self._labels())
 
     def _labels(self) -> list[ui.label]:

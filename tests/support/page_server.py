@@ -1,4 +1,4 @@
-"""A process that serves the operator's pages on a stub, and the stub's machine from the test's side."""
+"""A process that serves the operator's pages on a stub, and the test's interface to the stub machine."""
 
 import os
 import socket
@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 START_LIMIT_S = 240.0
 
 AT_ONCE = {"Connection": "close"}
-"""A connection that is kept may be closed by the server in the moment in which it is used again."""
+"""Header of a request without keep-alive: the server may close a kept connection as it is used again."""
 # NiceGUI behaves differently under pytest
 OUTSIDE_PYTEST = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
 OUTSIDE_PYTEST["OMP_NUM_THREADS"] = "1"
@@ -34,7 +34,7 @@ class Server:
 
 
 class Stub:
-    """The machine behind the page, from the test's side."""
+    """The test's interface to the machine behind the page."""
 
     def __init__(self, url: str, context: BrowserContext) -> None:
         self._url = url
@@ -42,7 +42,7 @@ class Stub:
         self._seen = len(self._requests())
 
     def requests(self) -> list[dict[str, Any]]:
-        """The requests of the page since the test began, without those about the control right."""
+        """Return the requests of the page since the test began, without those about the control right."""
         return [one for one in self._requests()[self._seen :] if not one["do"].endswith("_control")]
 
     def commands(self) -> list[str]:

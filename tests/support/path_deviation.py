@@ -1,4 +1,4 @@
-"""Deviation from any commanded path: the reference for contour errors that the product takes otherwise."""
+"""Deviation from any commanded path: a reference for contour errors, independent of the product."""
 
 import numpy as np
 

@@ -49,7 +49,7 @@ def duration(step: PathMove, of: MotionLimits = TABLE) -> float:
 
 
 def curve(radius: float, length: float, count: int, decimals: int) -> PathMove:
-    """A circle as many short lines, as CAM writes it."""
+    """Return a circle of many short lines, as a CAM system writes it."""
     angle = np.arange(1, count + 1) * length / radius
     ends = np.round(np.stack((radius * np.sin(angle), radius * (1.0 - np.cos(angle))), axis=1), decimals)
     return path(*(Line(tuple(end)) for end in ends))

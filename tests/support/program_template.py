@@ -43,7 +43,7 @@ def serve(requests: socket.socket) -> None:
 
 
 def _keep(request: dict[str, Any], output: int, answer: int) -> Never:
-    """Fork the program, and answer with its number and its status."""
+    """Fork the program; answer with its process id and its exit status."""
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     pid = os.fork()
     if pid == 0:

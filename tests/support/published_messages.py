@@ -1,4 +1,4 @@
-"""One message of each kind that is published over MQTT, made by what makes them."""
+"""One message of each kind that is published over MQTT, made by the product's own functions."""
 
 import re
 from datetime import UTC, datetime
@@ -15,7 +15,7 @@ TOPICS = Topics("servo_ctrl", "xy_table")
 
 
 def messages() -> dict[str, bytes]:
-    """By topic; that of `reconcile watch` is the one of its document."""
+    """Return messages by topic; that of `reconcile watch` is its documented example."""
     handler = FakeCommandHandler()
     handler.set_learning("x", LearningState.RUNNING, OUTLOOK)
     handler.set_axis(

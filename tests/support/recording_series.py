@@ -13,13 +13,13 @@ from pyarrow import parquet
 from kernels.arrays import Array
 
 FORCE_NOISE_A = 2e-3
-"""RMS of the current sensor's noise: 0.5 N at the table."""
+"""RMS noise of the current sensor: 0.5 N at the table."""
 FIRST_S = 1_700_000_000.0
 HOUR_S = 3600.0
 
 
 def strokes(rng: np.random.Generator, *, fast_mm_s: float = 60.0, way_mm: float = 9.0) -> Array:
-    """Positions (n,) of strokes there and back, each at its own speed, from rest at 0 to rest at 0."""
+    """Return positions (n,) of strokes there and back at different speeds, from rest at 0 to rest at 0."""
     pieces = []
     for share in (0.25, 1.0, 0.5, 1.0, 0.1):
         speed = share * fast_mm_s * rng.uniform(0.95, 1.05)
@@ -47,7 +47,10 @@ def record(
     motion: Callable[[np.random.Generator], Array] = strokes,
     temperature_k: float | None = None,
 ) -> Path:
-    """`plant`: sections that its plant has beside the nominal ones, or instead of them (as key = value)."""
+    """Write recording `number` and return its file.
+
+    `plant`: sections added to the nominal ones, or lines `key = value` that replace theirs.
+    """
     rng = np.random.default_rng([seed, number])
     machine = write_machine(
         folder / "machine", {"x": ""}, motion(rng)[:, None], float(rng.uniform(-20.0, 20.0))
@@ -78,6 +81,6 @@ def record(
 
 
 def model(folder: Path) -> Path:
-    """The nominal model of all of them."""
+    """Write the nominal model of all recordings; return its file."""
     machine = write_machine(folder / "model", {"x": ""}, np.zeros((10, 1)))
     return machine / "plant.toml"

@@ -1,4 +1,4 @@
-"""What a report is written from: two views with known effects, two replays with known errors."""
+"""Inputs of a report: two views with known effects, two replays with known errors."""
 
 from pathlib import Path
 
@@ -22,7 +22,7 @@ table.mass_kg = 50.0
 
 
 def two_views(folder: Path) -> list[ResidualAnalysis]:
-    """Force of two recordings with a ripple, and a deviation with 3 um of play."""
+    """Return the force residuals of two recordings with a ripple, and a deviation with 3 um of backlash."""
     file = folder / "model.toml"
     file.write_text(MODEL, encoding="utf-8")
     axis = load_model(file).axes["x"]
@@ -43,7 +43,7 @@ def two_views(folder: Path) -> list[ResidualAnalysis]:
 
 
 def two_replays() -> list[ReplayComparison]:
-    """Two recordings of 20 s; the nominal model errs by 1 N, and from 12 to 14 s by 3 N."""
+    """Return replays of two recordings of 20 s; the nominal model errs by 1 N, from 12 to 14 s by 3 N."""
     time_s = np.arange(20_000) * T
     force_n = 10.0 * np.sin(time_s)
     missed_n = np.where((time_s >= 12.0) & (time_s < 14.0), 3.0, 1.0)

@@ -20,7 +20,7 @@ LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.png")
 
 
 def scratch_copy(example: Path, folder: Path) -> list[str]:
-    """Copy the tree into `folder` and apply the example; returns the files that it touches."""
+    """Copy the tree into `folder` and apply the example; return the files that it changes."""
     for name in COPIED:
         shutil.copytree(ROOT / name, folder / name, ignore=LEFT_OUT)
     shutil.copy(ROOT / "pyproject.toml", folder)

@@ -26,7 +26,7 @@ TRAVELS = 3
 
 
 def stage_file(directory: Path, *changes: tuple[str, str]) -> Path:
-    """The machine file with 12 mm of travel, its texts changed (old, new)."""
+    """Return the machine file with 12 mm of travel and texts replaced (old, new)."""
     text = text_of(STAGE / "controller.toml")
     text = re.sub(r"position_mm = \[.*?\]", "position_mm = [-6.0, 6.0]", text)
     text = re.sub(r"\[axis\.x\.screw_compensation\]\n(?:[^\[\n].*\n|\n)*", "", text) + "\n" + SECTION
@@ -37,12 +37,12 @@ def stage_file(directory: Path, *changes: tuple[str, str]) -> Path:
 
 
 def screw_error_m(motor_m: float) -> float:
-    """A pitch that is too long, and a drunken thread."""
+    """Return the error of a screw with a lead that is too long and a periodic error."""
     return 1e-4 * motor_m + 2e-6 * math.sin(2.0 * math.pi * motor_m / LEAD_M)
 
 
 class ScrewStand(LearningStand):
-    """The motor follows its set point, the table the motor, with the screw's error and lost motion."""
+    """The motor follows its set point; the table follows the motor with the screw's error and lost motion."""
 
     def __init__(self, machine_file: Path, learned: Path, **options: Any) -> None:
         super().__init__(machine_file, learned, **options)

@@ -18,7 +18,7 @@ Address = tuple[int, int]
 
 
 class Entry(NamedTuple):
-    """One object: how many bytes (None: any), whether signed, access, limits."""
+    """One object: size in bytes (None: any), sign, access, limits."""
 
     size: int | None
     signed: bool
@@ -26,7 +26,7 @@ class Entry(NamedTuple):
     low: int | None
     high: int | None
     default: bytes | None
-    """None: by the hardware, or nothing."""
+    """Default value; None if the hardware supplies it, or there is none."""
 
 
 class ReferenceDictionary:
@@ -46,7 +46,7 @@ class ReferenceDictionary:
         self.values: dict[Address, bytes] = {}
 
     def upload(self, index: int, subindex: int) -> bytes | int:
-        """The data of an upload, or its abort code."""
+        """Return the data of an upload, or its abort code."""
         entry = self._find(index, subindex)
         if isinstance(entry, int):
             return entry
@@ -56,7 +56,7 @@ class ReferenceDictionary:
         return value or NO_DATA
 
     def download(self, index: int, subindex: int, data: bytes) -> int:
-        """0 for a download that is taken, else its abort code."""
+        """Return 0 for an accepted download, else its abort code."""
         entry = self._find(index, subindex)
         if isinstance(entry, int):
             return entry

@@ -1,4 +1,4 @@
-"""One axis of the X-Y table, stepped alone by the compiled cycle; led at rest, and its last row by name."""
+"""One axis of the X-Y table, stepped alone by the compiled cycle: settling, and the last row by name."""
 
 from collections.abc import Callable, Sequence
 
@@ -30,7 +30,7 @@ ROW = [channel.name for channel in AXIS_CHANNELS]
 
 
 class SteppedAxis(AxisServo):
-    """Axis x of a machine by itself: its drive is node 0, its scale node 1."""
+    """Axis x of a machine alone: its drive is node 0, its scale node 1."""
 
     def __init__(self, machine: MachineConfig, drive: NodePlan, scale: NodePlan) -> None:
         axis = machine.axes["x"]
@@ -44,7 +44,7 @@ class SteppedAxis(AxisServo):
 
     @property
     def row(self) -> list[float]:
-        """Of the last step."""
+        """Channels of the last step."""
         return self.memory.row[3:].tolist()
 
     def step(
@@ -60,7 +60,7 @@ class SteppedAxis(AxisServo):
 
 
 def settle(servo: SteppedAxis, counts: int = 0, scale: int = 0) -> None:
-    """Lead the axis at rest at these counts until it is ready."""
+    """Run the axis at standstill at these counts until it is ready."""
     for _ in range(2):
         servo.step((DISABLED, counts, 0), (scale,), None)
     for _ in range(SETTLING_CYCLES + 2):
@@ -70,5 +70,5 @@ def settle(servo: SteppedAxis, counts: int = 0, scale: int = 0) -> None:
 
 
 def values(servo: SteppedAxis) -> dict[str, float]:
-    """The last row by channel name."""
+    """Return the last row by channel name."""
     return dict(zip(ROW, servo.row, strict=True))

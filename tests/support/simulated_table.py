@@ -22,11 +22,11 @@ START_LIMIT_S = 300.0  # on a busy machine, kernels compiled anew
 PAGE_LIMIT_S = 300.0
 LONG_CYCLE = {"sync_period_us = 1000": "sync_period_us = 2000"}
 BITRATE = 500_000
-"""A rate of CiA 301, bit/s: some 500 cycles of 2 ms a second: real time, at half the cost of 1 ms."""
+"""Bit rate of CiA 301 at which 500 cycles of 2 ms take a second: real time at half the cost of 1 ms."""
 
 
 def table_directory(directory: Path, changes: Mapping[str, str], programs: Mapping[str, str]) -> Path:
-    """The X-Y table in a directory of its own: controller.toml changed, and programs by their file names."""
+    """Write the X-Y table into a directory: controller.toml with changes, programs by file name."""
     (directory / "programs").mkdir(parents=True)
     write_controller(directory, text_of(XY_TABLE / "controller.toml", {**LONG_CYCLE, **changes}))
     (directory / "plant.toml").write_text(text_of(XY_TABLE / "plant.toml"), encoding="utf-8")
@@ -40,16 +40,16 @@ class ServedTable(NamedTuple):
 
     url: str
     restart_simulator: Callable[[], None]
-    """Kills hil-sim, whatever moves, and starts it again."""
+    """Kills hil-sim, also in motion, and starts it again."""
     kill_controller: Callable[[], None]
-    """Kills servo-ctrl with its page, whatever moves."""
+    """Kills servo-ctrl with its page, also in motion."""
     start_controller: Callable[[], None]
-    """Starts it again."""
+    """Starts servo-ctrl again."""
 
 
 @contextlib.contextmanager
 def served_table(machine: Path, out: Path, port: int, environment: dict[str, str]) -> Iterator[ServedTable]:
-    """The machine in `machine`, its drives off, its learned results in `out`."""
+    """Serve the machine in `machine` with drives off; learned results are in `out`."""
     can, listen = out / "can.sock", f"127.0.0.1:{port}"
     bus = ["--machine", machine, "--bus", f"localcan:{can}", "--pacing", "lockstep"]
     hub = subprocess.Popen([sys.executable, "-m", "local_can", str(can), "--bitrate", str(BITRATE)])
@@ -91,7 +91,7 @@ def served_table(machine: Path, out: Path, port: int, environment: dict[str, str
 
 
 def _wait_until_free(port: int) -> None:
-    """Until the page of a controller that was killed has noticed it, and has ended."""
+    """Wait until the page of a killed controller has ended."""
     deadline_s = time.monotonic() + PAGE_LIMIT_S
     while True:
         with socket.socket() as probe:
@@ -102,7 +102,7 @@ def _wait_until_free(port: int) -> None:
 
 
 def opened(context: BrowserContext, url: str) -> Page:
-    """A page there, as soon as its process serves."""
+    """Open the page as soon as its process serves it."""
     page = context.new_page()
     deadline_s = time.monotonic() + PAGE_LIMIT_S
     while True:
@@ -119,7 +119,7 @@ def opened(context: BrowserContext, url: str) -> Page:
 def _running(
     command: list[str | Path], log: Path, sign: str, environment: dict[str, str]
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """A process, from when its log has the sign until it is asked to end."""
+    """Run a process: enter when its log matches `sign`, terminate it on leaving."""
     with log.open("wb") as output:
         process = subprocess.Popen(command, stdout=output, stderr=output, cwd=REPOSITORY, env=environment)
         try:

@@ -47,10 +47,10 @@ class SocketBus(can.BusABC):
         self.near.close()
 
     def put(self, can_id: int, data: bytes = b"") -> None:
-        """A frame from the other side."""
+        """Send a frame from the other end."""
         self.far.send(_FRAME.pack(can_id, len(data), data))
 
     def take_sent(self) -> tuple[int, bytes]:
-        """A frame that was sent to the other side."""
+        """Return a frame that the bus sent to the other end."""
         header, size, data = _FRAME.unpack(self.far.recv(_FRAME.size))
         return header, data[:size]

@@ -1,4 +1,4 @@
-"""A link to no machine: two axes on a made-up circle, run by a counter; for tests of the page."""
+"""A link without a machine, for tests of the page: two axes on a synthetic circle, driven by a counter."""
 
 import asyncio
 import math
@@ -34,7 +34,7 @@ MACHINE = Path("machines/xy_table")
 
 
 class StubLink:
-    """As `hmi.machine_link.MachineLink`. `advance` moves time; commands change the stage as they would."""
+    """The interface of `hmi.machine_link.MachineLink`. `advance` advances time; commands change the stage."""
 
     def __init__(self, _path: Path = Path("stub")) -> None:
         self.connected = True
@@ -56,21 +56,21 @@ class StubLink:
         self.reversals: deque[Reversal] = deque(maxlen=500)
         self.listeners: list[Callable[[MachineStatus], None]] = []
         self.requests: list[LocalRequest] = []
-        """What was asked for, in order."""
+        """Requests in order."""
         self.answers: dict[str, LocalAnswer] = {}
-        """By `do`, or by the name of a command: what is answered instead of "accepted"."""
+        """Answers other than "accepted", by `do` or by the name of a command."""
         self.objects: dict[tuple[int, int, int], int | float | str] = {(1, 0x1000, 0): 0x20192}
-        """By node, index and subindex."""
+        """Values of objects by node, index and subindex."""
         self.status: MachineStatus = first_status()
 
     async def run(self) -> None:
-        """Time passes as it does, thirty times a second."""
+        """Advance time at its real rate, thirty times a second."""
         while True:
             await asyncio.sleep(1.0 / 30.0)
             self.advance(round(1.0 / 30.0 / PERIOD_S))
 
     def advance(self, cycles: int) -> None:
-        """So many rows arrive, reversals with them, and a status."""
+        """Deliver rows with their reversals, and a status."""
         first = self.status.cycles
         if self.connected:
             self.rows.extend(self._rows(first, cycles))
@@ -79,13 +79,13 @@ class StubLink:
         self.change(cycles=first + cycles)
 
     def change(self, **fields: Any) -> None:
-        """Another status: `change(stage=Stage.RUNNING)`."""
+        """Change fields of the status, and call the listeners: `change(stage=Stage.RUNNING)`."""
         self.status = self.status._replace(**fields)
         for listener in tuple(self.listeners):
             listener(self.status)
 
     async def request(self, who: Who, do: str, **fields: Any) -> LocalAnswer:
-        """Accepted, unless `answers` says otherwise; what it changes shows in the status."""
+        """Accept the request, unless `answers` holds another answer; the status shows its effect."""
         request = LocalRequest.model_validate({"id": len(self.requests) + 1, "who": who, "do": do, **fields})
         self.requests.append(request)
         answer = self.answers.get(request.command or do, LocalAnswer(id=0, accepted=True))

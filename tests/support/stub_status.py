@@ -1,4 +1,4 @@
-"""What a machine that is none says of itself: ready, nothing learning, all nodes well."""
+"""Status of a stub machine: ready, no learning run, all nodes operational."""
 
 from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, EventEntry, NodeStatus
@@ -39,7 +39,7 @@ _LEARNED = Learned(
 
 
 def first_status() -> MachineStatus:
-    """Ready, nothing learning, all nodes well."""
+    """Return the status: ready, no learning run, all nodes operational."""
     return MachineStatus(
         time=TIME,
         stage=Stage.READY,

@@ -1,4 +1,4 @@
-"""One cycle under supervision, as the compiled cycle has it: the signs of the tick, then the judgement."""
+"""One cycle of supervision as the compiled cycle does it: signs of the tick first, then the finding."""
 
 from typing import NamedTuple
 
@@ -9,11 +9,11 @@ from servo_ctrl.cyclic import supervision
 
 
 class Counts(NamedTuple):
-    """How long the current has been at its limit, and the last cycles in which the axis was pushed."""
+    """Cycles with the current at its limit, and the last cycles in which the axis was pushed."""
 
     saturated: int
     pushed: tuple[tuple[float, float], ...]
-    """Velocity and size of the error, the oldest first."""
+    """Velocity and absolute error, oldest first."""
 
 
 AT_REST = Counts(0, ())
@@ -29,7 +29,7 @@ def supervise(
     velocity_m_s: float,
     error_m: float,
 ) -> tuple[Counts, int]:
-    """Counts and finding behind this cycle."""
+    """Return counts and finding after this cycle."""
     cycles, pushed = limits.runaway_cycles + 1, len(counts.pushed)
     first = 1 % cycles  # anywhere: it is a ring
     kept = np.zeros((cycles, 2))

@@ -1,4 +1,4 @@
-"""Axes to be learned whose best pulse is known: strokes are answered by a formula."""
+"""Axes for learning whose optimal pulse is known: a formula computes the result of a stroke."""
 
 from collections.abc import Callable, Generator
 from typing import TypeVar
@@ -33,7 +33,7 @@ Result = TypeVar("Result")
 def follow(
     learning: Generator[Stroke, StrokeResult, Result], axis: Callable[[Stroke], StrokeResult]
 ) -> tuple[Result, list[Stroke]]:
-    """Make all strokes of a learning stage; what it returns, and the strokes."""
+    """Make all strokes of a learning stage; return its result and the strokes."""
     strokes = [next(learning)]
     while True:
         try:
@@ -45,7 +45,7 @@ def follow(
 def whole_run(
     settings: LearningSettings, axis: Callable[[Stroke], StrokeResult]
 ) -> tuple[Learned, list[tuple[Stroke, StrokeResult]]]:
-    """A learning run to its end, and its journal."""
+    """Run a learning run to its end; return its result and journal."""
     run, journal = LearningRun(settings), []
     while (stroke := run.stroke) is not None:
         result = axis(stroke)
@@ -75,7 +75,7 @@ class ScoredAxis:
 
 
 class LinearAxis:
-    """e = h * (p_best - p), h(t) = exp(-20 t) cos(20 t): the best pulse leaves no error."""
+    """e = h * (p_best - p), h(t) = exp(-20 t) cos(20 t): the optimal pulse leaves no error."""
 
     def __init__(self, best: Callable[[float], Pulse], settings: LearningSettings) -> None:
         self._best, self._settings = best, settings
@@ -88,13 +88,13 @@ class LinearAxis:
 
 
 def response(samples: int) -> Array:
-    """The known answer to a velocity impulse."""
+    """Return the impulse response h (samples,)."""
     time_s = np.arange(samples) * PERIOD_S
     return np.asarray(np.exp(-20.0 * time_s) * np.cos(20.0 * time_s))
 
 
 def trapezoids(pulse: Pulse, rise_s: float, samples: int) -> Array:
-    """Both trapezoids by their corners."""
+    """Return both trapezoids (samples,), from their corners."""
     time_s = np.arange(samples) * PERIOD_S
     total = np.zeros(samples)
     for start_s, duration_s, amplitude in ((0.0, *pulse[:2]), pulse[2:]):

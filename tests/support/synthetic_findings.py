@@ -1,4 +1,4 @@
-"""Findings as the engine hands them to the repairs, made up: their numbers are known."""
+"""Synthetic findings with known values, as input of the model update."""
 
 import math
 from collections.abc import Sequence
@@ -26,14 +26,14 @@ START_K = 295.0
 
 
 class SyntheticResidual(NamedTuple):
-    """What the repairs read of a rest."""
+    """The fields of a residual that the model update reads."""
 
     source: str
     data: RegressionData
 
 
 class SyntheticExplanation(NamedTuple):
-    """What the repairs read of an explanation."""
+    """The fields of an explanation that the model update reads."""
 
     channel: ResidualChannel
     findings: list[IdentifiedEffect]
@@ -44,7 +44,7 @@ class SyntheticExplanation(NamedTuple):
 
 
 def data(folder: Path, *, warm: bool = False) -> RegressionData:
-    """An axis that moves back and forth, not evenly about its centre; y moves far and z a little."""
+    """Return data of an axis that oscillates asymmetrically about a centre; y moves far and z a little."""
     t = np.arange(SAMPLES) * PERIOD_S
     x = CENTRE_M + 0.02 * np.sin(2.0 * math.pi * 0.31 * t) + 0.008 * np.sin(2.0 * math.pi * 1.13 * t + 1.0)
     speed = np.abs(np.gradient(x, PERIOD_S))
@@ -67,7 +67,7 @@ def data(folder: Path, *, warm: bool = False) -> RegressionData:
 
 
 def finding(effect: str, channel: ResidualChannel, terms: Sequence[dict[str, float]]) -> IdentifiedEffect:
-    """As `reconcile.identification.explain` makes one of hypotheses with these parameters."""
+    """Return a finding as `reconcile.identification.explain` makes it of terms with these parameters."""
     ends = [f"_{k}" for k in range(1, len(terms) + 1)] if len(terms) > 1 else [""]
     parameters = {
         key + end: Estimate(value, value, value, "")
@@ -81,7 +81,7 @@ def finding(effect: str, channel: ResidualChannel, terms: Sequence[dict[str, flo
 def explanations(
     channel: ResidualChannel, findings: list[IdentifiedEffect], seen: RegressionData
 ) -> list[SyntheticExplanation]:
-    """Both senses of one recording; the findings are in one of them."""
+    """Return explanations of both channels of one recording; one of them has the findings."""
     bases = {
         ResidualChannel.FORCE: BASE,
         ResidualChannel.POSITION_DEVIATION: {"origin_m": 0.0, "delay_s": 0.0},
@@ -94,7 +94,7 @@ def explanations(
 
 
 def model_file(folder: Path, extra: str = "", inertia_kg_cm2: float = 0.1) -> Path:
-    """A nominal model of three axes without friction."""
+    """Write a nominal model of three axes without friction; return the file."""
     axis = f"""
 [axis.NAME.transmission]
 lead_mm = 5.0
@@ -121,7 +121,7 @@ def updated_axis(
     seen: RegressionData,
     **nominal: Any,
 ) -> tuple[AxisPlant, list[str]]:
-    """The axis with one finding, as `hil-sim run` reads it."""
+    """Return the axis updated by one finding, as `hil-sim run` reads it, and the notes."""
     model = load_model(model_file(folder, **nominal))
     made = axis_sections(explanations(channel, [finding(effect, channel, terms)], seen), model, "x")
     file = folder / "model.toml"
@@ -132,6 +132,6 @@ def updated_axis(
 
 
 def friction_w(seen: RegressionData) -> Any:
-    """Power (n,) that heats the axis."""
+    """Return the friction power (n,) that heats the axis."""
     speed = np.abs(seen.motion.velocity_m_s)
     return speed * (BASE["coulomb_n"] + BASE["viscous_n_s_m"] * speed)

@@ -51,7 +51,7 @@ HEADER: dict[str, Any] = {
     "compensation": dict.fromkeys(AXES, COMPENSATION),
 }
 SETUP_KEYS = ("nodes", "limits", "monitoring", "compensation")
-"""Header keys that recordings of earlier versions lack."""
+"""Keys of the header that recordings of earlier versions lack."""
 
 
 def write_recording(
@@ -81,7 +81,7 @@ def write_recording(
 
 
 def reversal(axis: str, time_s: float, error_mean_m: float, *, due: bool = False) -> dict[str, Any]:
-    """A line of reversals.jsonl."""
+    """Return a line of reversals.jsonl."""
     return {
         "axis": axis,
         "cycle": round(time_s / PERIOD_S),
@@ -97,7 +97,7 @@ def reversal(axis: str, time_s: float, error_mean_m: float, *, due: bool = False
 
 
 def circle(deviation_m: Any, *, turns: float, direction: int = 1, samples: int = 2000) -> dict[str, Array]:
-    """Command and scale of a circle R = 20 mm about (5, -3) mm; the deviation is a function of the angle."""
+    """Return command and scale of a circle of 20 mm about (5, -3) mm, with a radial deviation by angle."""
     angle_rad = np.arange(round(turns * samples)) * (2.0 * np.pi * direction / samples)
     actual_m = 0.02 + deviation_m(angle_rad)
     return {

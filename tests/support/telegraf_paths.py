@@ -1,4 +1,4 @@
-"""What Telegraf makes of a message by deploy/history/telegraf.conf: its XPath, evaluated by libxml2.
+"""Points that Telegraf makes of a message by deploy/history/telegraf.conf: its XPath, evaluated by libxml2.
 
 As in Telegraf a key of the JSON document is an element; `/a` begins at the document, `a` at the node.
 """
@@ -14,11 +14,11 @@ from lxml import etree
 
 CONFIGURATION = Path(__file__).parents[2] / "deploy" / "history" / "telegraf.conf"
 _ABSOLUTE = re.compile(r"(?<![\w/*.)])/(?=[a-z])")
-"""The slash at which a path from the document begins."""
+"""The slash with which an absolute path begins."""
 
 
 class Point(NamedTuple):
-    """A point as InfluxDB gets it."""
+    """A point as InfluxDB receives it."""
 
     measurement: str
     tags: dict[str, str]
@@ -27,20 +27,20 @@ class Point(NamedTuple):
 
 
 def inputs() -> list[dict[str, Any]]:
-    """The sections [[inputs.mqtt_consumer]]."""
+    """Return the sections [[inputs.mqtt_consumer]]."""
     found = tomllib.loads(CONFIGURATION.read_text(encoding="utf-8"))["inputs"]["mqtt_consumer"]
     assert isinstance(found, list)
     return found
 
 
 def matches(pattern: str, topic: str) -> bool:
-    """Whether a subscription with `+` gets a topic."""
+    """Return whether a subscription with `+` matches a topic."""
     levels, wanted = topic.split("/"), pattern.split("/")
     return len(levels) == len(wanted) and all(a in {"+", b} for a, b in zip(wanted, levels, strict=True))
 
 
 def points(topic: str, payload: bytes) -> list[Point]:
-    """Of all inputs that subscribe to the topic."""
+    """Return the points of all inputs that subscribe to the topic."""
     found = []
     for section in inputs():
         if not any(matches(pattern, topic) for pattern in section["topics"]):
@@ -79,7 +79,7 @@ def _point(query: dict[str, Any], node: etree._Element, tags: dict[str, str]) ->
 
 
 def element_of(name: str, value: Any) -> etree._Element:
-    """A JSON value as an element; null is an element without a text."""
+    """Return a JSON value as an element; null is an element without text."""
     element = etree.Element(name)
     if isinstance(value, dict):
         element.extend(element_of(key, inner) for key, inner in value.items())
@@ -91,13 +91,13 @@ def element_of(name: str, value: Any) -> etree._Element:
 
 
 def nodes(expression: str, node: etree._Element) -> list[etree._Element]:
-    """The nodes that an expression selects."""
+    """Return the nodes that an expression selects."""
     found = node.xpath(_ABSOLUTE.sub("/document/", expression))
     assert isinstance(found, list)
     return found
 
 
 def evaluated(expression: str, node: etree._Element) -> Any:
-    """A number, a text or a truth; of nodes the text of the first. What is not there is NaN or empty."""
+    """Return a number, text or boolean; of nodes the text of the first. A missing value is NaN or empty."""
     found = node.xpath(_ABSOLUTE.sub("/document/", expression))
     return (found[0].text or "" if found else "") if isinstance(found, list) else found

@@ -7,7 +7,7 @@ from hil_sim.plant.layout import state_record
 
 
 def temperature_after(effect: ModuleType, p: Any, kelvin: float, friction_w: float, dt_s: float) -> float:
-    """The effect's temperature rise (K), from `kelvin` on, after `dt_s` (s) under a friction power (W)."""
+    """Return the effect's temperature rise (K) after `dt_s` (s) of a friction power (W), from `kelvin` on."""
     state = state_record(effect)
     [name] = effect.State._fields
     state[name] = kelvin

@@ -1,4 +1,4 @@
-"""A rigid axis in plausible motion, whose force has something beside that no effect makes."""
+"""A rigid axis in realistic motion, whose force has a component that no effect explains."""
 
 import functools
 from pathlib import Path
@@ -18,7 +18,7 @@ PERIOD_S = 2e-3
 COUNT_M = 1e-8
 NOISE_N, NOISE_M = 0.3, 1e-7
 UNRELATED_NOISES = 8.0
-"""Size of what is unrelated, RMS, in the noise."""
+"""RMS of the unrelated component, in multiples of the noise."""
 BAND_HZ = (0.3, 10.0)
 BLOCK_S = 0.5
 RAD_A_METRE = 80.0
@@ -27,7 +27,7 @@ EMPS = Path(__file__).parents[3] / "shared" / "data" / "emps"
 
 @functools.cache
 def positions_m(seed: int) -> Array:
-    """(n,) test motions in another order and size for each seed, cut where the axis stands at its zero."""
+    """Return positions (n,): pieces of the test motion between rests at 0, shuffled and scaled."""
     whole_m = motion()[::2]
     rng = np.random.default_rng(1000 + seed)
     stops = np.flatnonzero(np.abs(whole_m) < 1e-12)
@@ -41,26 +41,26 @@ def positions_m(seed: int) -> Array:
 
 
 def white(seed: int, n: int) -> Array:
-    """White noise of unit size."""
+    """Return white noise (n,) of unit variance."""
     return np.random.default_rng(seed).normal(size=n)
 
 
 def smooth(seed: int, n: int) -> Array:
-    """A random walk within a band, of unit size."""
+    """Return a band-limited random walk (n,) of unit variance."""
     walk = np.cumsum(white(seed, n + 2000))
     found = sosfiltfilt(butter(2, BAND_HZ, "bandpass", fs=1.0 / PERIOD_S, output="sos"), walk)[1000:-1000]
     return np.asarray(found / found.std())
 
 
 def of_another_axis(seed: int, n: int) -> Array:
-    """Inertia and friction of an axis with other positions, of unit size."""
+    """Return inertia and friction forces (n,) of an axis in another motion, of unit variance."""
     m = kinematics(np.resize(np.roll(positions_m(seed + 50), 700 + 300 * seed), n), PERIOD_S)
     force_n = 30.0 * m.acceleration_m_s2 + 60.0 * m.velocity_m_s + 8.0 * m.direction
     return np.asarray(force_n / force_n.std())
 
 
 def shuffled_residual(seed: int, n: int) -> Array:
-    """Blocks of what a rigid model leaves of a measured axis (EMPS), in another order, of unit size."""
+    """Return shuffled blocks (n,) of a rigid model's residual of a measured axis (EMPS), unit variance."""
     left, block = _measured_residual(), round(BLOCK_S / PERIOD_S)
     blocks = left[: len(left) // block * block].reshape(-1, block)
     rng = np.random.default_rng(2000 + seed)
@@ -69,7 +69,7 @@ def shuffled_residual(seed: int, n: int) -> Array:
 
 @functools.cache
 def _measured_residual() -> Array:
-    """(n,) every second sample; what a rigid model leaves."""
+    """Return the residual (n,) of a rigid model, every second sample."""
     with np.load(EMPS / "emps_train.npz") as arrays:
         x, force_n = arrays["q_meas_m"], arrays["force_N"]
     m = kinematics(x, 1e-3)
@@ -89,7 +89,7 @@ UNRELATED = {
 
 @functools.cache
 def recorded(kind: str, seed: int, *, rotary: bool = False) -> list[RegressionData]:
-    """Two recordings of a rigid axis; in force and deviation noise, and beside it what is unrelated.
+    """Return two recordings of a rigid axis, with noise and the unrelated component in force and deviation.
 
     A rotary axis turns by angles that are RAD_A_METRE times as large.
     """

@@ -1,4 +1,4 @@
-"""A learned waveform, made up."""
+"""A synthetic learned waveform."""
 
 import numpy as np
 

@@ -82,7 +82,7 @@ def planned(fleet: Path, options: FleetOptions = OPTIONS) -> FleetPlan:
 
 def asked(fleet: Path) -> list[int]:
     return [
-        len(file.read_text()) if (file := axis / "asked.txt").exists() else 0
+        len(file.read_text()) if (file := axis / "calls.txt").exists() else 0
         for axis in sorted((fleet / "data").glob("machine=*/axis=*"))
     ]
 
@@ -129,7 +129,7 @@ def test_an_axis_without_a_model_is_a_row(fleet: Path) -> None:
 
 
 def test_a_timeout_is_a_row_and_tried_again_next_time(fleet: Path) -> None:
-    row = done(planned(fleet), fleet / "out", fleet_stubs.dawdle, 0.05)["m1/x"]
+    row = done(planned(fleet), fleet / "out", fleet_stubs.never_end, 0.05)["m1/x"]
     assert (row["status"], row["error"]) == ("over time", "took longer than 0.05 s")
     assert len(planned(fleet).tasks) == 2
 

@@ -21,9 +21,9 @@ def cluster() -> Iterator[Cluster]:
 
 
 def test_the_work_of_a_killed_worker_is_redone_and_no_other_is_lost(cluster: Cluster, tmp_path: Path) -> None:
-    errands = [StubTask(f"axis{n}", str(tmp_path), deaths=int(n == 3)) for n in range(8)]
-    ended = list(cluster.run(fleet_stubs.run, errands, LIMIT_S))
-    assert sorted(one.value for one in ended) == sorted(errand.name.upper() for errand in errands)
+    tasks = [StubTask(f"axis{n}", str(tmp_path), deaths=int(n == 3)) for n in range(8)]
+    ended = list(cluster.run(fleet_stubs.run, tasks, LIMIT_S))
+    assert sorted(one.value for one in ended) == sorted(task.name.upper() for task in tasks)
     assert len(list(tmp_path.glob("axis3-*"))) == 2
     assert not any(one.failure for one in ended)
 
@@ -31,8 +31,8 @@ def test_the_work_of_a_killed_worker_is_redone_and_no_other_is_lost(cluster: Clu
 def test_work_that_kills_every_worker_is_reported_and_the_other_work_done(
     cluster: Cluster, tmp_path: Path
 ) -> None:
-    errands = [StubTask("poison", str(tmp_path), deaths=99), StubTask("good", str(tmp_path))]
-    ended = {one.task.name: one for one in cluster.run(fleet_stubs.run, errands, LIMIT_S)}
+    tasks = [StubTask("poison", str(tmp_path), deaths=99), StubTask("good", str(tmp_path))]
+    ended = {one.task.name: one for one in cluster.run(fleet_stubs.run, tasks, LIMIT_S)}
     assert ended["good"].value == "GOOD"
     assert ended["poison"].failure == "killed"
     assert "3 workers died" in ended["poison"].reason
@@ -41,7 +41,7 @@ def test_work_that_kills_every_worker_is_reported_and_the_other_work_done(
 
 def test_endless_work_is_stopped_and_its_worker_survives(cluster: Cluster) -> None:
     before = cluster.run_on_every_worker(os.getpid)
-    (ended,) = cluster.run(fleet_stubs.dawdle, [StubTask("slow")], 0.2)
+    (ended,) = cluster.run(fleet_stubs.never_end, [StubTask("slow")], 0.2)
     assert (ended.failure, ended.reason) == ("over time", "took longer than 0.2 s")
     assert before.items() <= cluster.run_on_every_worker(os.getpid).items()
 
