@@ -38,7 +38,7 @@ RELEASES = sorted(path.name for path in FORMATS.iterdir() if path.is_dir())
 
 @pytest.fixture(params=RELEASES)
 def release(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
-    """A copy, for readers may write beside what they read; git keeps no modes."""
+    """Copy the files, because readers may write beside them, and git stores no modes."""
     copy = shutil.copytree(FORMATS / request.param, tmp_path / "release")
     (copy / "access.toml").chmod(0o600)
     return copy
@@ -122,7 +122,7 @@ READERS: dict[str, tuple[str, Any, type[Exception]]] = {
 
 
 def with_format(path: Path, number: int | None) -> None:
-    """Say another format in a JSON or TOML file; None: none."""
+    """Set another format number in a JSON or TOML file; None removes it."""
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".json":
         document = json.loads(text)

@@ -61,19 +61,19 @@ class Bench:
         self._await_hub()
 
     def simulate(self, machine: Path, pacing: str = "lockstep") -> ForkedProgram:
-        """A simulator whose nodes are on the bus."""
+        """Start a simulator; return when its nodes are on the bus."""
         process = self._start(HIL_SIM, self._options(machine, pacing))
         self._await_line(process, b"on the bus")
         return process
 
     def simulate_by_command(self, machine: Path, pacing: str = "lockstep") -> subprocess.Popen[bytes]:
-        """The same, started by the command of a user."""
+        """Start a simulator by the command of a user."""
         process = self.run("hil-sim", *self._options(machine, pacing))
         self._await_line(process, b"on the bus")
         return process
 
     def run(self, program: str, *arguments: str) -> subprocess.Popen[bytes]:
-        """A program by the command of a user, ended with the bench."""
+        """Start a program by the command of a user; it ends with the bench."""
         command = [str(Path(sys.executable).with_name(program)), *arguments]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self._running.append(process)
@@ -83,7 +83,7 @@ class Bench:
         return ["run", "--machine", str(machine), "--bus", self.bus_spec, "--pacing", pacing]
 
     def machine(self, replacements: dict[str, str], name: str = "xy_table") -> Path:
-        """A copy of a machine with texts of its controller.toml replaced (first occurrence each)."""
+        """Copy a machine with texts of its controller.toml replaced (first occurrence each)."""
         source, copy = REPOSITORY / "machines" / name, self._folder / "machine"
         write_controller(copy, text_of(source / "controller.toml", replacements, occurrences=1))
         (copy / "plant.toml").write_text(text_of(source / "plant.toml"), encoding="utf-8")
@@ -91,7 +91,7 @@ class Bench:
 
     @contextlib.contextmanager
     def monitor(self) -> Iterator[BusMonitor]:
-        """Another participant of the bus, which receives every frame."""
+        """Return another participant of the bus, which receives every frame."""
         made = BusMonitor(can.Bus(interface="localcan", channel=str(self._socket)))
         try:
             yield made

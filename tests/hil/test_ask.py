@@ -51,7 +51,7 @@ async def ask(bus_spec: str, xy_table: Path, *words: str) -> Answer:
 
 @contextlib.contextmanager
 def controller(bus_spec: str, xy_table: Path) -> Iterator[FakeCommandHandler]:
-    """Our node on the bus, read by the running loop."""
+    """Return our node on the bus, read by the running event loop."""
     port = open_port(bus_spec)
     try:
         port.attach(asyncio.get_running_loop())

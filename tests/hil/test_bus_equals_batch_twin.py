@@ -30,7 +30,7 @@ IMPOSSIBLE: dict[str, tuple[str, ...]] = {
     "csv": ("disturbance_observer",),
     "csp": ("disturbance_observer", "friction_compensation", "fuzzy_pd"),
 }
-"""Sections that need a set point which the mode does not have."""
+"""Sections that need a set point that the mode does not have."""
 PROGRAM = """
 [[step]]
 kind = "move"
@@ -91,7 +91,7 @@ phase_deg = 60.0
 
 
 def reference_of(run: SimulatedRun, program: Path) -> tuple[int, dict[str, np.ndarray]]:
-    """First cycle under control, and per axis (n, 4) what the tick was given: rest, then the program."""
+    """Return the first cycle under control, and per axis the reference (n, 4): rest, then the program."""
     columns = run.recording.columns
     machine, axes = run.machine, run.recording.axes
     engaged = int(np.flatnonzero(np.isfinite(columns[f"{axes[0]}.position_command_m"]))[0])
@@ -110,7 +110,7 @@ def reference_of(run: SimulatedRun, program: Path) -> tuple[int, dict[str, np.nd
 
 
 def machine_in_mode(mode: str, folder: Path) -> Path:
-    """A copy of the X-Y table whose axes run in `mode`, with the set point that goes with it."""
+    """Copy the X-Y table with its axes in `mode` and the set point of this mode."""
     folder.mkdir()
     for name in ("controller.toml", "plant.toml"):
         text = text_of(XY_TABLE / name)

@@ -16,7 +16,7 @@ from tests.campaigns.campaign.machine import CampaignMachine, make_machine
 
 LINE = re.compile(r"\((\d+\.\d+)\) (\S+) ([0-9A-F]{3})#((?:[0-9A-F]{2})*)")
 FROM_NODES, FROM_CONTROLLER = "vcan0", "can0"
-"""Interface that a frame is logged under, to tell who sent it; `candump` would log one."""
+"""Interface names that mark the sender of a logged frame; `candump` would log one name."""
 Frame = tuple[int, bytes]
 
 
@@ -28,16 +28,16 @@ class Candump:
         self.time_s = 0.0
 
     def log(self, interface: str, can_id: int, data: bytes) -> None:
-        """One frame."""
+        """Write one frame."""
         self._file.write(f"({self.time_s:017.6f}) {interface} {can_id:03X}#{data.hex().upper()}\n")
 
     def close(self) -> None:
-        """Write what is left."""
+        """Write the remaining frames."""
         self._file.close()
 
 
 def recorded(runs: ConsecutiveRuns, log: Candump) -> None:
-    """A run of the machine's program with every frame of it in the log."""
+    """Run the machine's program and log every frame."""
     bench, wire = runs.stand.bench, runs.wire
     to_nodes = wire.nodes
 
@@ -72,7 +72,7 @@ def recorded(runs: ConsecutiveRuns, log: Candump) -> None:
 
 
 def replayed(path: Path, plant: PlantConfig) -> tuple[list[Frame], list[Frame]]:
-    """What the nodes sent in the log, and what new ones send to the controller's frames of it."""
+    """Return the nodes' frames in the log, and those of new nodes under the logged controller frames."""
     answers: list[Frame] = []
     bench = SimulatedMachine(plant, lambda can_id, data: answers.append((can_id, bytes(data))))
     Lockstep(bench)
@@ -92,7 +92,7 @@ def replayed(path: Path, plant: PlantConfig) -> tuple[list[Frame], list[Frame]]:
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[CampaignMachine, Path]:
-    """A machine and the log of a run of it."""
+    """A machine and the log of one of its runs."""
     folder = tmp_path_factory.mktemp("run")
     machine, path = make_machine(folder), folder / "candump.log"
     runs = ConsecutiveRuns(machine, folder, "lockstep", pause_s=0.0)

@@ -31,7 +31,7 @@ turns = 4.0
 
 
 class Panel:
-    """An operator's panel on the bus: reads, writes, and the status PDOs it has heard."""
+    """An operator panel on the bus: reads, writes, and received status PDOs."""
 
     def __init__(self, bus: can.BusABC) -> None:
         self._network = canopen.Network(bus)
@@ -46,7 +46,7 @@ class Panel:
         )
 
     def write(self, value: int, index: int, subindex: int = 0) -> int:
-        """Write an object; the abort code, 0 when it was written."""
+        """Write an object; return the abort code, 0 if it was written."""
         entry = self.remote.sdo[index]
         try:
             if isinstance(entry, canopen.sdo.SdoVariable):
@@ -65,7 +65,7 @@ class Panel:
         return self.write(axis, 0x2101) or self.write(value, 0x2100)
 
     def wait(self, condition: Callable[[], object]) -> None:
-        """Until the condition holds; fails when that takes too long."""
+        """Wait until the condition holds; fail after a time limit."""
         deadline_s = time.monotonic() + LIMIT_S
         while not condition():
             assert time.monotonic() < deadline_s, f"last status {self.statuses[-1:]}"

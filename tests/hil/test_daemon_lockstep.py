@@ -100,7 +100,7 @@ async def test_machine_can_be_run_again_without_restarting_its_nodes(
 
 
 async def test_controller_node_shows_its_state_to_a_third_party(bench: Any, xy_table: Path) -> None:
-    """A client of the canopen library beside a machine without a program, which holds its position."""
+    """A client of canopen at a machine without a program, which holds its position."""
     bench.simulate(xy_table)
     bus = can.Bus(interface="localcan", channel=bench.bus_spec.partition(":")[2])
     client = canopen.Network(bus)
@@ -135,5 +135,5 @@ async def test_controller_node_shows_its_state_to_a_third_party(bench: Any, xy_t
 
 
 def ask(node: Any) -> list[int]:
-    """State, cycles and product code, by SDO."""
+    """Return state, cycles and product code, read by SDO."""
     return [node.sdo[0x2000].raw, node.sdo[0x2002].raw, node.sdo[0x1018][2].raw]

@@ -1,4 +1,4 @@
-"""Machines that must not move: absent or foreign nodes, a stop during boot. One line, nothing switched on."""
+"""Machines that must not move: missing or wrong nodes, a stop during boot. One line, no power."""
 
 import asyncio
 import os
@@ -31,7 +31,7 @@ async def test_absent_nodes_are_named_together_and_nothing_is_started(
 
 
 async def test_drive_of_another_machine_is_refused(bench: Any, xy_table: Path) -> None:
-    """EMPS' drive has the right identity, but other encoder and ratings."""
+    """The drive of EMPS has the right identity, but another encoder and other ratings."""
     bench.simulate(xy_table.parent / "emps")
     complaint = r"axis.x.drive \(node 1\): 6075h:00 is 358, the machine file says 1500"
     with bench.monitor() as monitor, pytest.raises(BootError, match=complaint):

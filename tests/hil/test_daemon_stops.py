@@ -1,4 +1,4 @@
-"""Ends of a run before its program ends: signals, faults, dead processes. All axes stop together."""
+"""A run ends before its program: by signals, faults, killed processes. All axes stop together."""
 
 import os
 import signal
@@ -52,7 +52,7 @@ async def run_circle(
 
 
 def command_of(columns: dict[str, np.ndarray], name: str) -> np.ndarray:
-    """A column of both axes (n, 2), of the cycles that have set points."""
+    """Return a column of both axes (n, 2), of the cycles with set points."""
     both = np.column_stack([columns[f"x.{name}"], columns[f"y.{name}"]])
     return both[np.isfinite(both).all(axis=1)]
 

@@ -1,4 +1,4 @@
-"""The daemon commissions the templates of real drive families, played by the simulator with their ways.
+"""The daemon commissions the templates of real drive families, simulated with their peculiarities.
 
 No hardware: what each family does is in machines/templates/README.md, with its source.
 """
@@ -32,7 +32,7 @@ feed_mm_min = 1200.0
 
 
 def runs_of(family: str, folder: Path, machine: MachineConfig | None = None, **ways: Any) -> ConsecutiveRuns:
-    """A stand with this family; `machine`: another controller file, `ways`: other ways of the drive."""
+    """Return a stand of this family; `machine`: another controller file, `ways`: other peculiarities."""
     controller = load_machine(TEMPLATES / family) if machine is None else machine
     plant = load_plant(TEMPLATES / family)
     axis = plant.axes["x"]
@@ -47,7 +47,7 @@ def runs_of(family: str, folder: Path, machine: MachineConfig | None = None, **w
 
 
 def run(runs: ConsecutiveRuns, folder: Path) -> Any:
-    """A move under control, and the recording of it."""
+    """Run a move; return its recording."""
 
     def script() -> Script:
         yield from runs.ready_with_program()
@@ -76,7 +76,7 @@ def test_a_family_is_commissioned_homed_and_led(family: str, tmp_path: Path) -> 
 
 
 def test_inputs_are_spread_over_two_tpdos_of_a_cycle(tmp_path: Path) -> None:
-    """Identifiers of the file's own, statusword and mode apart from position and current: the same motion."""
+    """Other identifiers, and statusword and mode in another PDO than position and current: same motion."""
     source = (TEMPLATES / "maxon_epos4" / "controller.toml").read_text(encoding="utf-8")
     text = source.replace("../../../eds", str(TEMPLATES.parents[1] / "eds")).replace(
         "../eds", str(TEMPLATES / "eds")
@@ -127,7 +127,7 @@ def test_a_family_in_other_units_than_the_file_states_is_refused(
     ],
 )
 def test_without_its_key_a_family_is_not_led(family: str, setting: str, usual: str, tmp_path: Path) -> None:
-    """It does not become ready, for minutes of homing or seconds in another mode."""
+    """The drive does not become ready, for minutes of homing or seconds in another mode."""
     machine = load_machine(TEMPLATES / family)
     axis = machine.axes["x"]
     drive = axis.drive.model_copy(update={setting: usual})

@@ -1,4 +1,4 @@
-"""canopen's BaseNode402, code that is not ours, leads the drive: states, homing, PP, CSP, CSV, CST.
+"""canopen's BaseNode402, independent code, operates the drive: states, homing, PP, CSP, CSV, CST.
 
 In one process and in lockstep: a SYNC follows every frame of the master, so its polling makes time pass.
 """

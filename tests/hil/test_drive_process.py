@@ -1,4 +1,4 @@
-"""`hil-sim run` as a process on the embedded bus: boot-up, signals, real time, a bus that goes away."""
+"""`hil-sim run` as a process on the embedded bus: boot-up, signals, real time, loss of the bus."""
 
 import signal
 import subprocess
@@ -14,7 +14,7 @@ NODES = (1, 2, 11, 12)
 
 
 def ended(process: subprocess.Popen[bytes]) -> tuple[int, str]:
-    """Exit status and the remaining output."""
+    """Return exit status and remaining output."""
     output, _ = process.communicate(timeout=LIMIT_S)
     return process.returncode, output.decode()
 

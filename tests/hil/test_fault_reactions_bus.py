@@ -68,7 +68,7 @@ def test_node_without_heartbeats_is_detected_in_time() -> None:
 
 
 def tpdo_of(bench: FaultBench, node: int) -> bytes:
-    """Payload of a node's TPDO for its present process objects."""
+    """Return the payload of a node's TPDO with its present values."""
     slave = next(slave for slave in bench.nodes.slaves if slave.node_id == node)
     return slave.pdos.synchronous[0].sample()
 

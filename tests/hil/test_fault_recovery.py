@@ -42,7 +42,7 @@ feed_mm_min = 3000.0
 turns = 1.0
 """
 IN_MOTION = 30
-"""Ticks into the program."""
+"""Time of the fault in the program, ticks."""
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def table(machine: CampaignMachine, tmp_path: Path) -> Iterator[Table]:
 
 
 def switched_on(table: ConsecutiveRuns) -> Script:
-    """Enable until it is accepted, as an operator would."""
+    """Repeat enable until it is accepted, as an operator would."""
 
     def accepted() -> bool:
         verdict = table.stand.handler.execute(CommandRequest(Command.ENABLE))
@@ -174,7 +174,7 @@ def test_every_documented_fault_has_a_recovery_row() -> None:
 def test_program_that_is_refused_from_where_the_axes_are_is_followed_by_another_one(
     table: Table, tmp_path: Path
 ) -> None:
-    """Axes without homing: they are where the last run left them, 4 mm from where the circle fits."""
+    """Axes without homing: they are where the last run ended, 4 mm from where the circle fits."""
     made = table("homing_method = 37", "homing_method = 0")
 
     def aside() -> Script:
@@ -224,7 +224,7 @@ def test_new_run_finds_the_drives_of_a_controller_that_was_killed(
 
 
 def test_new_run_finds_drives_still_under_control(table: Table) -> None:
-    """The controller was killed a moment ago: no drive has missed its heartbeat yet."""
+    """The controller was killed so recently that no drive has missed its heartbeat."""
     made = table(at_once=True)
     killed_run(made, signed_off=False)
     motion = made.stand.bench._drives[0].motion

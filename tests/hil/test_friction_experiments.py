@@ -54,7 +54,7 @@ acceleration_mm_s2 = 100.0
 
 
 def table(folder: Path, replacements: dict[str, str]) -> Path:
-    """A copy of the X-Y table with other settings, quick programs, and lubrication lost early."""
+    """Copy the X-Y table with other settings, short programs, and an early loss of lubrication."""
     machine = folder / "machine"
     (machine / "programs").mkdir(parents=True)
     for name in ("controller.toml", "plant.toml", "plant_lubrication_loss.toml"):

@@ -20,7 +20,7 @@ def away_from_home(table: ConsecutiveRuns, velocity_m_s: float) -> Script:
 
 
 def delay_inputs(table: ConsecutiveRuns, can_id: int) -> None:
-    """From now on the inputs of this node are late by `LATE` cycles."""
+    """Delay the inputs of this node by `LATE` cycles from now on."""
     queue: list[bytes] = []
 
     def inbound(arriving_id: int, data: bytes) -> list[tuple[int, bytes]]:
@@ -38,7 +38,7 @@ def homing(table: ConsecutiveRuns) -> bool:
 
 @pytest.mark.parametrize("can_id", [DRIVE_X, SCALE_X])
 def test_set_points_begin_at_the_homed_position(table: ConsecutiveRuns, can_id: int) -> None:
-    """In a new run, and homed again in the same one: the encoder jumps to zero, and the scale does not."""
+    """In a new run, and homed again in the same run: the encoder jumps to zero, the scale does not."""
 
     def first() -> Script:
         yield table.at(Stage.STANDBY)

@@ -1,4 +1,4 @@
-"""The real controller in lockstep, watched and commanded by MQTT with Mosquitto's own clients."""
+"""The real controller in lockstep, monitored and commanded by MQTT with Mosquitto's own clients."""
 
 import signal
 from collections.abc import AsyncIterator
@@ -35,7 +35,7 @@ def controller(bench: Any, broker: Mosquitto, *options: str) -> Any:
 
 
 async def command(broker: Mosquitto, listener: Listener, request_id: str, content: str) -> dict[str, Any]:
-    """Send a command; its acknowledgement."""
+    """Send a command; return its acknowledgement."""
     await broker.publish(f"{ROOT}/command", f'{{"id": "{request_id}", {content}}}')
     ack = await listener.until("/command/ack", lambda message: message.content["id"] == request_id)
     assert ack.qos == 1

@@ -26,7 +26,7 @@ HEADER, PAIR = struct.Struct("<4sIIqHH"), struct.Struct("<QII")
 
 
 async def received(port: int, subscribed: asyncio.Event) -> list[bytes]:
-    """The stream, until the controller goes offline."""
+    """Return the stream until the controller goes offline."""
     messages = []
     async with aiomqtt.Client("127.0.0.1", port, max_queued_incoming_messages=10_000) as client:
         await client.subscribe(f"{ROOT}/stream")
@@ -41,7 +41,7 @@ async def received(port: int, subscribed: asyncio.Event) -> list[bytes]:
 
 
 def compared(messages: list[bytes], recording: Recording) -> int:
-    """Compare each pair with the rows of the recording that it decimates; returns the number of rows."""
+    """Compare each pair with the rows of the recording that it decimates; return the number of rows."""
     names = [name for name in recording.columns if name not in {"time_s", "cycle"}]
     cycle = recording.columns["cycle"]
     table = np.column_stack([recording.columns[name] for name in names]).astype(np.float32)

@@ -1,4 +1,4 @@
-"""A run with the local socket: a page watches and commands a simulated table, over the real bus."""
+"""A run with the local socket: a page monitors and commands a simulated table over the real bus."""
 
 import asyncio
 import contextlib
@@ -61,7 +61,7 @@ class Operated:
 async def operated(
     bench: Any, tmp_path: Path, program: str | None = PROGRAM, **options: Any
 ) -> AsyncIterator[Operated]:
-    """The table with a page's link; stopped at the end."""
+    """Run the table with a page's link; stop it at the end."""
     machine_dir = bench.machine({})
     bench.simulate(machine_dir)
     machine = load_machine(machine_dir)

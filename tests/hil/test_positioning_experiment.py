@@ -1,4 +1,4 @@
-"""The positioning study in short, by the command a user gives: the bus reads what the twin reads."""
+"""The shortened positioning study, by the command of a user: bus and twin give the same readings."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""`hil_sim.Bench` serves a machine to anybody; `servo_ctrl.Client` commands a controller on the bus."""
+"""`hil_sim.Bench` serves a machine to any client; `servo_ctrl.Client` commands a controller on the bus."""
 
 import asyncio
 import contextlib
@@ -25,7 +25,7 @@ CIA_402 = 402
 
 @contextlib.contextmanager
 def controller(bus_spec: str, machine: Path) -> Iterator[FakeCommandHandler]:
-    """Our node on the bus, read by the running loop."""
+    """Return our node on the bus, read by the running event loop."""
     port = open_port(bus_spec)
     try:
         port.attach(asyncio.get_running_loop())

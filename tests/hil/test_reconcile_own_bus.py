@@ -31,7 +31,7 @@ from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from servo_ctrl.recording.reader import load_recording
 
 EFFECTS = {name: CONCEALED[name] for name in ("backlash", "presliding_hysteresis")}
-"""Effects with states: the bits of simulations differ first where a contact opens or a bristle reverses."""
+"""Effects with states: simulations first differ in their bits where a contact opens or a bristle reverses."""
 
 
 class ClosedLoop(NamedTuple):
@@ -39,18 +39,18 @@ class ClosedLoop(NamedTuple):
 
     concealed: Columns
     repeats: list[Columns]
-    """The concealed plant again."""
+    """Return another recording of the concealed plant."""
     nominal: Columns
     repaired: Columns
     verdict: dict[str, Any]
 
     def difference(self, axis: str, other: Columns) -> Difference:
-        """Difference between another recording and that of the concealed plant."""
+        """Return the difference between another recording and that of the concealed plant."""
         return difference(channels(self.concealed, axis), channels(other, axis))
 
 
 def recorded(machine_dir: Path, plant: Path, out: Path) -> Columns:
-    """Recording of the machine's program, run by the daemon on a simulator of this plant."""
+    """Record the machine's program, run by the daemon on a simulator of this plant."""
     machine = load_machine(machine_dir)
     program = load_program(machine_dir / "program.toml", machine)
 

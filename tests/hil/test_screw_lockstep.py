@@ -1,4 +1,4 @@
-"""Learning the screw over the bus: the table of the plant's error, and an abort that keeps the one in use."""
+"""Learning the screw error over the bus: a table of the plant's error; an abort keeps the old table."""
 
 import asyncio
 import os

@@ -105,7 +105,7 @@ RESET_SCALE_Y = bytes((0x81, 12))
 
 
 def sdo(monitor: Any, payload: bytes, wanted: bytes) -> Callable[[Operator], bool]:
-    """Send a request to the controller; the condition that it is answered."""
+    """Send a request to the controller; return the condition that it is answered."""
     before = len([can_id for can_id, _ in monitor.frames if can_id == SDO_RESPONSE])
     monitor.send(SDO_REQUEST, payload)
 
@@ -118,7 +118,7 @@ def sdo(monitor: Any, payload: bytes, wanted: bytes) -> Callable[[Operator], boo
 
 
 def stops(operator: Operator, monitor: Any, noted: dict[str, Any]) -> Script:
-    """Enabled by SDO, a quick stop while an axis is jogged, and one by SDO."""
+    """Enable by SDO, a quick stop while an axis is jogged, and one by SDO."""
     yield at(STANDBY)
     yield sdo(monitor, HOLD_FRAME, WRONG_STATE)
     yield sdo(monitor, ENABLE_FRAME, ACCEPTED)
@@ -138,7 +138,7 @@ def stops(operator: Operator, monitor: Any, noted: dict[str, Any]) -> Script:
 
 
 def faults(operator: Operator, monitor: Any, noted: dict[str, Any]) -> Script:
-    """A drive that misses our heartbeat and comes back, a scale that restarts and does not."""
+    """A drive that misses our heartbeat and returns, and a scale that restarts and does not."""
     operator.ask(Command.ENABLE)
     yield at(Stage.READY)
     monitor.send(0x602, bytes.fromhex(CONSUMER_TIME.format(1, 0)))

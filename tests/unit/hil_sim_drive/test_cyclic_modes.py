@@ -47,7 +47,7 @@ class Cyclic:
             self.cycle(0, word=word)
 
     def cycle(self, value: int, *more: int, word: int = ENABLED) -> tuple[int, int, int]:
-        """One cycle: RPDO, SYNC; returns statusword, position, torque of the TPDO."""
+        """Run one cycle: RPDO, SYNC; return statusword, position, torque of the TPDO."""
         more = more or (0,) * (len(self.format) - 3)
         self.drive.nodes.put(0x200 + DRIVE, pack(self.format, word, self.mode, value, *more))
         self.drive.nodes.frames.clear()
@@ -152,7 +152,7 @@ def test_halt_stops_a_cyclic_mode(drive: SdoDrive, option: int) -> None:
 
 
 def test_long_cycle_is_interpolated(drive: SdoDrive) -> None:
-    """A 4 ms cycle is cut into ticks of 1 ms, and the set point spread over them."""
+    """A 4 ms cycle has ticks of 1 ms, between which the set point is interpolated."""
     drive.set(0x1006, 4000)
     drive.set(0x6065, counts(5))
     master = Cyclic(drive, 8, 0x607A, 32)

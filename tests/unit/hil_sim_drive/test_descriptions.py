@@ -1,4 +1,4 @@
-"""What the drive says of its hardware: encoders, units, ratings, plates."""
+"""Objects that describe the drive's hardware: encoders, units, ratings, name plates."""
 
 from pathlib import Path
 

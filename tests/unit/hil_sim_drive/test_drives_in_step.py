@@ -12,12 +12,12 @@ from hil_sim.drive.amplifier_device import Drive
 from hil_sim.runner.bench import SimulatedMachine
 
 MODES = {8: (0x607A, "i", counts(0.4)), 9: (0x60FF, "i", counts(60.0)), 10: (0x6071, "h", 900)}
-"""Set point object, its type and a size that runs into limits now and then."""
+"""Set point object, its type, and an amplitude that sometimes exceeds limits."""
 ENABLING, ENABLED = (0x80, 0x06, 0x07, 0x0F), 0x0F
 BLOCK = 40
 """Cycles with the same set point, the last third of them with another controlword of these."""
 OTHER = 0x55
-"""A node that nobody watches."""
+"""Node id that no consumer monitors."""
 WORDS = (0x0F, 0x07, 0x06, 0x02, 0x00, 0x10F)
 
 
@@ -35,7 +35,7 @@ def mapped(node: Any, rpdo: list[int], tpdo: list[int]) -> None:
 
 
 def put(nodes: InProcessNodes, burst: bytes) -> None:
-    """Send frames in one go, as the simulator's port hands them over."""
+    """Send frames as one burst, as the simulator's port passes them."""
     at = 0
     while (at := nodes.bench.take(burst, at)) < len(burst):
         can_id, size, data = FRAME.unpack_from(burst, at)
@@ -44,7 +44,7 @@ def put(nodes: InProcessNodes, burst: bytes) -> None:
 
 
 def frames_of(mode: int, seed: int, *, in_bursts: bool = False) -> list[tuple[int, bytes]]:
-    """Frames of the nodes under a controller that sends what it likes; an odd seed has one tick a cycle."""
+    """Return the nodes' frames under a controller with random commands; odd seeds have one tick a cycle."""
     nodes = InProcessNodes()
     nodes.bench.cycle_us = 1000 if seed % 2 else 3000
     drive = SdoDrive(nodes)

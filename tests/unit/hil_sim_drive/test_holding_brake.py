@@ -18,7 +18,7 @@ force_n = -400.0
 """
 SO, OE, SOD, FAULT = "switched on", "enabled", "switch on disabled", "fault"
 VERTICAL_MM = 0.5
-"""What the loops let the axis sag by, when they take the weight over."""
+"""Tolerance of the position (mm): the axis sags while the control loops take over the weight."""
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def is_set(drive: SdoDrive) -> bool:
 
 
 def states(drive: SdoDrive, cycles: int) -> Iterable[tuple[str, bool]]:
-    """State and brake output of every cycle."""
+    """Return state and brake output of every cycle."""
     for _ in range(cycles):
         drive.nodes.sync()
         yield drive.state, is_set(drive)

@@ -1,4 +1,4 @@
-"""Every homing method ends with its zero where CiA 402 puts it: at the switch, the index, or here."""
+"""Every homing method ends with the home position of CiA 402: at switch, index pulse, or actual position."""
 
 import canopen
 import pytest

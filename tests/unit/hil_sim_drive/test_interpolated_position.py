@@ -1,4 +1,4 @@
-"""Interpolated position: the buffer is gone through period by period, by SDO and by PDO."""
+"""Interpolated position: one record of the buffer per period, written by SDO or by PDO."""
 
 import canopen
 import pytest

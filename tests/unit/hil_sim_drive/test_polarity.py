@@ -1,4 +1,4 @@
-"""Polarity 607Eh: every mode and its limits in the user's directions, also with one of the bits alone."""
+"""Polarity 607Eh: every mode and its limits in user directions, also with only one of the bits."""
 
 import canopen
 import pytest
@@ -60,7 +60,7 @@ def test_torque_follows_the_torque_bit(polarity: int) -> None:
 @pytest.mark.parametrize("polarity", SOME)
 @pytest.mark.parametrize("mode", [3, 9])
 def test_velocity_modes_end_at_the_software_limit_ahead(polarity: int, mode: int) -> None:
-    """The limit lies where the motor is going; nothing is in the way behind it."""
+    """The limit acts in the direction of motion, and not in the opposite one."""
     drive = drive_with(polarity)
     ahead = sign(polarity, VELOCITY) * sign(polarity, POSITION)
     drive.set(0x607D, counts(5 * ahead), 2 if ahead > 0 else 1)

@@ -1,4 +1,4 @@
-"""Options of a profile position move: end velocity, relative to what, jerk, windows."""
+"""Options of a profile position move: end velocity, reference of a relative move, jerk, windows."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""What a drive refuses as CiA 301 and 402 have it, and what it keeps until it can be carried out."""
+"""Values that a drive refuses by CiA 301 and 402, and values that it stores until it can apply them."""
 
 import canopen
 import pytest

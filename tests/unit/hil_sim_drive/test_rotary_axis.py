@@ -1,4 +1,4 @@
-"""A rotary axis: positions wrap at 607Bh, and 60F2h says which way round a move goes."""
+"""A rotary axis: positions wrap at 607Bh, and 60F2h selects the direction of a move."""
 
 import canopen
 import pytest
@@ -25,7 +25,7 @@ def drive() -> SdoDrive:
 
 
 def move(drive: SdoDrive, millimetres: float, bits: int = 0) -> float:
-    """Go there; return how far the motor moved (mm)."""
+    """Move to a position; return the travel of the motor (mm)."""
     before = drive.true_position_mm
     drive.set(0x607A, round(millimetres * MM))
     drive.control(0x1F | bits)

@@ -215,7 +215,7 @@ def test_target_beyond_an_active_switch_stops_at_the_switch(drive: SdoDrive) -> 
 
 
 def test_a_stop_that_rebounds_from_the_switch_does_not_block_for_ever(drive: SdoDrive) -> None:
-    """At 20 m/s^2 the loop overshoots and rests before the edge: bit 11 shows a closed switch only."""
+    """At 20 m/s^2 the loop overshoots and stops before the edge: bit 11 is set by a closed switch only."""
     drive.set(0x6085, counts(20000))
     drive.set(0x6081, counts(20))
     drive.enable(1)

@@ -1,4 +1,4 @@
-"""Touch probes: which edge is stored, when, how exactly, first or every one, of input or index pulse."""
+"""Touch probes 60B8h: selected edge, time, resolution, first or continuous, of input or index pulse."""
 
 from pathlib import Path
 

@@ -30,7 +30,7 @@ def limits(position: float = 0.0, velocity_side: int = 1, torque_side: int = 1) 
 
 
 def ends(made: TravelLimits) -> tuple[float, float]:
-    """The smallest and the largest position allowed."""
+    """Return the smallest and the largest permissible position."""
     return made.position(-math.inf), made.position(math.inf)
 
 
@@ -103,7 +103,7 @@ speeds = st.floats(-1e6, 1e6, allow_nan=False).filter(lambda speed: speed != 0.0
 def test_velocity_is_the_largest_from_which_braking_ends_at_the_limit(
     wanted: float, position: float, deceleration: float, side: int
 ) -> None:
-    """One period at v, then braking: v dt + v^2 / 2a is the way left, unless less was wanted."""
+    """One period at v, then braking: v dt + v^2 / 2a is the remaining distance, or v the lower demand."""
     made = limits(position, velocity_side=side)
     left = HIGH - position if wanted * side > 0.0 else position - LOW
     assume(not 0.0 < left < 1e-3)  # there the root is lost in rounding
@@ -149,7 +149,7 @@ def test_rounding_allows_half_a_count_at_the_limit() -> None:
 
 
 def test_largest_velocity_that_braking_allows_is_not_clipped() -> None:
-    """Way left 3000: with a = 100000 and dt = 1 ms the largest is sqrt(100^2 + 6e8) - 100."""
+    """Remaining distance 3000, a = 100000, dt = 1 ms: the largest velocity is sqrt(100^2 + 6e8) - 100."""
     largest = math.sqrt(100.0**2 + 2.0 * 100_000.0 * 3000.0) - 100.0
     made = limits()
     assert (made.velocity(largest, 100_000.0, DT_S), made.active) == (largest, False)

@@ -1,4 +1,4 @@
-"""LSS slave against canopen's LSS master: ids and bit rates given, stored and used (CiA 305)."""
+"""LSS slave against canopen's LSS master: ids and bit rates are configured, stored and used (CiA 305)."""
 
 from pathlib import Path
 
@@ -16,13 +16,13 @@ RESET_COMMUNICATION, START = 130, 1
 
 @pytest.fixture(autouse=True)
 def no_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
-    """canopen pauses between frames, and waits for answers, which come at once here or not at all."""
+    """Remove canopen's pauses and waits: here an answer arrives at once or never."""
     monkeypatch.setattr(lss.time, "sleep", lambda _seconds: None)
     monkeypatch.setattr(canopen.lss.LssMaster, "RESPONSE_TIMEOUT", 0.0001)
 
 
 def unnamed(tmp_path: Path, state: Path | None = None) -> InProcessNodes:
-    """Both nodes of the axis without an id."""
+    """Return the nodes of the axis, neither with a node id."""
     text = IDEAL_AXIS.read_text(encoding="utf-8")
     text = text.replace("node_id = 11", "node_id = 255").replace("node_id = 1\n", "node_id = 255\n")
     plant = tmp_path / "unnamed.toml"
@@ -147,7 +147,7 @@ def test_a_node_may_lose_its_id() -> None:
 
 
 def heartbeats(nodes: InProcessNodes, cycles: int) -> set[int]:
-    """Nodes that are heard in so many cycles."""
+    """Return the nodes that send frames within these cycles."""
     nodes.frames.clear()
     nodes.sync(cycles)
     return {can_id - 0x700 for can_id, _ in nodes.frames if can_id > 0x700 and can_id < 0x780}

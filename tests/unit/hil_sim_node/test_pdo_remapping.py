@@ -1,4 +1,4 @@
-"""Run-time remapping: what the sequence of CiA 301 allows and refuses."""
+"""Remapping at run time: the sequence of CiA 301 is accepted, others are refused."""
 
 import canopen
 import pytest
@@ -20,7 +20,7 @@ def refused(drive: SdoDrive, index: int, value: int, subindex: int) -> int:
 
 
 def opened(drive: SdoDrive, index: int) -> None:
-    """PDO off and without entries."""
+    """Disable the PDO and clear its mapping."""
     drive.set(index, drive.get(index, 1) | OFF, 1)
     drive.set(index + 0x200, 0, 0)
 

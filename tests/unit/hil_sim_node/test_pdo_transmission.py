@@ -108,7 +108,7 @@ def test_asynchronous_rpdo_acts_at_once(drive: SdoDrive) -> None:
 
 
 def test_set_point_of_a_cycle_shows_one_cycle_after_its_sync(drive: SdoDrive) -> None:
-    """Cycle k: RPDO; SYNC k+1 takes it over; SYNC k+2 shows what it did."""
+    """Cycle k: RPDO; SYNC k+1 applies it; the TPDO after SYNC k+2 shows the effect."""
     configure(drive, 0x1400, RPDO1, 1, 0x60400010, 0x60600008, 0x60710010)
     configure(drive, 0x1800, TPDO1, 1, 0x60770010)
     drive.nodes.operational()

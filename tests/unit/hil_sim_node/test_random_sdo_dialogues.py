@@ -60,11 +60,11 @@ PLAIN = {
         (0x6505, 0),
     ),
 }
-"""Objects that mean no more than their value: a write has no effect that another read shows."""
+"""Objects without side effects: a write changes no other object."""
 
 
 class Dialogue:
-    """One client at one node, and what the model says it must find."""
+    """One client at one node, and the model of the expected answers."""
 
     def __init__(
         self, nodes: InProcessNodes, node_id: int, reference: ReferenceDictionary, seed: int
@@ -76,7 +76,7 @@ class Dialogue:
         self._random = random.Random(seed)
 
     def run(self) -> None:
-        """One to six steps."""
+        """Run one to six steps."""
         for _ in range(self._random.randint(1, 6)):
             index, subindex = self._random.choice(PLAIN[self._node_id])
             step = self._random.choice(
@@ -113,7 +113,7 @@ class Dialogue:
         assert code == expected, f"download of {data.hex()} to {index:04X}h:{subindex:02X}, {way}"
 
     def _data(self, index: int, subindex: int) -> bytes:
-        """Mostly of the right length; a number is often one of its limits, or next to it."""
+        """Return data, mostly of the right length; a number is often at or next to a limit."""
         entry = self._reference.entries.get((index, subindex))
         if entry is None or entry.size is None or self._random.random() < 0.15:
             return self._random.randbytes(self._random.choice((1, 2, 3, 4, 5, 7, 8, 14, 15, 889, 890, 1800)))
@@ -142,7 +142,7 @@ class Dialogue:
             self._upload(index, subindex)
 
     def _refusal(self, index: int, subindex: int) -> int:
-        """Abort code of a download's first frame; its data come later."""
+        """Return the abort code of a download's first frame; its data follow."""
         values = dict(self._reference.values)
         code = self._reference.download(index, subindex, b"")
         self._reference.values = values

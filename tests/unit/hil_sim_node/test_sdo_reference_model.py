@@ -33,11 +33,11 @@ STEADY = (
     0x60C5,
     0x607F,
 )
-"""Objects that hold what is written to them, while the drive has no power and nothing moves."""
+"""Objects that keep a written value while the drive has no power and does not move."""
 
 
 class Model:
-    """Answers of a node that keeps the standard, for objects of `STEADY` and for those that are not there."""
+    """Answers of a node that complies with the standard, for objects of `STEADY` and for missing ones."""
 
     def __init__(self, eds: Path) -> None:
         parser = configparser.ConfigParser(interpolation=None)
@@ -46,7 +46,7 @@ class Model:
         self._written: dict[int, int] = {}
 
     def read(self, index: int, subindex: int) -> int:
-        """The value as an unsigned number, or the abort code, negative."""
+        """Return the value as an unsigned number, or the negated abort code."""
         section = self._section(index, subindex)
         if isinstance(section, int):
             return -section
@@ -57,7 +57,7 @@ class Model:
         return value % (1 << 8 * size)
 
     def write(self, index: int, subindex: int, data: bytes) -> int:
-        """0, or the abort code, negative."""
+        """Return 0, or the negated abort code."""
         section = self._section(index, subindex)
         if isinstance(section, int):
             return -section

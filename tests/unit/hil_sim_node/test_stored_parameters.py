@@ -1,4 +1,4 @@
-"""Store and restore over a restart of the simulator."""
+"""Parameters are stored and restored across a restart of the simulator."""
 
 import json
 from pathlib import Path
@@ -165,7 +165,7 @@ def test_a_kill_in_the_middle_of_a_save_leaves_the_old_file(
 
 
 def test_an_invalid_stored_mapping_leaves_its_pdo_off(tmp_path: Path) -> None:
-    """As a file of an older version may have it."""
+    """The file is as an older version may have written it."""
     (tmp_path / "node_1.json").write_text('{"1600:00": "01", "1600:01": "08007e60"}', encoding="utf-8")
     drive = drive_with(tmp_path)
     drive.nodes.operational()

@@ -17,7 +17,7 @@ def drive() -> SdoDrive:
 
 
 class Elapsed:
-    """Real time that a test lets pass."""
+    """Simulated time that a test advances."""
 
     def __init__(self, nodes: InProcessNodes) -> None:
         self.now_s = 0.0
@@ -25,12 +25,12 @@ class Elapsed:
         self._pacing = RealTime(nodes.bench, lambda: self.now_s)
 
     def quiet(self, seconds: float) -> None:
-        """Let time pass without a SYNC."""
+        """Advance time without a SYNC."""
         self.now_s += seconds
         self._pacing.on_quiet()
 
     def sync(self, after_s: float = 0.001) -> None:
-        """Let time pass up to a SYNC."""
+        """Advance time up to a SYNC."""
         self.now_s += after_s
         self._nodes.sync()
 
@@ -42,7 +42,7 @@ def refused(drive: SdoDrive, index: int, value: int, subindex: int | None = None
 
 
 def cyclic(drive: SdoDrive, every: int, start: int) -> None:
-    """First TPDO with a SYNC start value, behind a counter up to 10."""
+    """Configure the first TPDO with a SYNC start value, and a SYNC counter up to 10."""
     drive.set(0x1006, 0)
     drive.set(0x1019, 10)
     drive.set(0x1800, OFF | TPDO, 1)

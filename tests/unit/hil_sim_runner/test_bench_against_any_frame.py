@@ -1,4 +1,4 @@
-"""For any frame from the bus nothing raises, time advances, and the nodes answer."""
+"""After any frame from the bus nothing raises, time advances, and the nodes answer."""
 
 import numpy as np
 import pytest
@@ -55,7 +55,7 @@ EXTREMES = [bytes(4), b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\0\x80", b
 
 @pytest.mark.parametrize("entry", RECEIVED, ids=lambda entry: f"{entry:08X}")
 def test_extreme_values_by_pdo_under_power(entry: int) -> None:
-    """In every mode: a set-point, halt and release, quick stop, enabled again."""
+    """Run every mode: set point, halt and release, quick stop, enable again."""
     nodes = InProcessNodes()
     drive = SdoDrive(nodes)
     drive.set(0x1400, 0x80000201, 1)

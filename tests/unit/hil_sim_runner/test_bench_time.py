@@ -42,7 +42,7 @@ def test_cycle_period_zero_keeps_the_last_one() -> None:
 
 
 def positions_at_each_sync(drive_tick_ms: int) -> list[int]:
-    """A drive in cyclic synchronous position mode is led there and back at cycles of 100 ms."""
+    """Move a drive in cyclic synchronous position mode there and back at cycles of 100 ms."""
     drive = SdoDrive(InProcessNodes(drive_tick_ms=drive_tick_ms))
     drive.enable(ModeCode.CYCLIC_POSITION)
     drive.set(0x1006, 100_000)
@@ -61,7 +61,7 @@ def test_a_slower_drive_task_follows_the_same_path() -> None:
 
 
 def run_of_frames() -> str:
-    """Digest of everything the nodes send in a run with motion."""
+    """Return a digest of all frames of the nodes in a run with motion."""
     nodes = InProcessNodes(MACHINES / "xy_table")
     digest = hashlib.sha256()
     for node_id in (1, 2):
@@ -106,7 +106,7 @@ def test_tpdos_come_in_the_order_of_node_ids() -> None:
 
 
 class Wall:
-    """A wall clock the test turns."""
+    """A clock that the test advances."""
 
     def __init__(self) -> None:
         self.now_s = 100.0
@@ -178,7 +178,7 @@ def test_after_a_suspend_the_lost_time_is_not_simulated() -> None:
 
 
 def test_asynchronous_rpdo_acts_at_its_moment_in_real_time() -> None:
-    """4 ms after the last frame the torque begins; 6 ms later the axis has v = a * 6 ms."""
+    """The torque begins 4 ms after the last frame; 6 ms later the axis has v = a * 6 ms."""
     bench, _, wall, _ = realtime_bench()
     drive = bench.devices[0]
     bench.handle(0x000, b"\x01\x00")

@@ -8,7 +8,7 @@ from hil_sim.runner.can_port import FRAMES_PER_WAKE, CanPort
 
 
 class Endless:
-    """A bus on which somebody always sends."""
+    """A bus that always has a received frame."""
 
     channel_info = "endless"
 

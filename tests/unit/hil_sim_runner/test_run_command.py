@@ -1,4 +1,4 @@
-"""`hil-sim run`: help that teaches, and one line for everything that cannot work."""
+"""`hil-sim run`: its help, and one line for every error."""
 
 import os
 from pathlib import Path
@@ -24,7 +24,7 @@ def plant(directory: Path, **replacements: str) -> Path:
 
 
 def refused(*arguments: str) -> str:
-    """Run the command, check that it fails in one line, return the line."""
+    """Assert that the command fails with one line; return the line."""
     result = CliRunner().invoke(app, ["run", *arguments])
     assert result.exit_code == 1, result.output
     (line,) = result.stderr.splitlines()
@@ -84,7 +84,7 @@ def test_duplicate_node_ids_are_refused(tmp_path: Path) -> None:
 
 @pytest.fixture
 def open_bus(monkeypatch: pytest.MonkeyPatch) -> str:
-    """A bus that can be opened and waited on, and carries nothing."""
+    """A bus that can be opened and polled, and has no frames."""
     import socket  # noqa: PLC0415  # only for this stand-in
 
     class Silent:

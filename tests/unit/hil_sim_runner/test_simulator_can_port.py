@@ -1,4 +1,4 @@
-"""The simulator's door to the bus, over python-can's virtual interface."""
+"""The simulator's CAN port on python-can's virtual interface."""
 
 import errno
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ def port() -> Iterator[CanPort]:
 
 
 def drained(port: CanPort, frames: int) -> list[tuple[int, bytes]]:
-    """What comes in of so many frames; a wake may end at one that python-can itself has filtered out."""
+    """Return received frames after so many wakes; one may end at a frame that python-can filters out."""
     received: list[tuple[int, bytes]] = []
     for _ in range(frames):
         port.drain(lambda can_id, data: received.append((can_id, data)))

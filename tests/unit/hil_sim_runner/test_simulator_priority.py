@@ -1,4 +1,4 @@
-"""`hil-sim run --fifo`: what it asks of the system, and what it says where that is refused."""
+"""`hil-sim run --fifo`: its system calls, and its message if the system refuses them."""
 
 import ctypes
 import os
@@ -10,7 +10,7 @@ from hil_sim.runner.realtime import RealtimeError, take_priority
 
 
 class Libc:
-    """The memory lock of a system that grants it or not."""
+    """The memory lock of a system that grants or refuses it."""
 
     def __init__(self, *, granted: bool) -> None:
         self.granted, self.flags = granted, 0
@@ -21,7 +21,7 @@ class Libc:
 
 
 def pretend(monkeypatch: pytest.MonkeyPatch, libc: Libc, *, priority: bool) -> list[tuple[int, int]]:
-    """Stand in for libc and the scheduler; what is asked of the latter."""
+    """Replace libc and the scheduler by fakes; return the requests to the scheduler."""
     asked: list[tuple[int, int]] = []
 
     def schedule(_pid: int, policy: int, given: Any) -> None:

@@ -21,7 +21,7 @@ def scale(nodes: InProcessNodes) -> canopen.RemoteNode:
 
 
 def moving(nodes: InProcessNodes, millimetres_s: float) -> SdoDrive:
-    """Drive of the same axis at a steady speed."""
+    """Run the drive of the axis at constant speed; return it."""
     drive = SdoDrive(nodes)
     drive.set(0x60FF, counts(millimetres_s))
     drive.enable(3)

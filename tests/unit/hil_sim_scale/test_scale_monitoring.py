@@ -1,4 +1,4 @@
-"""The scale watches what it measures: cams, work area, range, acceleration; and says what it is."""
+"""Monitoring objects of the scale (cams, work area, range, acceleration), and its identification."""
 
 import canopen
 import pytest
@@ -18,7 +18,7 @@ def scale(nodes: InProcessNodes) -> canopen.RemoteNode:
 
 
 def at_steps(nodes: InProcessNodes, scale: canopen.RemoteNode, position: int) -> None:
-    """Give the present place that position, by preset."""
+    """Set the present position to this value by preset."""
     scale.sdo[0x6003].raw = position
     nodes.sync()
 

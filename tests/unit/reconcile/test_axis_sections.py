@@ -1,4 +1,4 @@
-"""Every effect of the catalogue, once found, is in the plant that `hil-sim run` reads, with its numbers."""
+"""Every identified effect of the catalogue is in the plant that `hil-sim run` reads, with its values."""
 
 import math
 from pathlib import Path
@@ -24,7 +24,7 @@ TRAVEL = {"centre_m": 0.01, "half_travel_m": 0.03}
 
 
 class Case(NamedTuple):
-    """What is found, and what the plant is to have; both in SI, written down by hand."""
+    """Finding, and the expected parameters of the plant; both in SI, written by hand."""
 
     channel: ResidualChannel
     found: list[dict[str, float]]
@@ -121,7 +121,7 @@ CASES: dict[str, Case] = {
     "transport_delay": Case(FORCE, [{"time_s": 1.7e-3}], {"delay_s": 1.7e-3}),
     "voltage_saturation": Case(FORCE, [{"stall_n": 900.0, "free_m_s": 0.2, "missing": 1.1}], {}),
 }
-"""Numbers of those without a plant's side here are held against the plant's law below."""
+"""Values of effects without expected parameters here are compared with the plant's equations below."""
 
 
 @pytest.fixture(scope="module")
@@ -151,7 +151,7 @@ def test_identified_parameters_become_those_of_the_plant(
 
 
 def test_parameters_of_the_catalogue_are_those_that_the_repairs_know(seen: RegressionData) -> None:
-    """An entry whose parameters are called otherwise than in the cases would be written with holes."""
+    """Parameters of entries have the names used in the cases; else values would be missing in the file."""
     for effect, entry in ENTRIES.items():
         [family] = [f for f in entry.terms if f.channel is CASES[effect].channel]
         shape = next(iter(family.shapes([seen])), (37.0, 1.0))

@@ -1,4 +1,4 @@
-"""What was found in columns of the catalogue acts in the plant by its own laws, as much and as soon."""
+"""Identified effects act in the plant by its own equations, with the same size and timing."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A spring that the motor and the scale both show is one spring; a rotor that is too heavy shrinks."""
+"""A spring identified from motor and scale is one spring; a rotor inertia that is too large is reduced."""
 
 import math
 from pathlib import Path

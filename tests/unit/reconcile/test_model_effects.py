@@ -1,4 +1,4 @@
-"""What the repairs have written into a model is read back as the hypotheses that it was made of."""
+"""Sections that a model update has written are read back as the candidate terms of their findings."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,7 +28,7 @@ coulomb_n = 12.0
 
 
 class Case(NamedTuple):
-    """What was found: shapes and coefficients; and how near what is read back comes, relatively."""
+    """Shapes and coefficients of the findings, and the relative tolerance of those read back."""
 
     channel: ResidualChannel
     terms: list[Term]
@@ -61,12 +61,12 @@ CASES: dict[str, Case] = {
     "temperature_dependent_friction": Case(FORCE, [((5.0, 0.0), (-3.0, -40.0))]),
     "thermal_expansion": Case(POSITION_DEVIATION, [((30.0, 0.0), (6e-5, 1.2e-5, 0.0))]),
 }
-"""A candidate of each entry whose shape is the plant's too."""
+"""A candidate of each entry whose shape is also the plant's."""
 SCANNED: dict[str, Case] = {
     "amplifier_dead_zone": Case(FORCE, [((), (3.0,))]),
     "torque_constant_saturation": Case(FORCE, [((), (0.06,))]),
 }
-"""Of the entries whose shape is the recording's, and no parameter of the plant."""
+"""Entries whose shape is from the recording, and no parameter of the plant."""
 WARM: dict[str, Case] = {
     "temperature_dependent_friction": Case(FORCE, [((), (-0.2, -2.0))], within=1e-3),
     "thermal_expansion": Case(POSITION_DEVIATION, [((), (1.2e-5, 2.4e-6))]),
@@ -95,7 +95,7 @@ def _read(file: Path) -> tuple[ModelEffects, NominalAxis]:
 
 
 def _read_back(folder: Path, effect: str, case: Case, seen: RegressionData) -> list[ModelTerm]:
-    """What the repaired model holds."""
+    """Write a model with these terms, read it; return its terms."""
     terms = [
         {name: p.value for name, p in ENTRIES[effect].parameters(shape, np.array(coefficients)).items()}
         for shape, coefficients in case.terms

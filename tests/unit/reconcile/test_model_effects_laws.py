@@ -1,4 +1,4 @@
-"""Model effects predict the force and the readings that the plant's own law gives."""
+"""Model effects predict force and readings as the plant's equations do."""
 
 import math
 from collections.abc import Callable
@@ -40,7 +40,7 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> RegressionData:
 def _prediction(
     folder: Path, section: str, channel: ResidualChannel, seen: RegressionData
 ) -> tuple[Array, dict[str, Any], float]:
-    """What the model's columns give (n,), the plant's parameters, the force constant."""
+    """Return the prediction of the model's columns (n,), the plant's parameters, the force constant."""
     file = model_file(folder, extra=RUBBING + section)
     model = load_model(file)
     held = model_effects_of(file, "x", model.document["axis"])
@@ -102,7 +102,7 @@ def test_waves_and_cubics_are_those_of_the_plant(tmp_path: Path, seen: Regressio
 
 
 def test_lost_force_is_that_of_the_plant(tmp_path: Path, seen: RegressionData) -> None:
-    """At the peak of the force exactly; below it the entry is a cube, and the zone has a width."""
+    """Exact at the peak of the force; below it the entry is cubic, and the dead zone has a width."""
     for section, key, law, within in (
         ("torque_constant_saturation", "saturation_a = 0.2", torque_constant_saturation, 0.06),
         ("amplifier_dead_zone", "threshold_a = 0.01", amplifier_dead_zone, 0.08),

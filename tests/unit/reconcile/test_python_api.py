@@ -1,4 +1,4 @@
-"""`reconcile.diagnose` takes tables of several libraries and gives one typed answer."""
+"""`reconcile.diagnose` accepts tables of several libraries and returns one typed result."""
 
 import math
 import subprocess

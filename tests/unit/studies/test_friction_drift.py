@@ -1,4 +1,4 @@
-"""The story of changing friction as figures, and its picture, on a log made by hand."""
+"""Figures and picture of the study of changing friction, from a synthetic log."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Learned waveform compensation: closed forms of its parts, convergence, and motions that no learning saw."""
+"""Learned waveform compensation: closed forms of its parts, convergence, and motions outside the learning."""
 
 import json
 import math
@@ -43,7 +43,7 @@ def sine(radius_m: float = 0.01, speed_rad_s: float = 2.0) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def learned() -> LearnedWaveforms:
-    """Of five accelerations, with five strokes each."""
+    """Learn five accelerations, with five strokes each."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(waveform_run, "ACCELERATIONS", 5)
         patch.setattr(waveform_run, "ITERATIONS", 5)

@@ -20,7 +20,7 @@ STRIDE = int(1.0 / (1e-3 * OVERSAMPLING * FILTER_HZ))
 
 
 def kept(datasets: list, term: tuple) -> list[np.ndarray]:
-    """Filtered samples (n, columns) of a model with one term, the measured force first, by recording."""
+    """Return filtered samples (n, columns) of a model with one term by recording; the force is column 0."""
     found = regression_problem(datasets, ResidualChannel.FORCE, [term], only=True)
     target_and_columns = [found.target_and_columns(k) for k in range(len(datasets))]
     return [
@@ -82,7 +82,7 @@ def test_correlation_time_is_that_of_the_noise() -> None:
 
 
 def test_planned_motion_gives_the_regression_data_of_its_recording() -> None:
-    """Planned positions give the same kinematics as sensed ones, and about the same evidence."""
+    """Planned positions give the same kinematics as measured ones, and nearly the same evidence."""
     seen = recorded_axis([RECORDED], AXIS)
     planned = predicted_data(motion_m("slow speeds"), 1e-3, RECORDED.residuals[0].data, seen)
     discrimination = ModelDiscrimination(RECORDED.residuals, ResidualChannel.FORCE, [], [STRIBECK, SQUARE])

@@ -54,7 +54,7 @@ def test_a_repeated_motion_has_less_gain(contested: NextExperiment) -> None:
 
 
 def test_effects_that_the_recordings_would_have_shown_are_no_question() -> None:
-    """Something of a size that machines have, in every way that the axis can move."""
+    """The effects have the size of those of real machines, and the recordings every kind of motion."""
     everything = [motion_m(kind) for kind in ("slow speeds", "small strokes", "fast moves")]
     of_all = explanation_of(everything, [], noise_n=0.05)
     of_one = explanation_of([SINE], [], noise_n=0.05)

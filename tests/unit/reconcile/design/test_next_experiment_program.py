@@ -20,7 +20,7 @@ def machine_dir(tmp_path: Path) -> Path:
 
 
 def test_every_motion_of_the_pool_is_a_program_that_servo_ctrl_accepts(machine_dir: Path) -> None:
-    """And commands the very samples that were weighed, but for the jerk that the machine has in reserve."""
+    """Its set points are the evaluated samples, up to the jerk that the machine has in reserve."""
     machine = load_machine(machine_dir)
     limits = limits_from_machine(machine, "x", load_model(machine_dir).axes["x"])
     motions = candidate_motions(limits, PERIOD_S, 1e-5, 1e-7)

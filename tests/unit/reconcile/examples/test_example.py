@@ -1,4 +1,4 @@
-"""The two examples on measured data: their marks where the data are, the message where they are not."""
+"""The two examples on measured data: their scores with the data, the message without."""
 
 import math
 import sys

@@ -28,7 +28,7 @@ PUBLISHERS = {
 
 
 def swing(data: Path) -> Machine:
-    """Two joints' worth of Newton's law; there is no file to read."""
+    """Return synthetic data of two joints by Newton's law, instead of a file."""
     assert data.name == "nowhere"
     recordings = {}
     for number in range(3):

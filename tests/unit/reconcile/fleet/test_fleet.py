@@ -1,4 +1,4 @@
-"""A fleet from its files to the table: nothing is done twice, nothing that is wrong ends it."""
+"""A fleet from its files to the table: no task runs twice, and no error ends the run."""
 
 import json
 import os
@@ -35,7 +35,7 @@ OPTIONS = FleetOptions()
 
 
 class Here:
-    """A cluster's part without any process: what is asked for is done at once."""
+    """The interface of a cluster without processes: tasks run at once."""
 
     def run(self, work: Callable[[Any], Any], tasks: Iterable[Any], limit_s: float) -> Iterator[TaskOutcome]:
         for task in tasks:
@@ -48,7 +48,7 @@ class Here:
 
 
 def record(path: Path, seed: int, cogging_n: float) -> None:
-    """Eight seconds to and fro; forces by Newton's law."""
+    """Write eight seconds of oscillation; forces by Newton's law."""
     rng = np.random.default_rng(seed)
     t = np.arange(8_000) * 1e-3
     x = 0.02 * np.sin(2.0 * np.pi * 0.31 * t) + 0.008 * np.sin(2.0 * np.pi * 1.13 * t + 1.0)
@@ -67,7 +67,7 @@ def done(planned: FleetPlan, out: Path, work: Callable[[Any], Any], limit_s: flo
 
 @pytest.fixture
 def fleet(tmp_path: Path) -> Path:
-    """Two axes of stubs, and a model for one of them."""
+    """Write two axes, and a model for one of them."""
     for name in ("machine=m1/axis=x/a.parquet", "machine=m2/axis=x/a.parquet"):
         (tmp_path / "data" / name).parent.mkdir(parents=True)
         (tmp_path / "data" / name).write_bytes(b"recorded")
@@ -136,7 +136,7 @@ def test_a_timeout_is_a_row_and_tried_again_next_time(fleet: Path) -> None:
 
 @pytest.fixture(scope="module")
 def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Row]]:
-    """Real recordings, one with cogging and a bad file beside it, one of nothing but rubbish."""
+    """Real diagnoses: an axis with cogging and one bad file, and an axis with bad files only."""
     root = tmp_path_factory.mktemp("fleet")
     record(root / "data" / "machine=m1" / "axis=x" / "good.parquet", 1, 1.5)
     (root / "data" / "machine=m1" / "axis=x" / "bad.parquet").write_bytes(b"rubbish")

@@ -1,4 +1,4 @@
-"""Workers that die, tasks that kill workers, tasks that never end: real processes, small work."""
+"""Workers that die, tasks that kill workers, tasks that never end: real processes, small tasks."""
 
 import os
 from collections.abc import Iterator

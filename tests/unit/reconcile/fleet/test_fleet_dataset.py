@@ -1,4 +1,4 @@
-"""What of a dataset is found, wherever it lies, and which model each axis has."""
+"""Files of a dataset are found in each kind of storage, and each axis has its model."""
 
 import tomllib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Files as instruments and scripts write them: preambles, JSON, folders, patterns, by the clean motion."""
+"""Files as instruments and scripts write them: preambles, JSON, folders, patterns, of a clean motion."""
 
 import json
 from pathlib import Path

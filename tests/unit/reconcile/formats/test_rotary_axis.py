@@ -1,4 +1,4 @@
-"""A rotary axis: its model file, its columns, its units; what is written is a plant and is read again."""
+"""A rotary axis: model file, columns, units; the written file is a plant and can be read again."""
 
 import math
 import re
@@ -29,7 +29,7 @@ coulomb_friction.coulomb_nm = 0.1
 
 
 def recorded(path: Path, number: int = 0, position: str = "joint_position_deg") -> Path:
-    """A pendulum that is moved through half a turn: gravity goes by the sine of its angle."""
+    """Write the recording of a pendulum: gravity is proportional to the sine of its angle."""
     rng, t = np.random.default_rng(number), np.arange(N) * T
     q = 1.2 * np.sin((1.7 + 0.3 * number) * t) + 0.5 * np.sin(5.3 * t + number)
     w, a = np.gradient(q, T), np.gradient(np.gradient(q, T), T)

@@ -1,4 +1,4 @@
-"""Files with gaps, uneven time, holes, jumps and spikes become even pieces, with notes of the repairs."""
+"""Files with gaps, uneven sampling, missing values, jumps and spikes become even pieces, with notes."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""report.html in a real browser: every picture is drawn, nothing is asked of a network, text stays text."""
+"""report.html in a real browser: every picture is drawn, no network request, text is escaped."""
 
 import json
 import re
@@ -125,7 +125,7 @@ def test_a_browser_draws_all_and_the_page_asks_for_nothing(report: Path, tmp_pat
 
 
 def opened(file: Path, directory: Path) -> tuple[str, str]:
-    """The page as the browser has it in the end, and what the browser tells."""
+    """Return the page as the browser has rendered it, and the browser's messages."""
     assert CHROMIUM
     quiet = ["--disable-background-networking", "--disable-component-update", "--no-first-run"]
     done = subprocess.run(

@@ -1,4 +1,4 @@
-"""The text of the verdict: readable units, a sentence for each answer, advice."""
+"""The text of the verdict: readable units, a sentence for each verdict, advice."""
 
 import io
 from typing import Any

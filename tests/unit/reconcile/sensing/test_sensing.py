@@ -1,4 +1,4 @@
-"""Defects put into clean recordings are found, with their place and size; clean ones have none."""
+"""Defects added to clean recordings are found, with place and size; clean ones have none."""
 
 import re
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""A force of the wrong sign turns mass and friction round; another axis that drives this one does not."""
+"""A force of the wrong sign inverts mass and friction; the coupling force of another axis does not."""
 
 import numpy as np
 import pytest

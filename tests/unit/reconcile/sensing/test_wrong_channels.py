@@ -1,4 +1,4 @@
-"""Channels that were mapped wrongly are told with the `--map` that mends them; right ones are not refused."""
+"""Wrongly mapped channels are reported with the `--map` that corrects them; right ones are accepted."""
 
 from pathlib import Path
 
@@ -142,7 +142,7 @@ def test_an_axis_that_stood_while_another_moved_is_set_aside(tmp_path: Path) -> 
 
 
 def presliding(amplitude_m: float) -> AxisRecording:
-    """A force that bends the contact before it slides: 10 N/um, up to 20 N."""
+    """Return a recording with a presliding force: 10 N/um up to 20 N."""
     t = CLEAN.time_s
     position_m = amplitude_m * np.sin(2.0 * np.pi * 0.5 * t) * np.minimum(t, 1.0)
     force_n = 20.0 * np.tanh(position_m * 10e6 / 20.0) + NOISE

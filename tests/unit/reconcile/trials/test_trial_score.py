@@ -1,4 +1,4 @@
-"""Scores of verdicts written by hand: right, neutral and false names."""
+"""Scores of synthetic verdicts: right, neutral and false names."""
 
 from typing import Any
 

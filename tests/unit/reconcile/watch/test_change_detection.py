@@ -1,4 +1,4 @@
-"""Change detection over a sequence: false alarms, onset, and comparison of like motions only."""
+"""Change detection over a sequence: rate of false alarms, onset, and comparison of similar motions only."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def a_sequence(values: np.ndarray, **other: object) -> Sequence:
 
 
 def first_alarm(sequence: Sequence, indicators: int = 10, run_length: float = 1000.0) -> int | None:
-    """How many recordings there are when it is raised."""
+    """Return the number of recordings at the alarm."""
     for n in range(1, len(sequence.values) + 1):
         seen = sequence._replace(
             values=sequence.values[:n],
@@ -29,7 +29,7 @@ def first_alarm(sequence: Sequence, indicators: int = 10, run_length: float = 10
 
 
 def test_false_alarms_stay_below_the_stated_rate() -> None:
-    """One in 50 recordings allowed, so that they can be counted; once the errors are twice those stated."""
+    """One false alarm in 50 recordings, so that they can be counted; once with errors twice those stated."""
     rng = np.random.default_rng(1)
     found = 0
     for scale in (1.0, 2.0):
@@ -104,7 +104,7 @@ def test_an_uncertain_recording_has_little_weight() -> None:
 
 
 def test_onset_is_the_posterior_by_brute_force() -> None:
-    """With the scale of the errors known for sure, so that normal densities can be written out."""
+    """With a known scale of the errors, so that the densities are normal."""
     rng = np.random.default_rng(9)
     n, k = 12, 7
     features = rng.normal(size=(n, 2)) * 0.3

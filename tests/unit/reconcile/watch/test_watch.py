@@ -29,7 +29,7 @@ QUICK = WatchOptions(diagnose=False)
 
 
 def far(rng: np.random.Generator) -> Array:
-    """A program unlike `strokes`: faster, farther."""
+    """Return a motion unlike `strokes`: faster, with longer travel."""
     return strokes(rng, fast_mm_s=130.0, way_mm=20.0)
 
 
@@ -44,7 +44,7 @@ def document(out: Path) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def lubricated(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Coulomb friction falls from 10 N."""
+    """Record a sequence in which Coulomb friction falls from 10 N."""
     folder = tmp_path_factory.mktemp("lubricated")
     model(folder)
     for number in range(LUBRICATED + 3):
@@ -55,7 +55,7 @@ def lubricated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def lubrication_change(lubricated: Path) -> tuple[Path, list[dict[str, Any]]]:
-    """Where it was written, and what changed."""
+    """Return the output folder, and the content of the detected changes."""
     out = lubricated / "out"
     return out, watched(lubricated, out).read_new()
 

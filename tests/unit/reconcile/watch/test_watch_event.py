@@ -52,7 +52,7 @@ def memory() -> Memory:
 
 
 async def published_message(broker: Mosquitto, events: Events, state: Memory) -> Any:
-    """What a subscriber finds that comes afterwards."""
+    """Publish the changes; return the message that a later subscriber receives."""
     assert await asyncio.to_thread(events.publish, state) is None
     async with broker.listener("#") as late:
         return await late.until("/change")
@@ -103,7 +103,7 @@ async def test_broker_address_comes_from_the_machine_file_but_not_the_client_id(
 
 
 def machine_with(folder: Path, section: str) -> Path:
-    """The X-Y table with one more section."""
+    """Write the X-Y table with one more section."""
     write_controller(folder, f"{text_of(XY_TABLE / 'controller.toml')}\n{section}")
     return folder
 
