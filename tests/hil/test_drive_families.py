@@ -66,7 +66,7 @@ def run(runs: ConsecutiveRuns, folder: Path) -> Any:
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_a_family_is_commissioned_homed_and_led(family: str, tmp_path: Path) -> None:
+def test_a_family_is_commissioned_homed_and_moved(family: str, tmp_path: Path) -> None:
     columns = run(runs_of(family, tmp_path), tmp_path)
     led = ~np.isnan(columns["x.position_command_m"])
     error_m = np.abs(columns["x.position_command_m"] - columns["x.motor_position_m"])[led]
@@ -126,7 +126,9 @@ def test_a_family_in_other_units_than_the_file_states_is_refused(
         ("engel_hbi", "mode_switch", "enabled"),
     ],
 )
-def test_without_its_key_a_family_is_not_led(family: str, setting: str, usual: str, tmp_path: Path) -> None:
+def test_without_its_key_a_family_does_not_become_ready(
+    family: str, setting: str, usual: str, tmp_path: Path
+) -> None:
     """The drive does not become ready, for minutes of homing or seconds in another mode."""
     machine = load_machine(TEMPLATES / family)
     axis = machine.axes["x"]
