@@ -71,6 +71,8 @@ def test_a_banner_shows_when_the_page_is_disconnected(visit: Callable[..., Page]
     expect(page.locator("#bench-stale-banner")).to_be_hidden()
     page.evaluate("window.socket.disconnect()")
     expect(page.locator("#bench-stale-banner")).to_be_visible()
+    expect(page.get_by_test_id("content")).to_have_css("pointer-events", "none")  # a click would be lost
+    expect(page.get_by_test_id("stop")).to_have_css("pointer-events", "auto")
 
 
 def test_taking_over_control_is_confirmed_and_the_other_browser_is_notified(
