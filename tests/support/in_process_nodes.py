@@ -6,6 +6,7 @@ counterpart in lockstep.
 
 import struct
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import can
@@ -33,6 +34,12 @@ STATE_BITS = {
 }
 SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP, FAULT_RESET = 0x06, 0x07, 0x0F, 0x02, 0x80
 FORMATS = {2: "b", 3: "h", 4: "i", 5: "B", 6: "H", 7: "I"}
+
+
+@cache
+def dictionary_of(name: str, node_id: int) -> canopen.ObjectDictionary:
+    """The library's dictionary of a node, which a master only reads; each reading of the file takes 50 ms."""
+    return canopen.import_od(str(EDS / name), node_id)
 
 
 class InProcessNodes:
@@ -87,7 +94,7 @@ class InProcessNodes:
     def remote(self, node_id: int, kind: type = canopen.RemoteNode) -> canopen.RemoteNode:
         """The master's view of a node."""
         name = "servo_drive.eds" if node_id < 10 else "linear_scale.eds"
-        node = kind(node_id, str(EDS / name))
+        node = kind(node_id, dictionary_of(name, node_id))
         self.network.add_node(node)
         return node
 
