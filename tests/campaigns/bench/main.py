@@ -1,12 +1,13 @@
 """`make bench`: every ratio, measured side by side, as a table and as JSON.
 
-Run as `python -m tests.campaigns.bench.main --json bench.json [--only batch|lockstep|tick-lateness]`.
+Run as `python -m tests.campaigns.bench.main --json bench.json [--only batch|lockstep|tick-lateness|memory]`.
 """
 
 import json
 import os
 import platform
 import time
+from collections.abc import Callable
 from datetime import UTC, datetime
 from enum import StrEnum
 from importlib.metadata import version
@@ -17,7 +18,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tests.campaigns.bench import batch, lockstep, tick_lateness
+from tests.campaigns.bench import batch, lockstep, memory, tick_lateness
 from tests.campaigns.bench.outcome import Ratio, Section
 
 LIBRARIES = ("servo-ctrl", "numpy", "numba", "canopen", "python-can", "pyarrow")
@@ -29,18 +30,23 @@ class Benchmark(StrEnum):
     BATCH = "batch"
     LOCKSTEP = "lockstep"
     TICK_LATENESS = "tick-lateness"
+    MEMORY = "memory"
 
 
-MEASURE = {
+MEASURE: dict[Benchmark, Callable[..., Section]] = {
     Benchmark.BATCH: batch.measure,
     Benchmark.LOCKSTEP: lockstep.measure,
     Benchmark.TICK_LATENESS: tick_lateness.measure,
+    Benchmark.MEMORY: memory.measure,
 }
 
 
 def main(
     json_file: Annotated[Path, typer.Option("--json", help="Where the figures go.")],
     only: Annotated[list[Benchmark] | None, typer.Option(help="Measure this one only; repeatable.")] = None,
+    rounds: Annotated[
+        int, typer.Option(min=1, help="Of tick lateness: circles of 6 s under each policy.")
+    ] = tick_lateness.ROUNDS,
 ) -> None:
     """Measure, print a table, write the JSON file whole."""
     console = Console()
@@ -57,7 +63,8 @@ def main(
 
         for name in only or list(Benchmark):
             try:
-                sections.append(MEASURE[name](progress))
+                given = {"rounds": rounds} if name is Benchmark.TICK_LATENESS else {}
+                sections.append(MEASURE[name](progress, **given))
             except Exception as error:  # noqa: BLE001  # the other figures are wanted all the same
                 failures[name] = f"{type(error).__name__}: {error}"
     result = {
@@ -72,8 +79,8 @@ def main(
     for section in sections:
         for skip in section.skips:
             console.print(f"[yellow]skipped[/] {skip.name}: {skip.reason}")
-    for name, reason in failures.items():
-        console.print(f"[red]failed[/] {name}: {reason}")
+    for failed, reason in failures.items():
+        console.print(f"[red]failed[/] {failed}: {reason}")
     console.print(f"{result['duration_s']} s; written to {json_file}")
     if failures:
         raise typer.Exit(1)
