@@ -11,6 +11,7 @@ from nicegui import Client, app, background_tasks, ui
 from starlette.requests import Request  # FastAPI reads the annotation
 from starlette.responses import JSONResponse
 
+from kernels.compiler_memory import release_compiler
 from servo_ctrl.commands.command import Command
 from servo_ctrl.hmi.access.guard import SESSION_COOKIE, Guard
 from servo_ctrl.hmi.access.login import add_login
@@ -56,6 +57,7 @@ def serve(
     configure_elements()
     CurrentLanguage.find = staticmethod(_language_of_client)
     add_pages(services)
+    release_compiler()  # the kernels of the pages are loaded
     add_stop(services)
     add_login(app, services.access, services.sessions, services.language)
     app.add_middleware(Guard, access=services.access, sessions=services.sessions)

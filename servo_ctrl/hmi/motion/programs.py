@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
+from kernels.compiler_memory import release_compiler
 from servo_ctrl.config.dry_run import DryRun, dry_run
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.part_program import SUFFIXES, PartProgram, ProgramEntry, ReadingOptions
@@ -100,6 +101,7 @@ def preview_of(machine_file: Path, name: str, text: str, reading: ReadingOptions
             raise ConfigError(file, error.key, error.reason) from None
     run = dry_run(steps, machine)
     drawn = equidistant(run.drawn_m, run.drawn_m_s)
+    release_compiler()  # the first program loads the kernels of planning
     entry = program.entry if isinstance(program, PartProgram) else None
     return Preview(tuple(machine.axes), len(steps), run, *drawn, entry)
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.errors import reason_of
-from servo_ctrl.files.arrow import write_csv, write_part
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.hmi.charts.frames import bucket_places
 from servo_ctrl.hmi.scope.appearance import ShownChannel, panes_of, time_unit
@@ -40,6 +39,8 @@ def save_capture(
 
     `origin` is the row at which the time of the picture is zero.
     """
+    from servo_ctrl.files.arrow import write_csv, write_part  # noqa: PLC0415  # 25 MB until the first capture
+
     if not len(rows.values):
         raise RecordingError("the scope shows nothing yet: there is nothing to save")
     directory = parent / f"scope-{taken:%Y%m%dT%H%M%S}-{taken.microsecond // 1000:03d}"
