@@ -17,7 +17,7 @@ from reconcile.regression.normal_equations import CandidateTerm, effect_names
 from reconcile.regression.regression_data import stride
 from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.regression.resolution import reversal_travel_m
-from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Score, paired
+from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, paired
 
 RESAMPLES = 400
 """Bootstrap resamples of the blocks for the 95 % intervals."""
@@ -90,11 +90,9 @@ def estimates(
     equations = problem.equations
     slots = equations.slots(chosen)
 
-    def fit(among: Index) -> Array:
-        return equations.denormalised(slots, equations.solve(slots, equations.totals(among)))
-
     rng, fitted = np.random.default_rng(0), _smallest_alike(problem, slots, blocks)
-    resampled = [fit(rng.choice(blocks, len(blocks))) for _ in range(resamples)]
+    drawn = [rng.choice(blocks, len(blocks)) for _ in range(resamples)]
+    resampled = equations.denormalised(slots, equations.solve_each(slots, drawn)) if drawn else []
     base = {}
     for place, (column, own) in enumerate(slots):
         if column < len(equations.base) and own < 1:
@@ -178,19 +176,19 @@ def compare_rivals(
         and not has_levels(c.effect, len(c.columns))  # levels of each recording alone are no rival
     ]
     rivals_tried.sort(key=lambda c: validation.explained([*others, c]), reverse=True)
-    best: dict[str, Score] = {}
+    best: dict[str, tuple[float, CandidateTerm]] = {}
     for candidate in rivals_tried[:SHORTLIST]:
-        score = validation.score(others, before, candidate)
-        if candidate.effect not in best or score.gain > best[candidate.effect].gain:
-            best[candidate.effect] = score
+        gain = validation.gain([*others, candidate], before)
+        if gain > 0.0 and (candidate.effect not in best or gain > best[candidate.effect][0]):
+            best[candidate.effect] = gain, candidate
     coefficients = sum(equations.coefficients(c) for c in chosen if c.effect == effect)
     found = []
-    for name, score in best.items():
+    for name, (_, candidate) in best.items():
+        score = validation.score(others, before, candidate)
         # a rival with more coefficients must be better by as much as a further term must
         handicap = RIVAL_STANDARD_ERRORS if equations.coefficients(score.candidate) > coefficients else 0.0
         confidence = float(norm.sf(paired(own_score.squares, score.squares) + handicap))
-        if score.gain > 0.0:
-            found.append(RivalEffect(name, confidence, score.gain / max(own_score.gain, 1e-12)))
+        found.append(RivalEffect(name, confidence, score.gain / max(own_score.gain, 1e-12)))
     return own_score.gain, sorted(found, key=lambda rival: rival.share, reverse=True)
 
 

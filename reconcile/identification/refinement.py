@@ -87,7 +87,7 @@ def _best_shapes(
             open_options = [option for option in options if option not in others]
             if len(open_options) > 1:
                 best[place] = _middle_of_ties(
-                    [(o, float(validation.cross_validated_squares([*others, o]).sum())) for o in open_options]
+                    [(o, validation.total_squares([*others, o])) for o in open_options]
                 )
     return problem, best
 
@@ -140,7 +140,7 @@ def _with_model_force(
 
 def _validated_squares(model: tuple[RegressionProblem, list[CandidateTerm]], train: Index) -> float:
     problem, chosen = model
-    return float(CrossValidation(problem.equations, train).cross_validated_squares(chosen).sum())
+    return CrossValidation(problem.equations, train).total_squares(chosen)
 
 
 def _all_possible(model: tuple[RegressionProblem, list[CandidateTerm]], train: Index) -> bool:
@@ -165,4 +165,4 @@ def _without_weakest(
         return []
     validation = CrossValidation(problem.equations, train)
     fewer = [[one for one in chosen if one != c] for c in repeated]
-    return min(fewer, key=lambda others: float(validation.cross_validated_squares(others).sum()))
+    return min(fewer, key=validation.total_squares)

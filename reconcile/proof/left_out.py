@@ -91,7 +91,7 @@ def prove(
     for number, recording in enumerate(recordings, start=1):
         on_progress(f"axis {recording.axis}: {number} of {len(recordings)} recordings left out")
         blocks = [_blocks_of(search, recording.source) for search in searches]
-        made = [explain(search, of) for search, of in zip(searches, blocks, strict=True)]
+        made = [_to_be_kept(explain(search, of)) for search, of in zip(searches, blocks, strict=True)]
         folds.append(_Fold(recording, blocks, made))
     for search in searches:
         search.release()
@@ -120,6 +120,13 @@ def prove(
                 written[search.channel] = before
         proofs.append(proof)
     return proofs
+
+
+def _to_be_kept(explanation: Explanation) -> Explanation:
+    """What is written of a part: its names and values, without the traces over time."""
+    if explanation.found is not None:
+        explanation.found.problem.equations.rows.clear()
+    return explanation._replace(residuals=[])
 
 
 def _proof(

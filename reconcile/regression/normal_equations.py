@@ -187,6 +187,21 @@ class BlockNormalEquations:
         solution: Array = np.linalg.solve(a, g[..., None])[..., 0]
         return solution
 
+    def solve_each(self, slots: list[tuple[int, int]], drawn: Sequence[Index]) -> Array:
+        """Solve for each draw of blocks, which may hold a block several times, (draws, k)."""
+        column, _ = self.places(slots)
+        kept, place = np.unique(np.append(0, column), return_inverse=True)
+        counts = np.stack([np.bincount(blocks, minlength=len(self.gram)) for blocks in drawn])
+        sub = self.gram[:, kept[:, None], kept].reshape(len(self.gram), -1)
+        sums = np.zeros((len(drawn), self.recordings, sub.shape[1]))
+        for recording in range(self.recordings):
+            own = self.recording_of_block == recording
+            sums[:, recording] = counts[:, own] @ sub[own]
+        narrow = copy(self)
+        narrow._ridge = self._ridge[kept]  # noqa: SLF001 its own class
+        own_slots = [(int(p) - 1, recording) for p, (_, recording) in zip(place[1:], slots, strict=True)]
+        return narrow.solve(own_slots, sums.reshape(*sums.shape[:2], len(kept), len(kept)))
+
     def squares(self, slots: list[tuple[int, int]], theta: Array, blocks: Index) -> Array:
         """Sum of squared residuals of each block (b,), in units of y; `theta` (k,) or by block (b, k)."""
         column, active = self.places(slots)

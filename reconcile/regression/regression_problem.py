@@ -63,13 +63,14 @@ class RegressionProblem(NamedTuple):
 
     def target(self, recording: int) -> Array:
         """Target (n,) of a recording, filtered, less what the model predicts already."""
-        return _target(self.datasets[recording], self.channel, self.model_terms)
+        return _target_and_baseline(self.datasets[recording], self.channel, self.model_terms)[0]
 
     def target_and_columns(self, recording: int) -> tuple[Array, Array]:
         """Target (n,) and all columns (n, c) of a recording, filtered, not normalised; for few terms."""
         data = self.datasets[recording]
-        columns = [column for _, column in _filtered_columns(data, self.channel, self.terms)]
-        return self.target(recording), np.stack(columns, axis=1)
+        target, base = _target_and_baseline(data, self.channel, self.model_terms)
+        columns = [column for _, column in _filtered_columns(data, base, self.terms)]
+        return target, np.stack(columns, axis=1)
 
     def prediction(self, recording: int, coefficients: Sequence[tuple[int, float]]) -> Array:
         """Sum (n,) of filtered columns, each (column, weight) before normalisation, in a recording.
@@ -77,6 +78,7 @@ class RegressionProblem(NamedTuple):
         One term's columns are in memory at a time: those of a long recording would take gigabytes.
         """
         data, total = self.datasets[recording], np.zeros(len(self.used[recording]))
+        unfiltered = np.zeros(len(total))
         _, base = target_and_baseline(data, self.channel)
         low_pass = low_pass_of(data)
         firsts = np.cumsum([base.shape[1], *(one.width for one in self.terms)])
@@ -89,8 +91,8 @@ class RegressionProblem(NamedTuple):
             if number != computed:
                 one = self.terms[number]
                 computed, columns = number, one.columns(data, one.shape_parameters)
-            total += weight * low_pass(columns[:, column - firsts[number]])
-        return total
+            unfiltered += weight * columns[:, column - firsts[number]]
+        return total + low_pass(unfiltered) if computed >= 0 else total
 
 
 def predicted_by_model(
@@ -132,8 +134,9 @@ def regression_problem(
     for data, counts, block in zip(datasets, used, block_of, strict=True):
         kept = np.flatnonzero(counts)[:: stride(data.period_s)]
         rows = np.zeros((1 + place + spare, len(kept)))
-        rows[0] = _target(data, channel, model_terms)[kept]
-        for number, column in _filtered_columns(data, channel, terms):
+        target, base = _target_and_baseline(data, channel, model_terms)
+        rows[0] = target[kept]
+        for number, column in _filtered_columns(data, base, terms):
             rows[1 + number] = column[kept]
         equations.add(rows, block[kept], settled_travel_m(data)[kept])
     equations.normalise()
@@ -163,16 +166,20 @@ def extended(problem: RegressionProblem, unnamed: Sequence[Key]) -> RegressionPr
     return problem._replace(equations=problem.equations.extended(terms), terms=added) if terms else problem
 
 
-def _target(data: RegressionData, channel: ResidualChannel, model_terms: Sequence[ModelTerm]) -> Array:
-    y, _ = target_and_baseline(data, channel)
-    return y - low_pass_of(data)(predicted_by_model(data, channel, model_terms)) if model_terms else y
+def _target_and_baseline(
+    data: RegressionData, channel: ResidualChannel, model_terms: Sequence[ModelTerm]
+) -> tuple[Array, Array]:
+    """Target (n,) less what the model predicts already, and the columns of the baseline (n, k)."""
+    y, base = target_and_baseline(data, channel)
+    if model_terms:
+        y = y - low_pass_of(data)(predicted_by_model(data, channel, model_terms))
+    return y, base
 
 
 def _filtered_columns(
-    data: RegressionData, channel: ResidualChannel, terms: Sequence[TermColumns]
+    data: RegressionData, base: Array, terms: Sequence[TermColumns]
 ) -> Iterator[tuple[int, Array]]:
     """Number and values (n,) of each column, baseline first; all but one term's are not in memory."""
-    _, base = target_and_baseline(data, channel)
     yield from enumerate(base.T)
     number, low_pass = base.shape[1], low_pass_of(data)
     for one in terms:

@@ -134,6 +134,22 @@ class CrossValidation:
         theta = self.equations.solve(slots, self._training_totals)
         return self._squares(slots, np.concatenate((np.ones((len(theta), 1)), -theta), axis=1), first=0)
 
+    def total_squares(self, chosen: Sequence[CandidateTerm]) -> float:
+        """Sum of `cross_validated_squares`, from the folds' own products instead of the samples."""
+        slots = self.equations.slots(chosen)
+        theta = self.equations.solve(slots, self._training_totals)
+        column, active = self.equations.places(slots)
+        places, has = np.append(0, column), np.concatenate((np.ones((len(active), 1)), active), axis=1)
+        weights = np.concatenate((np.ones((len(theta), 1)), -theta), axis=1)[:, None] * has
+        sub = (..., places[:, None], places)
+        products = self.whole[sub] - self._training_totals[sub]
+        squared = np.einsum("kri,krij,krj->", weights, products, weights)
+        return max(float(squared), 0.0) * float(self.equations.unit[0]) ** 2
+
+    def gain(self, chosen: Sequence[CandidateTerm], before: Array) -> float:
+        """The gain that `compare` would find of the last terms."""
+        return 1.0 - self.total_squares(chosen) / max(float(before.sum()), 1e-300)
+
     def given(self, chosen: Sequence[CandidateTerm], theta: Array) -> Array:
         """Sum of squared residuals of each short block with normalised coefficients `theta`."""
         return self._squares(self.equations.slots(chosen), np.concatenate(([1.0], -theta)), first=0)

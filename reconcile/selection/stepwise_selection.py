@@ -5,7 +5,8 @@ step the earlier terms must still be needed, and at the end each must be better 
 Source: Draper and Smith (1998), section 15.2, with cross-validation in place of the F test.
 """
 
-from collections.abc import Container, Iterable, Sequence
+import math
+from collections.abc import Container, Iterable, Iterator, Sequence
 
 from kernels.arrays import Array
 from reconcile.catalogue.registry import ADDITIVE, IMITATED_BY_PRESLIDING, TIMING, possible
@@ -81,13 +82,12 @@ def _select_forward(context: SelectionContext, chosen: list[CandidateTerm]) -> l
     while len(chosen) < context.rules.most_effects:
         before = context.validation.cross_validated_squares(chosen)
         free = [c for c in _admissible(context.named_terms, chosen) if c not in rejected]
-        scores = _score_shortlist(context.validation, chosen, before, free)
-        scores.sort(key=lambda score: score.gain, reverse=True)
-        best = next((score for score in scores if accepted(context, chosen, score, before)), None)
+        shortlist = _Shortlist(context, chosen, before, free)
+        best = next(shortlist.accepted(), None)
         if best is None:
             more = _additive_set(context, chosen, before, rejected)
         else:
-            more = [_simplest_of_ties(context, chosen, best, scores, before)]
+            more = [_simplest_of_ties(shortlist, best)]
         if not more:
             break
         extended = _eliminate_backward(context, [*chosen, *more])
@@ -99,18 +99,49 @@ def _select_forward(context: SelectionContext, chosen: list[CandidateTerm]) -> l
     return chosen
 
 
-def _simplest_of_ties(
-    context: SelectionContext, chosen: list[CandidateTerm], best: Score, scores: list[Score], before: Array
-) -> CandidateTerm:
+class _Shortlist:
+    """The candidates that explain most by a plain fit; each is cross-validated once it is asked for."""
+
+    def __init__(
+        self,
+        context: SelectionContext,
+        chosen: list[CandidateTerm],
+        before: Array,
+        candidates: Sequence[CandidateTerm],
+    ) -> None:
+        self.context, self._chosen, self._before = context, chosen, before
+        validation = context.validation
+        explained = {candidate: validation.explained([*chosen, candidate]) for candidate in candidates}
+        best = sorted(candidates, key=lambda candidate: explained[candidate], reverse=True)[:SHORTLIST]
+        gains = [(validation.gain([*chosen, candidate], before), candidate) for candidate in best]
+        # what gains less is not accepted, whatever its blocks say
+        enough = [one for one in gains if one[0] >= context.rules.least_gain]
+        self._by_gain = sorted(enough, key=lambda one: one[0], reverse=True)
+        self._accepted: dict[CandidateTerm, Score | None] = {}
+
+    def accepted(
+        self, least: float = -math.inf, fewer_than: float = math.inf, *, above: float = -math.inf
+    ) -> Iterator[Score]:
+        """Scores of those accepted, best first, from a gain on and with fewer coefficients than given."""
+        validation = self.context.validation
+        for gain, candidate in self._by_gain:
+            if gain < least or gain <= above or validation.equations.coefficients(candidate) >= fewer_than:
+                continue
+            if candidate not in self._accepted:
+                score = validation.score(self._chosen, self._before, candidate)
+                is_accepted = accepted(self.context, self._chosen, score, self._before)
+                self._accepted[candidate] = score if is_accepted else None
+            if score_of := self._accepted[candidate]:
+                yield score_of
+
+
+def _simplest_of_ties(shortlist: _Shortlist, best: Score) -> CandidateTerm:
     """The term with the fewest coefficients among those tied with the best."""
-    coefficients = context.validation.equations.coefficients
+    coefficients = shortlist.context.validation.equations.coefficients
     tied = [
         score.candidate
-        for score in scores
-        if coefficients(score.candidate) < coefficients(best.candidate)
-        and score.gain >= TIED_GAIN_RATIO * best.gain
-        and paired(best.squares, score.squares) < CLEARLY_BETTER
-        and accepted(context, chosen, score, before)
+        for score in shortlist.accepted(TIED_GAIN_RATIO * best.gain, coefficients(best.candidate))
+        if paired(best.squares, score.squares) < CLEARLY_BETTER
     ]
     return min([best.candidate, *tied], key=coefficients)
 
@@ -181,12 +212,13 @@ def _exchange_with_rivals(context: SelectionContext, chosen: list[CandidateTerm]
         before = validation.cross_validated_squares(others)
         own_score = validation.score(others, before, chosen[place])
         rivals = [c for c in _admissible(context.named_terms, others) if c.effect != chosen[place].effect]
-        shortlist = _score_shortlist(validation, others, before, rivals)
-        scores = [score for score in shortlist if accepted(context, others, score, before)]
-        clearly = [s for s in scores if paired(s.squares, own_score.squares) > CLEARLY_BETTER]
-        better = [s for s in clearly if s.gain > own_score.gain]
-        best = max(better, key=lambda score: score.gain, default=own_score)
-        simplest = _simplest_of_ties(context, others, best, scores, before)
+        shortlist = _Shortlist(context, others, before, rivals)
+        clearly = (
+            s
+            for s in shortlist.accepted(above=own_score.gain)
+            if paired(s.squares, own_score.squares) > CLEARLY_BETTER
+        )
+        simplest = _simplest_of_ties(shortlist, next(clearly, own_score))
         chosen = [*chosen[:place], simplest, *chosen[place + 1 :]]
     return chosen
 
@@ -197,15 +229,3 @@ def _admissible(named_terms: Iterable[CandidateTerm], chosen: Sequence[Candidate
     if excluded & TIMING:
         excluded |= TIMING
     return [c for c in named_terms if c not in chosen and c.effect not in excluded]
-
-
-def _score_shortlist(
-    validation: CrossValidation,
-    chosen: list[CandidateTerm],
-    before: Array,
-    candidates: Sequence[CandidateTerm],
-) -> list[Score]:
-    """Cross-validate the candidates that explain most by a plain fit."""
-    explained = {candidate: validation.explained([*chosen, candidate]) for candidate in candidates}
-    shortlist = sorted(candidates, key=lambda candidate: explained[candidate], reverse=True)[:SHORTLIST]
-    return [validation.score(chosen, before, candidate) for candidate in shortlist]

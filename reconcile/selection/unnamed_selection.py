@@ -42,15 +42,16 @@ def select_unnamed(
     selected: list[CandidateTerm] = []
     while len(selected) < rules.most_unknown:
         before = validation.cross_validated_squares([*named_terms, *selected])
-        admissible = [c for c in unnamed if c.effect not in {other.effect for other in selected}]
-        scores = [validation.score([*named_terms, *selected], before, c) for c in admissible]
-        accepted = [
-            score
-            for score in scores
-            if score.beyond_chance(len(unnamed), rules.false_alarm)
-            and score.gain >= rules.least_unknown
-            and float(before.sum() - score.squares.sum()) >= rules.least_unknown_share * initial
+        least_gain = max(
+            rules.least_unknown, rules.least_unknown_share * initial / max(float(before.sum()), 1e-300)
+        )
+        scores = [
+            validation.score([*named_terms, *selected], before, c)
+            for c in unnamed
+            if c.effect not in {other.effect for other in selected}
+            and validation.gain([*named_terms, *selected, c], before) >= least_gain
         ]
+        accepted = [score for score in scores if score.beyond_chance(len(unnamed), rules.false_alarm)]
         if not accepted:
             break
         least = TIED_GAIN_RATIO * max(score.gain for score in accepted)
