@@ -36,7 +36,7 @@ class BurstServer:
         substep_us: float,
         cycle_us: float,
     ) -> tuple[int, int, int]:
-        """See `burst_step.serve_burst`; frames are told by the byte of the burst that they begin at."""
+        """See `burst_step.serve_burst`; a frame is identified by the byte of the burst at which it begins."""
         part = burst[start : start + MOST_BYTES] if start or len(burst) > MOST_BYTES else burst
         size = len(part)
         self._bytes[:size] = part

@@ -48,9 +48,19 @@ class ServedTable(NamedTuple):
 
 
 @contextlib.contextmanager
-def served_table(machine: Path, out: Path, port: int, environment: dict[str, str]) -> Iterator[ServedTable]:
-    """Serve the machine in `machine` with drives off; learned results are in `out`."""
+def served_table(
+    machine: Path, out: Path, port: int, environment: dict[str, str], *, page_apart: bool = False
+) -> Iterator[ServedTable]:
+    """Serve the machine in `machine` with drives off; learned results are in `out`.
+
+    With `page_apart` the page is a service of its own: the controller's own page gives way to every other
+    process, so that beside a whole run of tests it answers after minutes, and loses connections.
+    """
     can, listen = out / "can.sock", f"127.0.0.1:{port}"
+    private = out / "page"
+    private.mkdir(mode=0o700)
+    page: list[str | Path] = ["--hmi-socket", private / "page.sock"] if page_apart else ["--hmi", listen]
+    sign = "standby" if page_apart else "operator's bench: "
     bus = ["--machine", machine, "--bus", f"localcan:{can}", "--pacing", "lockstep"]
     hub = subprocess.Popen([sys.executable, "-m", "local_can", str(can), "--bitrate", str(BITRATE)])
     try:
@@ -65,11 +75,21 @@ def served_table(machine: Path, out: Path, port: int, environment: dict[str, str
 
             def control(name: str) -> subprocess.Popen[bytes]:
                 kept = ["--record", out / name, "--learned", out / "learned"]
-                run = [BIN / "servo-ctrl", "run", *bus, *kept, "--hmi", listen]
-                served = _running(run, out / f"{name}.log", "operator's bench: ", environment)
-                return stack.enter_context(served)
+                run = [BIN / "servo-ctrl", "run", *bus, *kept, *page]
+                return stack.enter_context(_running(run, out / f"{name}.log", sign, environment))
 
             simulator, controller = simulate("hil.log"), control("run")
+            if page_apart:
+                serve: list[str | Path] = [
+                    sys.executable,
+                    "-m",
+                    "servo_ctrl.hmi",
+                    "serve",
+                    "--socket",
+                    private / "page.sock",
+                ]
+                serve += ["--listen", listen, "--recordings", out]
+                stack.enter_context(_running(serve, out / "page.log", "", environment))
 
             def restart_simulator() -> None:
                 simulator.kill()
