@@ -92,7 +92,9 @@ def estimates(
 
     rng, fitted = np.random.default_rng(0), _smallest_alike(problem, slots, blocks)
     drawn = [rng.choice(blocks, len(blocks)) for _ in range(resamples)]
-    resampled = equations.denormalised(slots, equations.solve_each(slots, drawn)) if drawn else []
+    resampled: Sequence[Array] = []
+    if drawn:
+        resampled = [*equations.denormalised(slots, equations.solve_each(slots, drawn))]
     base = {}
     for place, (column, own) in enumerate(slots):
         if column < len(equations.base) and own < 1:

@@ -139,8 +139,8 @@ class CrossValidation:
         slots = self.equations.slots(chosen)
         theta = self.equations.solve(slots, self._training_totals)
         column, active = self.equations.places(slots)
-        places, has = np.append(0, column), np.concatenate((np.ones((len(active), 1)), active), axis=1)
-        weights = np.concatenate((np.ones((len(theta), 1)), -theta), axis=1)[:, None] * has
+        places, has = np.append(0, column), np.insert(active, 0, values=True, axis=1).astype(np.float64)
+        weights: Array = np.concatenate((np.ones((len(theta), 1)), -theta), axis=1)[:, None] * has
         sub = (..., places[:, None], places)
         products = self.whole[sub] - self._training_totals[sub]
         squared = np.einsum("kri,krij,krj->", weights, products, weights)
