@@ -7,11 +7,11 @@ stays English. tests/unit/servo_hmi/test_language.py finds templates that a cata
 """
 
 import re
-import tomllib
+from collections.abc import Mapping
 from functools import cache, lru_cache
 from typing import NamedTuple
 
-from servo_ctrl.hmi.languages.texts import CATALOGUES, ENGLISH, CurrentLanguage
+from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage, catalogue
 
 DEEPEST = 6
 """Bounds how far a message that a node had a part in is taken to pieces; ours have three levels."""
@@ -35,20 +35,16 @@ def controller_text(text: str, language: str | None = None) -> str:
     return _MICROMETRES.sub("\N{MICRO SIGN}m", shown).replace("/s^2", "/s\N{SUPERSCRIPT TWO}")
 
 
-@cache
-def controller_catalogue(language: str) -> dict[str, str]:
+def controller_catalogue(language: str) -> Mapping[str, str]:
     """The templates and words of a language by their English ones; none for English itself."""
-    if language == ENGLISH:
-        return {}
-    content = tomllib.loads((CATALOGUES / f"controller.{language}.toml").read_text(encoding="utf-8"))
-    return {english: shown for section in content.values() for english, shown in section.items()}
+    return catalogue(language, "controller.")
 
 
 @cache
 def _templates(language: str) -> list[_Template]:
     """The templates, those with the most text of their own first: they say the most exactly what is meant."""
-    catalogue = controller_catalogue(language).items()
-    ordered = sorted(catalogue, key=lambda entry: -len(_PLACE.sub("", entry[0])))
+    entries = controller_catalogue(language).items()
+    ordered = sorted(entries, key=lambda entry: -len(_PLACE.sub("", entry[0])))
     return [_Template(re.compile(_pattern(english), re.DOTALL), shown) for english, shown in ordered]
 
 

@@ -29,11 +29,11 @@ class CurrentLanguage:
 
 
 @cache
-def catalogue(language: str) -> Mapping[str, str]:
-    """The texts of a language by their English ones; none for English itself."""
+def catalogue(language: str, part: str = "") -> Mapping[str, str]:
+    """The texts of a language by their English ones; none for English itself. `part` begins the file name."""
     if language == ENGLISH:
         return {}
-    content = tomllib.loads((CATALOGUES / f"{language}.toml").read_text(encoding="utf-8"))
+    content = tomllib.loads((CATALOGUES / f"{part}{language}.toml").read_text(encoding="utf-8"))
     return {english: text for section in content.values() for english, text in section.items()}
 
 
