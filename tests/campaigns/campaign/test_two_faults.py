@@ -186,6 +186,21 @@ def test_fault_of_a_node_that_died_before_reporting_it_is_not_required(
     assert (views(evidence._replace(plan=plan, second=dies)).first is not None) is shows_first
 
 
+@pytest.mark.parametrize("sent_between", [False, True])
+def test_fault_of_a_node_that_restarts_is_required_where_it_has_sent_inputs_before(
+    evidence: Evidence, sent_between: bool
+) -> None:
+    """A duplicate of a node repeats its inputs: where none come any more, nothing shows that there are two."""
+    assert evidence.happened is not None
+    place, cycle, time_s, stage = evidence.happened
+    its_inputs = TPDO + evidence.node
+    following = next(at for at, f in enumerate(evidence.frames[place:], place) if f.can_id == its_inputs)
+    until = following + 1 if sent_between else following
+    restarts = Second((until, cycle, time_s, stage), evidence.axis, evidence.node, {})
+    plan = evidence.plan._replace(fault=faults.named("duplicate node"), second=faults.named("node restarts"))
+    assert (views(evidence._replace(plan=plan, second=restarts)).first is not None) is sent_between
+
+
 def test_delayed_inputs_are_allowed_for_in_the_deviation_of_scale_and_encoder(
     evidence: Evidence,
 ) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from tests.campaigns.campaign.causes import TPDO
 from tests.campaigns.campaign.fault_context import SILENCED
 from tests.campaigns.campaign.oracles_reaction import wanted
 from tests.campaigns.campaign.run import SILENCING
@@ -47,6 +48,9 @@ def _silenced(evidence: Evidence, other: Evidence) -> bool:
     """Whether a node has died before it could send the frames that show the first fault."""
     assert evidence.happened is not None
     assert other.happened is not None
+    if other.plan.fault.name == "node restarts" and other.node == evidence.node:
+        between = evidence.frames[evidence.happened[0] : other.happened[0]]
+        return not any(frame.can_id == TPDO + evidence.node for frame in between)
     silent = other.plan.fault.name in SILENCING and other.axis == evidence.axis
     return silent and other.happened[1] <= evidence.happened[1] + 1
 
