@@ -190,7 +190,7 @@ def test_fault_of_a_node_that_died_before_reporting_it_is_not_required(
 def test_fault_of_a_node_that_restarts_is_required_where_it_has_sent_inputs_before(
     evidence: Evidence, sent_between: bool
 ) -> None:
-    """A duplicate of a node repeats its inputs: where none come any more, nothing shows that there are two."""
+    """A duplicate repeats its node's inputs: where none come any more, nothing shows that there are two."""
     assert evidence.happened is not None
     place, cycle, time_s, stage = evidence.happened
     its_inputs = TPDO + evidence.node
