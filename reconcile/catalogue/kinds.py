@@ -103,3 +103,11 @@ class UnnamedTerm(NamedTuple):
         """What an engineer can check."""
         where = f"in recording {p['recording']:.0f} " if "recording" in p else ""
         return f"something real that no entry of the catalogue explains: {where}{self.finding(p)}"
+
+
+def continued(grid: Sequence[float], highest: float) -> tuple[float, ...]:
+    """A rising grid, continued by the ratio of its last two points up to `highest`."""
+    points, ratio = [*grid], grid[-1] / grid[-2]
+    while points[-1] * ratio <= highest:
+        points.append(points[-1] * ratio)
+    return tuple(points)

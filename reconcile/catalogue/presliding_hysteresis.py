@@ -14,19 +14,25 @@ from kernels.arrays import Array
 from kernels.quantities import section_of
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelTerm, PlantValues
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, Rival
-from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily, continued
 from reconcile.recording.kinematics import dahl_deflection
 
 DISTANCES_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)
 EXPONENTS = (1.0, 0.5, 2.0)
 SLIP_DISTANCES_M = tuple(float(d) for d in np.geomspace(3.5e-7, 1.28e-4, 18))
 """Of elements that slip at once, whose curve bends sharply."""
+LONGEST_OF_TRAVEL = 2.5e-3
+"""Longest distance on a rotary axis, of its travel. Chosen: 0.3 degrees of a joint that turns by two radians;
+the lists above are lengths of guides and screws."""
 
 
-def _shapes(_datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     """The distance over which 63 % build up from rest, and Dahl's exponent."""
-    smooth = [(distance, exponent) for distance in DISTANCES_M for exponent in EXPONENTS]
-    return [*smooth, *((distance, 0.0) for distance in SLIP_DISTANCES_M)]
+    travel = max(float(np.ptp(data.motion.position_m)) for data in datasets)
+    longest = LONGEST_OF_TRAVEL * travel if datasets[0].rotary else 0.0
+    distances, slips = continued(DISTANCES_M, longest), continued(SLIP_DISTANCES_M, longest)
+    smooth = [(distance, exponent) for distance in distances for exponent in EXPONENTS]
+    return [*smooth, *((distance, 0.0) for distance in slips)]
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:

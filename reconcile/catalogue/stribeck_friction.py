@@ -10,7 +10,7 @@ import numpy as np
 from hil_sim.physics.friction import stribeck_friction as physics
 from kernels.arrays import Array
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
-from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
+from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily, continued
 
 LEAST_S = 0.3
 """Time that the axis must have moved as slowly as a speed for it to be tried."""
@@ -19,6 +19,16 @@ PASSING_S = 5e-3
 LOW_SPEED_M_S = 5e-3
 """Of the indicator: the bump of friction towards standstill."""
 SPEEDS_M_S = (0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.014, 0.02, 0.03, 0.05)
+
+FASTEST_SHARE = 0.2
+"""Highest Stribeck speed on a rotary axis, of the fastest that it turned. Chosen; the list above holds speeds
+of tables."""
+
+
+def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    fastest = max(float(np.abs(data.motion.velocity_m_s).max()) for data in datasets)
+    speeds = continued(SPEEDS_M_S, FASTEST_SHARE * fastest if datasets[0].rotary else 0.0)
+    return [(v,) for v in speeds if _seen_s(datasets, v) > LEAST_S]
 
 
 def _seen_s(datasets: Sequence[RegressionData], speed_m_s: float) -> float:
@@ -48,9 +58,7 @@ def _sentence(p: dict[str, float]) -> str:
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(
-        TermFamily(_columns, lambda datasets: [(v,) for v in SPEEDS_M_S if _seen_s(datasets, v) > LEAST_S]),
-    ),
+    terms=(TermFamily(_columns, _shapes),),
     coefficients={"stribeck_n": "N"},
     shape_parameters={"stribeck_m_s": "m/s"},
     sentence=_sentence,
