@@ -87,7 +87,8 @@ def add_pages(services: PageServices) -> None:
     """Add a route for every page."""
     ui.add_head_html(
         f'<link rel="stylesheet" href="{STATIC_ADDRESS}/bench.css">'
-        f'<script src="{STATIC_ADDRESS}/bench.js"></script>',
+        f'<script src="{STATIC_ADDRESS}/bench.js"></script>'
+        f'<script src="{STATIC_ADDRESS}/lost_clicks.js"></script>',
         shared=True,
     )
     titles = {path: module.TITLE for path, module in PAGES.items()}

@@ -75,6 +75,46 @@ def test_a_banner_shows_when_the_page_is_disconnected(visit: Callable[..., Page]
     expect(page.get_by_test_id("stop")).to_have_css("pointer-events", "auto")
 
 
+def test_a_click_whose_connection_breaks_is_named_and_sent_again_by_hand(
+    visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
+) -> None:
+    page = visit()
+    lost = page.locator("#bench-lost-click")
+    page.get_by_test_id("take-control").click()
+    expect(page.get_by_test_id("control-holder")).to_have_text("You have control")
+    expect(lost).to_be_hidden()
+    # the bytes of the click vanish, then the connection ends; the page connects again by itself
+    page.evaluate("window.socket.io.engine.transport.ws.send = () => {}")
+    page.get_by_test_id("home").click()
+    page.evaluate("window.socket.io.engine.close()")
+    expect(lost).to_contain_text('The connection broke as "Home" was pressed')
+    picture(page, "click_lost")
+    page.wait_for_function("window.socket.connected")
+    assert stub.commands() == []
+    page.get_by_test_id("home").click()
+    expect(lost).to_be_hidden()
+    page.evaluate("window.socket.disconnect()")
+    page.get_by_test_id("disable").click()
+    expect(lost).to_contain_text('"Disable" was not carried out. Press it again')
+    page.evaluate("window.socket.connect()")
+    page.wait_for_function("window.socket.connected")
+    expect(page.locator("#bench-stale-banner")).to_be_hidden()
+    assert stub.commands() == ["home"]  # a click without a connection is not kept for later
+
+
+def test_the_head_leaves_room_on_a_telephone(
+    visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
+) -> None:
+    page = visit("/bus", width=390)
+    assert page.locator("header").evaluate("e => e.getBoundingClientRect().height") <= 150
+    expect(page.get_by_test_id("link-bus")).to_be_in_viewport(ratio=1.0)
+    page.get_by_test_id("link-drive").click()
+    expect(page.get_by_test_id("power")).to_be_visible()
+    page.get_by_role("combobox", name="Units").focus()
+    expect(page.get_by_test_id("units")).to_be_in_viewport(ratio=0.9)
+    picture(page, "drive_390")
+
+
 def test_taking_over_control_is_confirmed_and_the_other_browser_is_notified(
     visit: Callable[..., Page], stub: Stub
 ) -> None:

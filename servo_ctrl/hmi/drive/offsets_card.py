@@ -64,8 +64,9 @@ class OffsetsCard:
                 )
             )
         ready = self._page.link.connected and status.stage is Stage.READY
+        offered = ready and not self._page.refusal("touch_off")
         for element in self._buttons:
-            element.set_enabled(ready)
+            element.set_enabled(offered)
         self._clear.set_enabled(status.stage in {Stage.READY, Stage.STANDBY})
 
     async def _choose(self) -> None:

@@ -63,8 +63,10 @@ class StepButtons:
 
     def refresh(self, status: MachineStatus) -> None:
         """Enable the buttons where a step would be accepted."""
+        ready = self._page.link.connected and status.stage is Stage.READY
+        offered = ready and not self._page.refusal("jog_step")
         for element in self._buttons:
-            element.set_enabled(self._page.link.connected and status.stage is Stage.READY)
+            element.set_enabled(offered)
 
     async def _step(self, direction: int) -> None:
         await self._page.ask("jog_step", axis=self._axis.name, value=direction * self._choice.step_m)

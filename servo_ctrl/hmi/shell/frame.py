@@ -60,15 +60,24 @@ class PageFrame:
         with div("bench-row bench-who").style("flex-wrap: nowrap; min-width: 0"):
             self._machine = ui.label().classes("bench-machine").mark("machine")
             self._stage = Pill("stage")
-        with ui.element("nav").classes("bench-nav") as pages:
-            named(pages, tr("Pages"))
-            for address, title in titles.items():
-                link = ui.link(tr(title), address).mark(f"link-{title.lower()}")
-                if address == path:
-                    link.props("aria-current=page")
+        with div("bench-bar"):
+            with ui.element("nav").classes("bench-nav") as pages:
+                named(pages, tr("Pages"))
+                for address, title in titles.items():
+                    link = ui.link(tr(title), address).mark(f"link-{title.lower()}")
+                    if address == path:
+                        link.props("aria-current=page")
+            self._build_looks()
         with div("bench-tools bench-control"):
             self._holder = faint().mark("control-holder")
             self._take = button(tr("Take control"), self._take_or_release, "take-control", look="unelevated")
+        for part in _safety_parts():
+            ui.html(part, sanitize=False).style("display: contents")
+        self._unlinked = ui.label(tr("The controller does not answer. What the page shows is old."))
+        self._unlinked.classes("bench-banner").props("role=alert").mark("unlinked")
+        self._overload = ui.label().classes("bench-banner").props("role=alert").mark("overload")
+
+    def _build_looks(self) -> None:
         with div("bench-tools bench-looks"):
             units = ui.select(
                 {name: system.label for name, system in UNIT_SYSTEMS.items()},
@@ -91,11 +100,6 @@ class PageFrame:
                 named(leave.props("flat"), tr("Log out {user}", user=self._page.user)).on(
                     "click", js_handler=_LOG_OUT
                 )
-        for part in _safety_parts():
-            ui.html(part, sanitize=False).style("display: contents")
-        self._unlinked = ui.label(tr("The controller does not answer. What the page shows is old."))
-        self._unlinked.classes("bench-banner").props("role=alert").mark("unlinked")
-        self._overload = ui.label().classes("bench-banner").props("role=alert").mark("overload")
 
     def refresh(self) -> None:
         """Show the newest state; a visitor whose login has ended goes to the login page."""
@@ -189,8 +193,8 @@ def _change_language(language: str) -> None:
     ui.run_javascript("location.reload()")
 
 
-def _safety_parts() -> tuple[str, str, str]:
-    """Return the HTML of STOP, of the banner for a STOP that failed, and of that for a lost connection."""
+def _safety_parts() -> tuple[str, ...]:
+    """Return the HTML of STOP and of the banners: STOP has failed, connection lost, click lost."""
     stop = (
         f'<button type="button" id="bench-stop" data-testid="stop" '
         f'aria-label="{escape(tr("Stop the machine; key Escape"))}">'
@@ -198,10 +202,19 @@ def _safety_parts() -> tuple[str, str, str]:
     )
     failed = tr("STOP did not reach the machine. Use the emergency stop.")
     stale = tr("The page is not connected. What it shows is old. Use the emergency stop if you have to.")
+    unsent = tr('There was no connection: "{control}" was not carried out. Press it again.')
+    unanswered = tr(
+        'The connection broke as "{control}" was pressed. If it was not carried out, press it again.'
+    )
+    lost = (
+        f'<div class="bench-banner" id="bench-lost-click" role="alert" hidden data-unsent="{escape(unsent)}" '
+        f'data-unanswered="{escape(unanswered)}"></div>'
+    )
     return (
         stop,
         f'<div id="bench-stop-failed" role="alert" data-text="{escape(failed)}" hidden></div>',
         f'<div class="bench-banner" id="bench-stale-banner" role="alert">{escape(stale)}</div>',
+        lost,
     )
 
 
