@@ -54,8 +54,8 @@ FIELDS_OF[Settings] = {
     ),
     "feed_override_percent": Field(
         "Feed override in percent",
-        Entry(0x2104, 4, DataType.U8, 1.0, writable=True, low=1, high=100, default=100),
-        "Share of the programmed feed at which a program runs, at once; never faster than programmed.",
+        Entry(0x2104, 4, DataType.U8, 1.0, writable=True, low=1, high=150, default=100),
+        "Share of the programmed feed at which a program runs: at once, above 100 from its next start.",
     ),
     "rapid_override_percent": Field(
         "Rapid override in percent",

@@ -4,7 +4,8 @@ Path time s advances at the rate r <= 1 of machine time. The axes follow the pro
 the chain rule their velocity is x' r and their acceleration x'' r^2 + x' dr/dt. The rate changes as fast as
 the acceleration limits allow; while the program itself uses them fully, the rate stays. A force offset
 belongs to its position on the path and is not scaled. An override sets the wanted rate, at most 1, because
-the program was planned to the limits. A stop after a step is a hold.
+the program was planned to the limits; one that was planned to a raised feed runs at 100 % where the rate is
+the reciprocal of that. A stop after a step is a hold.
 """
 
 import numpy as np
@@ -13,7 +14,8 @@ from kernels.arrays import Array
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.set_points.pace import Pace, Stops
 from servo_ctrl.daemon.set_points.reference import ProgramReference, Row, StepSpan, interleave
-from servo_ctrl.motion.move import Dwell
+from servo_ctrl.motion.move import Dwell, Move
+from servo_ctrl.motion.path.path_move import PathMove
 from servo_ctrl.motion.profile import Profile, ProgramBlock
 from servo_ctrl.motion.program import KIND_OF_STEP, Segment, sample_count
 
@@ -22,6 +24,8 @@ SHARE = 0.9
 TRIALS = (1.0, 0.5, 0.25, 0.0)
 """Fractions of the steepest rate slope tried in a cycle (chosen); zero is always possible."""
 DWELL = KIND_OF_STEP[Dwell]
+RAISED = frozenset({KIND_OF_STEP[Move], KIND_OF_STEP[PathMove]})
+"""The kinds of steps whose feed `pace.at_raised_feed` raises."""
 ROUNDING = 1e-9
 """Relative tolerance of limits and rates; chosen."""
 
@@ -40,8 +44,11 @@ class FeedHold:
         period_s: float,
         stops: Stops | None = None,
         pace: Pace | None = None,
+        raised_feed: float = 1.0,
     ) -> None:
         self.program = program
+        self._raised_feed = raised_feed
+        """The share of its feed to which the program was planned, >= 1."""
         self.holding = False
         """True: come to rest on the path; False: continue along it."""
         self.held_by = ""
@@ -125,11 +132,13 @@ class FeedHold:
 
     def _wanted_rate(self, segment: Segment | None) -> float:
         """Return the override that applies here; a dwell keeps its duration."""
-        pace = self._pace
-        if pace.feed == pace.rapid == 1.0 or segment is None or segment.kind == DWELL:
+        pace, raised = self._pace, self._raised_feed
+        if pace.feed == pace.rapid == raised == 1.0 or segment is None or segment.kind == DWELL:
             return 1.0
         block = self.block
-        return pace.rapid if block is not None and block.rapid else pace.feed
+        if block is not None and block.rapid:
+            return pace.rapid
+        return min(pace.feed / (raised if segment.kind in RAISED else 1.0), 1.0)
 
     def _is_over(self, profile: Profile) -> bool:
         """Whether all samples of the present step were returned."""

@@ -21,7 +21,7 @@ from servo_ctrl.control.compensation.learned_waveform import LearnedWaveformSett
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
-from servo_ctrl.daemon.set_points.pace import Pace, Stops, split_paths
+from servo_ctrl.daemon.set_points.pace import Pace, Stops, at_raised_feed, split_paths
 from servo_ctrl.daemon.set_points.reference import CHUNK_SAMPLES, ProgramReference, StepSpan
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.types import NO_PULSE, Stroke
@@ -118,20 +118,14 @@ class MotionPlan:
     def prepare(self, start_m: Sequence[float]) -> FeedHold:
         """Plan the program from `start_m`, metres by axis. Raises ConfigError beyond the limits."""
         if self._program is None:
-            return self._held([], start_m, {}, Stops())
+            return self._held([], start_m, {}, Stops(), 1.0)
         steps, stops = self._split_at_stops(self._program, self.steps)
-        self.cycles, paths = check_steps(steps, self._program.source, self._machine, start_m)
-        self.first_step = self._next_step
-        self.run_apart = False
-        return self._held(steps, start_m, paths, stops)
+        return self._plan(steps, self._program, start_m, stops, apart=False)
 
     def prepare_apart(self, program: ProgramConfig, start_m: Sequence[float]) -> FeedHold:
         """Plan another program; that of the run stays loaded. Raises ConfigError beyond the limits."""
         steps = program_steps(program, self._machine)
-        self.cycles, paths = check_steps(steps, program.source, self._machine, start_m)
-        self.first_step = self._next_step
-        self.run_apart = True
-        return self._held(steps, start_m, paths, Stops())
+        return self._plan(steps, program, start_m, Stops(), apart=True)
 
     def stop_behind_steps(self, *, single_block: bool) -> None:
         """Switch single block on or off for every program, including the present one."""
@@ -146,13 +140,35 @@ class MotionPlan:
         split, optional = split_paths(steps, lines, single_block=self.single_block)
         return split, Stops(len(split) - 1, self.single_block, optional)
 
+    def _plan(
+        self,
+        steps: Sequence[Step],
+        program: ProgramConfig,
+        start_m: Sequence[float],
+        stops: Stops,
+        *,
+        apart: bool,
+    ) -> FeedHold:
+        """Plan the steps at the feed that the override asks for. Raises ConfigError beyond the limits."""
+        raised = self.pace.raised_feed()
+        slowest_m_s = float(motion_limits(self._machine).velocity_m_s.min())
+        steps = at_raised_feed(steps, raised, slowest_m_s)
+        self.cycles, paths = check_steps(steps, program.source, self._machine, start_m)
+        self.first_step, self.run_apart = self._next_step, apart
+        return self._held(steps, start_m, paths, stops, raised)
+
     def _held(
-        self, steps: Sequence[Step], start_m: Sequence[float], paths: Mapping[int, Profile], stops: Stops
+        self,
+        steps: Sequence[Step],
+        start_m: Sequence[float],
+        paths: Mapping[int, Profile],
+        stops: Stops,
+        raised_feed: float,
     ) -> FeedHold:
         self._stops = stops
         limits = motion_limits(self._machine).acceleration_m_s2
         reference = self._reference(steps, start_m, paths)
-        self.current = FeedHold(reference, limits, self._machine.period_s, stops, self.pace)
+        self.current = FeedHold(reference, limits, self._machine.period_s, stops, self.pace, raised_feed)
         return self.current
 
     def prepare_stroke(self, axis: str, stroke: Stroke, start_m: Sequence[float]) -> ProgramReference:

@@ -4,16 +4,23 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from servo_ctrl.motion.move import Move
 from servo_ctrl.motion.path.path_move import Element, PathMove
 from servo_ctrl.motion.program import Step
 
 
 @dataclass
 class Pace:
-    """Overrides, each 0 < rate <= 1; they may change while a program runs."""
+    """Overrides as shares, > 0; they may change while a program runs."""
 
     feed: float = 1.0
+    """Above 1 it acts on programs that are planned from then on."""
     rapid: float = 1.0
+    """At most 1: a rapid move is as fast as the axes allow."""
+
+    def raised_feed(self) -> float:
+        """Return the share of its feed to which a program is planned, >= 1."""
+        return max(self.feed, 1.0)
 
     def take_feed(self, percent: float) -> None:
         """Set the feed override."""
@@ -45,6 +52,28 @@ class Stops:
         if step >= self.last_step:
             return ""
         return self.optional.get(step, "") or ("single block" if self.single_block else "")
+
+
+def at_raised_feed(steps: Sequence[Step], raised: float, velocity_m_s: float) -> Sequence[Step]:
+    """Return the steps with the feeds of paths and moves multiplied by `raised` (>= 1).
+
+    Paths are planned within the limits at any feed; a move is kept to `velocity_m_s`, the least velocity
+    limit of the axes. Other steps are measurements at the speed that their program states.
+    """
+    if raised <= 1.0:
+        return steps
+    found: list[Step] = []
+    for step in steps:
+        match step:
+            case PathMove():
+                elements = (element._replace(feed_m_s=element.feed_m_s * raised) for element in step.elements)
+                found.append(step._replace(elements=tuple(elements)))
+            case Move():
+                feed_m_s = max(step.feed_m_s, min(step.feed_m_s * raised, velocity_m_s))
+                found.append(step._replace(feed_m_s=feed_m_s))
+            case _:
+                found.append(step)
+    return found
 
 
 def split_paths(

@@ -10,7 +10,10 @@ from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Switch, div, faint, named
 
 OVERRIDES = {"feed_override_percent": word("Feed"), "rapid_override_percent": word("Rapid")}
-CHOICES = (1, 10, 25, 50, 75, 100)
+CHOICES = {
+    "feed_override_percent": (10, 25, 50, 75, 100, 120, 150),
+    "rapid_override_percent": (1, 10, 25, 50, 75, 100),
+}
 """Per cent; what another client has set beside them is shown as it is."""
 SWITCHES = {"single_block": word("Single block"), "optional_stop": word("Optional stop (M1)")}
 
@@ -34,6 +37,10 @@ class PaceControls:
                 name: Switch(tr(text), name.replace("_", "-"), partial(self._flip, name))
                 for name, text in SWITCHES.items()
             }
+        self._raised = faint(
+            tr("Above 100 % from the next start: the program is planned to it, within the limits.")
+        )
+        self._raised.mark("feed-raised")
 
     def refresh(self, status: MachineStatus) -> None:
         """Show what holds."""
@@ -41,8 +48,9 @@ class PaceControls:
             percent = getattr(status.settings, name)
             if percent != self._shown.get(name):
                 self._shown[name] = percent
-                options = sorted({*map(float, CHOICES), percent})
+                options = sorted({*map(float, CHOICES[name]), percent})
                 toggle.set_options({value: f"{value:g}" for value in options}, value=percent)
+        self._raised.set_visibility(status.settings.feed_override_percent > 100.0)
         for name, switch in self._switches.items():
             switch.show(getattr(status.settings, name))
 
