@@ -20,12 +20,13 @@ help:  ## list the targets
 
 setup: $(STAMP)  ## make the virtual environment from pinned dependencies
 
+# Not compiled by pip: half of the time would go into modules that nobody imports. Python compiles those it loads.
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "Python 3.11 or newer is needed; name one with: make PYTHON=/path/to/python3.11"; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || \
 	  { echo "python3 cannot make a virtual environment: install your system's python3-venv package"; exit 1; }
-	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	$(BIN)/pip install --quiet --no-compile --constraint constraints.txt --editable '.[dev]'
 	@$(BIN)/hil-sim compile --machine machines/xy_table & \
 	  $(BIN)/servo-ctrl compile --machine machines/xy_table && wait $$!  # both sides' kernels, on two processors
 	@touch $@
@@ -45,10 +46,12 @@ system:  ## install the system packages that some tests need (as root, by apt)
 # A file is run by one process, so its fixtures are made once; long files begin first (tests/conftest.py).
 PYTEST := $(BIN)/pytest --workers auto
 
-test: setup system  ## all checks and every test, on the embedded bus and on real SocketCAN
+test:  ## all checks and every test, on the embedded bus and on real SocketCAN
+	@$(MAKE) --no-print-directory --jobs 2 setup system
 	@$(MAKE) --no-print-directory --jobs 3 check tests test-vcan
 
-check-fast: setup system  ## lint, types, quick tests, one run over the bus, one on vcan0: two minutes
+check-fast:  ## lint, types, quick tests, one run over the bus, one on vcan0: two minutes
+	@$(MAKE) --no-print-directory --jobs 2 setup system
 	@$(MAKE) --no-print-directory --jobs 3 check tests-fast vcan-fast
 
 # Threads of linear algebra spin while they wait for a processor; small matrices take twice the time with them.

@@ -13,7 +13,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from kernels.arrays import Array
 from kernels.jit import kernel
@@ -23,6 +22,8 @@ SPAN_S = 0.45
 """Duration of a waveform after the reversal; chosen: more than twice Tm."""
 TAPER = 0.3
 """Share at the end of a waveform in which it fades to zero; chosen."""
+TRUNCATED_AT = 4.0
+"""Standard deviations at which the Gaussian of Q is cut off; its weight there is 0.0003 of the largest."""
 FILTER_HZ = 80.0
 """Frequency at which Q is 0.61; of 40, 80 and 120 Hz the one of least J over the learning strokes."""
 
@@ -95,8 +96,7 @@ def presliding_states(loop: LoopModel, position_m: Array) -> Array:
 
 def missing_force_n(loop: LoopModel, error_m: Array, filter_hz: float = FILTER_HZ) -> Array:
     """P^-1 e, zero-phase low-passed: the force (n,) that would have left no error, from rest."""
-    sigma = 1.0 / (2.0 * math.pi * filter_hz * loop.period_s)
-    smooth_m = gaussian_filter1d(error_m, sigma, mode="nearest")
+    smooth_m = _low_passed(error_m, loop.period_s, filter_hz)
     speed_m_s = np.gradient(smooth_m, loop.period_s)
     integral_m_s = np.cumsum(smooth_m) * loop.period_s
     return (
@@ -139,9 +139,26 @@ def cut_out(values: Array, starts: Indices, directions: Array, length: int, ahea
 def corrected(wave_n: Array, missing_n: Array, gain: float, loop: LoopModel) -> Array:
     """The next waveform (n,) from the missing force (n,): advanced by the dead time, low-passed, tapered."""
     early_n = missing_n[np.minimum(np.arange(len(missing_n)) + loop.dead_samples, len(missing_n) - 1)]
-    sigma = 1.0 / (2.0 * math.pi * FILTER_HZ * loop.period_s)
-    changed = gaussian_filter1d(wave_n + gain * early_n, sigma, mode="nearest")
+    changed = _low_passed(wave_n + gain * early_n, loop.period_s, FILTER_HZ)
     return np.asarray(changed * _taper(len(wave_n), loop))
+
+
+def _low_passed(values: Array, period_s: float, filter_hz: float) -> Array:
+    """Q: a Gaussian low pass (n,) with zero phase, 0.61 at `filter_hz`; the ends are held constant.
+
+    The bits are those of `scipy.ndimage.gaussian_filter1d`. Loading that would take each start of a
+    controller 0.3 s, and a running one would stall when production first asks for a correction.
+    """
+    deviation = 1.0 / (2.0 * math.pi * filter_hz * period_s)
+    radius = int(TRUNCATED_AT * deviation + 0.5)
+    weights = np.exp(-0.5 / deviation**2 * np.arange(-radius, radius + 1) ** 2)
+    weights /= weights.sum()
+    held = np.pad(values, radius, mode="edge")
+    samples = len(values)
+    smooth: Array = weights[radius] * held[radius : radius + samples]
+    for i in range(radius):  # from the outside in, as the two values at one distance have one weight
+        smooth += (held[i : i + samples] + held[2 * radius - i :][:samples]) * weights[i]
+    return smooth
 
 
 def _taper(samples: int, loop: LoopModel) -> Array:

@@ -18,3 +18,10 @@ def test_processes_on_the_bus_load_no_reader_of_measurement_files(module: str) -
         f"assert importlib.util.find_spec('{OPTIONAL}')"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("module", ["hil_sim.runner.process", "servo_ctrl.daemon.run.supervisor"])
+def test_simulator_and_controller_start_without_scipy(module: str) -> None:
+    """Loading it would take each start 0.3 s more."""
+    code = f"import sys, {module}; assert 'numba' in sys.modules; assert 'scipy' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
