@@ -41,9 +41,9 @@ def _meanings_of_keys(section: type[FileSection]) -> dict[str, str]:
             continue
         if base.__pydantic_generic_metadata__["origin"] is not None:
             continue  # a generic section for one type: its source is that of the generic one, which follows
-        [declared] = ast.parse(textwrap.dedent(inspect.getsource(base))).body
-        assert isinstance(declared, ast.ClassDef)
-        for key, below in pairwise(declared.body):
+        tree = ast.parse(textwrap.dedent(inspect.getsource(base)))
+        declared = next(one.body for one in tree.body if isinstance(one, ast.ClassDef))
+        for key, below in pairwise(declared):
             if isinstance(key, ast.AnnAssign) and isinstance(key.target, ast.Name):
                 match below:
                     case ast.Expr(value=ast.Constant(value=str(meaning))):
