@@ -32,9 +32,10 @@ def steer(link: StubLink, control: ControlRight) -> None:
         return [request.model_dump(exclude_none=True) for request in link.requests]
 
     @app.post("/stub/status")
-    async def status(fields: dict[str, Any]) -> None:
+    async def status(fields: dict[str, Any]) -> int:
         whole = from_plain(MachineStatus, {**to_plain(link.status), **fields})
         link.change(**{name: getattr(whole, name) for name in fields})
+        return link.status.cycles
 
     @app.post("/stub/link")
     async def change(fields: dict[str, Any]) -> None:

@@ -55,9 +55,10 @@ class Stub:
             assert time.monotonic() < deadline_s, self.requests()
             time.sleep(0.05)
 
-    def status(self, **fields: Any) -> None:
-        """Change the machine's status."""
-        self._post("status", fields)
+    def status(self, **fields: Any) -> int:
+        """Change the machine's status; return its cycle, which goes on through all tests of a session."""
+        cycle: int = self._post("status", fields)
+        return cycle
 
     def link(self, **fields: Any) -> None:
         """`connected`, `answers` by `do` or command, `hello` (fields of it), `reset`."""
@@ -68,11 +69,12 @@ class Stub:
         found: list[dict[str, Any]] = answer.json()
         return found
 
-    def _post(self, route: str, fields: dict[str, Any]) -> None:
+    def _post(self, route: str, fields: dict[str, Any]) -> Any:
         answer = self._context.request.post(
             f"{self._url}/stub/{route}", data=fields, headers={"Origin": self._url, **AT_ONCE}
         )
         assert answer.ok, answer.text()
+        return answer.json()
 
 
 def free_tcp_port() -> int:
