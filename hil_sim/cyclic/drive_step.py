@@ -8,16 +8,14 @@ one drive, with the arrays and an `index`: handing a record over would take ten 
 import math
 from typing import Any
 
+from hil_sim.cyclic.drive_limits import clip_position, clip_step, clip_torque, clip_velocity
+from hil_sim.cyclic.drive_readings import check_following, inputs_of, read_axis, shown
 from hil_sim.plant.amplifier import CURRENT, POSITION, VELOCITY
 from kernels.arrays import Index
 from kernels.jit import kernel
 
 CYCLIC_POSITION, CYCLIC_VELOCITY, CYCLIC_TORQUE = 8, 9, 10
 """Modes of operation 6060h."""
-NO_WINDOW = 0xFFFF_FFFF
-"""Following error window 6065h that is switched off."""
-NEGATIVE_SWITCH, POSITIVE_SWITCH, HOME_SWITCH = 1, 2, 4
-"""Digital inputs 60FDh."""
 SWITCHED, FOLLOWING_ERROR, NOT_FINITE = 1, 2, 4
 """What a tick finds: inputs have changed, the following error is a fault, the plant has no number."""
 
@@ -85,12 +83,6 @@ def show_demand(axes: Any, objects: Any, index: int, position: float, velocity: 
 
 
 @kernel
-def shown(low: int, span: int, position: int) -> int:
-    """A position as clients see it, within a range 607Bh of `span` counts from `low`; 0 is no range."""
-    return low + (position - low) % span if span else position
-
-
-@kernel
 def nearest(span: int, wanted: float, here: float) -> float:
     """The place that looks like `wanted` nearest to `here`; half a turn goes to the positive side."""
     if not span:
@@ -126,134 +118,6 @@ def command_position(
     setpoint["velocity_offset_m_s"] = offset * axis["m_per_count"]
     setpoint["current_offset_a"] = int(torque_offset) * axis["torque_sign"] * axis["a_per_torque"]
     setpoint["position_m"] = axis["position_sign"] * (position - axis["origin"]) * axis["m_per_count"]
-
-
-@kernel
-def travel(axis: Any, own: Any) -> tuple[float, float]:
-    """Smallest and largest position allowed (user counts): by limit switches and 607Dh.
-
-    With a range 607Bh there is no software limit, unless one inside it keeps the axis from wrapping.
-    """
-    lowest, highest = own["min_position_limit"], own["max_position_limit"]
-    if axis["range_span"]:
-        if lowest <= axis["range_low"] and highest >= axis["range_high"]:
-            lowest, highest = -math.inf, math.inf
-        else:
-            lowest, highest = max(lowest, float(axis["range_low"])), min(highest, float(axis["range_high"]))
-    return max(lowest, axis["blocked_low"]), min(highest, axis["blocked_high"])
-
-
-@kernel
-def clip_step(axes: Any, index: int, before: float, wanted: float, dt_s: float) -> float:
-    """The next of a sequence of position demands, within the speed of the motor, 6080h."""
-    way = axes[index]["motor_speed"] * dt_s
-    if -way <= wanted - before <= way:
-        return wanted
-    axes[index]["clipped"] = True
-    return before + math.copysign(way, wanted - before)
-
-
-@kernel
-def clip_position(axes: Any, objects: Any, index: int, wanted: float) -> float:
-    """A position demand within 607Dh and limit switches (user counts)."""
-    axis = axes[index]
-    lowest, highest = travel(axis, objects[index])
-    if lowest <= wanted <= highest:
-        return wanted
-    axis["clipped"] = True
-    return float(max(lowest, min(highest, wanted)))
-
-
-@kernel
-def clip_velocity(
-    axes: Any, objects: Any, index: int, wanted: float, deceleration: float, dt_s: float
-) -> float:
-    """A velocity demand (counts/s) so that braking at `deceleration` ends at the limit, and within 6080h.
-
-    The largest v with v dt + v^2 / 2a <= distance left.
-    """
-    axis = axes[index]
-    if wanted == 0.0:
-        return wanted
-    if abs(wanted) > axis["motor_speed"]:
-        axis["clipped"] = True
-        wanted = math.copysign(axis["motor_speed"], wanted)
-    position = axis["position"]
-    rising = wanted * (axis["velocity_sign"] * axis["position_sign"]) > 0.0
-    lowest, highest = travel(axis, objects[index])
-    distance = highest - position if rising else position - lowest
-    if distance <= 0.0:
-        axis["clipped"] = True
-        return 0.0
-    step = deceleration * dt_s
-    largest = math.sqrt(step * step + 2.0 * deceleration * distance) - step
-    if abs(wanted) <= largest:
-        return wanted
-    axis["clipped"] = True
-    return math.copysign(largest, wanted)
-
-
-@kernel
-def clip_torque(axes: Any, objects: Any, index: int, wanted: float) -> float:
-    """A torque demand: none further into an active limit switch, none beyond the speed of 6080h."""
-    axis = axes[index]
-    if wanted == 0.0:
-        return 0.0
-    side = axis["torque_sign"] * axis["position_sign"] * (1 if wanted > 0.0 else -1)
-    blocked = axis["blocked_high"] < math.inf if side > 0 else axis["blocked_low"] > -math.inf
-    velocity_side = axis["velocity_sign"] * axis["position_sign"]
-    if blocked or objects[index]["velocity_actual_value"] * velocity_side * side >= axis["motor_speed"]:
-        axis["clipped"] = True
-        return 0.0
-    return wanted
-
-
-@kernel
-def read_axis(axes: Any, objects: Any, states: Any, index: int) -> bool:
-    """Take the actual values from the plant; return whether they are numbers."""
-    axis, own, state = axes[index], objects[index], states[index]
-    velocity_m_s = axis["velocity_sign"] * state["encoder_velocity_m_s"]
-    current_a = axis["torque_sign"] * state["current_measured_a"]
-    seen_m_s = state["carried_velocity_m_s"] if axis["carried"] else state["table_velocity_m_s"]
-    if not math.isfinite(velocity_m_s + current_a + seen_m_s):
-        return False
-    position = axis["origin"] + axis["position_sign"] * state["encoder_counts"]
-    axis["position"] = position
-    own["position_actual_value"] = shown(axis["range_low"], axis["range_span"], position)
-    own["velocity_actual_value"] = round(velocity_m_s * axis["counts_per_m"])
-    own["current_actual_value"] = round(current_a * axis["current_per_a"])
-    own["torque_actual_value"] = round(current_a * axis["torque_per_a"])
-    if axis["scale_counts_per_m"]:
-        own["additional_position_actual_value"] = state["scale_counts"]
-        own["additional_velocity_actual_value"] = round(seen_m_s * axis["scale_counts_per_m"])
-    return True
-
-
-@kernel
-def inputs_of(axes: Any, states: Any, index: int) -> int:
-    """Digital inputs 60FDh, by where the table is."""
-    axis, position_m, inputs = axes[index], states[index]["table_position_m"], 0
-    if position_m <= axis["negative_m"]:
-        inputs |= NEGATIVE_SWITCH
-    if position_m >= axis["positive_m"]:
-        inputs |= POSITIVE_SWITCH
-    if axis["home_from_m"] <= position_m <= axis["home_to_m"]:
-        inputs |= HOME_SWITCH
-    return inputs
-
-
-@kernel
-def check_following(axes: Any, objects: Any, index: int, dt_s: float) -> bool:
-    """Update 60F4h; return whether the error has been outside 6065h for longer than 6066h."""
-    axis, own = axes[index], objects[index]
-    error = own["position_demand_internal_value"] - axis["position"]
-    own["following_error_actual_value"] = error
-    window = own["following_error_window"]
-    if window == NO_WINDOW or abs(error) <= window:
-        axis["outside_us"] = 0
-        return False
-    axis["outside_us"] += round(dt_s * 1e6)
-    return bool(axis["outside_us"] > 1000 * own["following_error_time_out"])
 
 
 @kernel

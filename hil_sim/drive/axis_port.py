@@ -10,7 +10,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from hil_sim.config import AxisPlant, Plant
-from hil_sim.cyclic import drive_step
+from hil_sim.cyclic import drive_limits, drive_readings, drive_step
 from hil_sim.cyclic.drive_record import drive_records
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.position_range import PositionRange
@@ -67,15 +67,15 @@ class AxisPort:
     def warm_up(self) -> None:
         """Compile the kernels that Python calls, or load them, before the first frame; nothing moves."""
         records, objects, setpoints = self._records.copy(), self._objects.copy(), self._setpoints.copy()
-        drive_step.read_axis(records, objects, self._states, 0)
-        drive_step.inputs_of(records, self._states, 0)
-        drive_step.check_following(records, objects, 0, 1.0)
+        drive_readings.read_axis(records, objects, self._states, 0)
+        drive_readings.inputs_of(records, self._states, 0)
+        drive_readings.check_following(records, objects, 0, 1.0)
         drive_step.show_demand(records, objects, 0, 0.0, 0.0)
-        drive_step.clip_position(records, objects, 0, 0.0)
-        drive_step.clip_velocity(records, objects, 0, 0.0, 1.0, 1.0)
-        drive_step.clip_torque(records, objects, 0, 0.0)
-        drive_step.clip_step(records, 0, 0.0, 0.0, 1.0)
-        drive_step.shown(0, 0, 0)
+        drive_limits.clip_position(records, objects, 0, 0.0)
+        drive_limits.clip_velocity(records, objects, 0, 0.0, 1.0, 1.0)
+        drive_limits.clip_torque(records, objects, 0, 0.0)
+        drive_limits.clip_step(records, 0, 0.0, 0.0, 1.0)
+        drive_readings.shown(0, 0, 0)
         drive_step.nearest(0, 0.0, 0.0)
         drive_step.command_torque(records, setpoints, 0, 0.0)
         drive_step.command_velocity(records, setpoints, 0, 0.0, 0.0)
@@ -124,7 +124,7 @@ class AxisPort:
 
     def read(self) -> None:
         """Write the actual values to the process objects. Raises ValueError where the plant has diverged."""
-        if not drive_step.read_axis(self._records, self._objects, self._states, 0):
+        if not drive_readings.read_axis(self._records, self._objects, self._states, 0):
             raise ValueError("the position of an axis is not a number: the plant is unstable")
 
     def show_demand(self, position: float, velocity: float) -> None:
@@ -133,25 +133,25 @@ class AxisPort:
 
     def switches(self) -> int:
         """Digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch, bit 2 home switch."""
-        return drive_step.inputs_of(self._records, self._states, 0)
+        return drive_readings.inputs_of(self._records, self._states, 0)
 
     def clip_position(self, wanted: float) -> float:
         """Clip a position demand by the limits of travel."""
-        return drive_step.clip_position(self._records, self._objects, 0, float(wanted))
+        return drive_limits.clip_position(self._records, self._objects, 0, float(wanted))
 
     def clip_velocity(self, wanted: float, deceleration: float, dt_s: float) -> float:
         """Clip a velocity demand (counts/s) so that braking at `deceleration` ends within the limits."""
-        return drive_step.clip_velocity(
+        return drive_limits.clip_velocity(
             self._records, self._objects, 0, float(wanted), float(deceleration), dt_s
         )
 
     def clip_step(self, before: float, wanted: float, dt_s: float) -> float:
         """Clip a position demand so that it follows `before` within the max motor speed 6080h."""
-        return drive_step.clip_step(self._records, 0, float(before), float(wanted), dt_s)
+        return drive_limits.clip_step(self._records, 0, float(before), float(wanted), dt_s)
 
     def clip_torque(self, wanted: int) -> int:
         """Clip a torque demand (per mille): none into a closed limit switch, none beyond speed 6080h."""
-        return int(drive_step.clip_torque(self._records, self._objects, 0, float(wanted)))
+        return int(drive_limits.clip_torque(self._records, self._objects, 0, float(wanted)))
 
     def hold(self, value: float) -> None:
         """Start the interpolation of a cyclic mode at `value`, without a ramp."""
@@ -163,7 +163,7 @@ class AxisPort:
 
     def check_following(self, dt_s: float) -> bool:
         """Update 60F4h; return whether the following error has been too large for too long."""
-        return drive_step.check_following(self._records, self._objects, 0, dt_s)
+        return drive_readings.check_following(self._records, self._objects, 0, dt_s)
 
     def table_position_m(self) -> float:
         """Position of the table, against which switches and probes of the machine are placed."""

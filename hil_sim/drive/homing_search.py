@@ -6,7 +6,7 @@ velocity demand ramps, and returns the home position in motor counts.
 
 from collections.abc import Callable, Generator
 
-from hil_sim.cyclic.drive_step import HOME_SWITCH
+from hil_sim.cyclic.drive_readings import HOME_SWITCH
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.homing_methods import BY_CURRENT, HOME, WITH_INDEX, HomeEdge, search_of

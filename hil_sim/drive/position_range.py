@@ -7,7 +7,7 @@ the nearest, or to the next one in the direction of 60F2h.
 
 import math
 
-from hil_sim.cyclic import drive_step
+from hil_sim.cyclic import drive_readings, drive_step
 
 WHOLE = (-(1 << 31), (1 << 31) - 1)
 """Default of 607Bh: the whole range of the object's type, so that no position wraps."""
@@ -29,7 +29,7 @@ class PositionRange:
 
     def shown(self, position: int) -> int:
         """Return a position as clients see it: within the range."""
-        return drive_step.shown(self.low, self.span, position)
+        return drive_readings.shown(self.low, self.span, position)
 
     def nearest(self, wanted: float, here: float) -> float:
         """Return the position nearest to `here` that clients see as `wanted`; of two, the positive one."""

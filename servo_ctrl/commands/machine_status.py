@@ -22,7 +22,7 @@ class DriveStatus(NamedTuple):
 
     axis: str
     phase: str
-    """Phase of its sequence: a text of `cyclic.sequence.PHASE_TEXTS`, such as "servo", "off" or "lost"."""
+    """Phase of its sequence, from `cyclic.drive_phases.PHASE_TEXTS`, such as "servo", "off" or "lost"."""
     state: str
     """State of CiA 402 such as "operation enabled", a value of `cyclic.cia402.DriveState`; "not heard" if its
     inputs no longer arrive."""

@@ -16,7 +16,8 @@ from servo_ctrl.control.axis_record import AxisRecord
 from servo_ctrl.control.set_point_counts import SetPointUnits
 from servo_ctrl.control.signs import SupervisionLimits
 from servo_ctrl.control.tick import AxisParams, initial_state
-from servo_ctrl.cyclic.sequence import UNKNOWN_MODE, Route, Sequence, begin
+from servo_ctrl.cyclic.drive_phases import UNKNOWN_MODE
+from servo_ctrl.cyclic.sequence import Route, Sequence, begin
 from servo_ctrl.cyclic.supervision import AT_REST, BRAKE_BEGINS, Braking, Counts
 
 

@@ -18,8 +18,9 @@ from servo_ctrl.control.set_point_counts import SetPointCounts
 from servo_ctrl.control.signs import DISAGREE, SupervisionLimits
 from servo_ctrl.control.tick import at_rest
 from servo_ctrl.control.types import Status
+from servo_ctrl.cyclic.drive_phases import Phase
 from servo_ctrl.cyclic.pdo_bytes import Bytes, encode, take_inputs
-from servo_ctrl.cyclic.sequence import Phase, Route, Sequence, advance
+from servo_ctrl.cyclic.sequence import Route, Sequence, advance
 from servo_ctrl.cyclic.supervision import AT_REST, BRAKE_BEGINS, Braking, Counts, supervise
 from servo_ctrl.cyclic.supervision import supervise_braking as _supervise_braking
 

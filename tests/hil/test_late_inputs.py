@@ -6,7 +6,7 @@ from fault_scripts import jogged
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.cyclic.sequence import Phase
+from servo_ctrl.cyclic.drive_phases import Phase
 
 DRIVE_X, SCALE_X = 0x181, 0x18B
 LATE = 12

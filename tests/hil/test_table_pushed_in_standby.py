@@ -5,7 +5,7 @@ from fault_scripts import jogged
 
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.cyclic.sequence import Phase
+from servo_ctrl.cyclic.drive_phases import Phase
 from tests.campaigns.campaign.machine import SWITCH_MM
 
 PUSHED_M_S = 0.08

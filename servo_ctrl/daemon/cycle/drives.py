@@ -8,7 +8,8 @@ from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.cyclic import sequence
 from servo_ctrl.cyclic.cia402 import DriveState
-from servo_ctrl.cyclic.sequence import COASTS_M_S, Phase, brake, lose, release
+from servo_ctrl.cyclic.drive_phases import Phase
+from servo_ctrl.cyclic.sequence import COASTS_M_S, brake, lose, release
 from servo_ctrl.daemon.cycle.cycle import Inputs
 from servo_ctrl.daemon.set_points.reference import Row
 

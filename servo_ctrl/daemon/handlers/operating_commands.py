@@ -21,7 +21,7 @@ from servo_ctrl.commands.settings import Settings
 from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import Limits, MachineConfig
-from servo_ctrl.cyclic.sequence import PHASE_TEXTS, Phase
+from servo_ctrl.cyclic.drive_phases import PHASE_TEXTS, Phase
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.set_points.jog import Jog, JogLimits

@@ -55,7 +55,7 @@ PHASES = {
     "off": word("off"),
     "lost": word("lost"),
 }
-"""By the phase of a drive's sequence; a test holds them against `cyclic.sequence.PHASE_TEXTS`."""
+"""By the phase of a drive's sequence; a test holds them against `cyclic.drive_phases.PHASE_TEXTS`."""
 
 
 def channel_title(name: str) -> str:

@@ -21,7 +21,7 @@ from settled_axis import (
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.config.freeze import with_screw
 from servo_ctrl.cyclic.cia402 import SHUTDOWN
-from servo_ctrl.cyclic.sequence import Phase
+from servo_ctrl.cyclic.drive_phases import Phase
 
 
 def test_drive_that_is_not_enabled_gets_neutral_set_points(cst: tuple[SteppedAxis, Any]) -> None:

@@ -3,17 +3,20 @@
 import pytest
 
 from servo_ctrl.cyclic.cia402 import Mode
-from servo_ctrl.cyclic.sequence import (
+from servo_ctrl.cyclic.drive_phases import (
     DISABLE_LIMIT_S,
-    FAULT_RESET_CYCLES,
     HOMING_LIMIT_S,
-    HOMING_START_CYCLES,
     QUICK_STOP_LIMIT_S,
-    SETTLING_CYCLES,
     SWITCH_ON_LIMIT_S,
     UNKNOWN_MODE,
     Phase,
     Problem,
+    problem_text,
+)
+from servo_ctrl.cyclic.sequence import (
+    FAULT_RESET_CYCLES,
+    HOMING_START_CYCLES,
+    SETTLING_CYCLES,
     Route,
     Sequence,
     Step,
@@ -21,7 +24,6 @@ from servo_ctrl.cyclic.sequence import (
     brake,
     home,
     lose,
-    problem_text,
     release,
 )
 from servo_ctrl.cyclic.sequence import advance as compiled_advance

@@ -1,7 +1,7 @@
 """Panes by unit, scales by channel, and a refresh interval that grows with the lag of the loop."""
 
 from servo_ctrl.cyclic.cia402 import DriveState
-from servo_ctrl.cyclic.sequence import PHASE_TEXTS
+from servo_ctrl.cyclic.drive_phases import PHASE_TEXTS
 from servo_ctrl.hmi.charts.live_chart import LONGEST_S, SHORTEST_S, next_interval
 from servo_ctrl.hmi.scope.appearance import ScopeLayout, ShownChannel, channel_unit, panes_of, scope_options
 from servo_ctrl.hmi.shell.channel_names import (
