@@ -18,7 +18,7 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.formats.readers import read_table
 from reconcile.formats.table import Table, short_list
 from reconcile.recording import time_column
-from reconcile.recording.pieces import LEAST_PRESENT, Piece, pieces_of
+from reconcile.recording.pieces import LEAST_PRESENT, REQUIRED_ROLES, Piece, pieces_of
 from reconcile.recording.sensor_finding import SensorFinding, Severity
 
 NOTED_SHARE = 0.1
@@ -27,6 +27,10 @@ SHORTEST_S, SHORTEST_ALONE_S, FEWEST_SAMPLES = 0.5, 0.25, 200
 """Least durations (s) and samples of a piece; shorter ones are dropped. The second duration applies where no
 piece is as long as the first.
 """
+MORE_TO_RECORD = (
+    "record some seconds: a program with several strokes, reversals among them, at two speeds or more; rest "
+    "alone tells nothing"
+)
 
 
 class AxisRecording(NamedTuple):
@@ -132,10 +136,14 @@ def _axis_recordings(table: Table, channels: Channels, axis: str, model: Nominal
     is_usable = [one_s >= least_s for one_s in lasting_s]
     usable_pieces = [p for p, usable in zip(pieces, is_usable, strict=True) if usable]
     if not usable_pieces:
-        longest_s = max((float(np.ptp(piece.grid.time_s)) for piece in pieces), default=0.0)
+        times = [piece.grid.time_s for piece in pieces]
+        longest_s, samples = max(((float(np.ptp(of)), len(of)) for of in times), default=(0.0, 0))
+        has = f"{longest_s:.3f} s, {samples} samples"
         needed = f"{SHORTEST_ALONE_S} s and {FEWEST_SAMPLES} samples"
-        reason = f"has no unbroken stretch of {needed}; the longest is {longest_s:.3f} s"
+        reason = f"has no unbroken stretch of {needed}; the longest is {has}"
         remedy = "are position and force valid (not NaN), and the drive switched on, in the same rows?"
+        if samples == len(channels.time_s) and all(np.isfinite(roles[r]).all() for r in REQUIRED_ROLES):
+            remedy = MORE_TO_RECORD
         raise ReconcileError(table.source, f"axis {axis}", reason, remedy)
     split = len(pieces) > 1
     first, *others = (

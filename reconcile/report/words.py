@@ -182,13 +182,13 @@ def residual_levels(fit: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping[
 
 
 def minor_effects(verdict: Mapping[str, Any]) -> str:
-    """Return the effects in the model that are not among the findings, in one line; empty without any."""
+    """Return what was found and is not among the findings, in one line; empty without any."""
     names = [
         f"{display_name(one['effect'])} (axis {one['axis']}, confidence {percent(one['confidence'])}, "
         f"worth {percent(max(one['heldout_gain'], 0.0))})"
         for one in verdict["minor"]
     ]
-    return f"In model.toml, but too small or too doubtful to be named: {join_words(names)}." if names else ""
+    return f"Found, but too small or too doubtful to be named: {join_words(names)}." if names else ""
 
 
 def _improvements(fit: Mapping[str, Any]) -> list[str]:

@@ -10,6 +10,11 @@ from kernels.arrays import Array
 
 LARGEST_GRID_ERROR = 0.05
 """Largest RMS distance from multiples of the step, in steps, of quantised values; it is 0.29 for others."""
+LARGEST_DRIFT = 0.2
+"""The same of all levels from the first; digits of a file make it larger. Chosen."""
+NEAR_STEPS = 20.0
+"""Distance up to which a first step is precise enough to count the steps in it, and the factor by which the
+reach grows with each finer one."""
 WINDOW_SAMPLES = 64
 """Length of the windows over which noise and holds are computed."""
 LEAST_CHANGE_STEPS = 4.0
@@ -52,11 +57,32 @@ def quantum(values: Array) -> float:
     step = float(np.percentile(distance, 1.0, method="lower"))
     for _ in range(3):
         multiples = np.maximum(np.rint(distance / step), 1.0)
-        near = multiples <= 20.0  # at larger distances an error of the step could reach one whole step
+        near = multiples <= NEAR_STEPS  # farther away an error of the step could reach one whole step
         step = float(np.sum(distance[near] * multiples[near]) / np.sum(multiples[near] ** 2))
     multiples = distance[near] / step
     off = float(np.sqrt(np.mean((multiples - np.rint(multiples)) ** 2)))
-    return step if off < LARGEST_GRID_ERROR and near.sum() >= 3 else 0.0
+    if off >= LARGEST_GRID_ERROR or near.sum() < 3:
+        return 0.0
+    # an axis at constant speed has even distances too, but its levels drift off any grid
+    return step if _distance_from_grid(levels, step) < LARGEST_DRIFT else 0.0
+
+
+def is_on_grid(values: Array, step: float) -> bool:
+    """Return whether values (n,) are all multiples of a given step apart."""
+    places = (values - values[0]) / step
+    return float(np.sqrt(np.mean((places - np.rint(places)) ** 2))) < LARGEST_GRID_ERROR
+
+
+def _distance_from_grid(levels: Array, step: float) -> float:
+    """Return the RMS distance of sorted levels (n,) from multiples of the step, fitted to them, in steps."""
+    places, reach = levels - levels[0], NEAR_STEPS
+    while True:
+        near = places <= reach * step
+        counts = np.rint(places[near] / step)
+        step = float(places[near] @ counts / max(counts @ counts, 1.0)) or step
+        if near.all():
+            return float(np.sqrt(np.mean((places / step - np.rint(places / step)) ** 2)))
+        reach *= NEAR_STEPS
 
 
 def noise(values: Array, step: float) -> float:

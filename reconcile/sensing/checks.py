@@ -103,7 +103,7 @@ def _examine_one(recording: AxisRecording, model: NominalAxis) -> tuple[list[Sen
         found += judge.clipped(name, clips(values, step))
         if name in SENSORS:
             found += judge.held(name, hold_samples(values, step))
-            found += judge.resolution(name, step)
+            found += judge.resolution(name, values, step)
             found += judge.filtered(name, noise_roll_off(values, step, period_s))
     found += [*judge.rate(), *judge.frozen()]
     damaged = {finding.channel for finding in found if finding.check in DAMAGING_CHECKS}

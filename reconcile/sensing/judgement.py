@@ -12,7 +12,7 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding, Severity
 from reconcile.recording.time_column import SLOW_CORNER_SHARE, SLOW_RATE_HZ
-from reconcile.sensing.channel import Clip, frozen, noise, quantum
+from reconcile.sensing.channel import Clip, frozen, is_on_grid, noise, quantum
 from reconcile.sensing.delay import Delay
 from reconcile.sensing.spectrum import RollOff
 
@@ -149,12 +149,14 @@ class Judge(NamedTuple):
             remedy = "record it at its own rate or faster; held values are late by half of that"
             yield self.finding("hold", "warning", channel, samples, "samples", message, remedy)
 
-    def resolution(self, channel: str, step_m: float) -> Iterator[SensorFinding]:
+    def resolution(self, channel: str, values: Array, step_m: float) -> Iterator[SensorFinding]:
         """Yield findings where the step of a position differs from the resolution in the model file."""
         stated = {"motor_m": self.model.encoder_resolution_m, "scale_m": self.model.scale_resolution_m}
         stated_m = stated.get(channel)
         if not stated_m or any(finding.check == "jitter" for finding in self.recording.findings):
             return
+        if step_m == 0.0 and is_on_grid(values, stated_m):
+            return  # in fast motion all distances are of many counts
         stated_um, step_um = stated_m * 1e6, step_m * 1e6
         if step_m == 0.0:
             message = f"its values lie on no grid, although a count is {stated_um:.4g} um: it was treated"

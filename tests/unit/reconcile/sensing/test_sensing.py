@@ -14,6 +14,7 @@ from reconcile.recording.recording import AxisRecording
 from reconcile.recording.sensor_finding import SensorFinding
 from reconcile.sensing.channel import noise, quantum
 from reconcile.sensing.checks import examine
+from reconcile.sensing.judgement import Judge
 
 MODEL = {"x": Axis()}
 CLEAN = clean()
@@ -45,6 +46,31 @@ def test_steps_and_noise_of_each_channel_are_measured() -> None:
     assert quantum(CLEAN.force_n) == 0.0
     assert noise(CLEAN.force_n, 0.0) == pytest.approx(0.3, rel=0.1)
     assert noise(CLEAN.motor_m, step_m) == pytest.approx(np.hypot(2e-8, 5e-8 / np.sqrt(12)), rel=0.2)
+
+
+def test_even_distances_of_a_constant_speed_are_no_count() -> None:
+    """The velocity step of a soft table: 40 um a sample, with one distance of half of it at the start."""
+    step_m = 40e-6 * np.minimum(np.maximum(np.arange(400.0) - 100.0, 0.0), 1e9)
+    swinging_m = 6e-6 * np.sin(0.05 * np.arange(400)) * np.exp(-np.arange(400) / 120.0) * (step_m > 0.0)
+    position_m = counted(step_m + swinging_m - 20e-6 * (step_m > 0.0), 1e-8)
+    assert quantum(position_m) == 0.0
+
+
+@pytest.mark.parametrize("rounded_to_m", [1e-12, 1e-9])
+def test_a_count_is_found_through_the_digits_of_a_file_over_a_long_travel(rounded_to_m: float) -> None:
+    position_m = counted(5e-3 * np.sin(np.linspace(0.0, 20.0, 60_000)), 4.7683716e-8)
+    assert quantum(counted(position_m, rounded_to_m)) == pytest.approx(4.7683716e-8, rel=1e-3)
+
+
+def test_fast_motion_on_the_count_of_the_model_file_has_no_finding_of_its_resolution() -> None:
+    time_s = np.arange(400) * 1e-3
+    fast_m = 0.01 * np.sin(2.0 * np.pi * 2.5 * time_s + 0.3 * np.sin(9.0 * time_s))
+    fast = clean(0.4)._replace(motor_m=counted(fast_m, 5e-8), scale_m=None, reference_m=None)
+    judged = {f.check for f in Judge(fast, Axis()).resolution("motor_m", fast.motor_m, quantum(fast.motor_m))}
+    assert judged == set()
+    smooth = fast._replace(motor_m=fast_m)
+    judged = {f.check for f in Judge(smooth, Axis()).resolution("motor_m", fast_m, quantum(fast_m))}
+    assert judged == {"resolution"}
 
 
 @pytest.mark.parametrize("samples", [2.0, 3.0, 4.0, 10.0 / 3.0])
