@@ -101,7 +101,7 @@ class UnnamedTerm(NamedTuple):
 
     def sentence(self, p: dict[str, float]) -> str:
         """What an engineer can check."""
-        where = f"in recording {p['recording']:.0f} " if "recording" in p else ""
+        where = f"in recording {p['recording']:.0f}: " if "recording" in p else ""
         return f"something real that no entry of the catalogue explains: {where}{self.finding(p)}"
 
 

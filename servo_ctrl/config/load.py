@@ -136,8 +136,9 @@ def as_config_error(
         inner, separator, rest = reason.partition(": ")
         if separator:
             key, reason = ".".join(part for part in (key, inner) if part), rest
-    more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
-    return ConfigError(path, key, reason + more)
+    if len(details) > 1:
+        reason = f"{reason} (and {len(details) - 1} more)"
+    return ConfigError(path, key, reason)
 
 
 def _key_of(detail: ErrorDetails, document: Mapping[str, Any]) -> str:
@@ -154,20 +155,24 @@ def _key_of(detail: ErrorDetails, document: Mapping[str, Any]) -> str:
 
 
 def _reason_of(detail: ErrorDetails) -> str:
+    context = detail.get("ctx", {})
     match detail["type"]:
         case "missing":
-            return "is missing"
+            reason = "is missing"
         case "extra_forbidden" | "unexpected_keyword_argument":
-            return "unknown key"
+            reason = "unknown key"
         case "union_tag_invalid":
-            return f"kind {detail['ctx']['tag']!r} is not one of {detail['ctx']['expected_tags']}"
+            reason = f"kind {context['tag']!r} is not one of {context['expected_tags']}"
         case "union_tag_not_found":
-            return "kind is missing"
+            reason = "kind is missing"
+        case "literal_error":
+            reason = f"{detail['input']!r} is not one of {context['expected']}"
         case "value_error":
-            return str(detail["ctx"]["error"])
+            reason = str(context["error"])
         case _:
             message = detail["msg"][0].lower() + detail["msg"][1:]
-            return f"{message} (got {detail['input']!r})"
+            reason = f"{message} (got {detail['input']!r})"
+    return reason
 
 
 def _resolve_paths(document: dict[str, Any], path: Path) -> None:

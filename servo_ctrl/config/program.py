@@ -31,13 +31,14 @@ class Checked(NamedTuple):
     """Planned paths by the index of the step, for `motion.program.segments` from the same start."""
 
 
-_SHOWN_IN = {
+SHOWN_IN = {
     "position": (1e3, "mm"),
     "velocity": (1e3, "mm/s"),
     "acceleration": (1e3, "mm/s^2"),
     "jerk": (1e3, "mm/s^3"),
     "force offset": (1.0, "N"),
 }
+"""By quantity: the factor from SI and the unit in which a violation is reported."""
 
 
 def program_segments(steps: Sequence[Step], machine: MachineConfig, start_m: Start) -> Iterator[Segment]:
@@ -125,8 +126,7 @@ def _with_stop(program: Iterator[Segment]) -> Iterator[Segment]:
 
 def _sentence(violation: Violation, machine: MachineConfig, what: str) -> str:
     axis = list(machine.axes)[violation.axis]
-    factor, unit = _SHOWN_IN[violation.quantity]
-    return (
-        f"axis {axis}: {violation.quantity} {violation.value * factor:.6g} {unit} is beyond the limit "
-        f"{violation.limit * factor:.6g} {unit}, {violation.time_s:.3f} s into {what}"
-    )
+    factor, unit = SHOWN_IN[violation.quantity]
+    reached = f"{violation.quantity} {violation.value * factor:.6g} {unit}"
+    limit = f"{violation.limit * factor:.6g} {unit}"
+    return f"axis {axis}: {reached} is beyond the limit {limit}, {violation.time_s:.3f} s into {what}"

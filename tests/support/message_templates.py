@@ -1,13 +1,21 @@
-"""The templates of the controller's messages, read from its code: events, reasons and refusals."""
+"""The templates of the controller's messages, read from its code: events, reasons, errors of files."""
 
 import ast
+import os
 import re
 from collections.abc import Iterator
+from errno import EACCES, EEXIST, EISDIR, ENOENT, ENOSPC, ENOTDIR, EROFS
 from pathlib import Path
+
+from pydantic_core import PydanticKnownError
 
 import servo_ctrl
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.file_format import ADVICE
+from servo_ctrl.config.load import FOREIGN_ENDINGS, KINDS
+from servo_ctrl.config.program import SHOWN_IN
+from servo_ctrl.motion.gcode.words import G_CODES, M_CODES, Effect
 
 ROOM = Path(servo_ctrl.__file__).parent
 SOURCES = (
@@ -18,17 +26,81 @@ SOURCES = (
     ROOM / "commands" / "settings.py",
     ROOM / "commands" / "stage.py",
     ROOM / "cyclic" / "sequence.py",
+    ROOM / "hmi" / "diagnosis" / "job.py",
     ROOM / "hmi" / "link" / "machine_link.py",
 )
-"""Sources of events, reasons and refusals. Messages of loaders about a file stay English."""
-ARGUMENTS = {"positive", "negative", "stroke", "pulse", "screw", "waveform", "{0} (node {1})"}
+"""Sources of events, reasons and refusals."""
+COMMAND_LINE_ONLY = {"key_tables", "machine_copy", "machine_files", "machine_sheet", "realtime", "section"}
+"""Modules of the rooms below whose errors no page shows."""
+LOADERS = (
+    *sorted((ROOM / "config").glob("*.py")),
+    *sorted((ROOM / "motion" / "gcode").glob("*.py")),
+    *(
+        ROOM / "control" / "compensation" / f"{name}.py"
+        for name in ("fuzzy_pd", "notch", "sampled_dual_loop")
+    ),
+)
+"""Sources of what is wrong with a machine file or a program: in errors, and in what objections return."""
+RAISING = (
+    *sorted((ROOM / "files").glob("*.py")),
+    *sorted((ROOM / "learned").glob("*.py")),
+    *sorted((ROOM / "learning").glob("*.py")),
+    *sorted((ROOM / "daemon").rglob("*.py")),
+    *(ROOM / "canopen" / f"{name}.py" for name in ("boot", "node", "pdo")),
+    ROOM / "recording" / "recorder.py",
+    *(path for path in sorted((ROOM / "hmi").rglob("*.py")) if path.parent.name != "access"),
+)
+"""Sources whose errors become a reason, a refusal or a notice of the page."""
+ARGUMENTS = {
+    "positive",
+    "negative",
+    "stroke",
+    "pulse",
+    "screw",
+    "waveform",
+    "{0} (node {1})",
+    "up",
+    "down",
+}
 """Single words and names that messages insert, besides the states of machine and learning."""
+PYDANTIC = {
+    "greater_than": {"gt": 0},
+    "greater_than_equal": {"ge": 0},
+    "less_than": {"lt": 0},
+    "less_than_equal": {"le": 0},
+    "finite_number": {},
+    "float_type": {},
+    "int_type": {},
+    "string_type": {},
+    "bool_type": {},
+    "list_type": {},
+    "dict_type": {},
+    "model_type": {"class_name": "x"},
+    "string_pattern_mismatch": {"pattern": "x"},
+    "too_short": {"field_type": "x", "min_length": 0, "actual_length": 0},
+    "too_long": {"field_type": "x", "max_length": 0, "actual_length": 0},
+}
+"""Kinds of errors that pydantic makes of our types."""
+TOML_READER = {
+    "{0} (at line {1}, column {2})",
+    "{0} (at end of document)",
+    "Invalid statement",
+    "Invalid value",
+    "Expected newline or end of document after a statement",
+    "Expected '=' after a key in a key/value pair",
+    "Cannot declare {0} twice",
+    "Cannot overwrite a value",
+    "Unclosed array",
+    "Unterminated string",
+    "Invalid initial character for a key part",
+}
+"""What tomllib says of the usual slips of a pen."""
 UNITS = {"mm", "um", "ms"}
 LOGGERS = {"info", "warning", "exception", "error", "debug", "strftime"}
 _WORD = re.compile(r"[A-Za-z]{2,}")
 
 
-def _template(node: ast.AST) -> str:
+def template_of(node: ast.AST) -> str:
     """Return a text with {0}, {1} ... for its arguments; "" for a node that is no text."""
     if isinstance(node, ast.Constant):
         return node.value if isinstance(node.value, str) else ""
@@ -44,6 +116,15 @@ def _template(node: ast.AST) -> str:
     return "".join(parts)
 
 
+def texts_inside(node: ast.AST) -> set[int]:
+    """Return the ids of the pieces of a formatted text, which are no texts of their own."""
+    return (
+        {id(part) for part in ast.walk(node) if part is not node}
+        if isinstance(node, ast.JoinedStr)
+        else set()
+    )
+
+
 def _spoken(module: ast.Module) -> Iterator[ast.AST]:
     """Yield texts in functions and constants of the module, but no docstrings, exceptions or log messages."""
     left_out: set[int] = set()
@@ -53,8 +134,7 @@ def _spoken(module: ast.Module) -> Iterator[ast.AST]:
             left_out |= {id(part) for part in ast.walk(node)}
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             left_out.add(id(node.value))
-        elif isinstance(node, ast.JoinedStr):
-            left_out |= {id(part) for part in ast.walk(node) if part is not node}
+        left_out |= texts_inside(node)
     for node in ast.walk(module):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             yield from (part for part in ast.walk(node) if id(part) not in left_out)
@@ -67,13 +147,85 @@ def _spoken(module: ast.Module) -> Iterator[ast.AST]:
             yield from (part for part in ast.walk(node.value) if id(part) not in left_out)
 
 
+def _objected(module: ast.Module) -> Iterator[ast.AST]:
+    """Yield texts in functions, exceptions too, but no docstrings, names in tables, or labels of steps."""
+    left_out: set[int] = set()
+    for node in ast.walk(module):
+        looked_up = isinstance(node, ast.Compare | ast.Subscript | ast.Set | ast.Assert)
+        called = node.func if isinstance(node, ast.Call) else None
+        named = getattr(called, "attr", getattr(called, "id", ""))
+        if looked_up or named in LABELLED:
+            left_out |= {id(part) for part in ast.walk(node)}
+        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            left_out.add(id(node.value))
+        left_out |= texts_inside(node)
+    for node in ast.walk(module):
+        if isinstance(node, ast.FunctionDef):
+            yield from (part for part in ast.walk(node) if id(part) not in left_out)
+
+
+LABELLED = {"compile", "sub", "Dwell", "Move", "ScrewTravel", "Remark", "pop"}
+"""Calls whose texts are no messages: patterns, labels of steps, remarks of `servo-ctrl check`."""
+
+
+def _raised(module: ast.Module) -> Iterator[ast.AST]:
+    """Yield texts of exceptions that are not translated where they are raised."""
+    for node in ast.walk(module):
+        if not isinstance(node, ast.Raise):
+            continue
+        left_out: set[int] = set()
+        for part in ast.walk(node):
+            left_out |= texts_inside(part)
+            if isinstance(part, ast.Call) and getattr(part.func, "id", "") == "tr":
+                left_out |= {id(inner) for inner in ast.walk(part)}
+        yield from (part for part in ast.walk(node) if id(part) not in left_out)
+
+
+def _messages(nodes: Iterator[ast.AST]) -> set[str]:
+    found = set()
+    for node in nodes:
+        text = template_of(node).strip(" ;:,")
+        words = set(_WORD.findall(text)) - UNITS
+        if " " in text and len(words) >= (1 if isinstance(node, ast.JoinedStr) else 2):
+            found.add(text)
+    return found
+
+
+def _module(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def _words_of_loaders() -> set[str]:
+    """What loaders insert from their tables, and what the libraries say that they call."""
+    refused = [code for code in (*G_CODES.values(), *M_CODES.values()) if code.effect is Effect.REFUSED]
+    library = set()
+    for kind, context in PYDANTIC.items():
+        text = PydanticKnownError(kind, context or None).message_template  # type: ignore[arg-type]
+        for number, field in enumerate(re.findall(r"\{\w+\}", text)):
+            text = text.replace(field, f"{{{number}}}", 1)
+        library.add(text[0].lower() + text[1:])
+    return (
+        {code.meaning for code in refused}
+        | set(KINDS.values())
+        | set(FOREIGN_ENDINGS.values()) - {"G-code"}
+        | {ADVICE}
+        | {f"{quantity} {{0}}" for quantity in SHOWN_IN}
+        | {os.strerror(number) for number in (EACCES, EEXIST, EISDIR, ENOENT, ENOSPC, ENOTDIR, EROFS)}
+        | {"[Errno {0}] {1}"}
+        | library
+        | TOML_READER
+    )
+
+
 def message_templates() -> set[str]:
     """Return the texts with {0}, {1} ... for their arguments, and the words that are inserted."""
     found = {stage.words for stage in Stage} | {state.name.lower() for state in LearningState} | ARGUMENTS
     for path in SOURCES:
-        for node in _spoken(ast.parse(path.read_text(encoding="utf-8"))):
-            text = _template(node).strip(" ;:,")
-            words = set(_WORD.findall(text)) - UNITS
-            if " " in text and len(words) >= (1 if isinstance(node, ast.JoinedStr) else 2):
-                found.add(text)
-    return found
+        found |= _messages(_spoken(_module(path)))
+    for path in LOADERS:
+        if path.stem not in COMMAND_LINE_ONLY:
+            found |= _messages(_objected(_module(path)))
+    for path in RAISING:
+        if path.stem not in COMMAND_LINE_ONLY:
+            found |= _messages(_raised(_module(path)))
+    return found | _words_of_loaders()

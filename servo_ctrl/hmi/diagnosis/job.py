@@ -208,7 +208,7 @@ async def _follow(job: Job, process: asyncio.subprocess.Process) -> None:
     if code == 0:
         job.state, job.progress = JobState.DONE, 1.0
     elif code is not None and (job.state is JobState.CANCELLING or code == EXIT_INTERRUPTED):
-        job.state, job.reason = JobState.CANCELLED, word("cancelled; nothing is half written")
+        job.state, job.reason = JobState.CANCELLED, "cancelled; nothing is half written"
     else:
         job.state, job.reason = JobState.FAILED, job.reason or _failure(job.lines, code)
 

@@ -14,6 +14,7 @@ from servo_ctrl.hmi.diagnosis.job import ENDED, Job, JobState
 from servo_ctrl.hmi.diagnosis.job_files import FoundRecording, models_in, recordings_below
 from servo_ctrl.hmi.diagnosis.recording_lines import recording_text, telling_text
 from servo_ctrl.hmi.diagnosis.result import DiagnosisResult
+from servo_ctrl.hmi.languages.controller_messages import controller_text, diagnosis_text
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.live_content import Rebuilt, when_connected
 from servo_ctrl.hmi.shell.machine_stage import Tone
@@ -96,8 +97,8 @@ class DiagnosisCards:
             tr("{elapsed}, started by {who}", elapsed=duration_text(job.elapsed_s), who=job.who)
         )
         self._bar.set_value(round(job.progress, 3))
-        self._step.set_text("" if job.state in ENDED else tr(job.step))
-        self._reason.set_text(tr(job.reason))
+        self._step.set_text("" if job.state in ENDED else diagnosis_text(tr(job.step)))
+        self._reason.set_text(controller_text(job.reason))
         self._lines.set_text("" if job.state is JobState.DONE else "\n".join(job.lines[-SHOWN_LINES:]))
         if (job.key, job.state) != self._shown_result:
             self._shown_result = (job.key, job.state)

@@ -26,6 +26,7 @@ from servo_ctrl.hmi.diagnosis.verdict import (
     percent,
     read_verdict,
 )
+from servo_ctrl.hmi.languages.controller_messages import diagnosis_text
 from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -179,7 +180,7 @@ def _percent_of(value: float, whole: float) -> float | None:
 
 def _show_finding(finding: Finding) -> None:
     alike = (
-        tr(" (or {effects})", effects=", ".join(map(effect_name, finding.equivalent)))
+        tr(" (or {effects})", effects=", ".join(map(_effect, finding.equivalent)))
         if finding.equivalent
         else ""
     )
@@ -189,16 +190,23 @@ def _show_finding(finding: Finding) -> None:
                 tr(
                     "Axis {axis}: {effect}{alike}",
                     axis=finding.axis,
-                    effect=effect_name(finding.effect),
+                    effect=_effect(finding.effect),
                     alike=alike,
                 )
             )
         ui.label(tr("confidence {percent}", percent=percent(finding.confidence))).classes("num")
-        ui.label(finding.explanation)
+        ui.label(diagnosis_text(finding.explanation))
         if finding.parameters:
             shown = (
-                f"{parameter_name(key)}: {parameter_text(one)}" for key, one in finding.parameters.items()
+                f"{diagnosis_text(parameter_name(key))}: {parameter_text(one)}"
+                for key, one in finding.parameters.items()
             )
             faint("; ".join(shown)).classes("num").style("overflow-wrap: anywhere")
         for rival in finding.runners_up[:RIVALS_SHOWN]:
-            faint(tr("not {effect}: {why}", effect=effect_name(rival.effect), why=rival.why_not))
+            why_not = diagnosis_text(rival.why_not)
+            faint(tr("not {effect}: {why}", effect=_effect(rival.effect), why=why_not))
+
+
+def _effect(name: str) -> str:
+    """The name of an effect in the language of the page."""
+    return diagnosis_text(effect_name(name))

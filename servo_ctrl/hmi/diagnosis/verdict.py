@@ -37,6 +37,8 @@ SENTENCES = {
 }
 """By verdict: what it means, and what to do."""
 CHANNEL_NAMES = {"force": word("motor force"), "deviation": word("scale less motor")}
+NAMES = {"stribeck": "Stribeck", "coulomb": "Coulomb", "lugre": "LuGre", "gms": "GMS"}
+"""Words in the names of effects that are names of people and models."""
 UNIT_ENDINGS = ("_n_s2_m2", "_n_s_m", "_m_s", "_n_m", "_m_n", "_rad", "_hz", "_n", "_m", "_s")
 PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
@@ -161,12 +163,13 @@ def parameter_text(parameter: ParameterValue) -> str:
     low, high = parameter.ci95
     if low is None or high is None or low == high:
         return text
-    return f"{text} ({low / factor:.3g} to {high / factor:.3g})"
+    between = {"low": f"{low / factor:.3g}", "high": f"{high / factor:.3g}"}
+    return tr("{value} ({low} to {high})", value=text, **between)
 
 
 def effect_name(name: str) -> str:
     """The name of an effect in words, as `drive compliance`."""
-    return name.replace("_", " ").replace("stribeck", "Stribeck")
+    return " ".join(NAMES.get(part, part) for part in name.split("_"))
 
 
 def parameter_name(key: str) -> str:

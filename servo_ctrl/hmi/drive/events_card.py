@@ -67,11 +67,11 @@ def _searched(event: EventEntry) -> str:
 
 
 def table(events: Sequence[EventEntry]) -> str:
-    """Time (ISO 8601), cycle and text of each event, as CSV."""
+    """Time (ISO 8601), cycle and text of each event in the language of the page, as CSV."""
     text = io.StringIO()
     writer = csv.writer(text)
-    writer.writerow(("time", "cycle", "event"))
-    writer.writerows((event.time, event.cycle, event.text) for event in events)
+    writer.writerow((tr("time"), tr("cycle"), tr("event")))
+    writer.writerows((event.time, event.cycle, controller_text(event.text)) for event in events)
     return text.getvalue()
 
 

@@ -1,13 +1,14 @@
-"""Messages of the controller in the language of the page: events, reasons and refusals.
+"""Messages of the controller and of reconcile in the language of the page.
 
-The controller writes English to its log, its recordings and every client; the page gets finished texts.
-The catalogue `controller.de.toml` maps the templates of the code to German; a text is recognised by its
+The controller writes English events, reasons and refusals to its log, its recordings and every client; the
+page gets finished texts. So it does from the loaders of its files, and from reconcile. The files in
+`de/controller` and `de/diagnosis` map the templates of their code to German; a text is recognised by its
 template, its arguments are translated likewise, and put into the German template. A text without a template
-stays English. tests/unit/servo_hmi/test_language.py finds templates that a catalogue lacks.
+stays English.
+tests/unit/servo_hmi/test_language.py finds templates that a catalogue lacks.
 """
 
 import re
-from collections.abc import Mapping
 from functools import cache, lru_cache
 from typing import NamedTuple
 
@@ -31,19 +32,24 @@ class _Template(NamedTuple):
 
 def controller_text(text: str, language: str | None = None) -> str:
     """A message of the controller in a language, else that of the page, with the signs of its units."""
-    shown = _translated(text, language or CurrentLanguage.find())
-    return _MICROMETRES.sub("\N{MICRO SIGN}m", shown).replace("/s^2", "/s\N{SUPERSCRIPT TWO}")
+    return _shown(text, language, "controller")
 
 
-def controller_catalogue(language: str) -> Mapping[str, str]:
-    """The templates and words of a language by their English ones; none for English itself."""
-    return catalogue(language, "controller.")
+def diagnosis_text(text: str) -> str:
+    """A text of reconcile, such as the explanation of a finding, in the language of the page."""
+    return _shown(text, None, "diagnosis")
+
+
+def _shown(text: str, language: str | None, part: str) -> str:
+    shown = _translated(text, language or CurrentLanguage.find(), part)
+    shown = _MICROMETRES.sub("\N{MICRO SIGN}m", shown)
+    return shown.replace("/s^2", "/s\N{SUPERSCRIPT TWO}")
 
 
 @cache
-def _templates(language: str) -> list[_Template]:
+def _templates(language: str, part: str) -> list[_Template]:
     """The templates, those with the most text of their own first: they say the most exactly what is meant."""
-    entries = controller_catalogue(language).items()
+    entries = catalogue(language, part).items()
     ordered = sorted(entries, key=lambda entry: -len(_PLACE.sub("", entry[0])))
     return [_Template(re.compile(_pattern(english), re.DOTALL), shown) for english, shown in ordered]
 
@@ -54,20 +60,32 @@ def _pattern(english: str) -> str:
 
 
 @lru_cache(KEPT)
-def _translated(text: str, language: str) -> str:
-    return _piece(text, language, DEEPEST) if language != ENGLISH and len(text) <= LONGEST else text
+def _translated(text: str, language: str, part: str) -> str:
+    return _piece(text, language, part, DEEPEST) if language != ENGLISH and len(text) <= LONGEST else text
 
 
-def _piece(text: str, language: str, depth: int) -> str:
-    """A text by its template; else its parts before and after a semicolon or a colon, each by its own."""
+def _piece(text: str, language: str, part: str, depth: int) -> str:
+    """A text by its template; else in two parts: at a colon before a template, or at the first sign."""
     if not depth or not text:
         return text
-    for template in _templates(language):
-        found = template.pattern.fullmatch(text)
-        if found is not None:
-            return template.german.format(*(_piece(part, language, depth - 1) for part in found.groups()))
+    whole = _by_template(text, language, part, depth)
+    if whole is not None:
+        return whole
+    for colon in re.finditer(": ", text):  # a file, a line and a key stand before what is said of them
+        said = _by_template(text[colon.end() :], language, part, depth)
+        if said is not None:
+            return f"{_piece(text[: colon.start()], language, part, depth - 1)}: {said}"
     for sign in ("; ", ": ", ", "):
         before, _, after = text.partition(sign)
         if after:
-            return sign.join(_piece(part, language, depth - 1) for part in (before, after))
+            return sign.join(_piece(one, language, part, depth - 1) for one in (before, after))
     return text
+
+
+def _by_template(text: str, language: str, part: str, depth: int) -> str | None:
+    """The text by the template that is all of it, its arguments likewise; None where there is none."""
+    for template in _templates(language, part):
+        found = template.pattern.fullmatch(text)
+        if found is not None:
+            return template.german.format(*(_piece(one, language, part, depth - 1) for one in found.groups()))
+    return None

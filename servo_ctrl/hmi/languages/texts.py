@@ -1,9 +1,9 @@
-"""The languages of the pages: English texts in the code, one catalogue file for each other language.
+"""The languages of the pages: English texts in the code, a folder of catalogue files for each other language.
 
 A text is written in English where it is shown, as `tr("Axis {axis}", axis=name)`; a constant that is shown
-elsewhere is marked by `word("Standby")` and translated there. The catalogue `de.toml` beside this file maps
-each English text to German. tests/unit/servo_hmi/test_language.py finds texts that are in no catalogue,
-and entries that no code uses. Another language is another file and a line in LANGUAGES.
+elsewhere is marked by `word("Standby")` and translated there. The files of the folder `de/pages` map each
+English text to German. tests/unit/servo_hmi/test_language.py finds texts that are in no file, and entries
+that no code uses. Another language is another folder and a line in LANGUAGES.
 """
 
 import re
@@ -29,12 +29,16 @@ class CurrentLanguage:
 
 
 @cache
-def catalogue(language: str, part: str = "") -> Mapping[str, str]:
-    """The texts of a language by their English ones; none for English itself. `part` begins the file name."""
+def catalogue(language: str, part: str = "pages") -> Mapping[str, str]:
+    """The texts of a language by their English ones; none for English itself.
+
+    `part` is a folder of its files: "pages", or "controller" for what the machine and its files say.
+    """
     if language == ENGLISH:
         return {}
-    content = tomllib.loads((CATALOGUES / f"{part}{language}.toml").read_text(encoding="utf-8"))
-    return {english: text for section in content.values() for english, text in section.items()}
+    files = sorted((CATALOGUES / language / part).glob("*.toml"))
+    sections = [section for file in files for section in tomllib.loads(file.read_text("utf-8")).values()]
+    return {english: text for section in sections for english, text in section.items()}
 
 
 def word(text: str) -> str:

@@ -14,6 +14,7 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.machine_stage import Tone
 
@@ -61,7 +62,7 @@ def notify(text: str, kind: Kind = "warning") -> None:
 def problem_text(error: Exception) -> str:
     """Return the text of an error for the visitor; log an unexpected one with its traceback."""
     if isinstance(error, ServoCtrlError | OSError):
-        return str(error)
+        return controller_text(str(error))
     _LOG.error("unexpected error", exc_info=error)
     return _unexpected(error)
 

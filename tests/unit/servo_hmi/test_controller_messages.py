@@ -2,7 +2,7 @@
 
 import pytest
 
-from servo_ctrl.hmi.languages.controller_messages import controller_text
+from servo_ctrl.hmi.languages.controller_messages import controller_text, diagnosis_text
 from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage
 
 
@@ -36,3 +36,68 @@ def test_a_message_is_shown_in_german_with_its_arguments(
     monkeypatch.setattr(CurrentLanguage, "find", staticmethod(lambda: "de"))
     assert controller_text(english) == german
     assert controller_text(english, ENGLISH) == english.replace(" um", " \N{MICRO SIGN}m")
+
+
+@pytest.mark.parametrize(
+    ("english", "german"),
+    [
+        (
+            'part.toml: step[2] "a".radius_mm: input should be greater than 0 (got -2.0) (and 1 more)',
+            'part.toml: step[2] "a".radius_mm: der Wert muss größer sein als 0 (ist -2.0) (und 1 weitere)',
+        ),
+        (
+            "line 3: axis x: position 4 mm is beyond the limit 1 mm, 2 s into lines 3-6",
+            "Zeile 3: Achse x: Position 4 mm überschreitet die Grenze 1 mm, 2 s nach Beginn: Zeilen 3-6",
+        ),
+        (
+            "part.ngc: line 7: G81: there are no canned cycles; write the moves out",
+            "part.ngc: Zeile 7: G81: Bearbeitungszyklen gibt es nicht; die Bewegungen ausschreiben",
+        ),
+        (
+            "part.toml: not valid TOML: Expected '=' after a key in a key/value pair (at line 1, column 5)",
+            "part.toml: kein gültiges TOML: nach einem Schlüssel fehlt „=“ (Zeile 1, Spalte 5)",
+        ),
+        (
+            "part.toml: step[1].profile: 'x' is not one of 's_curve', 'trapezoidal'",
+            "part.toml: step[1].profile: 'x' ist keines von 's_curve', 'trapezoidal'",
+        ),
+        (
+            "part.toml: cannot be read: [Errno 13] Permission denied: 'part.toml'",
+            "part.toml: kann nicht gelesen werden: [Errno 13] keine Berechtigung: 'part.toml'",
+        ),
+    ],
+)
+def test_what_a_loader_says_of_a_file_is_shown_in_german(
+    monkeypatch: pytest.MonkeyPatch, english: str, german: str
+) -> None:
+    monkeypatch.setattr(CurrentLanguage, "find", staticmethod(lambda: "de"))
+    assert controller_text(english) == german
+
+
+FRICTION = (
+    "friction falls by 3.10 N below 4.2 mm/s, in both directions alike and at constant speed too: Stribeck "
+    "friction; presliding would show over the way, not the speed"
+)
+REIBUNG = (
+    "die Reibung fällt um 3.10 N unter 4.2 mm/s, in beiden Richtungen gleich und auch bei gleichförmiger "
+    "Fahrt: Stribeck-Reibung; Vorgleiten würde sich über dem Weg zeigen, nicht über der Geschwindigkeit"
+)
+
+
+@pytest.mark.parametrize(
+    ("english", "german"),
+    [
+        ("drive compliance", "Nachgiebigkeit des Antriebsstrangs"),
+        ("axis x: scale less motor", "Achse x: Maßstab minus Motor"),
+        (FRICTION, REIBUNG),
+        (
+            f"something real that no entry of the catalogue explains: in recording 2: {FRICTION}",
+            f"etwas Wirkliches, das kein Eintrag des Katalogs erklärt: in Aufzeichnung 2: {REIBUNG}",
+        ),
+    ],
+)
+def test_what_a_diagnosis_says_is_shown_in_german(
+    monkeypatch: pytest.MonkeyPatch, english: str, german: str
+) -> None:
+    monkeypatch.setattr(CurrentLanguage, "find", staticmethod(lambda: "de"))
+    assert diagnosis_text(english) == german

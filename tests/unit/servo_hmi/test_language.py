@@ -8,11 +8,11 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from diagnosis_texts import diagnosis_texts
 from message_templates import message_templates
 
 import servo_ctrl.hmi
 from servo_ctrl.hmi.drive.faults import ADVICE_TEXTS
-from servo_ctrl.hmi.languages.controller_messages import controller_catalogue
 from servo_ctrl.hmi.languages.texts import (
     ENGLISH,
     LANGUAGES,
@@ -129,13 +129,17 @@ def test_a_translation_has_the_placeholders_of_the_english_text(language: str) -
     assert not [english for english, text in entries if not text.strip()]
 
 
+TEMPLATES = {"controller": message_templates, "diagnosis": diagnosis_texts}
+
+
+@pytest.mark.parametrize("part", TEMPLATES)
 @pytest.mark.parametrize("language", [code for code in LANGUAGES if code != ENGLISH])
-def test_every_message_of_the_controller_is_in_every_catalogue(language: str) -> None:
-    there, wanted = set(controller_catalogue(language)), message_templates()
+def test_every_message_of_controller_and_diagnosis_is_in_every_catalogue(language: str, part: str) -> None:
+    there, wanted = set(catalogue(language, part)), TEMPLATES[part]()
     missing, unused = sorted(wanted - there), sorted(there - wanted)
     assert not missing, "\n".join(missing)
     assert not unused, "\n".join(unused)
-    entries = controller_catalogue(language).items()
+    entries = catalogue(language, part).items()
     assert not [english for english, shown in entries if places(english) != places(shown)]
 
 
