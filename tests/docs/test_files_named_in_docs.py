@@ -35,3 +35,8 @@ def existing() -> list[str]:
 def test_every_source_file_that_a_page_names_exists(page: Path, existing: list[str]) -> None:
     named = set(NAMED.findall(page.read_text(encoding="utf-8")))
     assert not [name for name in sorted(named) if not any(path.endswith(f"/{name}") for path in existing)]
+
+
+def test_each_decision_has_a_number_of_its_own() -> None:
+    numbers = sorted(path.name[:4] for path in (ROOT / "docs" / "decisions").glob("*.md"))
+    assert numbers == [f"{number:04}" for number in range(1, len(numbers) + 1)]
