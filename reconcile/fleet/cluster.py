@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from reconcile.errors import ReconcileError
 from reconcile.fleet.dask_workers import (
+    BEGIN_S,
     CONNECT_S,
     STUCK_GRACE_S,
     client_of_local_workers,
@@ -66,7 +67,11 @@ class Cluster:
         results = {}
         for worker, future in sent.items():
             try:
-                results[worker] = future.result(timeout=CONNECT_S)
+                results[worker] = future.result(timeout=BEGIN_S)
+            except TimeoutError as error:
+                reason = f"worker {worker} has not answered within {BEGIN_S:g} s"
+                remedy = "see its log, and whether its computer is overloaded or out of memory"
+                raise ReconcileError(self.address, "", reason, remedy) from error
             except Exception as error:  # whatever the worker raised, or could not import
                 reason = f"worker {worker} cannot run it: {type(error).__name__}: {error}"
                 remedy = "install the same version on the scheduler and on every worker"

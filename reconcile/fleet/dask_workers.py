@@ -18,7 +18,9 @@ from reconcile.fleet.limit import run_with_time_limit
 STUCK_GRACE_S = 30.0
 """Time after its limit in which compiled code of a task may return; then its worker is killed."""
 CONNECT_S = 60.0
-"""Bounds every wait for an answer of scheduler or worker."""
+"""Bounds every wait for an answer of scheduler or worker that costs them no work."""
+BEGIN_S = 600.0
+"""Bounds the first answer of a worker, which loads the package: 8 s of a processor, minutes of a busy one."""
 SINGLE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )

@@ -27,7 +27,7 @@ class LearnedKind(StrEnum):
 MachineOption = Annotated[
     Path,
     typer.Option(
-        help="Machine directory with controller.toml, or the file itself.",
+        help="Machine directory with controller.toml, or the file itself; or a shipped machine: xy_table.",
         show_default=False,
         callback=shipped,
     ),

@@ -14,6 +14,7 @@ from servo_ctrl.config.part_program import ReadingOptions, is_part_program
 from servo_ctrl.config.part_program_reader import read_part_program
 from servo_ctrl.config.program_model import ProgramConfig, SamplesStep, StepConfig, axes_of, step_key
 from servo_ctrl.errors import ConfigError
+from shipped_files import machine_names
 
 MACHINE_FILE = "controller.toml"
 KINDS = {"machine": "a controller file", "plant": "the plant file of a simulator", "step": "a program"}
@@ -38,6 +39,9 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
     path = Path(directory_or_file)
     if path.is_dir():
         path /= MACHINE_FILE
+    elif not path.exists() and not path.suffix:
+        names = ", ".join(name for name in machine_names() if "/" not in name)
+        raise ConfigError(path, "", f"no such directory; machines that come with the programs: {names}")
     document = _checked_document(path)
     _refuse_another_kind(path, document, "machine", "--machine wants a directory with controller.toml")
     _resolve_paths(document, path)

@@ -13,10 +13,11 @@ from pathlib import Path
 from servo_ctrl.errors import ServoCtrlError
 
 PR_SET_PDEATHSIG = 1
-READY_TIMEOUT_S = 120.0
-"""A first start compiles the plant's kernels. Chosen, as the numbers below."""
+READY_TIMEOUT_S = 900.0
+"""Bounds a hang. A first start compiles the plant's kernels: 20 s of a processor, minutes of a busy one."""
 STOP_TIMEOUT_S = 10.0
 LINES_KEPT = 1000
+"""Both chosen."""
 
 
 class SimulatorError(ServoCtrlError):

@@ -81,6 +81,13 @@ def test_several_mistakes_are_counted(spoilt: Spoilt) -> None:
         load_machine(spoilt("kp_1_s = 40.0\nkv_n_s_m = 20000.0", "kp_1_s = -1\nkv_n_s_m = -1"))
 
 
+def test_a_machine_that_is_nowhere_is_told_from_those_that_are_shipped(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"xy_tabel: no such directory; machines .*: emps, .*, xy_table$"):
+        load_machine(tmp_path / "xy_tabel")
+    with pytest.raises(ConfigError, match=r"mine\.toml: no such file$"):
+        load_machine(tmp_path / "mine.toml")
+
+
 def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"controller\.toml: no such file"):
         load_machine(tmp_path)

@@ -72,3 +72,14 @@ def test_an_unreachable_address_is_reported(monkeypatch: pytest.MonkeyPatch) -> 
 def test_workers_that_cannot_run_the_work_are_named(cluster: Cluster) -> None:
     with pytest.raises(ReconcileError, match=r"worker tcp.*cannot run it.*install the same version"):
         cluster.run_on_every_worker(lambda: 1 // 0)
+
+
+def test_a_worker_that_is_slow_is_not_said_to_be_of_another_version(
+    cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("reconcile.fleet.cluster.BEGIN_S", 1e-6)
+    with pytest.raises(
+        ReconcileError, match=r"worker tcp.*not answered within 1e-06 s.*overloaded"
+    ) as caught:
+        cluster.run_on_every_worker(fleet_stubs.listening)
+    assert "version" not in str(caught.value)
