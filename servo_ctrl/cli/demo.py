@@ -1,5 +1,6 @@
 """`servo-ctrl demo`: the simulated X-Y table runs circles on the embedded bus, with table and pictures."""
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -63,9 +64,19 @@ def demo(
     )
     for picture in draw_circles(results, window_s, out):
         console.print(f"picture:   {picture}", highlight=False)
-    console.print(f"recording: {run.recording.directory}", highlight=False)
+    console.print(f"recording: {newest(run.recording.directory, out / 'recording')}", highlight=False)
     if page is not None and sys.stdin.isatty():
         console.print(f"the table waits at {url_of(address)}; Ctrl-C ends it", highlight=False)
         console.print(FIRST_CLICKS, highlight=False)
         with progress_bar() as show:
             asyncio.run(simulated_standby(machine, page, show))
+
+
+def newest(recording: Path, link: Path) -> Path:
+    """Have `link` lead to the last demo's recording; return it, or the recording where its name is taken."""
+    if link.is_symlink():
+        link.unlink()
+    elif link.exists():  # the user's own
+        return recording
+    link.symlink_to(os.path.relpath(recording, link.parent))
+    return link

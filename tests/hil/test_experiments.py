@@ -72,6 +72,7 @@ def test_the_demo_prints_the_indicators_and_writes_pictures_and_recording(demo: 
     assert (out / "reversals.png").stat().st_size > 10_000
     (recording,) = (out / "recordings").iterdir()
     assert list(recording.glob("part-*.parquet"))
+    assert (out / "recording").resolve() == recording.resolve()  # as README's next command calls it
 
 
 def test_the_uncompensated_table_makes_the_published_errors(demo: tuple[str, Path]) -> None:
