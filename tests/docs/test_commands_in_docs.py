@@ -4,20 +4,11 @@ What runs them as they are shown is in commands_of_pages.toml (test_commands_run
 each kind of command in full: one of which no test runs its kind is refused.
 """
 
-from typing import Any
-
 import pytest
 import typer.main
+from command_parsing import PROGRAMS, parse
 from page_commands import ROOT, Shown, shown
 
-from hil_sim.cli.main import app as hil_sim
-from reconcile.cli.main import app as reconcile
-from servo_ctrl.cli.main import app as servo_ctrl
-
-PROGRAMS: dict[str, Any] = {
-    name: typer.main.get_command(app)
-    for name, app in (("servo-ctrl", servo_ctrl), ("hil-sim", hil_sim), ("reconcile", reconcile))
-}
 RUN_BY = {
     "servo-ctrl run": "tests/docs/test_readme.py",
     "servo-ctrl learn": "tests/hil/test_learning_lockstep.py",
@@ -47,18 +38,6 @@ RUN_BY = {
     "reconcile trial": "tests/unit/reconcile/trials",
 }
 """By the beginning of a command: the test, or the folder of tests, that runs such a one."""
-
-
-def parse(words: list[str]) -> None:
-    """Raise click's UsageError where a word is not what the program takes."""
-    command: Any = PROGRAMS[words[0]]
-    rest, context = words[1:], None
-    while hasattr(command, "get_command"):
-        context = typer.Context(command, parent=context, info_name=words[0])
-        found = command.get_command(context, rest[0])
-        assert found is not None, f"{words[0]} has no command {rest[0]}"
-        command, rest = found, rest[1:]
-    command.make_context(words[0], rest, parent=context, resilient_parsing=False)
 
 
 COMMANDS = shown()

@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer.main
 import yaml
+from command_parsing import PROGRAMS, parse
 
 ROOT = Path(__file__).resolve().parents[2]
 COMPOSE = ROOT / "docker-compose.yml"
@@ -145,3 +147,36 @@ def test_the_image_is_built_from_files_that_exist() -> None:
     assert rooms | {"eds", "machines", "deploy"} <= set(copied)
     for source in copied:
         assert (ROOT / source).exists(), source
+
+
+def commands_of_the_image() -> list[str]:
+    """Our commands in both compose files, by the default bus and by localcan, and in the Dockerfile."""
+    found = []
+    for file in (COMPOSE, ROOT / "deploy" / "compose.page.yml"):
+        for service in yaml.safe_load(file.read_text(encoding="utf-8"))["services"].values():
+            command = service.get("command", "")
+            found += [
+                re.sub(r"\$\{\w+:-([^}]*)\}", bus, command)
+                for bus in (r"\1", "localcan:/run/servo/table.sock")
+            ]
+    recipe = (ROOT / "deploy" / "Dockerfile").read_text(encoding="utf-8")
+    for line in re.findall(r"^RUN (.*)$", recipe, re.MULTILINE):
+        found += line.split(" && ")
+    return [command for command in found if command.partition(" ")[0] in PROGRAMS]
+
+
+@pytest.mark.parametrize("command", commands_of_the_image())
+def test_a_command_of_the_image_is_one_that_its_program_takes(
+    command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    parse(shlex.split(command))
+
+
+def test_the_image_runs_both_programs_and_a_wrong_option_is_refused() -> None:
+    commands = commands_of_the_image()
+    assert {" ".join(command.split()[:2]) for command in commands} == {
+        "hil-sim run", "hil-sim compile", "servo-ctrl run", "servo-ctrl compile",
+    }  # fmt: skip
+    with pytest.raises(typer._click.exceptions.UsageError):
+        parse(shlex.split(commands[0].replace("--bus", "--buss")))
