@@ -148,7 +148,7 @@ def flat_layout(record: np.dtype[Any], fields: Sequence[str]) -> tuple[struct.St
     names = record.names or ()
     first = names.index(fields[0])
     if names[first : first + len(fields)] != tuple(fields):
-        raise ValueError(f"{', '.join(fields)} do not lie behind one another")
+        raise ValueError(f"{', '.join(fields)} are not adjacent")
     begin: int = next(offset for _code, offset, _size in _leaves(record[[fields[0]]], 0))
     codes, end = [], begin
     for code, offset, size in _leaves(record[list(fields)], 0):

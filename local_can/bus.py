@@ -40,7 +40,7 @@ class LocalCanBus(can.BusABC):
         """Attach to the hub, waiting at most `attach_timeout_s` for its answer.
 
         With `serve` the hub runs in this process unless another process serves it already. It then passes
-        frames on while this bus is read, for which the file to wait on also becomes readable; `more` tells of
+        frames on while this bus is read, for which the file to wait on also becomes readable; `more` says of
         frames for which it does not.
 
         Raises:

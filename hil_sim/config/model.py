@@ -44,7 +44,7 @@ class Personality(Section):
     mode_switch_with_halt: bool = True
     """Whether it takes another mode while the halt bit is set."""
     homing_reached_bit: bool = True
-    """Whether statusword bit 10 (target reached) tells the end of homing, beside bit 12."""
+    """Whether statusword bit 10 (target reached) reports the end of homing, beside bit 12."""
     no_homing_method: bool = True
     """Whether 6098h takes 0."""
     sdo_delay_ms: NonNegative = 0.0

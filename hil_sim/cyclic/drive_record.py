@@ -22,7 +22,7 @@ class DriveRecord(NamedTuple):
     origin: int = 0
     """User counts where the motor counts are zero; homing moves it."""
     position: float = 0.0
-    """Actual position, which runs on where clients see it begin anew."""
+    """Actual position, which continues where clients see it wrap around."""
     range_low: int = 0
     range_high: int = 0
     range_span: int = 0

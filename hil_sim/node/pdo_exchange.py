@@ -33,7 +33,7 @@ class PdoExchange:
         """TPDOs that answer a remote frame."""
 
     def configure(self, operational: bool, sync_counter: Callable[[], int] | None = None) -> None:
-        """Compile the enabled PDOs anew, with `tpdo_of`; a node that is not operational has none."""
+        """Compile the enabled PDOs again, with `tpdo_of`; a node that is not operational has none."""
         self._emergency.clear(emcy.PDO_TOO_SHORT, emcy.PDO_TOO_LONG, emcy.RPDO_TIMEOUT)
         self.rpdos = self._configuration.rpdos(self._report_length) if operational else []
         tpdos = self._configuration.tpdos(self._send, sync_counter) if operational else []

@@ -126,7 +126,7 @@ def take_over(axis: Any) -> None:
 
 @kernel
 def begin_watch(axis: Any, at_m: float) -> None:
-    """Supervise anew, as the axis is taken over here, or given up."""
+    """Restart the supervision, as the axis is taken over here, or given up."""
     write(axis["counts"], AT_REST)
     write(axis["braking"], BRAKE_BEGINS)
     axis["braked_m"] = math.nan

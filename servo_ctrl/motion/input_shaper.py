@@ -90,7 +90,7 @@ class RowShaper:
         return self._still >= self._longest
 
     def forget(self) -> None:
-        """Start again from rest, because the axes are taken over anew."""
+        """Start again from rest, because the axes are taken over again."""
         self._rows.clear()
         self._still = self._longest
 

@@ -11,7 +11,7 @@ from servo_ctrl.files.whole_file import write_whole
 from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace, round_division
 from servo_ctrl.plots.matplotlib_agg import Figure, PolarAxes
 
-# Okabe and Ito's palette, told apart by colour-blind readers too
+# Okabe and Ito's palette, distinguished by colour-blind readers too
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 DPI = 120
 

@@ -1,4 +1,4 @@
-"""A class name occurs once a package: whoever reads it knows which class is meant."""
+"""A class name occurs once a package: so a reader knows which class is meant."""
 
 import ast
 from collections import defaultdict

@@ -13,7 +13,7 @@ import pytest
 PAGE = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
 LIMIT_S = 600.0
-"""A hang, not a pace: kernels may be compiled anew on a busy machine."""
+"""A hang, not a pace: kernels may be compiled again on a busy machine."""
 
 
 @pytest.mark.parametrize("number", range(len(EXAMPLES)))

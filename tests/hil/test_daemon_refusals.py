@@ -55,7 +55,7 @@ async def test_scale_where_a_drive_should_be_is_a_foreign_node(bench: Any, xy_ta
 
 async def test_signal_during_boot_stops_at_once(bench: Any, xy_table: Path) -> None:
     async def signal_once_it_is_handled() -> None:
-        while signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:  # noqa: ASYNC110  # who sets it tells nobody
+        while signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:  # noqa: ASYNC110  # setting it raises no event
             await asyncio.sleep(0.001)
         os.kill(os.getpid(), signal.SIGTERM)
 

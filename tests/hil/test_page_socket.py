@@ -112,7 +112,7 @@ async def test_page_sees_the_run_as_it_is_recorded(bench: Any, tmp_path: Path) -
     assert {reversal.axis for reversal in link.reversals} == {"x", "y"}
     recording = load_recording(tmp_path / "r")
     reversal = link.reversals[0]
-    # the trace is the error at the table from t1 on, positive = lagging: computed anew from the recording
+    # the trace is the error at the table from t1 on, positive = lagging: computed again from the recording
     axis, start = reversal.axis, reversal.report.cycle
     error = recording.columns[f"{axis}.position_command_m"] - recording.columns[f"{axis}.scale_position_m"]
     first = int(np.searchsorted(recording.columns["cycle"], start))

@@ -163,7 +163,7 @@ async def test_a_broker_that_requires_certificates_refuses_clients_without_one_o
             await until(lambda: "CERTIFICATE_VERIFY_FAILED" in deceived.problem)
         gc.collect()
         log = (tmp_path / "mosquitto.log").read_text()
-    assert "as stranger" not in log  # nobody came in
+    assert "as stranger" not in log  # no client came in
     assert "as servo_ctrl" not in log
     assert handler.requests == []
 

@@ -116,9 +116,9 @@ BARE = "[axis.x]\ntransmission.lead_mm = 10\nmotor.torque_constant_nm_a = 0.5\nt
 def test_an_installed_package_finds_its_files_and_never_writes_beside_them(
     programs: Path, tmp_path: Path
 ) -> None:
-    told = json.loads(run(programs, tmp_path, "python", "-c", ALL_OF_IT, BARE))
+    facts = json.loads(run(programs, tmp_path, "python", "-c", ALL_OF_IT, BARE))
     inside = programs.parent
-    assert Path(told["package"]).is_relative_to(inside)
-    assert Path(told["shipped"]).is_relative_to(inside)
-    assert told["written"] == 1  # its EDS file was found
-    assert Path(told["learned"]) == tmp_path / "state" / "servo_ctrl" / "xy_table" / "learned"
+    assert Path(facts["package"]).is_relative_to(inside)
+    assert Path(facts["shipped"]).is_relative_to(inside)
+    assert facts["written"] == 1  # its EDS file was found
+    assert Path(facts["learned"]) == tmp_path / "state" / "servo_ctrl" / "xy_table" / "learned"

@@ -1,6 +1,6 @@
 """Are there advisories for what constraints.txt pins? Asks the OSV database, in one request: `make audit`.
 
-It tells another host what is installed here, and its answer changes from day to day. So `make test` does not
+It shows another host what is installed here, and its answer changes from day to day. So `make test` does not
 ask by itself; with AUDIT=online it does.
 """
 

@@ -37,5 +37,5 @@ async def running(link: MqttLink) -> AsyncIterator[None]:
 async def until(condition: Callable[[], bool]) -> None:
     """Wait for a condition on the link. Raises TimeoutError after LIMIT_S."""
     async with asyncio.timeout(LIMIT_S):
-        while not condition():  # noqa: ASYNC110  # the link tells nobody
+        while not condition():  # noqa: ASYNC110  # the link has no event for it
             await asyncio.sleep(0.01)

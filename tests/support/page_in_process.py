@@ -58,5 +58,5 @@ class PageInProcess:
     async def until(self, condition: Callable[[], bool], limit_s: float = LIMIT_S) -> None:
         """Let the page's loop run until the condition holds."""
         async with asyncio.timeout(limit_s):
-            while not condition():  # noqa: ASYNC110  # no event tells of a text that has changed
+            while not condition():  # noqa: ASYNC110  # a changed text raises no event
                 await asyncio.sleep(0.02)

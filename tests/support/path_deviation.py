@@ -8,7 +8,7 @@ from kernels.arrays import Array
 def path_deviation(command_m: Array, actual_m: Array) -> Array:
     """Distance of `actual_m` (n, 2) from any commanded path (n, 2), normal to it, left positive, (n,).
 
-    To first order: the error's part across the direction of the command. Where the command rests,
+    To first order: the error's part across the direction of the command. Where the command stands still,
     its last direction holds, before the first motion its first. On a path of radius R the order
     that is left out is e^2 / 2R. Without any motion the deviation is the length of the error.
     """

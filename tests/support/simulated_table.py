@@ -18,7 +18,7 @@ from machine_files import REPOSITORY, XY_TABLE, text_of, write_controller
 from playwright.sync_api import BrowserContext, Page
 
 BIN = Path(sys.executable).parent
-START_LIMIT_S = 300.0  # on a busy machine, kernels compiled anew
+START_LIMIT_S = 300.0  # on a busy machine, kernels compiled again
 PAGE_LIMIT_S = 300.0
 LONG_CYCLE = {"sync_period_us = 1000": "sync_period_us = 2000"}
 BITRATE = 500_000

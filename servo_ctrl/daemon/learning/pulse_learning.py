@@ -55,7 +55,7 @@ class PulseLearning(AxisLearning):
             if stroke != run.stroke:
                 notes.append(
                     f"axis {self.name}: {self._journal.path}: other strokes than would be made now; "
-                    "learning begins anew"
+                    "learning starts again"
                 )
                 self._journal.remove()
                 run, entries = LearningRun(self._settings), []

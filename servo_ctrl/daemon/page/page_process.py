@@ -21,7 +21,7 @@ LINES_KEPT = 20
 LONGEST_LINE = 500
 KEEPER_PAUSE_S = 1.0
 KEEPERS_AGAIN = 8
-"""Restarts of the keeper in a run: whoever kills it more often wants no page."""
+"""Restarts of the keeper in a run: somebody who kills it more often wants no page."""
 KEEPER_ENDED = "the keeper of the page has ended"
 NICENESS = 10
 """Every other process, above all the cycle, gets the processor first. Chosen, like the numbers above."""

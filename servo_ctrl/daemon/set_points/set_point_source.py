@@ -78,6 +78,6 @@ class SetPointSource:
         self._ramp = None
 
     def forget(self) -> None:
-        """Forget program and set points: the axes lose control or are taken over anew."""
+        """Forget program and set points: the axes lose control or are taken over again."""
         self.program = self._ramp = self.row = self._wanted = None
         self._shaper.forget()

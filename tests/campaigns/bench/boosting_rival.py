@@ -51,12 +51,12 @@ def boosted(recordings: Sequence[Judged]) -> Mapping[str, object]:
 def shapley(predict: Callable[[Array], Array], x: Array, y: Array) -> dict[str, float]:
     """Return by coordinate its share of the squares of `y` (n,) that `predict` of `x` (n, k) explains."""
     k = x.shape[1]
-    strangers = x[np.random.default_rng(SEED).permutation(len(x))]
+    shuffled = x[np.random.default_rng(SEED).permutation(len(x))]
     size = max(float(np.mean(y**2)), 1e-300)
     worth: dict[frozenset[int], float] = {}
     for bits in itertools.product((False, True), repeat=k):
         known = np.array(bits)
-        left = y - predict(np.where(known, x, strangers))
+        left = y - predict(np.where(known, x, shuffled))
         worth[frozenset(np.flatnonzero(known).tolist())] = 1.0 - float(np.mean(left**2)) / size
     shares = {}
     for index, name in enumerate(COORDINATES[:k]):

@@ -17,7 +17,7 @@ C_NAMES = {np.dtype(np.float64): "double", np.dtype(np.int64): "int64_t"}
 def record_of(values: Any) -> Any:
     """A (nested) named tuple of numbers as a C-aligned record; integers and flags are int64.
 
-    Arrays stay where they are: whoever passes the record on keeps `values` alive.
+    Arrays stay where they are: the caller keeps `values` alive.
     """
     record = np.zeros(1, _dtype_of(values))
     record[0] = _plain(values)

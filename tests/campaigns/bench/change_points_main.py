@@ -135,10 +135,10 @@ def main() -> None:
         "cases": {name: [values.tolist() for values, _ in drawn_of] for name, drawn_of in cases.items()},
     }
     python = environment(asked.out.resolve() / "environment", PACKAGES) / "python"
-    said = subprocess.run(
+    ended = subprocess.run(
         [str(python), "-c", THEIRS], input=json.dumps(question), text=True, check=True, stdout=subprocess.PIPE
     )
-    answer = json.loads(said.stdout)
+    answer = json.loads(ended.stdout)
     rows = {
         name: {
             "ours": judged([ours(*one) for one in drawn_of], CASES[name][0]),

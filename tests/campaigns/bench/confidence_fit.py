@@ -27,8 +27,8 @@ def main(files: Annotated[list[Path], typer.Argument(help="JSON of `reconcile tr
         for row in json.loads(file.read_text(encoding="utf-8"))["rows"]:
             if row["seed"] >= FIRST_SCORED_SEED:
                 raise typer.BadParameter(f"{file}: seed {row['seed']} is scored, and no training seed")
-            said = [f for f in row["findings"] if f["effect"] != "unknown"]
-            for finding, stated in zip(said, row["stated"], strict=True):
+            named = [f for f in row["findings"] if f["effect"] != "unknown"]
+            for finding, stated in zip(named, row["stated"], strict=True):
                 gain = finding["heldout_gain"]
                 names.append((gain, finding["confidence"] / true_share(gain), stated["right"]))
     gain, alone, right = np.array(names, dtype=np.float64).T

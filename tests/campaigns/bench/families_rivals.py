@@ -52,7 +52,7 @@ def pysindy(paths: list[Path], model_file: Path) -> list[Row]:
 
 
 def answers_to(family: str, seed: int, folder: Path) -> Row:
-    """Return the rivals' answers to a case, which is drawn anew in `folder`."""
+    """Return the rivals' answers to a case, which is drawn again in `folder`."""
     case = drawn_case(family, seed)
     paths, seal = record(case, folder)
     model_file = folder / "model.toml"

@@ -134,9 +134,9 @@ class Bench:
                 stdout=asyncio.subprocess.PIPE,
             )
             try:
-                said = await self._line()
-                if said != "open":
-                    raise RuntimeError(f"the pages did not open: {said}")
+                answer = await self._line()
+                if answer != "open":
+                    raise RuntimeError(f"the pages did not open: {answer}")
                 yield
             finally:
                 if self._pages.returncode is None:

@@ -68,11 +68,11 @@ async def served(bus: str, address: str, folder: Path) -> AsyncIterator[int]:
     page = ("--record", str(folder / "recording"), "--learned", str(folder), "--hmi", address, "--serve")
     policy = ["--fifo"] if FIFO else []
     log = folder / "daemon.log"
-    with log.open("wb") as said:
+    with log.open("wb") as output:
         daemon = await asyncio.create_subprocess_exec(
             *(program, "run", *given, *page, *policy),
             stdin=asyncio.subprocess.DEVNULL,
-            stdout=said,
+            stdout=output,
             stderr=asyncio.subprocess.STDOUT,
         )
     try:
@@ -95,9 +95,9 @@ async def one_page(address: str) -> AsyncIterator[None]:
     )
     assert client.stdout is not None
     try:
-        said = await asyncio.wait_for(client.stdout.readline(), OPEN_LIMIT_S)
-        if said.strip() != b"open":
-            raise RuntimeError(f"the page did not open: {said.decode().strip()}")
+        answer = await asyncio.wait_for(client.stdout.readline(), OPEN_LIMIT_S)
+        if answer.strip() != b"open":
+            raise RuntimeError(f"the page did not open: {answer.decode().strip()}")
         yield
     finally:
         if client.returncode is None:

@@ -32,7 +32,7 @@ from reconcile.nominal_model.model_file import load_model
 from tests.campaigns.bench.main import machine_facts, write_whole
 from tests.campaigns.bench.real_rivals import RIVALS
 from tests.campaigns.bench.real_sindy import pysindy
-from tests.campaigns.bench.real_tool import Said, ask
+from tests.campaigns.bench.real_tool import ToolAnswer, ask
 
 MODELS = ("reconcile", *RIVALS, "pysindy")
 QUICK_LEFT_OUT = 2
@@ -56,10 +56,11 @@ def of_machine(
         if path.stem not in left_out:
             continue
         others = [other for other in paths if other != path]
-        said = Said("not asked", [], None, 0.0)
+        answer = ToolAnswer("not asked", [], None, 0.0)
         if "reconcile" in models:
-            said = ask(others, nominal, directory / machine.name / f"without_{path.stem}")
-            tell(f"{machine.name} without {path.stem}: {said.verdict} in {said.seconds:.0f} s {said.failure}")
+            answer = ask(others, nominal, directory / machine.name / f"without_{path.stem}")
+            how = f"{answer.verdict} in {answer.seconds:.0f} s {answer.failure}"
+            tell(f"{machine.name} without {path.stem}: {how}")
         for axis, files in axes.items():
             train = [one for k, file in enumerate(files) if k != number for one in file]
             if (
@@ -67,7 +68,7 @@ def of_machine(
                 or sum(one.used.sum() * one.data.period_s for one in train) < SHORTEST_TRAIN_S
             ):
                 continue
-            errors, why = _errors(said, train, files[number], nominal, models)
+            errors, why = _errors(answer, train, files[number], nominal, models)
             row = {
                 "machine": machine.name,
                 "axis": axis,
@@ -75,10 +76,10 @@ def of_machine(
                 "samples": int(sum(one.used.sum() for one in files[number])),
                 "measured_nm": _pooled(files[number], lambda one: one.error(0.0 * one.force_n)),
                 "errors_nm": errors,
-                "verdict": said.verdict,
-                "named": said.names(axis),
-                "failure": "; ".join(filter(None, (said.failure, why))),
-                "seconds": said.seconds,
+                "verdict": answer.verdict,
+                "named": answer.names(axis),
+                "failure": "; ".join(filter(None, (answer.failure, why))),
+                "seconds": answer.seconds,
             }
             tell(
                 f"  {axis}: "
@@ -90,12 +91,16 @@ def of_machine(
 
 
 def _errors(
-    said: Said, train: Sequence[Judged], left_out: Sequence[Judged], nominal: Path, models: Sequence[str]
+    answer: ToolAnswer,
+    train: Sequence[Judged],
+    left_out: Sequence[Judged],
+    nominal: Path,
+    models: Sequence[str],
 ) -> tuple[dict[str, float], str]:
     """By model, N; and why the tool has none."""
     errors: dict[str, float] = {}
     why = ""
-    written = said.model
+    written = answer.model
     if written is not None:
         try:
             errors["reconcile"] = _pooled(left_out, lambda one: error_of(written, one))

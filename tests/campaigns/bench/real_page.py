@@ -44,9 +44,9 @@ part of this project, and the message says who publishes them.
 def page(result: Mapping[str, Any]) -> str:
     """The page, as Markdown."""
     quick = ", --quick: with the first two recordings of each machine left out" if result["quick"] else ""
-    told = any("pysindy" in line["errors_nm"] for line in result["summary"])
+    shown = any("pysindy" in line["errors_nm"] for line in result["summary"])
     whole = all("pysindy" in line["errors_nm"] for line in result["summary"])
-    pysindy = "" if whole else " (where it was run)" if told else " (not in these figures)"
+    pysindy = "" if whole else " (where it was run)" if shown else " (not in these figures)"
     head = HEAD.format(factor=AT_MOST_OF_BOOSTING, quick=quick, pysindy=pysindy)
     return "\n".join([head, *_errors(result), "", *_answers(result)]) + "\n"
 

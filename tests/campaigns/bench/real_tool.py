@@ -12,7 +12,7 @@ from reconcile.diagnosis.diagnose import diagnose
 from reconcile.errors import ReconcileError
 
 
-class Said(NamedTuple):
+class ToolAnswer(NamedTuple):
     """What the tool says of some recordings."""
 
     verdict: str
@@ -27,13 +27,13 @@ class Said(NamedTuple):
         return [f"{one['effect']} {100.0 * one['confidence']:.0f} %" for one in own]
 
 
-def ask(paths: Sequence[Path], nominal: Path, out: Path) -> Said:
+def ask(paths: Sequence[Path], nominal: Path, out: Path) -> ToolAnswer:
     """Diagnose; a refusal is an answer too."""
     started_s = time.perf_counter()
     try:
         found = diagnose(paths, nominal, out, with_report=False, with_next=False)
     except ReconcileError as refused:
-        return Said(
+        return ToolAnswer(
             "refused",
             [],
             None,
@@ -42,6 +42,6 @@ def ask(paths: Sequence[Path], nominal: Path, out: Path) -> Said:
         )
     except Exception as error:  # noqa: BLE001  # the other recordings are wanted all the same
         failure = f"{type(error).__name__}: {error}"
-        return Said("failed", [], None, time.perf_counter() - started_s, failure)
+        return ToolAnswer("failed", [], None, time.perf_counter() - started_s, failure)
     seconds = time.perf_counter() - started_s
-    return Said(found.verdict["verdict"], found.verdict["findings"], found.model_file, seconds)
+    return ToolAnswer(found.verdict["verdict"], found.verdict["findings"], found.model_file, seconds)

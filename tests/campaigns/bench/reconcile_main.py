@@ -21,7 +21,7 @@ from rich.table import Table
 from reconcile.diagnosis.diagnose import diagnose
 from tests.campaigns.bench import reconcile_time, sindy_peer, sindy_trial
 from tests.campaigns.bench.main import machine_facts, write_whole
-from tests.campaigns.bench.reconcile_score import Said, judge, summary
+from tests.campaigns.bench.reconcile_score import ToolAnswer, judge, summary
 from tests.campaigns.blind import draw, record
 from tests.campaigns.blind.case import Case
 from tests.campaigns.blind.recorded import SEALED
@@ -30,7 +30,7 @@ SCORED_FROM = 100_400
 """Seeds below 10 000, and 100 000 to 100 399, are for training: thresholds of both sides come from them."""
 
 
-def by_reconcile(paths: Sequence[Path], directory: Path) -> Said:
+def by_reconcile(paths: Sequence[Path], directory: Path) -> ToolAnswer:
     """What `reconcile diagnose` says."""
     started_s = time.perf_counter()
     verdict = diagnose(paths, directory / "model.toml", directory / "out").verdict
@@ -41,7 +41,7 @@ def by_reconcile(paths: Sequence[Path], directory: Path) -> Said:
         for channel in ("force", "deviation")
         if channel in channels
     }
-    return Said(
+    return ToolAnswer(
         verdict["verdict"],
         verdict["findings"],
         {key: fit["after"]["heldout"] / fit["refitted"]["heldout"] for key, fit in fits.items()},
@@ -50,27 +50,30 @@ def by_reconcile(paths: Sequence[Path], directory: Path) -> Said:
     )
 
 
-def by_sindy(paths: Sequence[Path], directory: Path) -> Said:
+def by_sindy(paths: Sequence[Path], directory: Path) -> ToolAnswer:
     """What PySINDy says; of equivalents it knows the catalogue's."""
     started_s = time.perf_counter()
-    said = sindy_trial.answer(paths, directory / "model.toml")
+    answer = sindy_trial.answer(paths, directory / "model.toml")
     seconds = time.perf_counter() - started_s
     left, level = (
         {
             f"{axis} {channel}": value
-            for axis, channels in said[key].items()
+            for axis, channels in answer[key].items()
             for channel, value in channels.items()
         }
         for key in ("left", "level")
     )
-    return Said(said["verdict"], said["findings"], left, level, seconds)
+    return ToolAnswer(answer["verdict"], answer["findings"], left, level, seconds)
 
 
-TOOLS: dict[str, Callable[[Sequence[Path], Path], Said]] = {"reconcile": by_reconcile, "pysindy": by_sindy}
+TOOLS: dict[str, Callable[[Sequence[Path], Path], ToolAnswer]] = {
+    "reconcile": by_reconcile,
+    "pysindy": by_sindy,
+}
 
 
-def asked(case: Case) -> tuple[dict[str, Any], dict[str, Said]]:
-    """The truth, and the answers of both to a case. One that fails has said nothing, and why is kept."""
+def asked(case: Case) -> tuple[dict[str, Any], dict[str, ToolAnswer]]:
+    """The truth, and the answers of both to a case. Of one that fails the reason is kept."""
     answers = {}
     with tempfile.TemporaryDirectory() as name:
         directory = Path(name)
@@ -79,40 +82,40 @@ def asked(case: Case) -> tuple[dict[str, Any], dict[str, Said]]:
             try:
                 answers[tool] = ask(paths, directory)
             except Exception as error:  # noqa: BLE001  # the other cases are wanted all the same
-                answers[tool] = Said("failed", [], {}, {}, 0.0, f"{type(error).__name__}: {error}")
+                answers[tool] = ToolAnswer("failed", [], {}, {}, 0.0, f"{type(error).__name__}: {error}")
         truth = json.loads((directory / SEALED / "truth.json").read_text(encoding="utf-8"))
     return truth, answers
 
 
 def compare(seeds: Sequence[int], progress: Callable[[str], None]) -> dict[str, Any]:
     """All cases, then the lines of both."""
-    judged: dict[str, list[tuple[dict[str, Any], Said]]] = {tool: [] for tool in TOOLS}
+    judged: dict[str, list[tuple[dict[str, Any], ToolAnswer]]] = {tool: [] for tool in TOOLS}
     rows = []
     for seed in seeds:
         truth, answers = asked(draw(seed))
         row: dict[str, Any] = {"seed": seed, "kind": truth["kind"]}
-        for tool, said in answers.items():
-            marks = judge(truth, said)
-            judged[tool].append((marks, said))
+        for tool, answer in answers.items():
+            marks = judge(truth, answer)
+            judged[tool].append((marks, answer))
             row["planted"] = marks["planted"]
             row[tool] = {
                 **{key: marks[key] for key in ("first", "found", "false")},
-                "named": [[one["effect"], *one["equivalent"]] for one in said.findings],
-                **{key: value for key, value in said._asdict().items() if key != "findings"},
+                "named": [[one["effect"], *one["equivalent"]] for one in answer.findings],
+                **{key: value for key, value in answer._asdict().items() if key != "findings"},
             }
         rows.append(row)
         hidden = ", ".join(
             effect["name"] + (f" ({effect['why_not']})" if effect["why_not"] else "")
             for effect in row["planted"]
         )
-        answers_text = "; ".join(f"{tool}: {_answer(said)}" for tool, said in answers.items())
+        answers_text = "; ".join(f"{tool}: {_answer(answer)}" for tool, answer in answers.items())
         progress(f"{seed} {truth['kind']} [{hidden}]: {answers_text}")
     return {"summary": {tool: summary(own) for tool, own in judged.items()}, "cases": rows}
 
 
-def _answer(said: Said) -> str:
-    names = ", ".join(one["effect"] for one in said.findings)
-    return f"{names or said.failure or said.verdict} ({said.seconds:.0f} s)"
+def _answer(answer: ToolAnswer) -> str:
+    names = ", ".join(one["effect"] for one in answer.findings)
+    return f"{names or answer.failure or answer.verdict} ({answer.seconds:.0f} s)"
 
 
 def table_of(lines: dict[str, dict[str, Any]]) -> Table:

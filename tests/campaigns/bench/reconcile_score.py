@@ -14,7 +14,7 @@ Row = Mapping[str, Any]
 SOUND = ("none", "parameters")
 
 
-class Said(NamedTuple):
+class ToolAnswer(NamedTuple):
     """A tool's answer to a case."""
 
     verdict: str
@@ -40,10 +40,10 @@ def finding(axis: str, effect: str, equivalent: Sequence[str], share: float) -> 
     }
 
 
-def judge(truth: Row, said: Said) -> dict[str, Any]:
+def judge(truth: Row, answer: ToolAnswer) -> dict[str, Any]:
     """The blind trials' row of a case; parameters are left aside, for the peer states none."""
     bare = {**truth, "effects": [{**effect, "parameters": {}} for effect in truth["effects"]]}
-    row = score(bare, {"verdict": said.verdict, "findings": said.findings})
+    row = score(bare, {"verdict": answer.verdict, "findings": answer.findings})
     return {key: row[key] for key in ("kind", "planted", "first", "found", "false", "called_unknown")}
 
 
@@ -77,7 +77,7 @@ LINES: dict[str, tuple[Callable[[Row], bool], Callable[[Row], bool]]] = {
 """Which cases are asked, and what is counted. All effects are the observable ones."""
 
 
-def summary(answers: Sequence[tuple[Row, Said]]) -> dict[str, dict[str, Any]]:
+def summary(answers: Sequence[tuple[Row, ToolAnswer]]) -> dict[str, dict[str, Any]]:
     """Every line with its count and 95 % interval (Wilson), then the held-out error and the time."""
     lines: dict[str, dict[str, Any]] = {}
     for name, (asked, counted) in LINES.items():
@@ -85,11 +85,11 @@ def summary(answers: Sequence[tuple[Row, Said]]) -> dict[str, dict[str, Any]]:
         hits = sum(marks)
         lines[name] = {"count": hits, "of": len(marks), "ci95": wilson(hits, len(marks))}
     lines["false names a case"] = {"value": _mean([len(row["false"]) for row, _ in answers])}
-    left = [math.log(value) for _, said in answers for value in said.left.values()]
+    left = [math.log(value) for _, answer in answers for value in answer.left.values()]
     lines["held-out RMS over the refitted model's, geometric mean"] = {"value": math.exp(_mean(left))}
-    seconds = [said.seconds for _, said in answers if not said.failure]
+    seconds = [answer.seconds for _, answer in answers if not answer.failure]
     lines["seconds a case, median"] = {"value": float(np.median(seconds)) if seconds else math.nan}
-    lines["failures"] = {"value": float(sum(bool(said.failure) for _, said in answers))}
+    lines["failures"] = {"value": float(sum(bool(answer.failure) for _, answer in answers))}
     return lines
 
 

@@ -2,7 +2,7 @@
 
 For each sense the optimisers of PySINDy (STLSQ over thresholds and ridges, alone and as the median of an
 ensemble over resampled blocks; SR3; FROLS) propose supports on half of every recording. The next quarter
-chooses among them. The chosen terms, fitted anew on three quarters, are named by their effects and ranked by
+chooses among them. The chosen terms, refitted on three quarters, are named by their effects and ranked by
 the variance that the model loses without them. The last quarter is what `reconcile` holds out too.
 `RULES` were set on the training seeds of the blind trials (below 10000), none of which is scored.
 """
@@ -52,7 +52,7 @@ RULES = Rules()
 
 
 class Held(NamedTuple):
-    """RMS on the quarter held out, SI: what every model has, fitted anew; and with the terms chosen."""
+    """RMS on the quarter held out, SI: what every model has, refitted; and with the terms chosen."""
 
     refitted: float
     after: float

@@ -19,7 +19,7 @@ from reconcile.catalogue.registry import ENTRIES
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import load_recordings
 from reconcile.sensing.checks import examine
-from tests.campaigns.bench.reconcile_score import LINES, Said, finding, judge
+from tests.campaigns.bench.reconcile_score import LINES, ToolAnswer, finding, judge
 from tests.campaigns.bench.sindy_peer import RULES, chosen, proposals
 from tests.campaigns.blind import draw, record
 from tests.campaigns.blind.recorded import SEALED
@@ -47,8 +47,8 @@ def main(
         found = proposals([r for r in recordings if r.axis == "x"], model.axes["x"], RULES)
         for complexity, share in right:
             peer = chosen(found, RULES._replace(complexity=complexity, least_share=share))
-            said = [finding("x", name, ENTRIES[name].equivalent, gain) for name, gain in peer.named]
-            row = judge(truth, Said("effects", said, {}, {}, 0.0))
+            named = [finding("x", name, ENTRIES[name].equivalent, gain) for name, gain in peer.named]
+            row = judge(truth, ToolAnswer("effects", named, {}, {}, 0.0))
             right[complexity, share] += sum(asked(row) and counted(row) for asked, counted in RIGHT)
             false[complexity, share] += bool(row["false"])
         console.print(f"{seed} {truth['kind']}", highlight=False)

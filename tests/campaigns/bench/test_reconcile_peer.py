@@ -8,7 +8,7 @@ import pytest
 
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import AxisRecording
-from tests.campaigns.bench.reconcile_score import Said, finding, judge, summary
+from tests.campaigns.bench.reconcile_score import ToolAnswer, finding, judge, summary
 
 T, N = 2e-3, 5_000
 LEAD_M = 5e-3
@@ -74,9 +74,9 @@ def test_the_peers_names_are_counted_by_the_rule_of_the_blind_trials() -> None:
         _said("stribeck_friction"),
         _said("backlash", "stribeck_friction"),
         _said(("quadratic_viscous_friction", "stribeck_friction")),
-        Said("failed", [], {}, {}, 0.0, "it fell over"),
+        ToolAnswer("failed", [], {}, {}, 0.0, "it fell over"),
     ]
-    lines = summary([(judge(truth, said), said) for said in answers])
+    lines = summary([(judge(truth, answer), answer) for answer in answers])
     assert lines["first name right, one effect"]["count"] == 1
     assert lines["first name right or of its class"]["count"] == 2
     assert lines["found at all, one effect"]["count"] == 3
@@ -85,7 +85,7 @@ def test_the_peers_names_are_counted_by_the_rule_of_the_blind_trials() -> None:
     assert lines["first name right, one effect"]["of"] == 4
 
 
-def _said(*names: str | tuple[str, str]) -> Said:
+def _said(*names: str | tuple[str, str]) -> ToolAnswer:
     """Effects, some with an equivalent."""
     pairs = [(name, ()) if isinstance(name, str) else (name[0], name[1:]) for name in names]
-    return Said("effects", [finding("x", name, alike, 0.5) for name, alike in pairs], {}, {}, 1.0)
+    return ToolAnswer("effects", [finding("x", name, alike, 0.5) for name, alike in pairs], {}, {}, 1.0)

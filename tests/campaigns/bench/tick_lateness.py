@@ -99,8 +99,8 @@ async def _measure(progress: Callable[[str], None], rounds: int) -> Section:
                         cyclictest.run, ticks.served, machine.bus.sync_period_us, fifo=fifo
                     )
                 except subprocess.SubprocessError as error:
-                    said = str(getattr(error, "stderr", "") or error).strip().splitlines()
-                    skips["cyclictest"] = Skip("cyclictest", f"failed: {said[-1]}")
+                    answer = str(getattr(error, "stderr", "") or error).strip().splitlines()
+                    skips["cyclictest"] = Skip("cyclictest", f"failed: {answer[-1]}")
                     continue
                 yardstick[policy] = yardstick.get(policy, Counter()) + counts
     return _section(ours, yardstick, list(skips.values()))

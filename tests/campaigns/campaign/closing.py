@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def while_closing(monkeypatch: pytest.MonkeyPatch, happen: Callable[[], None], *, first: bool) -> None:
-    """`happen`, heard by whoever still listens, before what closes the recording does its work, or behind."""
+    """`happen`, seen by those that still listen, before the recording is closed, or after it."""
     to_thread = asyncio.to_thread
 
     async def closing(work: Callable[..., Any], *what: Any) -> Any:

@@ -22,7 +22,7 @@ WRITES = (
 
 
 def node_silent(context: FaultContext) -> None:
-    """The node's cable is cut: it hears nothing, and nobody hears it. Its own time goes on."""
+    """The node's cable is cut: it receives nothing, and nobody receives from it. Its own time goes on."""
     node, wire = context.node, context.wire
     its = {base + node for base in (EMCY, TPDO, TPDO + 0x100, SDO_FROM, HEARTBEAT)}
     slave = context.slave
@@ -40,13 +40,13 @@ def node_silent(context: FaultContext) -> None:
         slave.pdos.sample, slave.activate, slave.heartbeats.on_heartbeat = kept
 
     bench = context.stand.bench
-    bench._tables_of_all = lambda: None  # type: ignore[method-assign]  # each node hears for itself
+    bench._tables_of_all = lambda: None  # type: ignore[method-assign]  # each node receives for itself
     bench._route()
     wire.inbound, wire.nodes = inbound, deaf
 
 
 def node_restarts(context: FaultContext) -> None:
-    """The node's supply dips: it boots anew, without power and without its configuration."""
+    """The node's supply dips: it boots again, without power and without its configuration."""
 
     def restart() -> None:
         context.slave.start()

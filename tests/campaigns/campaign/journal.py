@@ -1,6 +1,6 @@
 """The runs that were made, a line each, so that a campaign that is broken off goes on where it was.
 
-The first line says what was run: where the sources have changed since, the campaign begins anew.
+The first line identifies what was run: where the sources have changed since, the campaign starts again.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Result(NamedTuple):
     happened: bool
     """Whether the state was reached and the fault came."""
     cycles: int | None
-    """From the fault to the first frame that tells of the reaction; None where there is to be none."""
+    """From the fault to the first frame that shows the reaction; None where there is to be none."""
     bound: int | None
     violations: tuple[str, ...]
 

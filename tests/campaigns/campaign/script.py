@@ -40,7 +40,7 @@ LONGEST = {
 class Operator:
     """Of one run. `happen` lets the fault happen; the run is ended `watched` ticks after it.
 
-    `arrived` tells whether the state was reached.
+    `arrived` says whether the state was reached.
     """
 
     def __init__(

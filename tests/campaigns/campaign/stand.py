@@ -102,7 +102,7 @@ class Stand:
         self.bench.start()
 
     def afterlife(self, span_s: float) -> None:
-        """Time goes on for the nodes, whoever is left on the bus."""
+        """Time goes on for the nodes that are left on the bus."""
         for _ in range(round(span_s / 1e-3)):
             self.bench.advance(20)
             self.bench.run_timers()

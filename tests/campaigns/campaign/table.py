@@ -1,4 +1,4 @@
-"""What a campaign has shown, as campaign.json tells it: by fault and state, and violations by their seeds."""
+"""What a campaign has shown, as campaign.json has it: by fault and state, and violations by their seeds."""
 
 from __future__ import annotations
 

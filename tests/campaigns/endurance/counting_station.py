@@ -4,8 +4,8 @@ Run as `python -m tests.campaigns.endurance.counting_station SOCKET`. A line on 
 line of JSON; "begin" forgets what was counted. It reads the hub's 16-byte frames themselves: nothing of the
 controller's or the simulator's own counting is in it.
 
-It has two ears. One hears SYNC alone, and its time; the other hears everything, and is read when a SYNC has
-come. Waking up for each frame of a full bus would take the processor from those who are watched.
+It has two sockets. One receives SYNC alone, and its time; the other receives everything, and is read when a
+SYNC has come. Waking up for each frame of a full bus would take the processor from those who are watched.
 """
 
 import json

@@ -3,7 +3,7 @@
 Run as `python -m tests.campaigns.endurance.foreign_station SOCKET BITS_PER_S`. A line on its input is
 answered with what was sent so far; "rate N" sets another rate. The frames change from one to the next, and
 each counts with its own stuff bits: the sum of sent bits follows rate x time, whatever a single frame weighs.
-It hears nothing.
+It receives nothing.
 """
 
 import json

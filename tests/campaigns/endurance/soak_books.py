@@ -95,7 +95,7 @@ def memory(lines: list[Line]) -> dict[str, Any]:
 
 
 def objects(lines: list[Line]) -> dict[str, Any]:
-    """Growth of the controller's objects within the longest run: the collector rests while it cycles."""
+    """Growth of the controller's objects within the longest run: the collector is off while it cycles."""
     longest = max(lines, key=lambda line: line["machine_s"], default=None)
     if longest is None:
         return {}
@@ -112,7 +112,7 @@ def _longest(lines: list[Line]) -> str:
 
 
 def _written(lines: list[Line]) -> int:
-    """Bytes of all recordings; each line tells those of its session so far."""
+    """Bytes of all recordings; each line has those of its session so far."""
     last: dict[str, int] = {}
     for line in lines:
         last[line["session"]] = line["recorded_bytes"]

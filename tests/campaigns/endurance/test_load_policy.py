@@ -112,5 +112,5 @@ async def test_disk_that_hangs_costs_rows_that_are_counted_and_never_the_motion(
 
 
 def let_go(pipe: Path) -> None:
-    """Let the writer's thread end: whoever opens the other end and goes away breaks the pipe."""
+    """Let the writer's thread end: opening the other end and closing it breaks the pipe."""
     os.close(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK))

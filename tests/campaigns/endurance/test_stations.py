@@ -59,7 +59,7 @@ async def test_load_station_counts_match_those_of_the_observer() -> None:
 
 
 class Report:
-    """What a run tells of itself, as far as the books read it."""
+    """What a run reports of itself, as far as the books read it."""
 
     def __init__(self, cycles: int, missed_ticks: int) -> None:
         self.cycles, self.missed_ticks = cycles, missed_ticks

@@ -103,7 +103,7 @@ class Slope(NamedTuple):
     over_h: float
 
     def verdict(self, flat: float) -> str:
-        """What can be said of it where growth below `flat` an hour is none."""
+        """What is known of it where growth below `flat` an hour is none."""
         if self.blocks < LEAST_BLOCKS or self.over_h < LEAST_H:
             return "too short to tell"
         if self.high <= flat:

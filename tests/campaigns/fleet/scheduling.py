@@ -2,7 +2,7 @@
 
 Workers take the next task of the scheduler's queue at once. The client gathers, keeps and submits one
 after the other, with three tasks a worker under way (reconcile/fleet/cluster.py). A worker that is lost
-comes back at once and begins its task anew.
+comes back at once and starts its task again.
 """
 
 import heapq
@@ -36,7 +36,7 @@ class Outcome(NamedTuple):
 
 
 def simulated(fleet: Fleet, measured_s: Sequence[float], seed: int = 1) -> Outcome:
-    """Run the fleet; each task takes one of the measured times, drawn anew."""
+    """Run the fleet; each task takes one of the measured times, drawn again."""
     rng = random.Random(seed)
     drawn = iter(rng.choices(measured_s, k=fleet.axes))
     ends: list[tuple[float, int]] = []

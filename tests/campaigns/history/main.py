@@ -127,7 +127,7 @@ def found(address: str, query: str) -> int:
     return sum(any(value is not None for value in row[1:]) for row in rows)
 
 
-def said(python: Path, program: str, document: object) -> str:
+def output_of(python: Path, program: str, document: object) -> str:
     """Return what a program prints for a document."""
     done = subprocess.run(
         [str(python), "-c", program],
@@ -142,7 +142,7 @@ def said(python: Path, program: str, document: object) -> str:
 def trial(python: Path) -> dict[str, Any]:
     """Write one point of each kind, and run every query of the dashboard. Raises SystemExit."""
     written = [point for topic, payload in messages().items() for point in points(topic, payload)]
-    lines = said(
+    lines = output_of(
         python, LINES, [[one.measurement, one.tags, one.fields, one.time or None] for one in written]
     )
     dashboard = json.loads(DASHBOARD.read_text(encoding="utf-8"))
@@ -152,7 +152,7 @@ def trial(python: Path) -> dict[str, Any]:
         asked(address, "/query", b"", q=f"CREATE DATABASE {DATABASE}")
         asked(address, "/write", lines.encode(), db=DATABASE)
         answers = {query: found(address, query) for query in queries}
-    loaded = json.loads(said(python, LOADED, dashboard))
+    loaded = json.loads(output_of(python, LOADED, dashboard))
     return {
         "points": len(lines.splitlines()),
         "measurements": sorted({one.measurement for one in written}),

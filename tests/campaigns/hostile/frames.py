@@ -74,7 +74,7 @@ def noise(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[Hostil
 
 
 def islanded(rng: Random) -> Iterator[HostileFrame]:
-    """An error frame of any class but bus-off, which ends whoever believes it."""
+    """An error frame of any class but bus-off, which ends any program that believes it."""
     yield HostileFrame(rng.getrandbits(9) & ~0x40, rng.randbytes(8), error=True)
 
 
@@ -235,7 +235,7 @@ FAMILIES: dict[str, Generator] = {
 OBEYED = frozenset(
     {"noise", "mutated_traffic", "sdo_flood", "half_transfers", "nmt_storm", "impostor_set_points"}
 )
-"""Families with frames that a drive has to obey, whoever sends them."""
+"""Families with frames that a drive has to obey, whichever node sends them."""
 
 
 NEVER_HARMLESS = frozenset({"nmt_storm", "impostor_set_points", "sync_storm", "own_heartbeat"})

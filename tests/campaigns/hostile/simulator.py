@@ -29,7 +29,7 @@ class Window:
         self._begin()
 
     def tell(self) -> None:
-        """One line; then it begins anew."""
+        """One line; then it starts again."""
         finite = bool(np.isfinite(self._position).all() and np.isfinite(self._velocity).all())
         figures: dict[str, Any] = {
             "start_m": self._start.tolist(),

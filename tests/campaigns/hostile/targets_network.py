@@ -94,7 +94,7 @@ def local_request(data: bytes) -> None:
         request = bench.requests.read(data)
         if isinstance(request, LocalRequest):
             bench.requests.carry_out(request, answers.append)
-            while not answers:  # noqa: ASYNC110  # what answers later tells nobody
+            while not answers:  # noqa: ASYNC110  # a later answer raises no event
                 await asyncio.sleep(0)
         else:
             answers.append(request)

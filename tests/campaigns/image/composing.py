@@ -36,13 +36,13 @@ def engine(place: Path) -> dict[str, str]:
     """Return an environment in which podman starts a process. Raises SystemExit."""
     configuration = place / "containers.conf"
     configuration.write_text(CONFINED, encoding="utf-8")
-    said = []
+    output = []
     for variables in (ENVIRONMENT, ENVIRONMENT | {"CONTAINERS_CONF": str(configuration)}):
         done = podman("run", "--rm", "--network", "host", IMAGE, "true", environment=variables)
         if done.returncode == 0:
             return variables
-        said.append(done.stderr)
-    raise SystemExit("podman starts no process here:\n" + "\n".join(said))
+        output.append(done.stderr)
+    raise SystemExit("podman starts no process here:\n" + "\n".join(output))
 
 
 class Bench(NamedTuple):
@@ -80,8 +80,8 @@ class Bench(NamedTuple):
 
     def log(self, service: str) -> str:
         """The last lines that a service has printed."""
-        said = podman("logs", "--tail", "40", f"servo_{service}_1", environment=self.environment)
-        return said.stdout + said.stderr
+        output = podman("logs", "--tail", "40", f"servo_{service}_1", environment=self.environment)
+        return output.stdout + output.stderr
 
     def healthy_after_s(self, service: str, bound_s: float) -> float:
         """Run the health check as podman's timer would, which needs systemd. Raises SystemExit."""

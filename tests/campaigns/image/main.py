@@ -87,19 +87,22 @@ def asked(path: str, certificate: Path, form: dict[str, str] | None = None) -> t
 
 
 def page_of(here: Bench, token: str) -> dict[str, Any]:
-    """See the page from the host: a stranger gets the log-in, a wrong token nothing, the token the bench."""
+    """See the page from the host: a client without a token gets the log-in."""
     certificate = here.project / "secrets" / "bench.pem"
     deadline_s = (
         time.monotonic() + HEALTHY_WITHIN_S
     )  # the page is a process that starts behind the controller
     while here.inside("servo-ctrl", "python", "-c", CONNECT).returncode != 0:
         expect(time.monotonic() < deadline_s, f"no page: {here.log('servo-ctrl')}")
-    stranger = asked("/", certificate)
+    without_token = asked("/", certificate)
     wrong = asked("/login", certificate, {"token": "0" * 43})
     right = asked("/login", certificate, {"token": token})
-    expect("token" in stranger[1].lower() and wrong[0] == 401, f"a stranger gets in: {stranger} {wrong}")
+    expect(
+        "token" in without_token[1].lower() and wrong[0] == 401,
+        f"no token, yet in: {without_token} {wrong}",
+    )
     expect(right[0] == 200 and "nicegui" in right[1], f"the token is refused: {right}")
-    return {"stranger": stranger[0], "wrong token": wrong[0], "token": right[0]}
+    return {"stranger": without_token[0], "wrong token": wrong[0], "token": right[0]}
 
 
 def confinement(here: Bench, service: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Survivors that cannot be told from the file as it is, or need not be: the list in docs/mutation.md."""
+"""Survivors that behave as the file as it is, or need not differ: the list in docs/mutation.md."""
 
 import re
 from functools import cache

@@ -155,7 +155,7 @@ def main(
     json_file: Annotated[Path, typer.Option("--json", help="Where the figures go.")],
     only: Annotated[list[str] | None, typer.Option(help="These files; repeatable.")] = None,
     folder: Annotated[Path, typer.Option(help="The copy in which mutants live.")] = Path("out/mutation"),
-    fresh: Annotated[bool, typer.Option("--fresh", help="Judge anew what was killed before.")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Judge again what was killed before.")] = False,
 ) -> None:
     """Mutate, print a table, write the JSON file whole. Exit status 1 where a survivor is not explained."""
     console = Console()

@@ -67,13 +67,13 @@ def _rows(found: Mapping[str, Any], shipped: Mapping[str, Any], families: Sequen
         low_is_good = bar.at_most if isinstance(bar, Bar) else name in {"failed", "unknown_of_quiet"}
         worst, before = (_worst(one, name, low_is_good=low_is_good) for one in (found, shipped))
         title = bar.title if isinstance(bar, Bar) else bar
-        told = f"{'at most' if low_is_good else 'at least'} {bar.share:.2f}" if isinstance(bar, Bar) else ""
+        text = f"{'at most' if low_is_good else 'at least'} {bar.share:.2f}" if isinstance(bar, Bar) else ""
         verdict = ""
         if isinstance(bar, Bar) and worst is not None:
             enough = all(one["of"] >= ENOUGH for one in of_family.values())
             verdict = ("met" if enough else "within, too few to say") if bar.met(worst) else "**missed**"
         cells = " | ".join(_cell(one) for one in of_family.values())
-        yield f"| {title} | {told} | {cells} | {_share(worst)} | {verdict} | {_share(before)} |"
+        yield f"| {title} | {text} | {cells} | {_share(worst)} | {verdict} | {_share(before)} |"
 
 
 def _worst(found: Mapping[str, Any], name: str, *, low_is_good: bool) -> float | None:
@@ -138,19 +138,19 @@ def _wrong(scores: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     ).most_common()
     observable = Counter(name for row in scores for name in row.get("right", {}))
     false = Counter(name for row in scores for name in row.get("false", [])).most_common()
-    told = ", ".join(f"{name} {count} of {observable[name]}" for name, count in missed)
-    yield f"Observable effects not named: {told or 'none'}."
-    told = ", ".join(f"{name} {count}" for name, count in false)
-    yield f"False names: {told or 'none'}."
+    text = ", ".join(f"{name} {count} of {observable[name]}" for name, count in missed)
+    yield f"Observable effects not named: {text or 'none'}."
+    text = ", ".join(f"{name} {count}" for name, count in false)
+    yield f"False names: {text or 'none'}."
     unclear = Counter(
         key.split(".")[0] for row in scores for key, held in row.get("covered", {}).items() if not held
     ).most_common()
-    told = ", ".join(f"{name} {count}" for name, count in unclear)
+    text = ", ".join(f"{name} {count}" for name, count in unclear)
     bare = Counter(
         name for row in scores for name in row.get("right", {}) if name not in row["with_parameter"]
     ).most_common()
     without = ", ".join(f"{name} {count}" for name, count in bare)
-    yield f"Intervals that miss: {told or 'none'}."
+    yield f"Intervals that miss: {text or 'none'}."
     for row in scores:
         if "error" in row:  # the last line that the tool wrote
             why = row["error"] if isinstance(row["error"], str) else row["error"][-1]

@@ -27,7 +27,7 @@ class Generated(NamedTuple):
     sources: tuple[str, ...]
     """What is read, from the root of the project."""
     filled: Callable[[str], str]
-    """The document with its generated text made anew, from the document as it is."""
+    """The document with its generated text remade, from the document as it is."""
 
 
 def _figures(source: str) -> Any:

@@ -1,4 +1,4 @@
-"""Make every generated table and page of the documents anew: `make pages`."""
+"""Make every generated table and page of the documents: `make pages`."""
 
 import argparse
 
@@ -23,7 +23,7 @@ def main() -> None:
                 file.write_text(after, encoding="utf-8")
     if asked.check and stale:
         parser.exit(1, f"out of date: {', '.join(stale)}; run: make pages\n")
-    print("\n".join(f"made anew: {page}" for page in stale) or "every page is that of its figures")
+    print("\n".join(f"remade: {page}" for page in stale) or "every page is that of its figures")
 
 
 if __name__ == "__main__":

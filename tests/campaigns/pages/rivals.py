@@ -90,10 +90,10 @@ def section(
     )
     yield ""
     yield from _lines(summary(same), summary(theirs), families)
-    told = ", ".join(
+    text = ", ".join(
         f"{name} {one.complexity:g}/{one.least_share:g}/{one.left_share:g}" for name, one in rules.items()
     )
-    yield f"PySINDy's complexity, least share and share left to be unknown: {told}."
+    yield f"PySINDy's complexity, least share and share left to be unknown: {text}."
     yield ""
     yield from _gains(asked, answers, families)
     yield from _fits(asked, answers, rules, families)

@@ -41,7 +41,7 @@ def table(rows: list[list[str]]) -> str:
 
 
 def filled(document: str, tables: dict[str, Any]) -> str:
-    """Return the document with its marked tables made anew.
+    """Return the document with its marked tables remade.
 
     Raises:
         ValueError: the document marks a table that the JSON lacks, or the other way round.

@@ -51,7 +51,7 @@ def test_loops_of_equation_3_are_a_cascade_and_damped() -> None:
 
 
 def test_velocity_step_is_that_of_figure_6() -> None:
-    """The table rests until the driving force is the static friction; then the force ends at the friction."""
+    """The table stands until the force reaches the static friction; the force ends at the friction."""
     plant = build_plant(CONFIG)
     plant.setpoint["loop"] = amplifier.VELOCITY
     plant.setpoint["velocity_m_s"] = 0.01

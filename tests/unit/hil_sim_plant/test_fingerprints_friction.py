@@ -114,7 +114,7 @@ def test_dwell_dependent_breakaway_grows_with_the_dwell_alone(bench: Any) -> Non
     rests_s = np.array([0.1, 0.5, 3.0])
     aged = {"dwell_dependent_breakaway": dwell_dependent_breakaway.Params(6.0, 0.5, 10e-6)}
     peaks = [breakaway_n(bench, rest, 1.0, **aged) for rest in rests_s]
-    ramp_s = np.array(peaks) / 100.0  # it rests during the ramp too
+    ramp_s = np.array(peaks) / 100.0  # it is at rest during the ramp too
     assert np.array(peaks) == pytest.approx(COULOMB_N + 6.0 * -np.expm1(-(rests_s + ramp_s) / 0.5), abs=0.7)
     assert peaks[0] < peaks[1] - 1.0 < peaks[2] - 2.0
     bump = {"stribeck_friction": stribeck_friction.Params(6.0, 0.004)}

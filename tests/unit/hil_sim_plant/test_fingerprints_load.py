@@ -123,8 +123,8 @@ def test_cross_axis_coupling_follows_the_other_axis_at_the_same_instant(calls: i
         advance(*plant, 20_000 // calls, config.dt_s)
         x, y = plant.state
         error_m = 200e-6 * x["table_position_m"] + 1e-3 * x["table_position_m"] ** 2
-        told_m = y["scale_counts"] * 0.1e-6
-        assert told_m - y["table_position_m"] == pytest.approx(error_m, abs=0.051e-6)
+        shown_m = y["scale_counts"] * 0.1e-6
+        assert shown_m - y["table_position_m"] == pytest.approx(error_m, abs=0.051e-6)
     assert x["table_position_m"] > 0.015
     assert abs(y["table_position_m"]) < 1e-7
 

@@ -86,7 +86,7 @@ def test_thermal_expansion_drifts_in_proportion_to_the_distance_from_the_fixed_e
 def test_lead_error_periodic_and_encoder_eccentricity_are_one_class_without_a_third_sensor(
     bench: Any,
 ) -> None:
-    """Once a turn in both. What tells is where the motor really is: here the state, there a third sensor."""
+    """Once a turn in both. They differ in where the motor really is: here the state, there a third sensor."""
     wobbling = bench(lead_error_periodic=lead_error_periodic.Params(3e-6, 1.0, 0.7))
     eccentric = bench(encoder_eccentricity=encoder_eccentricity.Params(-3e-6, 0.7))
     for axis, encoder_m in ((wobbling, 0.0), (eccentric, -3e-6)):
@@ -94,9 +94,9 @@ def test_lead_error_periodic_and_encoder_eccentricity_are_one_class_without_a_th
         run = axis.observe(0.3, velocity=lambda _: 0.1)
         expected = 3e-6 * np.sin(TURN_RAD_M * run.position_m + 0.7) - start_m
         assert run.deviation_m == pytest.approx(expected, abs=NOISE_M)
-        told_m = LEAD_M / 2**20 * float(axis.state["encoder_counts"])
+        shown_m = LEAD_M / 2**20 * float(axis.state["encoder_counts"])
         error_m = encoder_m * (math.sin(TURN_RAD_M * run.position_m[-1] + 0.7) - math.sin(0.7))
-        assert told_m - run.position_m[-1] == pytest.approx(error_m, abs=NOISE_M)
+        assert shown_m - run.position_m[-1] == pytest.approx(error_m, abs=NOISE_M)
 
 
 def test_encoder_eccentricity_lets_a_loop_on_the_encoder_turn_unevenly(bench: Any) -> None:

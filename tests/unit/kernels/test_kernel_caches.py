@@ -111,7 +111,7 @@ def test_a_change_in_a_room_that_is_called_reaches_the_caller(house: Path) -> No
 
 def test_read_only_files_are_cached_elsewhere(house: Path, tmp_path: Path) -> None:
     for package in (house / "servo_ctrl" / "upper", house / "servo_ctrl" / "lower"):
-        (package / "__pycache__").write_text("no folder can be made here, whoever asks", encoding="utf-8")
+        (package / "__pycache__").write_text("no folder can be made here by any user", encoding="utf-8")
     own = {"XDG_CACHE_HOME": str(tmp_path / "own")}
     assert [output(house, **own), output(house, **own)] == ["7.0 0", "7.0 1"]
     assert len(list((tmp_path / "own" / "servo-kernels").glob("servo_ctrl.upper-kernels-*"))) == 1

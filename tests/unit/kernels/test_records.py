@@ -132,5 +132,5 @@ def test_fields_one_behind_the_other_are_packed_and_unpacked_as_flat_numbers(
 def test_only_fields_one_behind_the_other_are_flat() -> None:
     layout, begin = flat_layout(record_type(Moved), ["inner"])
     assert (layout.size, begin) == (24, 16)
-    with pytest.raises(ValueError, match="do not lie behind one another"):
+    with pytest.raises(ValueError, match="are not adjacent"):
         flat_layout(record_type(Moved), ["inner", "pair"])

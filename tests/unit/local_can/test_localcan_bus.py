@@ -103,7 +103,7 @@ MARKER = can.Message(arbitration_id=0x040, is_error_frame=True, is_extended_id=F
 """An error frame: no filter stops it."""
 
 
-def hears_by(filters: list[dict[str, Any]], sent: list[can.Message], pair: tuple[Any, Any]) -> None:
+def receives_by(filters: list[dict[str, Any]], sent: list[can.Message], pair: tuple[Any, Any]) -> None:
     """The receiver gets what python-can's own filters let pass of what is sent from now on."""
     sender, receiver = pair
     receiver.set_filters(filters)
@@ -122,14 +122,14 @@ def hears_by(filters: list[dict[str, Any]], sent: list[can.Message], pair: tuple
 def test_the_hub_filters_as_python_can_does(
     pair: tuple[Any, Any], filters: list[dict[str, Any]], sent: list[can.Message]
 ) -> None:
-    hears_by(filters, sent, pair)
+    receives_by(filters, sent, pair)
 
 
 @pytest.mark.parametrize("count", [512, 513])
 def test_more_filters_than_the_hub_takes_filter_all_the_same(pair: tuple[Any, Any], count: int) -> None:
     filters = [{"can_id": 2 * number, "can_mask": 0x7FF, "extended": False} for number in range(count)]
     sent = [can.Message(arbitration_id=number, is_extended_id=False) for number in range(0, 0x800, 37)]
-    hears_by(filters, sent, pair)
+    receives_by(filters, sent, pair)
 
 
 def test_a_filter_stops_own_frames_too(hub: Any, attach: Attach) -> None:

@@ -208,7 +208,7 @@ def test_drive_that_leaves_operation_enabled_is_a_problem(phase: Phase) -> None:
 
 @pytest.mark.parametrize("first", [ENABLED, QUICK_STOP, 0x0000])
 def test_drive_that_is_found_with_power_brakes_before_it_is_switched_on(first: int) -> None:
-    """Left enabled by a controller that was killed, or led by another one; 0 when it has not been heard."""
+    """Left enabled by a killed controller, or commanded by another one; 0 when it has sent nothing."""
     script = [first, ENABLED, QUICK_STOP, DISABLED, READY, SWITCHED_ON, ENABLED]
     sequence, controlwords, problems = run(HOMED, begin(HOMED), script)
     assert controlwords[1:] == [0x02, 0x02, 0x06, 0x07, 0x0F, 0x0F]

@@ -104,6 +104,6 @@ def test_an_overdue_event_timer_is_reported_once() -> None:
         event_timer_ms = 10
 
     timer = EventTimer("axis.x.drive, TPDO 2", Timed(), 1e-3, Count())  # type: ignore[arg-type]  # all it uses
-    told = [timer.advance(cycle) for cycle in range(40)]
-    assert [cycle for cycle, text in enumerate(told) if text] == [31]
-    assert "has not come for 31 cycles" in told[31]
+    texts = [timer.advance(cycle) for cycle in range(40)]
+    assert [cycle for cycle, text in enumerate(texts) if text] == [31]
+    assert "has not come for 31 cycles" in texts[31]

@@ -54,7 +54,7 @@ def test_can_fd_is_refused_in_words(key: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("info", "told"),
+    ("info", "warning"),
     [
         (
             {"bittiming": {"bitrate": 500_000}},
@@ -68,10 +68,10 @@ def test_can_fd_is_refused_in_words(key: str, tmp_path: Path) -> None:
         (None, ""),
     ],
 )
-def test_an_interface_at_another_rate_is_reported(info: object, told: str) -> None:
+def test_an_interface_at_another_rate_is_reported(info: object, warning: str) -> None:
     answer = json.dumps([{"ifname": "can0", "linkinfo": {"info_kind": "can", "info_data": info}}])
-    assert told in rate_problem("socketcan:can0", 1000, lambda _channel: answer)
-    assert bool(told) == bool(rate_problem("socketcan:can0", 1000, lambda _channel: answer))
+    assert warning in rate_problem("socketcan:can0", 1000, lambda _channel: answer)
+    assert bool(warning) == bool(rate_problem("socketcan:can0", 1000, lambda _channel: answer))
 
 
 @pytest.mark.parametrize("answer", ["", "[]", "nonsense", "[{}]", '[{"linkinfo": 3}]'])

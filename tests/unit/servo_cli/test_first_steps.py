@@ -83,8 +83,8 @@ def test_a_file_of_the_wrong_kind_is_named_as_what_it_is() -> None:
 def test_the_other_programs_print_their_version_and_show_flags_without_a_type(
     program: Typer, commands: list[str]
 ) -> None:
-    told = CliRunner().invoke(program, ["--version"]).output
-    assert told.split()[1:] == [version("servo-ctrl")]
+    output = CliRunner().invoke(program, ["--version"]).output
+    assert output.split()[1:] == [version("servo-ctrl")]
     for command in commands:
         assert "<bool>" not in CliRunner().invoke(program, [command, "--help"]).output
 

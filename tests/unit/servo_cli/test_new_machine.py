@@ -43,9 +43,9 @@ def test_both_files_are_read_by_their_programs_and_describe_one_machine(tmp_path
 
 def test_it_asks_again_until_an_answer_can_be_used(tmp_path: Path) -> None:
     answers = ["x", "one", "1", "", "10", "45", "", "100..-100", "-100..100", *[""] * 6, "", ""]
-    told = made(tmp_path / "mine", typed="\n".join(answers) + "\n")
-    assert "node id of the drive: a whole number is wanted, not 'one'" in told
-    assert "the lower end, two dots, the upper end are wanted, not '100..-100'" in told
+    output = made(tmp_path / "mine", typed="\n".join(answers) + "\n")
+    assert "node id of the drive: a whole number is wanted, not 'one'" in output
+    assert "the lower end, two dots, the upper end are wanted, not '100..-100'" in output
     assert load_machine(tmp_path / "mine").axes["x"].limits.position_mm == [-100.0, 100.0]
 
 
@@ -75,12 +75,12 @@ def test_what_cannot_be_is_refused_and_leaves_nothing(
 def test_nodes_on_the_bus_are_held_against_their_eds_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    stranger = FoundNode(1, 402, vendor=0x1234, product=None, revision=None, serial=None, name="other")
+    foreign = FoundNode(1, 402, vendor=0x1234, product=None, revision=None, serial=None, name="other")
 
     async def nodes_on(_bus: str) -> list[FoundNode]:
-        return [stranger]
+        return [foreign]
 
     monkeypatch.setattr(conformance_request, "nodes_on", nodes_on)
-    told = made(tmp_path / "mine", "--axis", X, "--bus", "localcan:/nowhere", status=1)
-    assert "node   1  axis.x.drive: vendor-ID is 00001234h, servo_drive.eds says" in told
-    assert "node  11  axis.x.scale: not on localcan:/nowhere" in told
+    output = made(tmp_path / "mine", "--axis", X, "--bus", "localcan:/nowhere", status=1)
+    assert "node   1  axis.x.drive: vendor-ID is 00001234h, servo_drive.eds says" in output
+    assert "node  11  axis.x.scale: not on localcan:/nowhere" in output

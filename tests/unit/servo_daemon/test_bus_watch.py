@@ -25,7 +25,7 @@ BOOLEAN, INTEGER8, UNSIGNED16, REAL32, VISIBLE_STRING, OCTET_STRING, UNSIGNED64 
 
 
 class Watched:
-    """A watch with handlers of nodes that are heard by somebody else too."""
+    """A watch with handlers of nodes to which others listen too."""
 
     def __init__(self) -> None:
         self.received: list[tuple[int, bytes]] = []

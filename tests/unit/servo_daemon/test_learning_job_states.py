@@ -92,7 +92,7 @@ def test_run_that_was_killed_and_resumed_learns_the_very_same(
     torn = stand()
     torn.handler.execute(START_X)
     torn.play()
-    torn.play(33)  # and no more is heard of it
+    torn.play(33)  # and it ends there
     resumed = stand()
     resumed.handler.execute(START_X)
     for _ in STROKES[1:]:
@@ -122,7 +122,7 @@ def test_journal_of_other_strokes_is_not_resumed(
     monkeypatch.setattr("learning_stand.STROKES", (other, *STROKES[1:]))
     made = stand()
     made.handler.execute(START_X)
-    assert made.machine.notes[0].endswith("other strokes than would be made now; learning begins anew")
+    assert made.machine.notes[0].endswith("other strokes than would be made now; learning starts again")
     learning = made.status.learning
     assert learning.planned
     assert learning.strokes_done == 0

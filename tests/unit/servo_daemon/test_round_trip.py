@@ -19,33 +19,33 @@ class Watch:
         return self.now_ns
 
 
-def trial_of(said: list[str]) -> tuple[RoundTrip, Watch]:
+def trial_of(notes: list[str]) -> tuple[RoundTrip, Watch]:
     watch = Watch()
-    return RoundTrip(PERIOD_S, said.append, now_ns=watch), watch
+    return RoundTrip(PERIOD_S, notes.append, now_ns=watch), watch
 
 
 def test_inputs_before_the_next_sync_are_held() -> None:
-    said: list[str] = []
-    trial, watch = trial_of(said)
+    notes: list[str] = []
+    trial, watch = trial_of(notes)
     for cycle in range(CYCLES):
         trial.begun()
         watch.now_ns += 9_000_000
         assert not trial.over
         assert trial.answered([A, B]) == (cycle < CYCLES - 1)
     assert trial.over
-    assert said == []
+    assert notes == []
 
 
 def test_inputs_after_the_next_sync_are_reported() -> None:
-    said: list[str] = []
-    trial, watch = trial_of(said)
+    notes: list[str] = []
+    trial, watch = trial_of(notes)
     for inputs in ([A, B], [A, None], [None, None], [A, B]):
         trial.begun()
         watch.now_ns += 9_000_000
         trial.answered(inputs)
-    assert len(said) == 1
+    assert len(notes) == 1
     expected = "of 4 cycles 2 had not all inputs before the next SYNC; the longest other round trip took 9.0"
-    assert said[0].startswith(f"this computer and its bus do not hold 500 ms: {expected} ms;")
+    assert notes[0].startswith(f"this computer and its bus do not hold 500 ms: {expected} ms;")
 
 
 @pytest.mark.parametrize(("late", "held"), [(2, True), (3, False)])

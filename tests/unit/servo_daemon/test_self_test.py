@@ -1,4 +1,4 @@
-"""What is said of a computer by the lateness of its ticks."""
+"""The verdict on a computer by the lateness of its ticks."""
 
 import sys
 
@@ -48,8 +48,10 @@ async def test_the_ticks_of_this_computer_are_judged(monkeypatch: pytest.MonkeyP
     judged: list[tuple[float, int]] = []
     monkeypatch.setattr(self_test, "TEST_S", 0.02)
     monkeypatch.setattr(
-        self_test, "verdict", lambda ms, seen, missed: judged.append((ms, seen.count + missed)) or "said"
+        self_test,
+        "verdict",
+        lambda ms, seen, missed: judged.append((ms, seen.count + missed)) or "text",
     )
-    assert await objection(1_000_000) == "said"
+    assert await objection(1_000_000) == "text"
     assert judged[0][0] == 1.0
     assert judged[0][1] > 0

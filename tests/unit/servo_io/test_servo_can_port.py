@@ -124,7 +124,7 @@ async def test_full_bus_does_not_starve_the_event_loop(bus: SocketBus, port: Can
         nonlocal count
         count += 1
         if count < 10 * FRAMES_PER_WAKE:
-            bus.put(0x100)  # the bus never rests
+            bus.put(0x100)  # the bus is never idle
 
     port.handlers[0x100] = answer
     port.attach(asyncio.get_running_loop())
@@ -230,18 +230,18 @@ async def test_nothing_is_sent_or_taken_between_bus_off_and_the_restart(
         (0x183, b""),
     ):
         bus.put(can_id, data)
-    said = [await asyncio.wait_for(news.get(), 2.0) for _ in range(3)]
+    reports = [await asyncio.wait_for(news.get(), 2.0) for _ in range(3)]
     assert port.off
     port.send(0x601, bytes(8))
     port.frame(0x080).send(b"")
     port.flush()
     bus.put(ERROR_FLAG | 0x100, b"")
     bus.put(0x184, b"")
-    said.append(await asyncio.wait_for(news.get(), 2.0))
+    reports.append(await asyncio.wait_for(news.get(), 2.0))
     taken = [await asyncio.wait_for(came.get(), 2.0) for _ in range(2)]
     port.detach()
     assert taken == [0x181, 0x184]
-    assert [(each.down, each.restarted) for each in said] == [
+    assert [(each.down, each.restarted) for each in reports] == [
         (False, False),
         (True, False),
         (False, False),

@@ -23,7 +23,7 @@ from servo_ctrl.telemetry.local_socket.server import CLIENTS_AT_MOST
 
 async def until(condition: Any) -> None:
     async with asyncio.timeout(LIMIT_S):
-        while not condition():  # noqa: ASYNC110  # the server tells nobody
+        while not condition():  # noqa: ASYNC110  # the server has no event for it
             await asyncio.sleep(0.01)
 
 

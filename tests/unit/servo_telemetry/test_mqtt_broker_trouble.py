@@ -115,9 +115,9 @@ async def test_an_encrypted_connection_checks_the_broker(tmp_path: Path, handler
         link = link_to(broker, handler, tls=True, ca_file=certificate)
         async with running(link), broker.listener(ALL) as listener:
             await listener.until("/state")
-        stranger = link_to(broker, handler, tls=True)
-        async with running(stranger):
-            await until(lambda: "CERTIFICATE_VERIFY_FAILED" in stranger.problem)
+        foreign = link_to(broker, handler, tls=True)
+        async with running(foreign):
+            await until(lambda: "CERTIFICATE_VERIFY_FAILED" in foreign.problem)
         gc.collect()
 
 

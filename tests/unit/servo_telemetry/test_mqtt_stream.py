@@ -176,7 +176,7 @@ async def sent_at_once(stream: RowStream) -> bool:
     """Whether all that waits is on its way soon."""
     with contextlib.suppress(TimeoutError):
         async with asyncio.timeout(0.5):
-            while stream._full:  # noqa: ASYNC110  # the stream tells only who sends
+            while stream._full:  # noqa: ASYNC110  # the stream wakes only senders
                 await asyncio.sleep(0)
     return not stream._full
 

@@ -84,8 +84,8 @@ def test_an_observer_that_knows_the_feedforward_compensates_its_fast_part_only()
     params = with_bandwidth(strokes.params, 30.0)
     angle = 2.0 * np.arange(6000) * T
     commands = 0.01 * np.column_stack([np.sin(angle), 2.0 * np.cos(angle), -4.0 * np.sin(angle), 0.0 * angle])
-    told_n = planned_n(Setting({}, params, friction, params.observer.filter_blend), commands)
+    feedforward_n = planned_n(Setting({}, params, friction, params.observer.filter_blend), commands)
     whole_n = planned_n(Setting({}, params, friction), commands)
     reversal = int(reversals(commands[:, 0])[0])
     assert abs(whole_n[reversal - 300]) > 5.0
-    assert abs(told_n[reversal - 300]) < 0.5
+    assert abs(feedforward_n[reversal - 300]) < 0.5
