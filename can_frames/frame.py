@@ -23,3 +23,15 @@ FRAME_BITS = tuple(47 + 8 * size + (34 + 8 * size - 1) // 4 for size in range(9)
 def pack_frame(can_id: int, payload: bytes) -> bytes:
     """Pack a standard data frame."""
     return FRAME.pack(can_id, len(payload), payload)
+
+
+_CONTROLLER_CLASS, _RECEIVE_OVERFLOW, _MOST_LOST = 0x004, 0x01, (1 << 24) - 1
+
+
+def overrun_frame(lost_frames: int) -> bytes:
+    """Pack the error frame (`linux/can/error.h`) that reports lost frames, as localcan's hub sends it.
+
+    The last three data bytes hold their number.
+    """
+    number = min(lost_frames, _MOST_LOST).to_bytes(3, "big")
+    return FRAME.pack(ERROR | _CONTROLLER_CLASS, 8, bytes((0, _RECEIVE_OVERFLOW, 0, 0, 0)) + number)

@@ -9,7 +9,15 @@ import time
 from collections.abc import Callable, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
-from can_frames.frame import ERROR, EXTENDED, FRAME, FRAME_BYTES, IDENTIFIER_MASK, REMOTE
+from can_frames.frame import (
+    ERROR,
+    EXTENDED,
+    FRAME,
+    FRAME_BYTES,
+    IDENTIFIER_MASK,
+    REMOTE,
+    overrun_frame,
+)
 from can_frames.message_batch import MOST_FRAMES, BatchSocket
 from kernels.lean_import import as_if_absent
 
@@ -79,7 +87,10 @@ class _BurstBus:
 
 
 class _SocketBus:
-    """SocketCAN, whose socket transfers exactly these bytes, a batch of frames a call."""
+    """SocketCAN, whose socket transfers exactly these bytes, a batch of frames a call.
+
+    Frames that its receive queue had no room for are reported as an error frame, as an adapter does it.
+    """
 
     more = False
 
@@ -88,6 +99,8 @@ class _SocketBus:
 
     def waiting(self) -> Iterator[bytearray]:
         while burst := self._socket.receive():
+            if self._socket.lost:
+                yield bytearray(overrun_frame(self._socket.lost))
             yield burst
             if len(burst) < MOST_BYTES:
                 return  # later frames make the file readable again

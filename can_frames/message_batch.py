@@ -6,11 +6,17 @@ Each message is a frame of `FRAME_BYTES`; a burst is a sequence of frames in mem
 import ctypes
 import os
 import socket
+import struct
 
 from can_frames.frame import FRAME_BYTES
 
 MOST_FRAMES = 64
 """Bounds the frames of a call; chosen: the number that the controller's port reads between timers."""
+
+TIMESTAMPS, COUNT_LOST = 35, 40
+"""`SO_TIMESTAMPNS`, which python-can switches on and nobody reads here, and `SO_RXQ_OVFL`."""
+LOST = struct.Struct("@LiiI0L")
+"""`struct cmsghdr` of `SO_RXQ_OVFL` and its number: frames lost since the socket was opened, modulo 2^32."""
 
 
 class _Span(ctypes.Structure):
@@ -65,6 +71,7 @@ class MessageBatch:
         for message, span in zip(self._messages, self._spans, strict=True):
             message.header.spans, message.header.span_count = ctypes.pointer(span), 1
         self._begin = ctypes.addressof(self._messages)
+        self.first = self._messages[0].header
 
     def move(self, count: int) -> int:
         """Move at most `count` messages without waiting; return how many were moved. Raises OSError."""
@@ -81,15 +88,36 @@ class BatchSocket:
     def __init__(self, sock: socket.socket) -> None:
         self._received, self._sent = MessageBatch(sock, "recvmmsg"), MessageBatch(sock, "sendmmsg")
         self._send_one = sock.send
+        self.lost = 0
+        """Frames for which the receive queue had no room, reported with the last `receive`."""
+        self._lost_so_far = 0
+        sock.setsockopt(socket.SOL_SOCKET, TIMESTAMPS, 0)  # a message carries the one number that is read
+        sock.setsockopt(socket.SOL_SOCKET, COUNT_LOST, 1)
+        self._control = ctypes.create_string_buffer(LOST.size)
+        self._first = self._received.first
+        self._first.control = ctypes.addressof(self._control)
 
     def receive(self) -> bytearray:
-        """Return at most `MOST_FRAMES` received frames; empty if none waits. Raises OSError."""
-        batch = self._received
+        """Return at most `MOST_FRAMES` received frames; empty if none waits. Raises OSError.
+
+        The kernel tells with each frame how many had been lost when it was queued; the first one is asked.
+        """
+        batch, first = self._received, self._first
+        first.control_size = LOST.size
         try:
             count = batch.move(MOST_FRAMES)
         except BlockingIOError:
             return bytearray()
+        self.lost = self._newly_lost() if first.control_size else 0
         return bytearray(memoryview(batch.memory)[: FRAME_BYTES * count])
+
+    def _newly_lost(self) -> int:
+        lost: int
+        _, level, kind, lost = LOST.unpack(self._control.raw)
+        if (level, kind) != (socket.SOL_SOCKET, COUNT_LOST):
+            return 0
+        before, self._lost_so_far = self._lost_so_far, lost
+        return (lost - before) % (1 << 32)
 
     def send(self, frames: bytes) -> int:
         """Send at most `MOST_FRAMES` frames, as many as the queue accepts; return how many.

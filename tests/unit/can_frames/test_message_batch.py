@@ -57,3 +57,43 @@ def test_as_many_go_as_there_is_room_for_and_then_the_error_of_a_full_queue(
     assert caught.value.errno == errno.EAGAIN
     assert 0 < len([far.recv(FRAME_BYTES) for _ in range(sent)]) == sent
     assert batch.send(left) == MOST_FRAMES
+
+
+@pytest.fixture
+def narrow() -> Iterator[tuple[socket.socket, socket.socket]]:
+    """A socket that drops what its queue has no room for, as SocketCAN does, and its sender."""
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as near,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as far,
+    ):
+        near.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)  # the kernel's least
+        near.bind(("127.0.0.1", 0))
+        far.connect(near.getsockname())
+        yield near, far
+
+
+def received(batch: BatchSocket) -> tuple[int, int]:
+    """Frames received, and frames reported as lost."""
+    count = lost = 0
+    while burst := batch.receive():
+        count += len(burst) // FRAME_BYTES
+        lost += batch.lost
+    return count, lost
+
+
+def test_frames_that_the_queue_has_no_room_for_are_counted_once(
+    narrow: tuple[socket.socket, socket.socket],
+) -> None:
+    near, far = narrow
+    batch = BatchSocket(near)
+    far.send(pack_frame(0x181, b""))
+    assert received(batch) == (1, 0)
+    for frame in frames(40):
+        far.send(frame)
+    kept, lost = received(batch)
+    assert 0 < kept < 40
+    assert lost == 0  # nothing has come since: the kernel tells it with the next frame
+    far.send(pack_frame(0x181, b""))
+    assert received(batch) == (1, 40 - kept)
+    far.send(pack_frame(0x181, b""))
+    assert received(batch) == (1, 0)
