@@ -43,6 +43,7 @@ class AbortCode(IntEnum):
     """SDO abort codes of CiA 301 (table 22) that our server uses."""
 
     TOGGLE_NOT_ALTERNATED = 0x0503_0000
+    TIMED_OUT = 0x0504_0000
     INVALID_COMMAND = 0x0504_0001
     INVALID_BLOCK_SIZE = 0x0504_0002
     INVALID_SEQUENCE_NUMBER = 0x0504_0003

@@ -1,6 +1,7 @@
 """Block transfers of our SDO server (CiA 301, 7.2.4): one acknowledgement for many segments, and a CRC."""
 
 from binascii import crc_hqx
+from collections import deque
 from collections.abc import Callable
 
 from servo_ctrl.canopen.errors import AbortCode, SdoAbort
@@ -22,9 +23,11 @@ def padded(*head: int) -> bytes:
 class BlockUpload:
     """Sends `data` in blocks of `size` segments; segments that are not acknowledged are sent again."""
 
-    def __init__(self, data: bytes, size: int, *, with_crc: bool, send: Callable[[bytes], None]) -> None:
+    def __init__(self, data: bytes, size: int, *, with_crc: bool) -> None:
         self.over = False
-        self._data, self._send = data, send
+        self.waiting: deque[bytes] = deque()
+        """Segments of the present block that are still to be sent."""
+        self._data = data
         self._crc = crc_hqx(data, 0) if with_crc else 0
         self._size = _checked(size)
         self._acknowledged = 0
@@ -38,7 +41,7 @@ class BlockUpload:
         return frame[0] >> 5 == UPLOAD and bool(frame[0] & 0x03)
 
     def serve(self, frame: bytes) -> bytes:
-        """Answer a frame; blocks are sent by `send`. Raises SdoAbort."""
+        """Answer a frame; the segments of a block go to `waiting`. Raises SdoAbort."""
         match frame[0] & 0x1F:
             case 0x03 if not self._sent and not self._ending:
                 return self._block()
@@ -62,9 +65,10 @@ class BlockUpload:
         segments = [remaining[k : k + SEGMENT] for k in range(0, len(remaining), SEGMENT)]
         block = segments[: self._size]
         self._sent = len(block)
+        self.waiting.clear()
         for number, segment in enumerate(block, start=1):
             last = LAST if number == len(segments) else 0
-            self._send(bytes((number | last,)) + segment.ljust(SEGMENT, b"\0"))
+            self.waiting.append(bytes((number | last,)) + segment.ljust(SEGMENT, b"\0"))
         return b""
 
 

@@ -2,7 +2,8 @@
 
 There is one transfer at a time. A frame that does not fit it aborts it, and a new initiate replaces it. An
 abandoned transfer does no harm: nothing is written before its last segment, and the entry bounds its size. A
-block download, which would take any other frame for a segment, is given up when its client is silent.
+block download, which would take any other frame for a segment, is given up when its client is silent. While
+SYNC runs, the segments of a block upload leave a few a cycle: 127 at once would delay the cycle by 16 ms.
 """
 
 import struct
@@ -20,13 +21,18 @@ INITIATE = struct.Struct("<BHBI")
 EXPEDITED, SIZED, LAST, TOGGLE = 0x02, 0x01, 0x01, 0x10
 DOWNLOAD_SEGMENT, DOWNLOAD, UPLOAD, UPLOAD_SEGMENT, ABORTED, BLOCK_UPLOAD, BLOCK_DOWNLOAD = range(7)
 """Client command specifiers: the upper three bits of a request's first byte."""
+INITIATES = (DOWNLOAD, UPLOAD, BLOCK_UPLOAD, BLOCK_DOWNLOAD)
 UPLOAD_ANSWER, DOWNLOAD_ANSWER, DOWNLOAD_SEGMENT_ANSWER, ABORT = 0x40, 0x60, 0x20, 0x80
 SEGMENT = 7
 """Bytes that a segment carries."""
 WITH_CRC, BLOCK_SIZED = 0x04, 0x02
 """Bits of the initiate of a block transfer."""
 BLOCK_TIMEOUT_S = 1.0
-"""Silence of the client, monotonic clock, after which a block transfer is given up; chosen."""
+"""Time from our last frame, monotonic clock, after which a block transfer is given up; chosen."""
+INITIATE_MASK = {BLOCK_UPLOAD: 0x03, BLOCK_DOWNLOAD: 0x01}
+"""Bits of the subcommand, which are 0 in the initiate of a block transfer."""
+NO_ADDRESS = (0, 0)
+"""Multiplexer of an abort that belongs to no transfer."""
 
 
 class Transfer(NamedTuple):
@@ -42,7 +48,10 @@ class Transfer(NamedTuple):
 
 
 class SdoServer:
-    """Serves `dictionary`: `on_request` receives each frame of 600h + node id, `send` sends the answer."""
+    """Serves `dictionary`: `on_request` receives each frame of 600h + node id, `send` sends the answer.
+
+    `paced`: the segments of a block upload wait for `send_waiting`; else they are sent at once.
+    """
 
     def __init__(
         self,
@@ -51,9 +60,12 @@ class SdoServer:
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._dictionary, self._send, self._now_s = dictionary, send, now_s
-        self._address = (0, 0)
+        self.paced = False
+        self._address = NO_ADDRESS
         self._transfer: Transfer | None = None
         self._block: BlockUpload | BlockDownload | None = None
+        self._timed_out = False
+        """The block transfer of `_address` has timed out, unknown to its client."""
         self._last_frame_s = 0.0
 
     def on_request(self, _can_id: int, payload: bytes | bytearray, _timestamp_s: float) -> None:
@@ -66,14 +78,28 @@ class SdoServer:
             if answer is None:
                 answer = self._serve(frame)
         except SdoAbort as refusal:
-            self.forget()
             answer = INITIATE.pack(ABORT, *self._address, refusal.code)
+            self.forget()
+        if self._transfer is None and self._block is None:
+            self.forget()
         if answer:
             self._send(answer)
+        self._last_frame_s = self._now_s()
+        if not self.paced:
+            self.send_waiting(MOST_SEGMENTS)
+
+    def send_waiting(self, count: int) -> None:
+        """Send at most `count` of the segments that wait in a block upload."""
+        block = self._block
+        if isinstance(block, BlockUpload) and block.waiting:
+            for _ in range(min(count, len(block.waiting))):
+                self._send(block.waiting.popleft())
+            self._last_frame_s = self._now_s()
 
     def forget(self) -> None:
         """Drop the transfer in progress."""
         self._transfer = self._block = None
+        self._timed_out, self._address = False, NO_ADDRESS
 
     def _serve(self, frame: bytes) -> bytes:
         specifier = frame[0] >> 5
@@ -88,6 +114,8 @@ class SdoServer:
                 raise SdoAbort(AbortCode.TOGGLE_NOT_ALTERNATED)
             upload = specifier == UPLOAD_SEGMENT
             return self._send_segment(transfer) if upload else self._receive_segment(transfer, frame)
+        if frame[0] & INITIATE_MASK.get(specifier, 0) or specifier not in INITIATES:
+            raise SdoAbort(AbortCode.TIMED_OUT if self._timed_out else AbortCode.INVALID_COMMAND)
         self.forget()
         _, index, subindex, announced = INITIATE.unpack(frame)
         self._address = (index, subindex)
@@ -95,27 +123,21 @@ class SdoServer:
             return self._upload(self._dictionary.read(index, subindex))
         if specifier == DOWNLOAD:
             return self._download(frame, announced)
-        return self._begin_block(frame, announced)
+        return (
+            self._block_upload(frame) if specifier == BLOCK_UPLOAD else self._block_download(frame, announced)
+        )
 
     def _in_block(self, frame: bytes) -> bytes | None:
         """Continue a block transfer; None if there is none, or the frame does not belong to it."""
-        now_s = self._now_s()
-        silent, self._last_frame_s = now_s - self._last_frame_s > BLOCK_TIMEOUT_S, now_s
-        block = self._block
+        block, silent = self._block, self._now_s() - self._last_frame_s > BLOCK_TIMEOUT_S
         if block is None or silent or frame[0] == ABORT or not block.takes(frame):
+            self._timed_out = block is not None and silent
             self._block = None
             return None
         answer = block.serve(frame)
         if block.over:
             self.forget()
         return answer
-
-    def _begin_block(self, frame: bytes, announced: int) -> bytes:
-        if frame[0] >> 5 == BLOCK_UPLOAD and not frame[0] & 0x03:
-            return self._block_upload(frame)
-        if frame[0] >> 5 == BLOCK_DOWNLOAD and not frame[0] & 0x01:
-            return self._block_download(frame, announced)
-        raise SdoAbort(AbortCode.INVALID_COMMAND)
 
     def _block_upload(self, frame: bytes) -> bytes:
         data = self._dictionary.read(*self._address)
@@ -124,7 +146,7 @@ class SdoServer:
         if not data:
             raise SdoAbort(AbortCode.NO_DATA)
         crc = frame[0] & WITH_CRC
-        self._block = BlockUpload(data, frame[4], with_crc=bool(crc), send=self._send)
+        self._block = BlockUpload(data, frame[4], with_crc=bool(crc))
         return INITIATE.pack(0xC0 | BLOCK_SIZED | crc, *self._address, len(data))
 
     def _block_download(self, frame: bytes, announced: int) -> bytes:
@@ -171,8 +193,8 @@ class SdoServer:
         if len(data) > transfer.size:
             raise SdoAbort(AbortCode.TOO_LONG)
         if frame[0] & LAST:
-            self.forget()
             self._write(data, transfer.size)
+            self.forget()
         else:
             self._transfer = transfer._replace(data=data, toggle=transfer.toggle ^ TOGGLE)
         return bytes((DOWNLOAD_SEGMENT_ANSWER | transfer.toggle,)).ljust(FRAME, b"\0")

@@ -21,8 +21,9 @@ the device or the hardware of the axis. Default: a value from the hardware of th
 PDO: r may be received, t transmitted. Access rww is a command or a set point: 1010h does not store it.
 
 Holding brake, rotary axis and largest motor speed: [states of the drive](drive_states.md#the-holding-brake).
-Not there: 1023h, as these devices have no command interface; 60EAh and 60EFh, of which no public manual or
-EDS that was found describes a behaviour.
+Not there: 1023h, as these devices have no command interface; 60EAh, the commutation angle that a controller
+commands in mode 11 (CSTCA; Beckhoff, *AX8000 object dictionary*, 0x60EA), as this drive commutates by its own
+encoder and announces no mode 11 in 6502h; 60EFh, of which no public manual or EDS was found.
 """
 
 

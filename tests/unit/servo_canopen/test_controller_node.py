@@ -43,7 +43,8 @@ def test_eds_without_the_commands_is_refused(table: MachineConfig, tmp_path: Pat
 def test_identity_is_that_of_the_eds(bench: ControllerNodeBench) -> None:
     sdo = bench.remote.sdo
     asked = [sdo[0x1000].raw, *(sdo[0x1018][sub].raw for sub in (1, 2, 3))]
-    assert asked == [0, 0, 0x53435452, 0x0002_0000]
+    assert asked == [0, 0xFFFE, 0x53435452, 0x0002_0000]
+    assert sdo[0x1018][4].raw != 0
     assert sdo[0x1008].raw == "servo_ctrl"
     assert (sdo[0x1014].raw, sdo[0x1200][1].raw) == (0x80 + 127, 0x600 + 127)
     assert (sdo[0x1005].raw, sdo[0x1006].raw) == (0x4000_0080, 1000)

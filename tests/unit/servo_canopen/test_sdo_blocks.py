@@ -8,7 +8,7 @@ from controller_node_bench import OWN_EDS, ControllerNodeBench, abort
 from servo_ctrl.canopen.sdo_server import BLOCK_TIMEOUT_S
 
 BLOCK_NUMBER, BLOCK_CRC = 0x05040003, 0x05040004
-COMMAND = 0x05040001
+TIMED_OUT, COMMAND = 0x05040000, 0x05040001
 DEVICE_TYPE = "4300100000000000"
 
 
@@ -60,4 +60,25 @@ def test_a_client_that_has_been_silent_has_gone(bench: ControllerNodeBench) -> N
     bench.clock_s += BLOCK_TIMEOUT_S
     assert len(bench.ask("a3" + "00" * 7)) == 2
     bench.clock_s += 1.01 * BLOCK_TIMEOUT_S
-    assert bench.ask("a2 01 02" + "00" * 5) == abort("010200", COMMAND)  # a frame of no transfer
+    assert bench.ask("a2 01 02" + "00" * 5) == abort("081000", TIMED_OUT)
+    assert bench.ask("a2 01 02" + "00" * 5) == abort("000000", COMMAND)  # a frame of no transfer
+
+
+def test_while_sync_runs_segments_leave_one_a_cycle(bench: ControllerNodeBench) -> None:
+    """127 at once are 16 ms of a bus of 1 Mbit/s, in which no SYNC would be sent."""
+    bench.node.count_cycles(1)
+    assert bench.ask("a4 2110 00 7f 000000")[0].startswith("c6211000")
+    assert bench.ask("a3" + "00" * 7) == []
+    for number in range(1, 128):
+        bench.frames.clear()
+        bench.clock_s += 0.1 * BLOCK_TIMEOUT_S  # the client's second begins with the last segment
+        bench.node.count_cycles(1)
+        assert [data[0] for can_id, data in bench.frames if can_id == 0x5FF] == [number]
+    bench.node.count_cycles(1)
+    bench.clock_s += 0.9 * BLOCK_TIMEOUT_S
+    assert bench.ask("a2 7f 02" + "00" * 5) == []
+    bench.node.count_cycles(1)
+    assert bench.ask("80 2110 00 00000405") == []
+    bench.frames.clear()
+    bench.node.count_cycles(1)
+    assert [data for can_id, data in bench.frames if can_id == 0x5FF] == []  # the client has aborted

@@ -174,7 +174,7 @@ def test_segmented_upload_of_the_reason(bench: ControllerNodeBench) -> None:
         text += frame[1 : 8 - (frame[0] >> 1 & 7)]
     assert frame[0] & 1
     assert text == b"axis x: following error"
-    assert bench.ask("60" + "00" * 7) == abort("122100", COMMAND)
+    assert bench.ask("60" + "00" * 7) == abort("000000", COMMAND)  # of no transfer
 
 
 def test_block_upload_may_become_segmented_where_the_client_allows_it(bench: ControllerNodeBench) -> None:
@@ -219,7 +219,7 @@ def test_stored_settings_that_cannot_be_are_left_out(tmp_path: Path) -> None:
 def test_wrong_toggle_ends_a_transfer(bench: ControllerNodeBench) -> None:
     bench.ask("40 0810 00 00000000")
     assert bench.ask("70" + "00" * 7) == abort("081000", TOGGLE)
-    assert bench.ask("60" + "00" * 7) == abort("081000", COMMAND)
+    assert bench.ask("60" + "00" * 7) == abort("000000", COMMAND)
     bench.ask("21 0421 01 04000000")
     assert bench.ask("17 ac0d0000 000000") == abort("042101", TOGGLE)
     assert bench.ask("07 ac0d0000 000000") == abort("042101", COMMAND)
@@ -234,14 +234,14 @@ def test_segment_without_a_transfer_is_refused(bench: ControllerNodeBench) -> No
 def test_an_unfinished_transfer_does_not_affect_the_next(bench: ControllerNodeBench) -> None:
     bench.ask("21 0421 01 04000000")
     assert bench.ask("40 0010 00 00000000") == [DEVICE_TYPE]
-    assert bench.ask("07 ac0d0000 000000") == abort("001000", COMMAND)
+    assert bench.ask("07 ac0d0000 000000") == abort("000000", COMMAND)  # of no transfer
     assert bench.handler.changes == []
 
 
 def test_abort_of_the_client_ends_its_transfer_without_an_answer(bench: ControllerNodeBench) -> None:
     bench.ask("40 0810 00 00000000")
     assert bench.ask("80 0810 00 00000405") == []
-    assert bench.ask("60" + "00" * 7) == abort("081000", COMMAND)
+    assert bench.ask("60" + "00" * 7) == abort("000000", COMMAND)
 
 
 @pytest.mark.parametrize("frame", ["", "40", "40 0010 00 000000"])
