@@ -75,6 +75,7 @@ def synchronous_tpdo(node: NodeUnderTest) -> None:
         dialogue.send(0x080)
         dialogue.silence(cob_id & 0x7FF)
         dialogue.command(START)
+        dialogue.number(0x1000)  # once it answers it has taken the command; another task may serve SYNC
         for _ in range(3):
             dialogue.send(0x080)
             frame = dialogue.wait_for(cob_id & 0x7FF)
