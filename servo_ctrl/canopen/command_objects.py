@@ -25,11 +25,6 @@ ABORTS = {
     Refusal.WRONG_STATE: AbortCode.WRONG_DEVICE_STATE,
     Refusal.STORAGE: AbortCode.CANNOT_STORE,
 }
-STATUS_PDO = sorted(
-    (found for found in object_fields(MachineStatus) if found.entry.pdo), key=lambda found: found.entry.pdo
-)
-"""Fields of the status TPDO, in the order of 1A00h."""
-STATUS_LAYOUT = struct.Struct("<" + "".join(STRUCT_FORMATS[found.entry.data_type] for found in STATUS_PDO))
 
 
 class CommandObjects:
@@ -39,13 +34,17 @@ class CommandObjects:
         self._handler, self._names = handler, tuple(axis_names)[:AXES]
         self._command = self._selection = self._axis_command = 0
         self._refusal = ""
+        self.fields: dict[tuple[int, int], tuple[ObjectField, int]] = {}
+        """Status fields and their axes, from 1 (0: the machine), by index and subindex."""
         readers: defaultdict[int, dict[int, Callable[[], Value]]] = defaultdict(dict)
         for found in object_fields(MachineStatus):
             readers[found.entry.index][found.entry.subindex] = partial(self._value, found)
+            self.fields[found.entry.index, found.entry.subindex] = found, 0
         for found, number in product(object_fields(AxisStatus), range(1, AXES + 1)):
             index, subindex = found.entry.of_axis(number)
             if number <= len(self._names):
                 readers[index][subindex] = partial(self._value, found, number)
+                self.fields[index, subindex] = found, number
             elif found.entry.axis is PerAxis.INDEX:
                 dictionary.readers[index] = _missing
         dictionary.readers |= {index: _reader(subindices) for index, subindices in readers.items()}
@@ -63,10 +62,14 @@ class CommandObjects:
             **{index: self._switch(index) for index in o.SWITCHES},
         }
 
-    def status_payload(self) -> bytes:
-        """Present payload of the status TPDO."""
-        status = self._handler.status()
-        return STATUS_LAYOUT.pack(*(found.of(status, self._names) for found in STATUS_PDO))
+    def payload(self, places: Sequence[tuple[int, int]]) -> bytes:
+        """Return the present values of these status fields, by index and subindex, as a PDO has them."""
+        status, payload = self._handler.status(), b""
+        for place in places:
+            found, axis = self.fields[place]
+            value = found.of(status.axes[axis - 1] if axis else status, self._names)
+            payload += struct.pack("<" + STRUCT_FORMATS[found.entry.data_type], value)
+        return payload
 
     def _value(self, found: ObjectField, axis: int = 0) -> Value:
         """Value of a field of the machine (axis 0), or of an axis, numbered from 1."""

@@ -19,8 +19,10 @@ from servo_ctrl.canopen.own_settings import RESTORE, STORE, OwnSettings
 from servo_ctrl.canopen.sdo_server import SdoServer
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 from servo_ctrl.canopen.stack import Eds, Network, load_eds
+from servo_ctrl.canopen.status_mapping import StatusMapping
 from servo_ctrl.canopen.status_tpdo import SUBINDICES, StatusTpdo, TpdoSettings
 from servo_ctrl.commands import controller_objects as o
+from servo_ctrl.commands.eds_sections import eds_of
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ConfigError
@@ -91,10 +93,11 @@ class ControllerNode:
         self._objects = CommandObjects(handler, tuple(machine.axes), dictionary)
         defaults = TpdoSettings(*(eds.default(o.STATUS_TPDO, subindex) or 0 for subindex in SUBINDICES))
         self._tpdo = StatusTpdo(defaults.kept(kept), machine.period_s, self._send_status)
-        self._settings = OwnSettings(
-            lambda: {"heartbeat_ms": self._heartbeat_ms, **self._tpdo.settings._asdict()}, store
+        self._mapping = StatusMapping(
+            eds, o.STATUS_MAPPING, self._objects.fields, lambda: self._tpdo.is_on, kept
         )
-        eds_text = machine.controller.eds.read_bytes()
+        self._settings = OwnSettings(self._present_settings, store)
+        eds_text = eds_of(machine.controller.eds.read_text(encoding="utf-8"), len(machine.axes)).encode()
         consumers, serial = _consumers(machine), _serial_number(machine)
         dictionary.readers |= {
             IDENTITY: lambda sub: serial if sub == SERIAL_NUMBER else eds.default(IDENTITY, sub) or 0,
@@ -104,6 +107,7 @@ class ControllerNode:
             CONSUMERS: lambda sub: consumers[sub],
             HEARTBEAT: lambda _sub: self._heartbeat_ms,
             o.STATUS_TPDO: self._tpdo.read,
+            o.STATUS_MAPPING: self._mapping.read,
             o.LAST_ERROR: lambda _sub: self._last_error,
             STORE: self._settings.read,
             RESTORE: self._settings.read,
@@ -113,6 +117,7 @@ class ControllerNode:
             ERROR_HISTORY: self._clear_history,
             HEARTBEAT: self._set_heartbeat,
             o.STATUS_TPDO: self._tpdo.write,
+            o.STATUS_MAPPING: self._mapping.write,
             STORE: self._settings.store,
             RESTORE: self._settings.restore,
         }
@@ -180,7 +185,7 @@ class ControllerNode:
         self._network.send_message(0x080 + self._node_id, EMCY.pack(code, self._register))
 
     def _send_status(self, cob_id: int) -> None:
-        self._network.send_message(cob_id, self._objects.status_payload())
+        self._network.send_message(cob_id, self._objects.payload(self._mapping.places))
 
     def _on_sdo(self, can_id: int, payload: bytearray, timestamp_s: float) -> None:
         if self._state not in {NmtState.INITIALISING, NmtState.STOPPED}:
@@ -195,9 +200,15 @@ class ControllerNode:
             self._server.forget()
             self._heartbeat_ms = self._default_heartbeat_ms
             self._tpdo.reset()
+            self._mapping.reset()
             self.boot_up()
         else:
             self._state = STATE_AFTER.get(payload[0], self._state)
+
+    def _present_settings(self) -> dict[str, int]:
+        """Settings that a client can change, as 1010h stores them."""
+        own = {"heartbeat_ms": self._heartbeat_ms, **self._tpdo.settings._asdict()}
+        return {**own, **self._mapping.settings()}
 
     def _read_history(self, subindex: int) -> int:
         errors = (len(self._errors), *self._errors)

@@ -1,6 +1,6 @@
 """Stored settings of our own node: 1010h stores them, 1011h restores the defaults at the next start.
 
-They are those that a client can change: 1017h and 1800h. A file that cannot be read counts as absent.
+They are those that a client can change: 1017h, 1800h and 1A00h. A file that cannot be read counts as absent.
 """
 
 import json

@@ -51,6 +51,11 @@ class StatusTpdo:
         """The present settings."""
         return self._settings
 
+    @property
+    def is_on(self) -> bool:
+        """Whether bit 31 of its COB-ID is clear."""
+        return not self._settings.cob_id & COB_ID_INVALID
+
     def reset(self) -> None:
         """Return to the default settings."""
         self._settings, self._since_cycles = self._defaults, 0

@@ -4,7 +4,7 @@ from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.field import AXES, DataType, Entry, Field
 
 PRODUCT_CODE = (0x1018, 2)
-STATUS_TPDO = 0x1800
+STATUS_TPDO, STATUS_MAPPING = 0x1800, 0x1A00
 LAST_ERROR, LEARNING = 0x2001, 0x2110
 COMMAND, AXIS_SELECTION, SETTINGS, REFUSAL, AXIS_COMMAND = 0x2100, 0x2101, 0x2104, 0x2105, 0x2106
 SWITCHES = {

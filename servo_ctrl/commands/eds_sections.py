@@ -1,35 +1,65 @@
 """Generates the EDS sections (CiA 306) that follow from the declarations: status mapping, own objects."""
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
-from servo_ctrl.commands.controller_objects import RECORDS
+from servo_ctrl.commands import controller_objects as o
+from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.field import AXES, DataType, Entry, Field, PerAxis
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.status_fields import status_fields
 
 Objects = Mapping[int, dict[int, Field]]
 
 VAR, DOMAIN, ARRAY, RECORD = "0x7", "0x2", "0x8", "0x9"
 COUNT = "Highest sub-index supported"
 MAPPING, MAPPING_TITLE = 0x1A00, "TPDO mapping parameter 1"
+MOST_MAPPED = 8
+"""Objects that the status TPDO may map: a byte each."""
+COMMANDS = range(0x2100, 0x2110)
+"""Indices of the objects that take commands; the numbers of all others may be mapped."""
+
+
+def objects() -> Objects:
+    """Return every declared object by index and subindex; for objects of each axis, those of axis 1."""
+    found: defaultdict[int, dict[int, Field]] = defaultdict(dict)
+    declared = [each.field for kind in (MachineStatus, AxisStatus) for each in status_fields(kind)]
+    for field in (*o.FIELDS, *declared):
+        if field.entry is not None:
+            found[field.entry.index][field.entry.subindex] = field
+    return {index: dict(sorted(found[index].items())) for index in sorted(found)}
+
+
+def own_sections(axes: int) -> str:
+    """Return the EDS from 1A00h to its end, for a machine of so many axes."""
+    found = objects()
+    return "\n".join([*status_mapping(found), "", *eds_objects(found, axes)])
+
+
+def eds_of(text: str, axes: int) -> str:
+    """Return our EDS, written for `AXES` axes, as that of a machine with `axes`; another one unchanged."""
+    return text.replace(own_sections(AXES), own_sections(min(axes, AXES)))
 
 
 def status_mapping(objects: Objects) -> Iterator[str]:
     """Yield the lines of 1A00h: the fields mapped into the status TPDO."""
     entries = [field.entry for fields in objects.values() for field in fields.values() if field.entry]
     mapped = sorted((entry for entry in entries if entry.pdo), key=lambda entry: entry.pdo)
-    yield from _section(MAPPING, None, MAPPING_TITLE, RECORD, SubNumber=str(len(mapped) + 1))
-    yield from _value(MAPPING, 0, COUNT, DataType.U8, "const", str(len(mapped)))
-    for place, entry in enumerate(mapped, start=1):
-        value = entry.index << 16 | entry.subindex << 8 | entry.data_type.bits
-        yield from _value(MAPPING, place, f"Mapped object {place}", DataType.U32, "const", f"0x{value:08X}")
+    yield from _section(MAPPING, None, MAPPING_TITLE, RECORD, SubNumber=str(MOST_MAPPED + 1))
+    yield from _value(MAPPING, 0, "Number of mapped objects", DataType.U8, "rw", str(len(mapped)))
+    values = [entry.index << 16 | entry.subindex << 8 | entry.data_type.bits for entry in mapped]
+    values += [0] * (MOST_MAPPED - len(values))
+    for place, value in enumerate(values, start=1):
+        yield from _value(MAPPING, place, f"Mapped object {place}", DataType.U32, "rw", f"0x{value:08X}")
 
 
-def eds_objects(objects: Objects) -> Iterator[str]:
+def eds_objects(objects: Objects, axes: int) -> Iterator[str]:
     """Yield the lines from [ManufacturerObjects] to the end of the file."""
     sections = {
-        index + number - 1: list(_object(index, fields, number))
+        index + number - 1: list(_object(index, fields, number, axes))
         for index, fields in objects.items()
-        for number in (range(1, AXES + 1) if _axis(fields) is PerAxis.INDEX else (1,))
+        for number in (range(1, axes + 1) if _axis(fields) is PerAxis.INDEX else (1,))
     }
     yield "[ManufacturerObjects]"
     yield f"SupportedObjects={len(sections)}"
@@ -44,20 +74,20 @@ def _axis(fields: Mapping[int, Field]) -> PerAxis:
     return next(field.entry.axis for field in fields.values() if field.entry is not None)
 
 
-def _object(index: int, fields: Mapping[int, Field], number: int) -> Iterator[str]:
-    """Yield the lines of an object, for axis `number` if it repeats for each axis."""
+def _object(index: int, fields: Mapping[int, Field], number: int, axes: int) -> Iterator[str]:
+    """Yield the lines of an object, for axis `number` of `axes` if it repeats for each axis."""
     axis, place = _axis(fields), index + number - 1
     if axis is PerAxis.SUBINDEX:
         field = fields[0]
-        yield from _section(index, None, RECORDS[index], ARRAY, SubNumber=str(AXES + 1))
-        yield from _value(index, 0, COUNT, DataType.U8, "ro", str(AXES))
-        for element in range(1, AXES + 1):
+        yield from _section(index, None, o.RECORDS[index], ARRAY, SubNumber=str(axes + 1))
+        yield from _value(index, 0, COUNT, DataType.U8, "ro", str(axes))
+        for element in range(1, axes + 1):
             yield from _entry(index, element, f"{field.title} axis {element}", field.entry)
         return
-    if index not in RECORDS:
+    if index not in o.RECORDS:
         yield from _entry(index, None, fields[0].title, fields[0].entry)
         return
-    title = f"{RECORDS[index]} axis {number}" if axis is PerAxis.INDEX else RECORDS[index]
+    title = f"{o.RECORDS[index]} axis {number}" if axis is PerAxis.INDEX else o.RECORDS[index]
     yield from _section(place, None, title, RECORD, SubNumber=str(len(fields) + 1))
     yield from _value(place, 0, COUNT, DataType.U8, "const", str(max(fields)))
     for subindex, field in fields.items():
@@ -77,7 +107,8 @@ def _entry(index: int, subindex: int | None, title: str, entry: Entry | None) ->
     text = "" if entry.data_type is DataType.TEXT else text
     bounds = {"LowLimit": entry.low, "HighLimit": entry.high}
     limits = {key: str(bound) for key, bound in bounds.items() if bound is not None}
-    yield from _value(index, subindex, title, entry.data_type, access, text, limits, str(int(entry.pdo > 0)))
+    mapped = "1" if entry.data_type.bits and index not in COMMANDS else "0"
+    yield from _value(index, subindex, title, entry.data_type, access, text, limits, mapped)
 
 
 def _value(

@@ -5,20 +5,16 @@ Run `python -m servo_ctrl.commands.tables [REPOSITORY]`; a test compares both fi
 
 import re
 import sys
-from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
-from servo_ctrl.commands import controller_objects as o
 from servo_ctrl.commands.axis_status import AxisStatus
-from servo_ctrl.commands.eds_sections import Objects, eds_objects, status_mapping
+from servo_ctrl.commands.eds_sections import COMMANDS, Objects, objects, own_sections
 from servo_ctrl.commands.field import AXES, Entry, Field, PerAxis, topic_unit
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.status_fields import status_fields
 
 DOCUMENT, EDS = Path("docs/commands.md"), Path("eds/servo_ctrl.eds")
-COMMANDS = range(0x2100, 0x2110)
-"""Indices of the objects that take commands; the others are the status."""
 
 
 def main() -> None:
@@ -38,21 +34,10 @@ def files(repository: Path) -> dict[Path, str]:
         start, head, rest = re.split(rf"(<!-- {name}: made by commands\.tables -->\n.*\n.*\n)", page)
         page = f"{start}{head}{table}{rest[rest.index('<!-- end -->') :]}"
     eds = (repository / EDS).read_text(encoding="ascii")
-    sections = "\n".join([*status_mapping(found), "", *eds_objects(found)])
     return {
         repository / DOCUMENT: page,
-        repository / EDS: f"{eds[: eds.index('[1A00]')].rstrip()}\n{sections}",
+        repository / EDS: f"{eds[: eds.index('[1A00]')].rstrip()}\n{own_sections(AXES)}",
     }
-
-
-def objects() -> Objects:
-    """Return every declared object by index and subindex; for objects of each axis, those of axis 1."""
-    found: Objects = defaultdict(dict)
-    declared = [each.field for kind in (MachineStatus, AxisStatus) for each in status_fields(kind)]
-    for field in (*o.FIELDS, *declared):
-        if field.entry is not None:
-            found[field.entry.index][field.entry.subindex] = field
-    return {index: dict(sorted(found[index].items())) for index in sorted(found)}
 
 
 def _rows(found: Objects) -> Iterator[tuple[str, ...]]:

@@ -6,6 +6,7 @@ import pytest
 from controller_node_bench import OWN_EDS, ControllerNodeBench, abort
 
 from servo_ctrl.canopen.sdo_server import BLOCK_TIMEOUT_S
+from servo_ctrl.commands.eds_sections import eds_of
 
 BLOCK_NUMBER, BLOCK_CRC = 0x05040003, 0x05040004
 TIMED_OUT, COMMAND = 0x05040000, 0x05040001
@@ -19,7 +20,10 @@ def bench() -> ControllerNodeBench:
 
 def test_our_eds_is_sent_in_blocks_that_canopens_client_checks(bench: ControllerNodeBench) -> None:
     with bench.remote.sdo[0x1021].open("rb", block_transfer=True) as stream:
-        assert stream.read() == OWN_EDS.read_bytes()
+        text = stream.read().decode("ascii")
+    assert text == eds_of(OWN_EDS.read_text(encoding="ascii"), 2)
+    assert "[2112]" in text
+    assert "[2113]" in text
     assert bench.remote.sdo[0x1022].raw == 0
 
 

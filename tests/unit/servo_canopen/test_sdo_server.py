@@ -92,7 +92,7 @@ def test_a_write_without_a_size_uses_the_size_of_the_object(bench: ControllerNod
         pytest.param("2f 0018 02 f1000000", "001802", INVALID, id="reserved transmission type 241"),
         pytest.param("2f 0018 02 fd000000", "001802", INVALID, id="transmission by remote frame"),
         pytest.param("23 0018 01 81010040", "001801", INVALID, id="identifier of a drive's PDO"),
-        pytest.param("23 001a 01 08000020", "001a01", READ_ONLY, id="other mapping"),
+        pytest.param("23 001a 01 08000020", "001a01", DEVICE_STATE, id="other mapping while the PDO is on"),
         pytest.param("40 0018 04 00000000", "001804", NO_SUBINDEX, id="reserved entry of the PDO"),
         pytest.param("40 0120 00 00000000", "012000", NO_DATA, id="empty string"),
         pytest.param("a0 0010 00 00000000", "001000", BLOCK_SIZE, id="block of no segments"),
@@ -222,7 +222,7 @@ def test_wrong_toggle_ends_a_transfer(bench: ControllerNodeBench) -> None:
     assert bench.ask("60" + "00" * 7) == abort("000000", COMMAND)
     bench.ask("21 0421 01 04000000")
     assert bench.ask("17 ac0d0000 000000") == abort("042101", TOGGLE)
-    assert bench.ask("07 ac0d0000 000000") == abort("042101", COMMAND)
+    assert bench.ask("07 ac0d0000 000000") == abort("000000", COMMAND)
     assert bench.handler.changes == []
 
 

@@ -1,0 +1,90 @@
+"""Mapping of the status TPDO, 1A00h: the objects of our node that it carries (CiA 301, 7.5.2.36).
+
+A client changes it as on any node: TPDO off, number of entries 0, entries, number, TPDO on.
+"""
+
+import struct
+from collections.abc import Callable, Container, Mapping
+
+from servo_ctrl.canopen.errors import AbortCode, SdoAbort
+from servo_ctrl.canopen.pdo import STRUCT_FORMATS
+from servo_ctrl.canopen.stack import Eds
+
+MOST_ENTRIES, MOST_BITS = 8, 64
+Place = tuple[int, int]
+"""Index and subindex."""
+
+
+def kept_name(subindex: int) -> str:
+    """Name of an entry of 1A00h among the stored settings."""
+    return f"mapping_{subindex}"
+
+
+class StatusMapping:
+    """Entries of 1A00h, at power-on those of `stored` where they fit, else those of the EDS.
+
+    `fields`: places of the status fields that there are; `is_on` tells whether the TPDO is on: then nothing
+    can be changed.
+    """
+
+    def __init__(
+        self,
+        eds: Eds,
+        index: int,
+        fields: Container[Place],
+        is_on: Callable[[], bool],
+        stored: Mapping[str, int],
+    ) -> None:
+        self._variables, self._fields, self._is_on = eds.variables, fields, is_on
+        by_eds = [eds.default(index, subindex) or 0 for subindex in range(MOST_ENTRIES + 1)]
+        kept = [stored.get(kept_name(subindex), 0) for subindex in range(MOST_ENTRIES + 1)]
+        self._default = kept if kept[0] and self._fits(kept) else by_eds
+        self.reset()
+
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """The mapped objects in order."""
+        return tuple((entry >> 16, entry >> 8 & 0xFF) for entry in self._values[1 : self._values[0] + 1])
+
+    def settings(self) -> dict[str, int]:
+        """Return the entries by their names among the stored settings."""
+        return {kept_name(subindex): value for subindex, value in enumerate(self._values)}
+
+    def reset(self) -> None:
+        """Return to the mapping at power-on."""
+        self._values = list(self._default)
+
+    def read(self, subindex: int) -> int:
+        """Read an entry; 0 is their number."""
+        return self._values[subindex]
+
+    def write(self, subindex: int, value: int) -> None:
+        """Change an entry or their number. Raises SdoAbort."""
+        if self._is_on() or (subindex and self._values[0]):
+            raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
+        if subindex:
+            if value:
+                self._bits(value)
+        elif value > MOST_ENTRIES:
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        elif sum(map(self._bits, self._values[1 : value + 1])) > MOST_BITS:
+            raise SdoAbort(AbortCode.PDO_LENGTH_EXCEEDED)
+        self._values[subindex] = value
+
+    def _bits(self, entry: int) -> int:
+        """Return the bits of an entry. Raises SdoAbort for an object that is not there or not mappable."""
+        place, bits = (entry >> 16, entry >> 8 & 0xFF), entry & 0xFF
+        variable = self._variables.get(place)
+        if variable is None:
+            raise SdoAbort(AbortCode.NO_SUCH_OBJECT)
+        if place not in self._fields or not variable.pdo_mappable:
+            raise SdoAbort(AbortCode.CANNOT_BE_MAPPED)
+        if bits != 8 * struct.calcsize(STRUCT_FORMATS[variable.data_type]):
+            raise SdoAbort(AbortCode.CANNOT_BE_MAPPED)
+        return bits
+
+    def _fits(self, values: list[int]) -> bool:
+        try:
+            return values[0] <= MOST_ENTRIES and sum(map(self._bits, values[1 : values[0] + 1])) <= MOST_BITS
+        except SdoAbort:
+            return False
