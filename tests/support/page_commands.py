@@ -87,8 +87,9 @@ def world(place: Path) -> Path:
     shutil.copytree(release / "diagnosis", place / "out" / "diagnosis")
     (place / "out" / "axis").mkdir()
     shutil.copy(xy_table / "programs" / "first_move.toml", place / "out" / "axis" / "next_experiment.toml")
-    shutil.copy(xy_table / "plant.toml", place / "nominal.toml")
-    shutil.copy(xy_table / "plant_lubrication_loss.toml", place / "worn.toml")
+    for name, copy in (("plant.toml", "nominal.toml"), ("plant_lubrication_loss.toml", "worn.toml")):
+        text = (xy_table / name).read_text(encoding="utf-8")
+        (place / copy).write_text(text.replace("../../eds/", "eds/"), encoding="utf-8")
     (place / "axis.toml").write_text(AXIS, encoding="utf-8")
     (place / "models").mkdir()
     (place / "models" / "default.toml").write_text(AXIS, encoding="utf-8")
