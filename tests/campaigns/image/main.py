@@ -36,7 +36,7 @@ QUICK = (
     r"s/^radius_mm = 50.0/radius_mm = 10.0/",
     r's/^name = "xy_table"/name = "quick"/',
 )
-"""What makes a copy of the table learn in short strokes: a narrow range of accelerations on a small circle."""
+"""With these a copy of the table learns in short strokes: few accelerations, on a small circle."""
 
 
 def expect(what: object, sentence: str) -> None:
