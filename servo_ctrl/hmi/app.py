@@ -53,7 +53,7 @@ RECONNECT_S = 15.0
 def serve(
     services: PageServices, host: str, port: int, certificate: Path | None = None, key: Path | None = None
 ) -> None:
-    """Serve the pages until the process is told to end; with a certificate and its key, by TLS."""
+    """Serve the pages until the process is signalled to end; with a certificate and its key, by TLS."""
     configure_elements()
     CurrentLanguage.find = staticmethod(_language_of_client)
     add_pages(services)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import pytest
@@ -72,9 +73,20 @@ def test_without_control_nothing_moves(visit: Callable[..., Page], stub: Stub) -
     page.wait_for_timeout(250)
     page.mouse.up()
     page.keyboard.press("ArrowLeft")
-    page.get_by_test_id("home").click()
-    expect(page.get_by_text("Nobody has control. Take it first")).to_be_visible()
+    for name in ("home", "disable", "jog-x-plus", "step-x-plus", "touch-off-x", "clear-offset"):
+        button = page.get_by_test_id(name)
+        expect(button).to_be_disabled()
+        expect(button).to_have_accessible_description(re.compile("^Nobody has control. Take it first"))
     assert stub.requests() == []
+    page.get_by_test_id("take-control").click()
+    for name in ("home", "disable", "jog-x-plus", "step-x-plus", "touch-off-x", "clear-offset"):
+        expect(page.get_by_test_id(name)).to_be_enabled()
+        expect(page.get_by_test_id(name)).to_have_accessible_description("")
+    page.get_by_test_id("take-control").click()
+    expect(page.get_by_test_id("home")).to_be_disabled()
+    page.get_by_test_id("stop").click()
+    expect(page.get_by_test_id("stage")).to_contain_text("Standby")
+    assert stub.commands() == ["quick_stop"]
 
 
 def test_a_fault_is_shown_with_its_reason_and_advice(

@@ -25,6 +25,7 @@ SOURCES = (
     ROOM / "canopen" / "watch.py",
     ROOM / "commands" / "settings.py",
     ROOM / "commands" / "stage.py",
+    ROOM / "cyclic" / "drive_phases.py",
     ROOM / "cyclic" / "sequence.py",
     ROOM / "hmi" / "diagnosis" / "job.py",
     ROOM / "hmi" / "link" / "machine_link.py",

@@ -41,6 +41,10 @@ class PageInProcess:
 
         await self.user.open("/")
 
+    def release_control(self) -> None:
+        """Take the control right from the visitor: nobody has it then."""
+        self._services.control.release(BROWSER, 0.0)
+
     def text(self, mark: str) -> str:
         """Return the text of a label, "" while it is hidden."""
         shown = [label.text for label in self._labels() if mark in label._markers]

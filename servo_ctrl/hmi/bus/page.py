@@ -136,7 +136,7 @@ def traffic_figures(bus: BusStatus) -> list[TrafficFigure]:
 def cycle_figure(histogram: CycleHistogram, period_s: float | None, theme: Theme) -> dict[str, Any]:
     """The histogram of the cycle time with logarithmic counts: the rare cycles matter.
 
-    `period_s` is what a cycle should take; None: in lockstep it takes what it takes.
+    `period_s`: the nominal time of a cycle; None in lockstep, which has none.
     """
     counts = histogram.counts
     bars = {

@@ -22,7 +22,7 @@ FRAME_EVENT, DRAWN_EVENT = "live_chart", "live_chart_drawn"
 MAX_PENDING = 2
 """Frames that may be sent before the first of them is drawn: one under way, one being drawn."""
 ACKNOWLEDGE_TIMEOUT_S = 2.0
-"""Without an acknowledgement for so long (tab in the background, lost connection) all points are sent."""
+"""Time without an acknowledgement (tab in the background, lost connection) before all points are sent."""
 SHORTEST_S = 1.0 / 30.0
 LONGEST_S = 0.25
 LATE_RATIO = 1.5
@@ -75,7 +75,7 @@ class LiveChart(EChart, component="live_chart.js"):
         self.run_method("whole")
 
     async def send(self, frame: ChartFrame, arrays: int, origin: float) -> None:
-        """Send one frame of so many arrays; the browser subtracts `origin` from the x values."""
+        """Send one frame of this many arrays; the browser subtracts `origin` from the x values."""
         self._sent += 1
         self._sent_s = time.monotonic()
         header = {

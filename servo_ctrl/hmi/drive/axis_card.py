@@ -13,6 +13,7 @@ from servo_ctrl.hmi.drive.step_jog import StepButtons, StepChoice
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.channel_names import PHASES, drive_state
 from servo_ctrl.hmi.shell.machine_stage import Tone
+from servo_ctrl.hmi.shell.offered import explain
 from servo_ctrl.hmi.shell.open_page import OpenPage, refusal_text
 from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, captioned, div, faint, named, notify, panel
 from servo_ctrl.hmi.shell.units import MINUS
@@ -94,7 +95,7 @@ class AxisMotionCard:
 
 
 def position_unknown(drive: DriveStatus | None) -> bool:
-    """Nobody knows where the axis is now: its drive is lost, or has never been heard."""
+    """Whether the position of the axis is unknown: its drive is lost, or has never sent anything."""
     return drive is None or drive.phase == "lost"
 
 
@@ -155,8 +156,10 @@ class JogButtons:
 
     def refresh(self, status: MachineStatus) -> None:
         """Enable the buttons where a jog would be accepted."""
-        ready = self._page.link.connected and status.stage is Stage.READY
-        enabled = ready and not self._page.refusal("jog")
+        ready, refusal = self._page.link.connected and status.stage is Stage.READY, self._page.refusal("jog")
+        for button in self._buttons:
+            explain(button, refusal)
+        enabled = ready and not refusal
         if enabled != self._enabled:
             self._enabled = enabled
             for button in self._buttons:

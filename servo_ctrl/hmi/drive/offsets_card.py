@@ -11,6 +11,7 @@ from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.languages.texts import tr
+from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, choice, confirmed, div, faint, notify
 from servo_ctrl.motion.gcode.words import WORK_OFFSETS
@@ -41,7 +42,7 @@ class OffsetsCard:
                         f"touch-off-{axis}",
                     )
                     self._buttons.append(touch)
-            faint(tr("Zeros are kept until they are set anew; they move with the home of their axis."))
+            faint(tr("Zeros are kept until they are set again; they move with the home of their axis."))
 
     def refresh(self, status: MachineStatus) -> None:
         """Show where the axes are in the chosen offset."""
@@ -64,10 +65,9 @@ class OffsetsCard:
                 )
             )
         ready = self._page.link.connected and status.stage is Stage.READY
-        offered = ready and not self._page.refusal("touch_off")
-        for element in self._buttons:
-            element.set_enabled(offered)
-        self._clear.set_enabled(status.stage in {Stage.READY, Stage.STANDBY})
+        offer(self._page, self._buttons, "touch_off", possible=ready)
+        at_rest = status.stage in {Stage.READY, Stage.STANDBY}
+        offer(self._page, [self._clear], "command", Command.CLEAR_OFFSET, possible=at_rest)
 
     async def _choose(self) -> None:
         name = self._choice.value

@@ -18,6 +18,7 @@ from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.event_texts import reason_text
 from servo_ctrl.hmi.shell.live_content import Rebuilt, TextTable, command_buttons, when_connected
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
+from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.overload import RecentShare, overload_text
 from servo_ctrl.hmi.shell.parts import CROSS, card, div, faint, named
@@ -34,7 +35,7 @@ ENABLED_IN = {
     Command.DISABLE: {Stage.READY, Stage.RUNNING},
     Command.HOME: {Stage.READY},
 }
-"""The stages in which a button is enabled; the controller decides in the end."""
+"""The stages in which the machine can do what a button asks for; the controller decides in the end."""
 NODE_STATES = {
     "operational": word("in operation (operational)"),
     "pre_operational": word("waits (pre-operational)"),
@@ -82,7 +83,7 @@ class PowerCard:
     """The card for switching on and off, and for homing."""
 
     def __init__(self, page: OpenPage) -> None:
-        self._ticks, self._overload = RecentShare(), ""
+        self._page, self._ticks, self._overload = page, RecentShare(), ""
         with card(tr("Power"), "power"):
             with div("bench-row"):
                 self._buttons = command_buttons(page, BUTTONS, "flex: 1 1 0", doubt=self._doubt)
@@ -92,8 +93,10 @@ class PowerCard:
         """Enable what is possible now, and show why the machine stands still."""
         self._overload = overload_text(self._ticks.take(status))
         for command, element in self._buttons.items():
-            offered = command is Command.DISABLE if status.setting_up else status.stage in ENABLED_IN[command]
-            element.set_enabled(offered)
+            possible = (
+                command is Command.DISABLE if status.setting_up else status.stage in ENABLED_IN[command]
+            )
+            offer(self._page, [element], "command", command, possible=possible)
         stage, reason = tr(shown_stage(status).word), reason_text(status)
         self._reason.set_text(f"{stage}: {reason}" if reason else stage)
 

@@ -8,6 +8,7 @@ from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.languages.texts import tr, word
+from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import div, faint, named
 from servo_ctrl.hmi.shell.units import MINUS, UnitSystem
@@ -64,9 +65,7 @@ class StepButtons:
     def refresh(self, status: MachineStatus) -> None:
         """Enable the buttons where a step would be accepted."""
         ready = self._page.link.connected and status.stage is Stage.READY
-        offered = ready and not self._page.refusal("jog_step")
-        for element in self._buttons:
-            element.set_enabled(offered)
+        offer(self._page, self._buttons, "jog_step", possible=ready)
 
     async def _step(self, direction: int) -> None:
         await self._page.ask("jog_step", axis=self._axis.name, value=direction * self._choice.step_m)

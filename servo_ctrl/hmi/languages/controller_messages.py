@@ -48,7 +48,7 @@ def _shown(text: str, language: str | None, part: str) -> str:
 
 @cache
 def _templates(language: str, part: str) -> list[_Template]:
-    """The templates, those with the most text of their own first: they say the most exactly what is meant."""
+    """The templates, those with the most text of their own first: they are the most specific."""
     entries = catalogue(language, part).items()
     ordered = sorted(entries, key=lambda entry: -len(_PLACE.sub("", entry[0])))
     return [_Template(re.compile(_pattern(english), re.DOTALL), shown) for english, shown in ordered]

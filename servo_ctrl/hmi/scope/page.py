@@ -16,9 +16,10 @@ from servo_ctrl.hmi.charts.live_chart import LiveChart, refresh_paced
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.scope.appearance import ScopeLayout, ShownChannel, panes_of, scope_options, time_unit
 from servo_ctrl.hmi.scope.capture_files import save_capture
-from servo_ctrl.hmi.scope.controls import FixedScales, ScopeChoices, ScopeFields, first_choices
+from servo_ctrl.hmi.scope.controls import ScopeChoices, ScopeFields, first_choices
 from servo_ctrl.hmi.scope.cursors import CursorReadings
 from servo_ctrl.hmi.scope.event_marks import event_marks, marks_text
+from servo_ctrl.hmi.scope.fixed_scales import FixedScales
 from servo_ctrl.hmi.scope.measurements import MeasurementTable, between
 from servo_ctrl.hmi.scope.set_controls import MathFields, SetFields
 from servo_ctrl.hmi.scope.spectrum import spectrum_figure
@@ -77,7 +78,9 @@ class Scope:
         """When the readings were refreshed last."""
         self._drawn_for: Look | None = None
         """None: the chart has to be redrawn."""
-        self._decelerating = self._saving = False
+        self._saving = False
+        self._stopped = page.link.status is None or page.link.status.stage.stopped
+        """Whether the last status was that of a machine that stops or has stopped."""
         with panel(tr("Settings of the scope")):
             self._fields = ScopeFields(hello, self._choices, self._on_change)
             with div("bench-row"):
@@ -116,9 +119,10 @@ class Scope:
         """Send what is new to the chart, and refresh the readings five times a second."""
         ring = self._page.link.rows
         self._redraw()
-        if status.stage.decelerating and not self._decelerating:  # a stop is a fault to the trigger
+        stopped = status.stage.stopped
+        if stopped and not self._stopped:  # a stop is a fault to the trigger
             self._stream.note_stop(ring)
-        self._decelerating = status.stage.decelerating
+        self._stopped = stopped
         if self._chart.ready:
             frame = self._stream.frame(ring)
             if frame is not None:

@@ -78,7 +78,7 @@ class ScopeStream:
         self.width = max((width for width in WIDTHS if width <= pixels), default=WIDTHS[0])
 
     def note_stop(self, ring: RowRing) -> None:
-        """The machine stops: the newest row is a fault to the trigger, whether or not a drive reports one."""
+        """Note that the machine stops: the newest row triggers, whether or not a drive reports a fault."""
         if self.trigger.kind == "fault":
             # one in the very rows in which the scope was armed counts from the first row that does
             self._stops = (max(ring.end - 1, self.capture.armed_from, 0),)

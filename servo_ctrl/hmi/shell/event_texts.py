@@ -12,7 +12,7 @@ from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.units import grouped
 
 SAME_CYCLES = 100
-"""So far apart at most are a request in the events and what it led to; chosen."""
+"""Most cycles between a request in the events and the stop that it causes; chosen."""
 LONGEST_GROUP = 8
 """Events of a group that may be repeated; one for each node of a machine, and its cause. Chosen."""
 _REQUESTS = {

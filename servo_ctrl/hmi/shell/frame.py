@@ -26,7 +26,7 @@ LANGUAGE_WORDS = ", ".join(LANGUAGES.values())
 LEAVE_TIME_S = 1.0
 """Time for the browser to load the login page before the page is deleted on the server."""
 _LOG_OUT = "() => fetch('/logout', {method: 'POST'}).then(() => location.assign('/login'))"
-_TAKE_OVER_DETAILS = word("What the machine is doing goes on. They are told.")
+_TAKE_OVER_DETAILS = word("What the machine is doing goes on. They are notified.")
 
 
 def build_page(

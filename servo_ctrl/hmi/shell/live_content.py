@@ -82,8 +82,8 @@ def command_buttons(
 ) -> dict[Command, ui.button]:
     """A button with text and icon for each command, marked with its name; the first is the main action.
 
-    `axis` returns the axis that a command is for at a click, "" = all; `doubt` what speaks against it, about
-    which the visitor is asked first.
+    `axis` returns the axis that a command is for at a click, "" = all; `doubt` returns a reason against the
+    command, which the visitor confirms first.
     """
 
     async def send(command: Command) -> None:

@@ -45,7 +45,7 @@ _REQUESTED = ("switched off by ", "quick stop by ", "stopped by ")
 
 
 def shown_stage(status: MachineStatus | None, *, jogged: bool = False) -> ShownStage:
-    """The stage to show; None: there was no status yet. `jogged`: axes are led, not by a step."""
+    """The stage to show; None: there was no status yet. `jogged`: axes move, but in no step."""
     if status is None:
         return ShownStage("\u2026", word("No contact"), "bad")
     if status.setting_up:

@@ -6,7 +6,7 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.languages.texts import tr, word
 
 WINDOW_CYCLES = 5000
-"""Over so many cycles the banner judges, five seconds at 1 kHz: it goes when the trouble has gone. Chosen."""
+"""Cycles of the share in the banner, five seconds at 1 kHz: it disappears with the overload. Chosen."""
 TOO_MANY = 0.01
 """Share of missed ticks above which the computer is named: ten times what a quiet one misses. Chosen."""
 FEWEST_CYCLES = 200
