@@ -120,6 +120,8 @@ class CatalogueEntry:
     """Every axis has some of it: a rarer effect of half its size is reported first."""
     mean_of: str = ""
     """It is the mean of that effect, whose zero nobody knows: reported after it."""
+    curve_over: str = ""
+    """Coordinate over which a force of any curve is this law, where its own terms do not fit."""
     indicators: tuple[IndicatorKind, ...] = ()
 
     # the plant

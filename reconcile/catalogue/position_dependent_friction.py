@@ -36,5 +36,6 @@ ENTRY = CatalogueEntry(
     ),
     shown_by="what changes with the place changes sign with direction",
     plausible=lambda sizes: [PlausibleTerm(sizes.over_travel, (sizes.small_n, sizes.small_n))],
+    curve_over="position_by_direction",
     rank=7,
 )

@@ -5,11 +5,11 @@ from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.catalogue.registry import CATALOGUE, ENTRIES
+from reconcile.catalogue.registry import CATALOGUE, ENTRIES, LAW_OF_CURVE
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.formats.rotary_units import in_units_of
 from reconcile.identification.explain import Explanation
-from reconcile.identification.findings import IdentifiedEffect
+from reconcile.identification.findings import LEAST_REPORTED_GAIN, IdentifiedEffect
 from reconcile.location.residual_coordinates import ResidualAnalysis, verdict_noise, verdict_places
 from reconcile.proof.left_out import Proof, proof_json
 from reconcile.replay.model_replays import ReplayComparison, replays_json
@@ -36,7 +36,7 @@ def verdict(
 ) -> dict[str, Any]:
     """Return the content of verdict.json; `proofs` by axis, `following` is the next experiment."""
     everything = [(name, e) for name, explanations in axes.items() for e in explanations]
-    findings = _ranked([_finding(name, f) for name, e in everything for f in e.findings])
+    findings = _ranked([_finding(name, f) for name, e in everything for f in _with_law(e)])
     matter = any(e.parameters_matter for _, e in everything)
     known = any(finding["effect"] != "unknown" for finding in findings)
     word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
@@ -130,6 +130,26 @@ def _fit(
     }
     replays = replays_json(replayed, name)
     return {**fit, "replay": replays} if replays else fit
+
+
+def _with_law(explanation: Explanation) -> list[IdentifiedEffect]:
+    """The findings; a curve in the force that is a law's own carries its name, if that is not there yet.
+
+    It must explain something of what was held out without any other term: beside others it may be what they
+    leave. Curves that each recording has of its own are no law.
+    """
+    named = {finding.effect for finding in explanation.findings}
+    found = []
+    for finding in explanation.findings:
+        law = LAW_OF_CURVE.get(_coordinate(finding), "")
+        is_shared = not any(c.per_recording for c in finding.candidates)
+        in_force = explanation.channel is ResidualChannel.FORCE
+        if law and law not in named and in_force and is_shared and finding.share >= LEAST_REPORTED_GAIN:
+            why = f"{CATALOGUE[law].shown_by}: {finding.explanation}"
+            found.append(finding._replace(effect=law, explanation=why))
+        else:
+            found.append(finding)
+    return found
 
 
 def _finding(axis: str, finding: IdentifiedEffect) -> dict[str, Any]:

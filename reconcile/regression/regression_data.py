@@ -23,6 +23,10 @@ LEAST_CLEAN_HZ = 150.0
 """Corner of the kinematics below which their low pass is applied to both sides of the regression."""
 OVERSAMPLING = 4.0
 """Rate of the kept samples over the filter's bandwidth; samples in between add no information."""
+EDGE_WIDTHS = 3.0
+"""Standard deviations of a Gaussian low pass up to which an end of the recording is in it."""
+LARGEST_EDGE_SHARE = 0.1
+"""Share of a recording that is left out at either end for it, at most. Chosen: short ones need the rest."""
 FILTER_HZ = 60.0
 """Bandwidth of the state filter, that of the published figures on EMPS."""
 END_S = 0.02
@@ -177,15 +181,21 @@ def stride(period_s: float) -> int:
 def low_pass_of(data: RegressionData) -> Callable[..., Array]:
     """The state filter; where positions are noisy, after the low pass of their derivatives."""
     state_filter = StateFilter(data.period_s, FILTER_HZ)
-    corner_hz = data.motion.corner_hz
-    if 1.0 / data.period_s < SLOW_RATE_HZ:
-        corner_hz = min(corner_hz, SLOW_CORNER_SHARE / data.period_s)
-    if corner_hz >= LEAST_CLEAN_HZ:
+    corner_hz = _low_pass_hz(data)
+    if corner_hz is None:
         return state_filter
     width = gaussian_width_s(corner_hz) / data.period_s
     return lambda signal, derivative=0: state_filter(
         gaussian_filter1d(signal, width, axis=0, mode="nearest"), derivative
     )
+
+
+def _low_pass_hz(data: RegressionData) -> float | None:
+    """Corner of the low pass before the state filter; None where positions are clean."""
+    corner_hz = data.motion.corner_hz
+    if 1.0 / data.period_s < SLOW_RATE_HZ:
+        corner_hz = min(corner_hz, SLOW_CORNER_SHARE / data.period_s)
+    return corner_hz if corner_hz < LEAST_CLEAN_HZ else None
 
 
 def target_and_baseline(data: RegressionData, channel: ResidualChannel) -> tuple[Array, Array]:
@@ -201,10 +211,17 @@ def target_and_baseline(data: RegressionData, channel: ResidualChannel) -> tuple
 
 
 def samples_in_use(data: RegressionData, channel: ResidualChannel) -> NDArray[np.bool_]:
-    """Samples (n,) after the filter has settled; in the force only those in motion."""
+    """Samples (n,) after the filter has settled; in the force only those in motion.
+
+    The low pass of noisy positions holds their first and last value beyond the ends, as no axis does: what it
+    reaches of that is left out.
+    """
     used = np.ones(len(data.time_s), dtype=np.bool_)
-    used[: StateFilter(data.period_s, FILTER_HZ).settled] = False
-    used[-math.ceil(END_S / data.period_s) :] = False
+    corner_hz = _low_pass_hz(data)
+    reach_s = EDGE_WIDTHS * gaussian_width_s(corner_hz) if corner_hz else 0.0
+    reach_s = min(reach_s, LARGEST_EDGE_SHARE * len(used) * data.period_s)
+    used[: StateFilter(data.period_s, FILTER_HZ).settled + math.ceil(reach_s / data.period_s)] = False
+    used[-math.ceil(max(END_S, reach_s) / data.period_s) :] = False
     if channel is ResidualChannel.FORCE:
         used &= data.motion.moving
     return used

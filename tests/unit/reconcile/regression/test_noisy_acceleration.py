@@ -6,8 +6,9 @@ from known_axis import AXIS
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.recording.kinematics import gaussian_width_s
 from reconcile.recording.recording import AxisRecording
-from reconcile.regression.regression_data import regression_data, target_and_baseline
+from reconcile.regression.regression_data import regression_data, samples_in_use, target_and_baseline
 
 T, N = 2e-3, 6000
 INERTIA_KG_M2, COULOMB_NM = 0.05, 0.1
@@ -45,3 +46,18 @@ def test_jitter_of_the_stamps_does_not_hide_the_mass() -> None:
 def test_a_clean_recording_keeps_its_bandwidth() -> None:
     clean = recorded(0.0)
     assert regression_data(clean, AXIS).motion.corner_hz >= 45.0
+
+
+def test_the_ends_that_the_low_pass_reaches_judge_nothing() -> None:
+    noisy, clean = (regression_data(recorded(jitter_s), AXIS) for jitter_s in (JITTER_S, 0.0))
+    for channel in (ResidualChannel.FORCE, ResidualChannel.POSITION_DEVIATION):
+        used = samples_in_use(noisy, channel)
+        sigma_s = gaussian_width_s(noisy.motion.corner_hz)
+        first, last = np.flatnonzero(used)[[0, -1]]
+        assert min(first, N - 1 - last) * T > 2.9 * sigma_s
+    # beyond the ends the low pass holds the motion still: the force would lack what accelerates the joint
+    y, base = target_and_baseline(noisy, ResidualChannel.FORCE)
+    left = np.abs(y - base @ np.array([INERTIA_KG_M2, 0.0, COULOMB_NM]))
+    used = samples_in_use(noisy, ResidualChannel.FORCE)
+    assert left[used].max() < 0.7 * max(left[:10].max(), left[-10:].max())
+    assert samples_in_use(clean, ResidualChannel.POSITION_DEVIATION).sum() >= 0.95 * N

@@ -60,3 +60,39 @@ def test_an_only_recording_is_cut_into_thirds() -> None:
     assert [len(part) for part in left_out_parts(of, np.arange(BLOCKS))] == [6, 5, 5]
     terms, _ = predictive_terms(of, of.candidates, np.arange(BLOCKS))
     assert terms == of.candidates
+
+
+def warmed(slopes: tuple[float, float], *, trend: float) -> BlockNormalEquations:
+    """y = base + slope * temperature * base + noise, with a `trend`; cool: 0 to 1 K, warm: 20 to 25 K."""
+    rng = np.random.default_rng(11)
+    of = BlockNormalEquations(
+        [False],
+        [CandidateTerm("temperature_dependent_friction", (0.0,), False, (1,))],
+        np.repeat([0, 1], BLOCKS),
+    )
+    n = BLOCKS * SAMPLES
+    for number, (slope, low_k, high_k) in enumerate(((slopes[0], 0.0, 1.0), (slopes[1], 20.0, 25.0))):
+        base = np.sign(np.sin(np.arange(n) / 7.0))
+        column = base * np.linspace(low_k, high_k, n)
+        y = base + slope * column + trend * base * np.linspace(0.0, 1.0, n) ** 2 + 0.1 * rng.normal(size=n)
+        of.add(np.stack((y, base, column)), number * BLOCKS + np.arange(n) // SAMPLES, np.zeros(n))
+    of.normalise()
+    return of
+
+
+def test_a_cool_recording_is_not_asked_to_foretell_a_warm_one() -> None:
+    """Its degree says nothing of twenty more; thirds of both together tell."""
+    of = warmed((-0.02, -0.02), trend=0.05)
+    parts = left_out_parts(of, np.arange(2 * BLOCKS))
+    squares = [left_out_squares(of, terms, parts).sum() for terms in (of.candidates, [])]
+    assert squares[0] > squares[1]  # asked all the same, the term would have to go
+    kept, withdrawn = predictive_terms(of, of.candidates, np.arange(2 * BLOCKS))
+    assert (kept, withdrawn) == (of.candidates, [])
+
+
+def test_what_the_others_have_seen_of_an_effect_judges_it() -> None:
+    """Recordings at the same temperatures, with friction that rises in one and falls in the other."""
+    of, *_ = equations((1.0, -1.0, 0.2))
+    assert predictive_terms(of, of.candidates, np.arange(RECORDINGS * BLOCKS))[0] == []
+    alike = warmed((0.0, 0.0), trend=0.0)
+    assert predictive_terms(alike, alike.candidates, np.arange(2 * BLOCKS))[0] == []

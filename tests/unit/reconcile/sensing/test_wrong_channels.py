@@ -162,3 +162,23 @@ def test_sines_within_presliding_are_not_refused(amplitude_m: float) -> None:
     report = examine([presliding(amplitude_m)], fine)
     assert [f for f in report.findings if f.severity == "unusable"] == []
     assert len(report.recordings) == 1
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_a_slow_joint_whose_weight_hides_its_mass_is_told_that_its_columns_are_exchanged(
+    tmp_path: Path, *, exchanged: bool
+) -> None:
+    t = np.arange(0.0, 12.0, 2e-3)
+    angle_rad = 0.7 * np.sin(0.8 * t) + 0.2 * np.sin(1.7 * t)
+    torque_nm = 9.0 * np.sin(angle_rad) - 0.8 * np.sign(np.gradient(angle_rad, t))  # carried by other joints
+    torque_nm += np.random.default_rng(8).normal(0.0, 0.05, len(t))
+    path = written(tmp_path / "joint.csv", "t,q,tau", t, angle_rad, torque_nm)
+    model = {"x": Axis(rotary=True, mass_kg=0.4, encoder_resolution_m=None)}
+    columns = ("time=t,position=tau,force=q",) if exchanged else ("time=t,position=q,force=tau",)
+    if exchanged:
+        said = refused(path, *columns, model=model)
+        assert "position and force are exchanged" in said
+        assert "--map x.position=q*1,x.force=tau*1" in said
+    else:
+        findings = examine(load_recordings([path], model, parse_mapping(columns)), model).findings
+        assert [one for one in findings if one.check == "exchanged"] == []
