@@ -24,10 +24,11 @@ from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 
 LOG = "loop.json"
-START_S = 120.0
-"""Bounds booting and referencing."""
-MAX_TIME_RATIO = 10.0
-"""Bounds the time of a lockstep run, over the machine's own time. Chosen; no measurement is recorded."""
+START_S = 900.0
+"""Bounds booting and referencing; the first run compiles kernels, which takes minutes of a busy computer."""
+MAX_TIME_RATIO = 60.0
+"""Bounds the time of a lockstep run, over the machine's own time: a hang. At 30 processes that compute on two
+processors a run took 17 times it."""
 DECIDED, BUDGET, STOPPED = "decided", "budget used", "stopped"
 
 
