@@ -10,6 +10,7 @@ tests/unit/servo_hmi/test_language.py finds templates that a catalogue lacks.
 
 import re
 from functools import cache, lru_cache
+from itertools import islice
 from typing import NamedTuple
 
 from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage, catalogue
@@ -25,6 +26,8 @@ _MICROMETRES = re.compile(r"(?<=\d )um\b")
 
 
 class _Template(NamedTuple):
+    own: tuple[str, ...]
+    """Its own text between the arguments: what lacks a piece of it is not matched, which takes long."""
     pattern: re.Pattern[str]
     german: str
     """With {0}, {1} ... as in the English one, in any order."""
@@ -51,7 +54,10 @@ def _templates(language: str, part: str) -> list[_Template]:
     """The templates, those with the most text of their own first: they are the most specific."""
     entries = catalogue(language, part).items()
     ordered = sorted(entries, key=lambda entry: -len(_PLACE.sub("", entry[0])))
-    return [_Template(re.compile(_pattern(english), re.DOTALL), shown) for english, shown in ordered]
+    return [
+        _Template(tuple(_PLACE.split(english)[::2]), re.compile(_pattern(english), re.DOTALL), shown)
+        for english, shown in ordered
+    ]
 
 
 def _pattern(english: str) -> str:
@@ -71,7 +77,9 @@ def _piece(text: str, language: str, part: str, depth: int) -> str:
     whole = _by_template(text, language, part, depth)
     if whole is not None:
         return whole
-    for colon in re.finditer(": ", text):  # a file, a line and a key stand before what is said of them
+    for colon in islice(
+        re.finditer(": ", text), DEEPEST
+    ):  # a file, a line and a key stand before what is said of them
         said = _by_template(text[colon.end() :], language, part, depth)
         if said is not None:
             return f"{_piece(text[: colon.start()], language, part, depth - 1)}: {said}"
@@ -85,6 +93,8 @@ def _piece(text: str, language: str, part: str, depth: int) -> str:
 def _by_template(text: str, language: str, part: str, depth: int) -> str | None:
     """The text by the template that is all of it, its arguments likewise; None where there is none."""
     for template in _templates(language, part):
+        if not all(piece in text for piece in template.own):
+            continue
         found = template.pattern.fullmatch(text)
         if found is not None:
             return template.german.format(*(_piece(one, language, part, depth - 1) for one in found.groups()))

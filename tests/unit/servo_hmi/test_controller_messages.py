@@ -28,6 +28,7 @@ from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage
         ),
         ("anna: enable", "anna: enable"),
         ("x; " * 600, "x; " * 600),
+        ("x: " * 600, "x: " * 600),
     ],
 )
 def test_a_message_is_shown_in_german_with_its_arguments(
