@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Self
 import pytest
 
 LIMIT_S = 60.0
+ARRIVAL_LIMIT_S = 300.0
 """Time in which a controller starts and runs its program while many programs share two processors."""
 SERVER = shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin:/sbin")
 needs_mosquitto = pytest.mark.skipif(
@@ -46,8 +47,8 @@ class Listener:
         self._again: list[Message] = []
 
     async def until(self, topic: str, wanted: Callable[[Message], bool] = lambda _message: True) -> Message:
-        """Return the next matching message of a topic with this end. Raises TimeoutError after LIMIT_S."""
-        async with asyncio.timeout(LIMIT_S):
+        """Return the next matching message of a topic with this end. Raises TimeoutError where none comes."""
+        async with asyncio.timeout(ARRIVAL_LIMIT_S):
             while True:
                 message = self._again.pop(0) if self._again else await self._next()
                 self.received.append(message)
