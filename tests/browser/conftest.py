@@ -8,6 +8,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from browser_program import CHROMIUM
+from live_page import go
 from page_server import OUTSIDE_PYTEST, ROOT, Server, Stub, free_tcp_port, started
 from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, expect, sync_playwright
 
@@ -86,6 +87,7 @@ def _watched(chromium: Browser, url: str, **options: Any) -> Iterator[Watched]:
             problems.append(request.url)
 
     context.on("request", check)
+    context.on("console", lambda message: print(message.text))  # beside a test that fails
     context.on("weberror", lambda error: problems.append(str(error.error)))
     yield Watched(context, problems)
     context.close()
@@ -127,8 +129,7 @@ def visit(
         browser.add_cookies([{"name": "bench_dark", "value": str(int(dark)), "url": url}])
         page = browser.new_page()
         page.set_viewport_size(_size(width))
-        page.goto(url + path)
-        page.wait_for_function("window.did_handshake === true")
+        go(page, url + path)
         return page
 
     yield open_page

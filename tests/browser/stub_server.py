@@ -6,10 +6,12 @@ routes that the real page does not have.
 
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
+from unittest.mock import patch
 
-from nicegui import app
+from nicegui import app, core, ui
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from stub_link import StubLink
@@ -22,6 +24,17 @@ from servo_ctrl.hmi.access.control_right import ControlRight
 from servo_ctrl.hmi.app import serve
 from servo_ctrl.hmi.diagnosis import job
 from servo_ctrl.hmi.shell.open_page import PageServices
+
+LONGEST_SILENCE_S = 120.0
+"""Of a browser or this process, which wait for a processor; on a machine it is 6 s, and the websocket's 20 s.
+
+Without a connection for 15 s a page is loaded again, in the middle of what a test does with it.
+"""
+
+
+def be_patient() -> None:
+    """Keep connections of browsers that are silent for long."""
+    core.sio.eio.ping_timeout = LONGEST_SILENCE_S
 
 
 def steer(link: StubLink, control: ControlRight) -> None:
@@ -59,11 +72,8 @@ if __name__ == "__main__":
     stub = StubLink()
     right = ControlRight()
     steer(stub, right)
+    app.on_startup(be_patient)
     visitors = load_access("127.0.0.1", access, certificate, key)
-    serve(
-        PageServices(cast("Any", stub), visitors, right, out),
-        "127.0.0.1",
-        port,
-        certificate,
-        key,
-    )
+    services = PageServices(cast("Any", stub), visitors, right, out)
+    with patch.object(ui, "run", partial(ui.run, ws_ping_timeout=LONGEST_SILENCE_S)):
+        serve(services, "127.0.0.1", port, certificate, key)

@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from choices import choose
+from live_page import go
 from playwright.sync_api import expect
 
 from servo_ctrl.hmi.access.users import Role, add_token, remove_token
@@ -146,7 +147,7 @@ def test_the_language_is_that_of_the_browser_until_another_is_picked(
     visiting: Callable[..., BrowserContext], stub: Stub, stub_server: Server
 ) -> None:
     page = visiting(stub_server.url, locale="de-DE").new_page()
-    page.goto(stub_server.url)
+    go(page, stub_server.url)
     expect(page.get_by_test_id("stage")).to_contain_text("Bereit")
     expect(page.locator("html")).to_have_attribute("lang", "de-DE")
     choose(page.get_by_test_id("language"), "EN")

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from live_page import go
 from playwright.sync_api import BrowserContext, Page, expect
 from simulated_table import ServedTable, opened, served_table, table_directory
 
@@ -82,7 +83,7 @@ def start_the_program(page: Page) -> None:
 
 
 def run_circle(page: Page, url: str) -> None:
-    page.goto(f"{url}/motion")
+    go(page, f"{url}/motion")
     start_the_program(page)
     expect(page.get_by_test_id("program-step")).to_contain_text("circle", timeout=LIMIT_MS)
     expect(page.get_by_test_id("stage")).to_contain_text("Ready", timeout=LIMIT_MS)
@@ -90,7 +91,7 @@ def run_circle(page: Page, url: str) -> None:
 
 def expect_x_at_zero(page: Page, url: str) -> None:
     """After X-2 in G54, whose zero is at 2 mm."""
-    page.goto(url)
+    go(page, url)
     near_zero = re.compile("^\N{MINUS SIGN}?0[.]00")
     expect(page.get_by_test_id("position-x")).to_have_text(near_zero, timeout=LIMIT_MS)
 
@@ -156,7 +157,7 @@ def run_the_part(page: Page, picture: Callable[[Page, str], None]) -> None:
 
 def learn_and_see_j_fall(page: Page, table_url: str, picture: Callable[[Page, str], None]) -> None:
     stage = page.get_by_test_id("stage")
-    page.goto(f"{table_url}/friction")
+    go(page, f"{table_url}/friction")
     before_um = error_of(page, "x")
     picture(page, "operator_3_error")
     page.get_by_test_id("start-learning").click()
@@ -168,7 +169,7 @@ def learn_and_see_j_fall(page: Page, table_url: str, picture: Callable[[Page, st
     expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
 
     run_circle(page, table_url)
-    page.goto(f"{table_url}/friction")
+    go(page, f"{table_url}/friction")
     required = page.get_by_test_id("required-x")
     expect(required).to_have_text(re.compile("median of the last .*6[.]50"), timeout=LIMIT_MS)
     expect(required).not_to_contain_text("above it")
@@ -181,7 +182,7 @@ def kill_the_simulator_in_motion_and_go_on(page: Page, table: ServedTable) -> No
     stage = page.get_by_test_id("stage")
     start_the_program(page)
     table.restart_simulator()
-    page.goto(table.url)
+    go(page, table.url)
     expect(stage).to_contain_text("Fault", timeout=LIMIT_MS)
     page.get_by_test_id("enable").click()
     expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
@@ -205,12 +206,12 @@ def test_a_day_of_an_operator(
     step_and_touch_off(page)
     picture(page, "operator_1_enabled")
 
-    page.goto(f"{table_url}/motion")
+    go(page, f"{table_url}/motion")
     mend_and_load_the_part(page)
     run_the_part(page, picture)
     expect_x_at_zero(page, table_url)
 
-    page.goto(f"{table_url}/motion")
+    go(page, f"{table_url}/motion")
     page.get_by_test_id("program-choice").click()
     page.get_by_role("option", name="circle.toml").click()
     expect(page.get_by_test_id("program-verdict")).to_contain_text("within the limits")
@@ -221,14 +222,14 @@ def test_a_day_of_an_operator(
 
     learn_and_see_j_fall(page, table_url, picture)
 
-    page.goto(f"{table_url}/motion")
+    go(page, f"{table_url}/motion")
     kill_the_simulator_in_motion_and_go_on(page, served)
 
-    page.goto(f"{table_url}/motion")
+    go(page, f"{table_url}/motion")
     start_the_program(page)
     page.get_by_test_id("stop").click()
     expect(stage).to_contain_text("Standby", timeout=LIMIT_MS)
-    page.goto(table_url)
+    go(page, table_url)
     expect(page.get_by_test_id("stage-reason")).to_have_text(re.compile("quick stop by"))
     expect(page.get_by_test_id("fault")).to_have_count(0)
     picture(page, "operator_6_stopped")

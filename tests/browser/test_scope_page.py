@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from choices import choose
+from live_page import await_connection
 from playwright.sync_api import expect
 
 from servo_ctrl.recording.reader import load_recording
@@ -90,6 +91,7 @@ def test_a_set_with_a_computed_channel_is_kept_for_others_and_events_are_marked(
     expect(page.get_by_test_id("scope-events")).to_contain_text("made up")
     picture(page, "scope_computed")
     page.reload()
+    await_connection(page)
     expect(page.get_by_test_id("scope-expressions")).to_be_empty()
     choose(page.get_by_test_id("scope-set"), "errors")
     expect(measured.get_by_role("row", name="abs(x.position_error_m)")).to_be_visible()

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 from learned_examples import SHORT_STROKES
+from live_page import go
 from playwright.sync_api import BrowserContext, Page, expect
 from playwright.sync_api import TimeoutError as TookTooLong
 from simulated_table import ServedTable, opened, served_table, table_directory
@@ -66,12 +67,6 @@ def page(table: str, visiting: Callable[..., BrowserContext]) -> Page:
         page.get_by_test_id("enable").click()
     expect(stage).to_contain_text("Ready", timeout=LIMIT_MS)
     return page
-
-
-def go(page: Page, url: str) -> None:
-    """To a page, until it is alive."""
-    page.goto(url)
-    page.wait_for_function("window.did_handshake === true", timeout=LIMIT_MS)
 
 
 def switch(page: Page, table: str, on: set[str]) -> None:

@@ -13,11 +13,12 @@ import can
 import pytest
 from child_process import terminate
 from consecutive_runs import ConsecutiveRuns
-from forked_program import HIL_SIM, HUB, ForkedProgram
+from forked_program import HIL_SIM, HUB, ForkedProgram, programs_forked
 from machine_files import REPOSITORY, text_of, write_controller
 
 from tests.campaigns.campaign.machine import make_machine
 
+USER_COMMANDS = Path(sys.executable).parent
 START_LIMIT_S = 240.0
 STOP_LIMIT_S = 60.0
 
@@ -57,12 +58,12 @@ class Bench:
         self._socket = folder / "can.sock"
         self._running: list[ForkedProgram | subprocess.Popen[bytes]] = []
         self.bus_spec = f"localcan:{self._socket}"
-        self.hub = self._start(HUB, [str(self._socket)])
+        self.hub = self._start([*HUB, str(self._socket)])
         self._await_hub()
 
     def simulate(self, machine: Path, pacing: str = "lockstep") -> ForkedProgram:
         """Start a simulator; return when its nodes are on the bus."""
-        process = self._start(HIL_SIM, self._options(machine, pacing))
+        process = self._start([*HIL_SIM, *self._options(machine, pacing)])
         self._await_line(process, b"on the bus")
         return process
 
@@ -74,7 +75,7 @@ class Bench:
 
     def run(self, program: str, *arguments: str) -> subprocess.Popen[bytes]:
         """Start a program by the command of a user; it ends with the bench."""
-        command = [str(Path(sys.executable).with_name(program)), *arguments]
+        command = [str(USER_COMMANDS / program), *arguments]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self._running.append(process)
         return process
@@ -104,8 +105,8 @@ class Bench:
             assert process.stdout is not None
             process.stdout.close()
 
-    def _start(self, program: str, arguments: list[str]) -> ForkedProgram:
-        process = ForkedProgram(program, arguments)
+    def _start(self, command: list[str]) -> ForkedProgram:
+        process = ForkedProgram(command)
         self._running.append(process)
         return process
 
@@ -132,6 +133,12 @@ class Bench:
                 chunk = os.read(process.stdout.fileno(), 4096)
                 assert chunk, f"it ended: {printed!r}"
                 printed += chunk
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _programs_are_forked() -> Iterator[None]:
+    with programs_forked():
+        yield
 
 
 @pytest.fixture

@@ -2,13 +2,13 @@
 
 import asyncio
 import signal
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from forked_program import SERVO_CTRL, ForkedProgram
 
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.cyclic.cia402 import DriveState, drive_state
@@ -85,17 +85,17 @@ async def test_drives_that_a_killed_controller_left_enabled_brake_before_they_ar
 ) -> None:
     """In lockstep time stops with the axes in motion: the next run begins in that state."""
     bench.simulate(xy_table)
-    command = [str(Path(sys.executable).with_name("servo-ctrl")), "run", "--machine", str(xy_table)]
+    command = [*SERVO_CTRL, "run", "--machine", str(xy_table)]
     command += ["--bus", bench.bus_spec, "--pacing", "lockstep", "--program", str(circles(100.0))]
     first = tmp_path / "killed"
-    process = await asyncio.create_subprocess_exec(
-        *command, "--record", str(first), stderr=asyncio.subprocess.DEVNULL
-    )
+    process = ForkedProgram([*command, "--record", str(first)])
     async with asyncio.timeout(START_LIMIT_S):
         while not (first / "part-00001.parquet").exists():  # noqa: ASYNC110  # files tell nobody
             await asyncio.sleep(0.02)
-        process.send_signal(signal.SIGKILL)
-        await process.wait()
+    process.kill()
+    assert process.wait(START_LIMIT_S) == -signal.SIGKILL
+    assert process.stdout is not None
+    process.stdout.close()
     machine = load_machine(xy_table)
     program = load_program(circles(1.0), machine)
     report = await run_machine(machine, program, bench.bus_spec, "lockstep", tmp_path / "next")

@@ -1,34 +1,54 @@
 """Programs of the project that are forked from one process that has loaded them (`program_template.py`)."""
 
 import atexit
+import contextlib
 import functools
-import json
 import os
 import select
+import shlex
 import signal
 import socket
 import struct
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-TEMPLATE = Path(__file__).with_name("program_template.py")
-HIL_SIM, HUB = "hil_sim.cli.main:main", "local_can.__main__:main"
+import pytest
+
+HERE = Path(__file__).parent
+PYTHON = sys.executable
+HIL_SIM, SERVO_CTRL, HUB = ("hil-sim",), ("servo-ctrl",), ("python3", "-m", "local_can")
+"""Beginnings of command lines."""
 START_LIMIT_S = 300.0
 """The template loads, and on a new machine compiles, before it forks."""
+NO_THREADS = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "JE_ARROW_MALLOC_CONF": "background_thread:false",
+}
+"""Of the template, whose forks lack all threads but one."""
+NAMES = ("python3", "servo-ctrl", "hil-sim", "reconcile")
+COMMAND = '#!/bin/sh\nexec {python} -IS {launcher} {address} {name} "$@"\n'
 
 
 class ForkedProgram:
     """A running program with the interface of `subprocess.Popen`; `stdout` carries both outputs."""
 
-    def __init__(self, program: str, arguments: list[str]) -> None:
-        read, write = os.pipe()
-        self.stdout = os.fdopen(read, "rb")
-        self._answer, theirs = socket.socketpair()
-        request = json.dumps({"program": program, "arguments": arguments}).encode()
-        with theirs:
-            socket.send_fds(_template(), [request], [write, theirs.fileno()])
-        os.close(write)
+    def __init__(self, command: Sequence[str | Path], log: int | None = None) -> None:
+        """Start it; both outputs go to the descriptor `log`, or to a pipe."""
+        read, write = os.pipe() if log is None else (None, log)
+        self.stdout = None if read is None else os.fdopen(read, "rb")
+        program, *arguments = map(str, command)
+        request = (program, arguments, str(Path.cwd()), outside_pytest(), os.nice(0))
+        self._answer = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._answer.connect(str(commands_folder() / "template"))
+        with Path(os.devnull).open("rb") as nothing:
+            streams = [nothing.fileno(), write, write]
+            socket.send_fds(self._answer, [repr(request).encode()], streams)
+        if read is not None:
+            os.close(write)
         self.returncode: int | None = None
         self.pid = self._receive(START_LIMIT_S)
 
@@ -61,20 +81,59 @@ class ForkedProgram:
     def _receive(self, timeout_s: float | None) -> int:
         if not select.select([self._answer], [], [], timeout_s)[0]:
             raise subprocess.TimeoutExpired("a forked program", timeout_s or 0.0)
-        return int(struct.unpack("<i", self._answer.recv(4, socket.MSG_WAITALL))[0])
+        return int(struct.unpack("<i", self._answer.recv(4))[0])
+
+
+def outside_pytest() -> dict[str, str]:
+    """Return the environment that a user would have: NiceGUI, for one, is different under pytest."""
+    return {name: text for name, text in os.environ.items() if not name.startswith("PYTEST_")}
+
+
+@contextlib.contextmanager
+def programs_forked() -> Iterator[None]:
+    """Within the block, Python and the commands beside it are forks: also those that the product starts."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "executable", str(commands_folder() / "python3"))
+        yield
 
 
 @functools.cache
-def _template() -> socket.socket:
-    """Start the process that forks, one for each test process; it ends when the socket closes."""
-    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    with theirs:
-        command = [sys.executable, str(TEMPLATE), str(theirs.fileno())]
-        template = subprocess.Popen(command, pass_fds=[theirs.fileno()])
+def commands_folder() -> Path:
+    """Return a folder with the commands of a user, which a template forks; start the template.
+
+    Whoever forks workers calls it before: they share the template, which ends with the last of them.
+    """
+    place = tempfile.TemporaryDirectory(prefix="forks-")
+    folder = Path(place.name)
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    listener.bind(str(folder / "template"))
+    listener.listen(64)
+    words = {
+        "python": sys.executable,
+        "launcher": HERE / "forking_command.py",
+        "address": folder / "template",
+    }
+    quoted = {word: shlex.quote(str(value)) for word, value in words.items()}
+    for name in NAMES:
+        (folder / name).write_text(COMMAND.format(name=name, **quoted), encoding="utf-8")
+        (folder / name).chmod(0o755)
+    life, end_of_life = os.pipe()
+    numbers = [str(listener.fileno()), str(life), str(folder)]
+    template = subprocess.Popen(
+        [PYTHON, str(HERE / "program_template.py"), *numbers],
+        pass_fds=[listener.fileno(), life],
+        env=outside_pytest() | NO_THREADS,
+        start_new_session=True,  # Ctrl-C is for the tests, which end their programs
+    )
+    listener.close()
+    os.close(life)
+    owner = os.getpid()
 
     def end() -> None:
-        ours.close()
-        template.wait()
+        if os.getpid() == owner:
+            os.close(end_of_life)
+            template.wait()
+            place.cleanup()
 
     atexit.register(end)
-    return ours
+    return folder

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from forked_program import commands_folder
 
 FORK = multiprocessing.get_context("fork")
 Files = list[list[pytest.Item]]
@@ -34,6 +35,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
     if not count or session.config.option.collectonly or session.testsfailed:
         return None  # pytest's own loop runs them, or says that collecting has failed
     session.config._tmp_path_factory.getbasetemp()  # type: ignore[attr-defined]  # one for all
+    commands_folder()  # one template of programs for all
     files = [list(items) for _, items in groupby(session.items, lambda item: item.path)]
     taken = FORK.Value("i", 0)
     gc.collect()

@@ -1,77 +1,170 @@
 """A process that has loaded the programs of the project and forks one for each request on its socket.
 
-Loading numba, canopen and the kernels takes a program more processor time than most tests on the bus need. A
-fork has them already; all else (arguments, streams, signals, exit) is as in a process of its own.
+Loading numba, NiceGUI, canopen and the kernels takes a program more processor time than most tests need. A
+fork has them already; all else (arguments, folder, environment, streams, signals, exit) is as in a process of
+its own. What a program needs is loaded when the first is asked for.
 
-A request is a JSON object with `program` (its entry point as module:function) and `arguments`, and beside it
-the file descriptors for the output and for the answer. The answer is the process's number at once, and its
-exit status when it has ended, -N after signal N, as 4 bytes each.
+A request is the text of a tuple (`Request`), and beside it the descriptors of the three streams. The answer
+is the process's number at once, and its exit status when it has ended, -N after signal N, as 4 bytes each.
+The process is killed when the other side closes the connection. The template ends with the last process that
+has the other end of its `life`.
 """
 
+import ast
+import contextlib
+import gc
 import importlib
-import json
 import os
+import pkgutil
+import runpy
+import selectors
 import signal
 import socket
 import struct
 import sys
 import traceback
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Never
-
-import local_can.__main__
-import local_can.bus  # noqa: F401
-from hil_sim.config import load_plant
-from hil_sim.runner.bench import SimulatedMachine
+from typing import Any, NamedTuple, Never
 
 XY_TABLE = Path(__file__).parents[2] / "machines" / "xy_table"
-LONGEST_REQUEST_BYTES = 65536
+COMMANDS = {
+    "servo-ctrl": "servo_ctrl.cli.main",
+    "hil-sim": "hil_sim.cli.main",
+    "reconcile": "reconcile.cli.main",
+}
+"""Console scripts, by the modules with their `main`."""
+LONGEST_REQUEST_BYTES = 180_000
 
 
-def serve(requests: socket.socket) -> None:
-    """Fork for each request until the other side closes its end."""
-    while True:
-        data, descriptors, _, _ = socket.recv_fds(requests, LONGEST_REQUEST_BYTES, 2)
+class Request(NamedTuple):
+    """A program to be started: a console script, or `python3` with a module (`-m`) or a file."""
+
+    program: str
+    arguments: list[str]
+    directory: str
+    environment: dict[str, str]
+    niceness: int
+
+
+class Template:
+    """Forks programs, and tells whoever asked for one when it has ended."""
+
+    def __init__(self, listener: socket.socket, life: int, folder: Path) -> None:
+        self._listener, self._life, self._folder = listener, life, folder
+        self._callers: dict[int, socket.socket] = {}
+        self._loaded: set[str] = set()
+        self._ended, ends = os.pipe2(os.O_NONBLOCK)
+        signal.set_wakeup_fd(ends)
+        signal.signal(signal.SIGCHLD, lambda *_: None)
+        self._selector = selectors.DefaultSelector()
+        for readable in (listener, life, self._ended):
+            self._selector.register(readable, selectors.EVENT_READ)
+
+    def serve(self) -> None:
+        """Fork for each request until `life` ends."""
+        while True:
+            ready = [key.fileobj for key, _ in self._selector.select()]
+            if self._life in ready:
+                for pid in self._callers:
+                    os.kill(pid, signal.SIGKILL)
+                return
+            if self._ended in ready:
+                os.read(self._ended, 4096)
+                self._tell_of_ends()
+            for caller in ready:
+                if caller is self._listener:
+                    self._accept()
+                elif isinstance(caller, socket.socket):
+                    self._caller_has_left(caller)
+
+    def _accept(self) -> None:
+        caller, _ = self._listener.accept()
+        data, streams, _, _ = socket.recv_fds(caller, LONGEST_REQUEST_BYTES, 3)
         if not data:
+            caller.close()
             return
-        output, answer = descriptors
-        if os.fork() == 0:
-            requests.close()
-            _keep(json.loads(data), output, answer)
-        os.close(output)
-        os.close(answer)
+        request = Request(*ast.literal_eval(data.decode()))
+        self._load_for(request)
+        pid = os.fork()
+        if pid == 0:
+            caller.close()
+            self._leave()
+            _become(request, streams, self._folder)
+        for stream in streams:
+            os.close(stream)
+        with contextlib.suppress(OSError):  # the caller has been killed: its connection tells so
+            caller.sendall(struct.pack("<i", pid))
+        self._callers[pid] = caller
+        self._selector.register(caller, selectors.EVENT_READ)
+
+    def _tell_of_ends(self) -> None:
+        while self._callers:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+            if not pid:
+                return
+            caller = self._callers.pop(pid)
+            self._forget(caller)
+            with contextlib.suppress(OSError):
+                caller.sendall(struct.pack("<i", os.waitstatus_to_exitcode(status)))
+            caller.close()
+
+    def _caller_has_left(self, caller: socket.socket) -> None:
+        for pid, its_caller in self._callers.items():
+            if its_caller is caller:
+                self._forget(caller)
+                os.kill(pid, signal.SIGKILL)
+
+    def _forget(self, caller: socket.socket) -> None:
+        with contextlib.suppress(KeyError):
+            self._selector.unregister(caller)
+
+    def _load_for(self, request: Request) -> None:
+        for need, load in NEEDS.items():
+            if need not in self._loaded and _needs(request, need):
+                self._loaded.add(need)
+                load()
+                gc.collect()
+                gc.freeze()  # no fork looks through what is loaded
+                tasks = list(Path("/proc/self/task").iterdir())
+                assert len(tasks) == 1, f"a fork would lack the threads of {need}"
+
+    def _leave(self) -> None:
+        """In the fork: close what is the template's."""
+        signal.set_wakeup_fd(-1)
+        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+        self._selector.close()
+        for caller in (self._listener, *self._callers.values()):
+            caller.close()
+        os.close(self._life)
+        os.close(self._ended)
 
 
-def _keep(request: dict[str, Any], output: int, answer: int) -> Never:
-    """Fork the program; answer with its process id and its exit status."""
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    pid = os.fork()
-    if pid == 0:
-        os.close(answer)
-        _become(request, output)
-    os.close(output)
-    with socket.socket(fileno=answer) as caller:
-        caller.sendall(struct.pack("<i", pid))
-        _, status = os.waitpid(pid, 0)
-        caller.sendall(struct.pack("<i", os.waitstatus_to_exitcode(status)))
-    os._exit(0)
+def _needs(request: Request, need: str) -> bool:
+    words = [request.program, *request.arguments[:2]]
+    return any(need in {word, Path(word).name} for word in words)
 
 
-def _become(request: dict[str, Any], output: int) -> Never:
-    """Run the program with its streams and arguments."""
-    os.dup2(output, 1)
-    os.dup2(output, 2)
-    os.close(output)
+def _become(request: Request, streams: list[int], folder: Path) -> Never:
+    """Run the program in its folder, with its streams, environment and arguments."""
+    for place, stream in enumerate(streams):
+        os.dup2(stream, place)
+        os.close(stream)
     status: Any = 0
     try:
-        module, _, function = request["program"].partition(":")
-        sys.argv = [module, *request["arguments"]]
-        status = getattr(importlib.import_module(module), function)()
+        os.chdir(request.directory)
+        os.environ.clear()
+        os.environ.update(request.environment)
+        os.nice(request.niceness - os.nice(0))
+        sys.executable = str(folder / "python3")  # what it starts is forked as well
+        _run(request)
     except SystemExit as left:
         status = left.code
         if isinstance(status, str):
             print(status, file=sys.stderr)
             status = 1
+    except KeyboardInterrupt:
+        status = 128 + signal.SIGINT
     except BaseException:  # noqa: BLE001  # as the interpreter would
         traceback.print_exc()
         status = 1
@@ -80,12 +173,74 @@ def _become(request: dict[str, Any], output: int) -> Never:
     os._exit(int(status or 0))
 
 
-def main() -> None:
-    """Load the kernels, then serve the socket whose descriptor is the argument."""
+def _run(request: Request) -> None:
+    program, arguments = request.program, request.arguments
+    if program in COMMANDS:
+        sys.argv = [program, *arguments]
+        sys.exit(importlib.import_module(COMMANDS[program]).main())
+    if arguments[0] == "-m":
+        sys.argv = arguments[1:]
+        sys.path.insert(0, request.directory)
+        runpy.run_module(arguments[1], run_name="__main__", alter_sys=True)
+        return
+    sys.argv = arguments
+    sys.path.insert(0, str(Path(arguments[0]).parent))
+    runpy.run_path(arguments[0], run_name="__main__")
+
+
+def _load_modules(*packages: str) -> None:
+    """Import all modules of packages but their commands."""
+    for name in packages:
+        package = importlib.import_module(name)
+        for module in pkgutil.walk_packages(package.__path__, f"{name}."):
+            if not module.name.endswith("__main__") and not module.name.startswith("servo_ctrl.hmi"):
+                importlib.import_module(module.name)
+
+
+def _load_hub() -> None:
+    importlib.import_module("local_can.bus")
+    importlib.import_module("local_can.hub")
+
+
+def _load_simulator() -> None:
+    _load_hub()
+    from hil_sim.cli import main  # noqa: F401, PLC0415
+    from hil_sim.config import load_plant  # noqa: PLC0415
+    from hil_sim.runner.bench import SimulatedMachine  # noqa: PLC0415
+
     SimulatedMachine(load_plant(XY_TABLE), send=lambda _can_id, _data: None)
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for those who keep a program
-    with socket.socket(fileno=int(sys.argv[1])) as requests:
-        serve(requests)
+
+
+def _load_controller() -> None:
+    _load_hub()
+    _load_modules("servo_ctrl")
+    from servo_ctrl.cli.compile_kernels import compile_kernels  # noqa: PLC0415
+
+    compile_kernels(XY_TABLE)
+
+
+def _load_pages() -> None:
+    importlib.import_module("servo_ctrl.hmi.app")
+
+
+NEEDS: dict[str, Callable[[], None]] = {
+    "local_can": _load_hub,
+    "hil-sim": _load_simulator,
+    "hil_sim.cli.main": _load_simulator,
+    "servo-ctrl": _load_controller,
+    "experiment": lambda: _load_modules("studies"),
+    "servo_ctrl.hmi": _load_pages,
+    "stub_server.py": _load_pages,
+    "reconcile": lambda: _load_modules("reconcile"),
+}
+"""By program, subcommand, module or file: what loads that which it needs."""
+
+
+def main() -> None:
+    """Serve the listening socket and the `life` whose descriptors are the arguments."""
+    listener, life, folder = sys.argv[1:]
+    with socket.socket(fileno=int(listener)) as requests:
+        Template(requests, int(life), Path(folder)).serve()
 
 
 if __name__ == "__main__":

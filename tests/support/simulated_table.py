@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from child_process import terminate
+from live_page import await_connection
 from machine_files import REPOSITORY, XY_TABLE, text_of, write_controller
 from playwright.sync_api import BrowserContext, Page
 
@@ -132,6 +133,7 @@ def opened(context: BrowserContext, url: str) -> Page:
             assert time.monotonic() < deadline_s
             time.sleep(0.2)
         else:
+            await_connection(page)
             return page
 
 
