@@ -141,15 +141,15 @@ def learned(here: Bench) -> dict[str, Any]:
     command = [*("servo-ctrl", "learn", "--machine", machine, "--axis", "x", "--bus", BUS)]
     command += ["--pacing", "lockstep", "--record", f"{STATE}/learning"]
     start_s = time.monotonic()
-    said = here.compose("run", "--rm", "--no-deps", "servo-ctrl", *command, limit_s=LEARN_S)
+    here.compose("run", "--rm", "--no-deps", "servo-ctrl", *command, limit_s=LEARN_S)
     took_s = round(time.monotonic() - start_s)
-    (outcome,) = (line for line in said.splitlines() if line.startswith("axis x: J "))
     kept = here.inside("hil-sim", "find", STATE, "-type", "f").stdout.split()
     names = {Path(path).name for path in kept}
     expect({"journal.jsonl", "recording.json"} <= names, f"learning kept only {kept}")
     listed = here.inside("hil-sim", "servo-ctrl", "learned", "list", "--machine", machine).stdout
-    expect("axis x: no version is in use" not in listed, f"no version is in use: {listed}")
-    return {"outcome": outcome, "s": took_s, "kept in": sorted({str(Path(path).parent) for path in kept})}
+    versions = [line.split() for line in listed.splitlines() if line.split()[:3] == ["x", "1", "yes"]]
+    expect(versions, f"no version is in use: {listed}")
+    return {"version": versions[0], "s": took_s, "kept in": sorted({str(Path(path).parent) for path in kept})}
 
 
 def trial(here: Bench) -> dict[str, Any]:
