@@ -145,7 +145,7 @@ def learned(here: Bench) -> dict[str, Any]:
     took_s = round(time.monotonic() - start_s)
     kept = here.inside("hil-sim", "find", STATE, "-type", "f").stdout.split()
     names = {Path(path).name for path in kept}
-    expect({"journal.jsonl", "recording.json"} <= names, f"learning kept only {kept}")
+    expect({"active.json", "recording.json"} <= names, f"learning kept only {kept}")
     listed = here.inside("hil-sim", "servo-ctrl", "learned", "list", "--machine", machine).stdout
     versions = [line.split() for line in listed.splitlines() if line.split()[:3] == ["x", "1", "yes"]]
     expect(versions, f"no version is in use: {listed}")
