@@ -74,7 +74,7 @@ def test_a_diagnosis_outlives_its_browser_and_its_model_is_taken_into_use(
     files.go(STEPS)
     expect(page.get_by_test_id("verdict-sentence")).to_contain_text("leaves out physics")
     finding = page.get_by_test_id("finding")
-    expect(finding).to_contain_text("Axis x: Stribeck friction (or coulomb friction)")
+    expect(finding).to_contain_text("Axis x: Stribeck friction (or Coulomb friction)")
     expect(finding).to_contain_text("confidence 97 %")
     expect(finding).to_contain_text("2 N (1.9 to 2.1)")
     expect(page.get_by_test_id("fit")).to_contain_text("0.25")

@@ -141,7 +141,7 @@
       beatAt = performance.now();
     }
     const stale = performance.now() - beatAt > STALE_MS;
-    document.body.classList.toggle("bench-stale", stale);
+    document.body?.classList.toggle("bench-stale", stale); // a slow page has no body yet
     if (stale) endJog();
   }, 250);
 
