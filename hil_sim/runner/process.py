@@ -7,6 +7,7 @@ import signal
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from can_frames.awake_loop import AwakeLoop
 from hil_sim.config import PlantConfig
 from hil_sim.faults.schedule import Fault
 from hil_sim.runner.bench import SimulatedMachine
@@ -82,8 +83,11 @@ async def _run(
             if port.more:
                 loop.call_soon(receive)
 
+    on_burst = AwakeLoop(loop).on_burst if pacing.quiet_period_s is None else lambda: None
+
     def receive() -> None:
         act(lambda: port.drain(bench.frames.handle, bench.take))
+        on_burst()
 
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, end)

@@ -75,6 +75,8 @@ class CanPort:
         self.fallback: Callable[[int, bytearray, float], None] = _ignore
         self.on_error_frame: Callable[[BusNews], None] = _ignore
         self.on_down: Callable[[BusError], None] = _ignore
+        self.on_burst: Callable[[], None] = _ignore
+        """Called after frames were read."""
         self.off = False
         """Bus-off: frames are neither sent nor passed on until the interface reports its restart."""
         self._bus, self._frames = bus, frame_bus(bus, PATIENCE)
@@ -165,6 +167,7 @@ class CanPort:
                     break
         except (can.CanError, OSError, BusError) as error:  # raised by reading, or by a handler that sends
             self.fail(error)
+        self.on_burst()
         return read
 
     def _dispatch(self, burst: bytearray) -> None:

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from can_frames.awake_loop import AwakeLoop
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
@@ -62,6 +63,7 @@ class Session:
                 tasks = [group.create_task(self._guarded(cycle, coroutine)) for coroutine in beside]
                 try:
                     if clock is None:
+                        port.on_burst = AwakeLoop(loop).on_burst
                         cycle.begin()
                     else:
                         self.lateness = clock.lateness

@@ -1,0 +1,71 @@
+"""A loop stays awake for a moment after a burst, and only where no other program wants the processor."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from can_frames import awake_loop
+from can_frames.awake_loop import AWAKE_S, LOOK_S, AwakeLoop, running_programs
+
+
+class Loop:
+    """What is ready in a loop, with a clock that the test moves."""
+
+    def __init__(self, running: Callable[[], int | None]) -> None:
+        self.now_s = 100.0
+        self.ready: list[Callable[[], None]] = []
+        as_loop: Any = self
+        self.awake = AwakeLoop(as_loop, running, lambda: self.now_s)
+
+    def call_soon(self, callback: Callable[[], None]) -> None:
+        self.ready.append(callback)
+
+    def turn(self) -> bool:
+        """One turn of the loop; return whether the next one polls without sleeping."""
+        ready, self.ready = self.ready, []
+        for callback in ready:
+            callback()
+        return bool(self.ready)
+
+
+@pytest.fixture(autouse=True)
+def two_processors(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _pid: {0, 1})
+
+
+def test_a_loop_stays_awake_after_a_burst_and_sleeps_where_no_answer_comes() -> None:
+    loop = Loop(lambda: 1)
+    loop.awake.on_burst()
+    loop.awake.on_burst()
+    assert len(loop.ready) == 1  # it turns once, however many bursts came
+    loop.now_s += 0.9 * AWAKE_S
+    assert loop.turn()
+    loop.now_s += 0.2 * AWAKE_S
+    assert not loop.turn()
+    loop.awake.on_burst()
+    assert loop.turn()
+
+
+def test_it_begins_beside_a_free_processor_and_goes_on_until_a_third_program_runs() -> None:
+    running = iter((2, 1, 2, 3, 2, 1))
+    loop = Loop(lambda: next(running))
+    for awake in (False, True, True, False, False, True):
+        loop.now_s += 1.1 * LOOK_S
+        loop.turn()
+        loop.awake.on_burst()
+        assert bool(loop.ready) is awake
+
+
+def test_it_sleeps_where_the_system_does_not_say_what_runs(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(awake_loop, "LOAD", tmp_path / "loadavg")
+    assert running_programs() is None
+    (tmp_path / "loadavg").write_text("0.52 0.58 0.59 2/345 6789\n")
+    assert running_programs() == 2
+    loop = Loop(lambda: None)
+    loop.awake.on_burst()
+    assert loop.ready == []
