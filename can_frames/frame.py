@@ -25,13 +25,16 @@ def pack_frame(can_id: int, payload: bytes) -> bytes:
     return FRAME.pack(can_id, len(payload), payload)
 
 
-_CONTROLLER_CLASS, _RECEIVE_OVERFLOW, _MOST_LOST = 0x004, 0x01, (1 << 24) - 1
+CONTROLLER_PROBLEM, RECEIVE_OVERFLOW = 0x004, 0x01
+"""Class of an error frame, and the bit of its data byte 1 (`linux/can/error.h`)."""
+_MOST_LOST = 0xFF_FFFF
 
 
 def overrun_frame(lost_frames: int) -> bytes:
-    """Pack the error frame (`linux/can/error.h`) that reports lost frames, as localcan's hub sends it.
+    """Pack the error frame that reports how many frames a client lost by reading too late.
 
-    The last three data bytes hold their number.
+    The last three data bytes, which `linux/can/error.h` leaves to the controller, hold the number, at most
+    2^24 - 1.
     """
     number = min(lost_frames, _MOST_LOST).to_bytes(3, "big")
-    return FRAME.pack(ERROR | _CONTROLLER_CLASS, 8, bytes((0, _RECEIVE_OVERFLOW, 0, 0, 0)) + number)
+    return FRAME.pack(ERROR | CONTROLLER_PROBLEM, 8, bytes((0, RECEIVE_OVERFLOW, 0, 0, 0)) + number)

@@ -7,7 +7,8 @@ from abc import ABC, abstractmethod
 from collections import deque
 from itertools import islice
 
-from local_can.wire import FRAME_BYTES, MOST_FRAMES, PASS_ALL, overrun_frame, split
+from can_frames.frame import overrun_frame
+from local_can.wire import FRAME_BYTES, MOST_FRAMES, PASS_ALL, split
 
 _LOG = logging.getLogger(__name__)
 

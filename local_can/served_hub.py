@@ -5,9 +5,10 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+from can_frames.frame import overrun_frame
 from local_can.hub import Hub
 from local_can.port import Party
-from local_can.wire import FRAME_BYTES, MOST_FRAMES, overrun_frame, split
+from local_can.wire import FRAME_BYTES, MOST_FRAMES, split
 
 QUEUE_FRAMES = 16384
 """Bounds the frames that wait for a reader, and from the client of this process; chosen."""

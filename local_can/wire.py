@@ -6,6 +6,8 @@ bits of a frame.
 
 import struct
 
+from can_frames.frame import CONTROLLER_PROBLEM, RECEIVE_OVERFLOW
+
 Filters = tuple[tuple[int, int], ...]
 """Identifier and mask of each filter, including the flags of the frame."""
 
@@ -40,11 +42,6 @@ MOST_FILTERS = 512
 """Bounds a packet of filters: CAN_RAW_FILTER_MAX of `linux/can/raw.h`."""
 FILTERS_BYTES = len(FILTERS) + MOST_FILTERS * FILTER.size
 PASS_ALL: Filters = ((0, 0),)
-
-# linux/can/error.h: a controller problem, namely an overflow of its receive buffer.
-_ERROR_CONTROLLER = 0x004
-_RECEIVE_OVERFLOW = 0x01
-_MOST_LOST = 0xFF_FFFF
 
 _CRC_POLYNOMIAL = 0x4599
 _ERROR_BITS = 17  # error flag 6, error delimiter 8, interframe space 3
@@ -177,19 +174,8 @@ def headers_of(packet: bytes) -> bytes:
     return b"".join([packet[byte::FRAME_BYTES] for byte in range(4)])
 
 
-def overrun_frame(lost_frames: int) -> bytes:
-    """Return a SocketCAN error frame that reports how many frames a client lost by reading too late.
-
-    The last three data bytes, which `linux/can/error.h` leaves to the controller, hold the number, at most
-    2^24 - 1.
-    """
-    lost = min(lost_frames, _MOST_LOST).to_bytes(3, "big")
-    data = bytes((0, _RECEIVE_OVERFLOW, 0, 0, 0)) + lost
-    return FRAME.pack(ERROR | _ERROR_CONTROLLER, 8, 0, data)
-
-
 def lost_frames(header: int, data: bytes | bytearray) -> int:
     """Return the number of lost frames that an error frame reports; 0 for other error frames."""
-    if header & ERROR and header & _ERROR_CONTROLLER and len(data) == 8 and data[1] & _RECEIVE_OVERFLOW:
+    if header & ERROR and header & CONTROLLER_PROBLEM and len(data) == 8 and data[1] & RECEIVE_OVERFLOW:
         return int.from_bytes(data[5:8], "big")
     return 0

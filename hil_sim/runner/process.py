@@ -83,7 +83,7 @@ async def _run(
             if port.more:
                 loop.call_soon(receive)
 
-    on_burst = AwakeLoop(loop).on_burst if pacing.quiet_period_s is None else lambda: None
+    on_burst = AwakeLoop(loop).on_burst if isinstance(pacing, Lockstep) else lambda: None
 
     def receive() -> None:
         act(lambda: port.drain(bench.frames.handle, bench.take))

@@ -59,9 +59,7 @@ def quantum(values: Array) -> float:
         multiples = np.maximum(np.rint(distance / step), 1.0)
         near = multiples <= NEAR_STEPS  # farther away an error of the step could reach one whole step
         step = float(np.sum(distance[near] * multiples[near]) / np.sum(multiples[near] ** 2))
-    multiples = distance[near] / step
-    off = float(np.sqrt(np.mean((multiples - np.rint(multiples)) ** 2)))
-    if off >= LARGEST_GRID_ERROR or near.sum() < 3:
+    if _off_grid(distance[near] / step) >= LARGEST_GRID_ERROR or near.sum() < 3:
         return 0.0
     # an axis at constant speed has even distances too, but its levels drift off any grid
     return step if _distance_from_grid(levels, step) < LARGEST_DRIFT else 0.0
@@ -69,8 +67,12 @@ def quantum(values: Array) -> float:
 
 def is_on_grid(values: Array, step: float) -> bool:
     """Return whether values (n,) are all multiples of a given step apart."""
-    places = (values - values[0]) / step
-    return float(np.sqrt(np.mean((places - np.rint(places)) ** 2))) < LARGEST_GRID_ERROR
+    return _off_grid((values - values[0]) / step) < LARGEST_GRID_ERROR
+
+
+def _off_grid(places: Array) -> float:
+    """Return the RMS distance of places (n,), in steps, from whole numbers."""
+    return float(np.sqrt(np.mean((places - np.rint(places)) ** 2)))
 
 
 def _distance_from_grid(levels: Array, step: float) -> float:
@@ -81,7 +83,7 @@ def _distance_from_grid(levels: Array, step: float) -> float:
         counts = np.rint(places[near] / step)
         step = float(places[near] @ counts / max(counts @ counts, 1.0)) or step
         if near.all():
-            return float(np.sqrt(np.mean((places / step - np.rint(places / step)) ** 2)))
+            return _off_grid(places / step)
         reach *= NEAR_STEPS
 
 

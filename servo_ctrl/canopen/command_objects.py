@@ -64,12 +64,10 @@ class CommandObjects:
 
     def payload(self, places: Sequence[tuple[int, int]]) -> bytes:
         """Return the present values of these status fields, by index and subindex, as a PDO has them."""
-        status, payload = self._handler.status(), b""
-        for place in places:
-            found, axis = self.fields[place]
-            value = found.of(status.axes[axis - 1] if axis else status, self._names)
-            payload += struct.pack("<" + STRUCT_FORMATS[found.entry.data_type], value)
-        return payload
+        status, mapped = self._handler.status(), [self.fields[place] for place in places]
+        layout = "".join(STRUCT_FORMATS[found.entry.data_type] for found, _axis in mapped)
+        values = (found.of(status.axes[axis - 1] if axis else status, self._names) for found, axis in mapped)
+        return struct.pack(f"<{layout}", *values)
 
     def _value(self, found: ObjectField, axis: int = 0) -> Value:
         """Value of a field of the machine (axis 0), or of an axis, numbered from 1."""

@@ -4,13 +4,14 @@ A client changes it as on any node: TPDO off, number of entries 0, entries, numb
 """
 
 import struct
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Mapping, Sequence
 
 from servo_ctrl.canopen.errors import AbortCode, SdoAbort
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS
 from servo_ctrl.canopen.stack import Eds
+from servo_ctrl.commands.eds_sections import MOST_MAPPED
 
-MOST_ENTRIES, MOST_BITS = 8, 64
+MOST_BITS = 64
 Place = tuple[int, int]
 """Index and subindex."""
 
@@ -23,7 +24,7 @@ def kept_name(subindex: int) -> str:
 class StatusMapping:
     """Entries of 1A00h, at power-on those of `stored` where they fit, else those of the EDS.
 
-    `fields`: places of the status fields that there are; `is_on` tells whether the TPDO is on: then nothing
+    `fields`: places of the status fields that there are; `is_on` says whether the TPDO is on: then nothing
     can be changed.
     """
 
@@ -36,8 +37,8 @@ class StatusMapping:
         stored: Mapping[str, int],
     ) -> None:
         self._variables, self._fields, self._is_on = eds.variables, fields, is_on
-        by_eds = [eds.default(index, subindex) or 0 for subindex in range(MOST_ENTRIES + 1)]
-        kept = [stored.get(kept_name(subindex), 0) for subindex in range(MOST_ENTRIES + 1)]
+        by_eds = [eds.default(index, subindex) or 0 for subindex in range(MOST_MAPPED + 1)]
+        kept = [stored.get(kept_name(subindex), 0) for subindex in range(MOST_MAPPED + 1)]
         self._default = kept if kept[0] and self._fits(kept) else by_eds
         self.reset()
 
@@ -62,14 +63,18 @@ class StatusMapping:
         """Change an entry or their number. Raises SdoAbort."""
         if self._is_on() or (subindex and self._values[0]):
             raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
-        if subindex:
-            if value:
-                self._bits(value)
-        elif value > MOST_ENTRIES:
-            raise SdoAbort(AbortCode.INVALID_VALUE)
-        elif sum(map(self._bits, self._values[1 : value + 1])) > MOST_BITS:
-            raise SdoAbort(AbortCode.PDO_LENGTH_EXCEEDED)
+        if not subindex:
+            self._check_length(value, self._values)
+        elif value:
+            self._bits(value)
         self._values[subindex] = value
+
+    def _check_length(self, number: int, values: Sequence[int]) -> None:
+        """Check that so many of the entries fit into a PDO. Raises SdoAbort."""
+        if number > MOST_MAPPED:
+            raise SdoAbort(AbortCode.INVALID_VALUE)
+        if sum(map(self._bits, values[1 : number + 1])) > MOST_BITS:
+            raise SdoAbort(AbortCode.PDO_LENGTH_EXCEEDED)
 
     def _bits(self, entry: int) -> int:
         """Return the bits of an entry. Raises SdoAbort for an object that is not there or not mappable."""
@@ -83,8 +88,9 @@ class StatusMapping:
             raise SdoAbort(AbortCode.CANNOT_BE_MAPPED)
         return bits
 
-    def _fits(self, values: list[int]) -> bool:
+    def _fits(self, values: Sequence[int]) -> bool:
         try:
-            return values[0] <= MOST_ENTRIES and sum(map(self._bits, values[1 : values[0] + 1])) <= MOST_BITS
+            self._check_length(values[0], values)
         except SdoAbort:
             return False
+        return True

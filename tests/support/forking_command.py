@@ -1,7 +1,7 @@
 """In the place of python3 or a console script: has the program forked by a template, and stands for it.
 
 Arguments: the template's socket, the name of the command, the command's own. It passes on streams, folder,
-environment and signals, and ends as the program does. Modules and files that are not named below are run by
+environment and signals, and ends as the program does. Files, and modules that are not named below, are run by
 Python itself.
 """
 
@@ -12,9 +12,8 @@ import struct
 import sys
 from types import FrameType
 
-MODULES = ("local_can", "hil_sim.cli.main", "servo_ctrl.hmi", "tests.campaigns.")
+MODULES = ("local_can", "hil_sim.cli.main", "servo_ctrl.hmi")
 """Beginnings of their names."""
-FILES = ("/stub_server.py",)
 SIGNALS = (signal.SIGHUP, signal.SIGINT, signal.SIGTERM, signal.SIGUSR1, signal.SIGUSR2)
 
 
@@ -39,7 +38,7 @@ def main() -> None:
         request = (name, arguments, os.getcwd(), environment, os.nice(0))  # noqa: PTH109  # pathlib takes longer
         socket.send_fds(template, [repr(request).encode()], [0, 1, 2])
         for stream in (0, 1, 2):
-            os.close(stream)  # the program has them; whoever reads them sees its end
+            os.close(stream)  # the program has them; a reader sees its end
         (pid,) = struct.unpack("<i", template.recv(4))
         for number in waiting:
             os.kill(pid, number)
@@ -53,7 +52,7 @@ def main() -> None:
 def is_known(arguments: list[str]) -> bool:
     """Whether the template runs `python3` with these arguments."""
     first, second = [*arguments, "", ""][:2]
-    return second.startswith(MODULES) if first == "-m" else first.endswith(FILES)
+    return first == "-m" and second.startswith(MODULES)
 
 
 if __name__ == "__main__":

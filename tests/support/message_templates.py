@@ -201,7 +201,7 @@ def _words_of_loaders() -> set[str]:
     refused = [code for code in (*G_CODES.values(), *M_CODES.values()) if code.effect is Effect.REFUSED]
     library = set()
     for kind, context in PYDANTIC.items():
-        text = PydanticKnownError(kind, context or None).message_template  # type: ignore[arg-type]
+        text = PydanticKnownError(kind, context or None).message_template  # type: ignore[arg-type]  # kinds are literals there
         for number, field in enumerate(re.findall(r"\{\w+\}", text)):
             text = text.replace(field, f"{{{number}}}", 1)
         library.add(text[0].lower() + text[1:])

@@ -1,6 +1,5 @@
 """A process that serves the operator's pages on a stub, and the test's interface to the stub machine."""
 
-import os
 import socket
 import subprocess
 import sys
@@ -12,6 +11,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from child_process import terminate
+from forked_program import outside_pytest
 from playwright.sync_api import BrowserContext
 
 ROOT = Path(__file__).parents[2]
@@ -19,9 +19,7 @@ START_LIMIT_S = 240.0
 
 AT_ONCE = {"Connection": "close"}
 """Header of a request without keep-alive: the server may close a kept connection as it is used again."""
-# NiceGUI behaves differently under pytest
-OUTSIDE_PYTEST = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
-OUTSIDE_PYTEST["OMP_NUM_THREADS"] = "1"
+OUTSIDE_PYTEST = outside_pytest() | {"OMP_NUM_THREADS": "1"}
 
 
 class Server:

@@ -38,7 +38,7 @@ LONGEST_REQUEST_BYTES = 180_000
 
 
 class Request(NamedTuple):
-    """A program to be started: a console script, or `python3` with a module (`-m`) or a file."""
+    """A program to be started: a console script, or `python3` with a module (`-m`)."""
 
     program: str
     arguments: list[str]
@@ -48,7 +48,7 @@ class Request(NamedTuple):
 
 
 class Template:
-    """Forks programs, and tells whoever asked for one when it has ended."""
+    """Forks programs, and reports the end of each to its caller."""
 
     def __init__(self, listener: socket.socket, life: int, folder: Path) -> None:
         self._listener, self._life, self._folder = listener, life, folder
@@ -71,7 +71,7 @@ class Template:
                 return
             if self._ended in ready:
                 os.read(self._ended, 4096)
-                self._tell_of_ends()
+                self._report_ends()
             for caller in ready:
                 if caller is self._listener:
                     self._accept()
@@ -93,12 +93,12 @@ class Template:
             _become(request, streams, self._folder)
         for stream in streams:
             os.close(stream)
-        with contextlib.suppress(OSError):  # the caller has been killed: its connection tells so
+        with contextlib.suppress(OSError):  # the caller has been killed: its connection shows it
             caller.sendall(struct.pack("<i", pid))
         self._callers[pid] = caller
         self._selector.register(caller, selectors.EVENT_READ)
 
-    def _tell_of_ends(self) -> None:
+    def _report_ends(self) -> None:
         while self._callers:
             pid, status = os.waitpid(-1, os.WNOHANG)
             if not pid:
@@ -142,7 +142,7 @@ class Template:
 
 def _needs(request: Request, need: str) -> bool:
     words = [request.program, *request.arguments[:2]]
-    return any(need in {word, Path(word).name} for word in words)
+    return need in words
 
 
 def _become(request: Request, streams: list[int], folder: Path) -> Never:
@@ -178,14 +178,9 @@ def _run(request: Request) -> None:
     if program in COMMANDS:
         sys.argv = [program, *arguments]
         sys.exit(importlib.import_module(COMMANDS[program]).main())
-    if arguments[0] == "-m":
-        sys.argv = arguments[1:]
-        sys.path.insert(0, request.directory)
-        runpy.run_module(arguments[1], run_name="__main__", alter_sys=True)
-        return
-    sys.argv = arguments
-    sys.path.insert(0, str(Path(arguments[0]).parent))
-    runpy.run_path(arguments[0], run_name="__main__")
+    sys.argv = arguments[1:]
+    sys.path.insert(0, request.directory)
+    runpy.run_module(arguments[1], run_name="__main__", alter_sys=True)
 
 
 def _load_modules(*packages: str) -> None:
@@ -230,10 +225,9 @@ NEEDS: dict[str, Callable[[], None]] = {
     "servo-ctrl": _load_controller,
     "experiment": lambda: _load_modules("studies"),
     "servo_ctrl.hmi": _load_pages,
-    "stub_server.py": _load_pages,
     "reconcile": lambda: _load_modules("reconcile"),
 }
-"""By program, subcommand, module or file: what loads that which it needs."""
+"""By program, subcommand or module: what loads that which it needs."""
 
 
 def main() -> None:

@@ -77,12 +77,11 @@ def _piece(text: str, language: str, part: str, depth: int) -> str:
     whole = _by_template(text, language, part, depth)
     if whole is not None:
         return whole
-    for colon in islice(
-        re.finditer(": ", text), DEEPEST
-    ):  # a file, a line and a key stand before what is said of them
-        said = _by_template(text[colon.end() :], language, part, depth)
-        if said is not None:
-            return f"{_piece(text[: colon.start()], language, part, depth - 1)}: {said}"
+    # a file, a line and a key stand before the reason
+    for colon in islice(re.finditer(": ", text), DEEPEST):
+        reason = _by_template(text[colon.end() :], language, part, depth)
+        if reason is not None:
+            return f"{_piece(text[: colon.start()], language, part, depth - 1)}: {reason}"
     for sign in ("; ", ": ", ", "):
         before, _, after = text.partition(sign)
         if after:

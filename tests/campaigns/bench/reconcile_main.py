@@ -72,7 +72,7 @@ TOOLS: dict[str, Callable[[Sequence[Path], Path], ToolAnswer]] = {
 }
 
 
-def asked(case: Case) -> tuple[dict[str, Any], dict[str, ToolAnswer]]:
+def answers_to(case: Case) -> tuple[dict[str, Any], dict[str, ToolAnswer]]:
     """The truth, and the answers of both to a case. Of one that fails the reason is kept."""
     answers = {}
     with tempfile.TemporaryDirectory() as name:
@@ -92,7 +92,7 @@ def compare(seeds: Sequence[int], progress: Callable[[str], None]) -> dict[str, 
     judged: dict[str, list[tuple[dict[str, Any], ToolAnswer]]] = {tool: [] for tool in TOOLS}
     rows = []
     for seed in seeds:
-        truth, answers = asked(draw(seed))
+        truth, answers = answers_to(draw(seed))
         row: dict[str, Any] = {"seed": seed, "kind": truth["kind"]}
         for tool, answer in answers.items():
             marks = judge(truth, answer)

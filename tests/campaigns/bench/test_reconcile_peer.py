@@ -71,9 +71,9 @@ def test_the_peers_names_are_counted_by_the_rule_of_the_blind_trials() -> None:
         "runs": [],
     }
     answers = [
-        _said("stribeck_friction"),
-        _said("backlash", "stribeck_friction"),
-        _said(("quadratic_viscous_friction", "stribeck_friction")),
+        _answer_with("stribeck_friction"),
+        _answer_with("backlash", "stribeck_friction"),
+        _answer_with(("quadratic_viscous_friction", "stribeck_friction")),
         ToolAnswer("failed", [], {}, {}, 0.0, "it fell over"),
     ]
     lines = summary([(judge(truth, answer), answer) for answer in answers])
@@ -85,7 +85,7 @@ def test_the_peers_names_are_counted_by_the_rule_of_the_blind_trials() -> None:
     assert lines["first name right, one effect"]["of"] == 4
 
 
-def _said(*names: str | tuple[str, str]) -> ToolAnswer:
+def _answer_with(*names: str | tuple[str, str]) -> ToolAnswer:
     """Effects, some with an equivalent."""
     pairs = [(name, ()) if isinstance(name, str) else (name[0], name[1:]) for name in names]
     return ToolAnswer("effects", [finding("x", name, alike, 0.5) for name, alike in pairs], {}, {}, 1.0)

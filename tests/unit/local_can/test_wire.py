@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from can_frames.frame import overrun_frame
 from local_can import wire
 
 
@@ -36,7 +37,7 @@ def test_data_beats_remote_and_standard_beats_extended_at_equal_leading_bits() -
 
 
 def test_an_error_frame_comes_before_everything() -> None:
-    assert wire.arbitration_rank(wire.overrun_frame(1)) < wire.arbitration_rank(frame(0))
+    assert wire.arbitration_rank(overrun_frame(1)) < wire.arbitration_rank(frame(0))
 
 
 def bits_by_text(identifier: int, data: bytes, *, extended: bool = False) -> int:
@@ -95,7 +96,7 @@ def test_a_remote_frame_carries_no_data_bits() -> None:
 
 @pytest.mark.parametrize(("lost", "reported"), [(1, 1), (300_000, 300_000), (1 << 30, (1 << 24) - 1)])
 def test_an_overrun_frame_counts_the_loss(lost: int, reported: int) -> None:
-    header, length, data = struct.unpack("=IB3x8s", wire.overrun_frame(lost))
+    header, length, data = struct.unpack("=IB3x8s", overrun_frame(lost))
     assert (header, length) == (0x2000_0004, 8)
     assert data[1] == 0x01
     assert wire.lost_frames(header, data) == reported

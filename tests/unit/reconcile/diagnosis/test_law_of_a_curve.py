@@ -26,14 +26,14 @@ def named(effect: str) -> IdentifiedEffect:
     return IdentifiedEffect(effect, "force", 0.9, [], [], [term], {}, 0.6, 0.5, "", 0.5)
 
 
-def said_of(*findings: IdentifiedEffect, channel: ResidualChannel = FORCE) -> dict[str, Any]:
+def verdict_of(*findings: IdentifiedEffect, channel: ResidualChannel = FORCE) -> dict[str, Any]:
     size = ResidualRms(1.0, 1.0)
     one = Explanation(channel, [*findings], [], size, size, size, {}, None, 0.0, False, [])
     return verdict({"x": [one]}, [])
 
 
 def test_friction_over_the_travel_is_named_and_keeps_its_curve() -> None:
-    content = said_of(curve("position_by_direction"))
+    content = verdict_of(curve("position_by_direction"))
     [finding] = content["findings"]
     assert (content["verdict"], finding["effect"], finding["over"]) == (
         "effects",
@@ -56,9 +56,9 @@ def test_friction_over_the_travel_is_named_and_keeps_its_curve() -> None:
 def test_what_is_no_friction_of_the_travel_stays_unknown(
     findings: list[IdentifiedEffect], channel: ResidualChannel
 ) -> None:
-    assert [f["effect"] for f in said_of(*findings, channel=channel)["findings"]] == ["unknown"]
+    assert [f["effect"] for f in verdict_of(*findings, channel=channel)["findings"]] == ["unknown"]
 
 
 def test_beside_the_named_law_a_curve_is_what_it_leaves() -> None:
-    content = said_of(named(LAW), curve("position_by_direction"))
+    content = verdict_of(named(LAW), curve("position_by_direction"))
     assert [f["effect"] for f in content["findings"]] == [LAW, "unknown"]
