@@ -41,7 +41,6 @@ MAX_JOBS = 20
 EXIT_INTERRUPTED = 130
 """Exit status of reconcile after SIGINT."""
 
-
 _LOG = logging.getLogger(__name__)
 
 
@@ -204,6 +203,9 @@ async def _follow(job: Job, process: asyncio.subprocess.Process) -> None:
         job.reason = f"it could not be followed: {type(error).__name__}: {error}"
     finally:
         _signal(process, signal.SIGKILL)  # its own children too
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(INTERRUPT_TIMEOUT_S):
+                await process.communicate()  # its pipe is closed with it
     job.ended = datetime.now(UTC)
     if code == 0:
         job.state, job.progress = JobState.DONE, 1.0

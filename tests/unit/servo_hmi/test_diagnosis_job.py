@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import signal
 import sys
 from pathlib import Path
 
@@ -188,3 +189,5 @@ async def test_a_diagnosis_that_cannot_be_followed_ends(
     await until(job, JobState.FAILED)
     assert "ZeroDivisionError: nobody expected that" in job.reason
     assert run.running is None
+    assert run._process is not None
+    assert run._process.returncode == -signal.SIGKILL, "it is waited for"
