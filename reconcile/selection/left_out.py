@@ -60,7 +60,8 @@ def left_out_squares_by_block(
     """Squared residuals of each block, predicted from the other parts, in the order of the parts.
 
     What a recording has of its own (an origin, a phase, a level) is fitted on every other stretch of it, and
-    predicts those in between. Its own curves without a name are fitted on all of it: no name is at stake.
+    predicts those in between; a recording of one block has none, and is predicted without. Its own curves
+    without a name are fitted on all of it: no name is at stake.
     """
     named = [c for c in chosen if not c.effect.startswith(PREFIX)]
     slots = equations.slots([*named, *(c for c in chosen if c not in named)])
@@ -77,7 +78,7 @@ def left_out_squares_by_block(
         halves = _interleaved(part) if judged else [part]
         of_part = np.zeros(len(part))
         for number, half in enumerate(halves):
-            if judged:
+            if len(halves) > 1:
                 _fit_own(equations, slots, theta, judged, halves[1 - number])
             of_part[np.isin(part, half)] = equations.squares(slots, theta, half)
         found.append(of_part)
@@ -157,9 +158,9 @@ def _thirds_of_each(parts: Sequence[Index]) -> list[Index]:
 
 
 def _interleaved(part: Index) -> list[Index]:
-    """Every other stretch of a recording, and those in between."""
+    """Every other stretch of a recording, and those in between; a single block stays alone."""
     odd = np.arange(len(part)) // STRETCH_BLOCKS % 2 == 1
-    return [part[~odd], part[odd]] if odd.any() else np.array_split(part, 2)
+    return [part[~odd], part[odd]] if odd.any() else np.array_split(part, min(2, len(part)))
 
 
 def _why(gain: float, parts: int, *, alone: bool) -> str:

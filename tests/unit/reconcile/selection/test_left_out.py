@@ -55,6 +55,18 @@ def test_what_each_recording_has_of_its_own_is_judged_within_it() -> None:
     assert (terms, withdrawn) == (of.candidates, [])
 
 
+def test_a_recording_of_one_block_is_predicted_without_what_it_has_of_its_own() -> None:
+    """There is no other stretch of it that could tell; the other recordings keep theirs."""
+    of, *_ = equations((1.0, -1.0, 0.7), own=True)
+    blocks = np.arange(2 * BLOCKS + 1)
+    parts = left_out_parts(of, blocks)
+    assert [len(part) for part in parts] == [BLOCKS, BLOCKS, 1]
+    with_it, without = (left_out_squares(of, terms, parts) for terms in (of.candidates, []))
+    assert with_it[2] == pytest.approx(without[2], rel=1e-3)
+    assert all(with_it[:2] < 0.1 * without[:2])
+    assert predictive_terms(of, of.candidates, blocks) == (of.candidates, [])
+
+
 def test_an_only_recording_is_cut_into_thirds() -> None:
     of, *_ = equations((1.0,))
     assert [len(part) for part in left_out_parts(of, np.arange(BLOCKS))] == [6, 5, 5]
