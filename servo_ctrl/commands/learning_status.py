@@ -26,6 +26,8 @@ class LearningState(IntEnum):
 
 ACTIVE = frozenset({LearningState.RUNNING, LearningState.PAUSING, LearningState.PAUSED})
 """States in which a learning run exists."""
+MAKING_STROKES = frozenset({LearningState.RUNNING, LearningState.PAUSING})
+"""States in which learning occupies the axes."""
 
 
 class LearningStatus(NamedTuple):

@@ -101,11 +101,14 @@ def test_a_learning_run_is_started_shown_paused_resumed_and_aborted(
     start, pause, resume, abort = (
         page.get_by_test_id(f"{word}-learning") for word in ("start", "pause", "resume", "abort")
     )
-    start.click()
-    expect(page.get_by_text("Nobody has control. Take it first")).to_be_visible()
+    expect(start).to_be_disabled()
+    expect(start).to_have_accessible_description(
+        "Nobody has control. Take it first, in the head of the page."
+    )
     take_control(page)
     start.click()
     expect(pause).to_be_disabled()
+    expect(pause).to_have_accessible_description("there is no learning to pause; learning is idle")
     run = learning(
         state="running",
         axis="x",

@@ -55,6 +55,21 @@ def test_a_value_beyond_the_limits_shows_the_loaders_error_and_cannot_be_loaded(
     assert "radius_mm = 20.0" in request["program"]["text"]
 
 
+def test_a_grey_button_says_why_to_pointer_and_screen_reader(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit("/motion")
+    start, hold = page.get_by_test_id("start"), page.get_by_test_id("hold")
+    expect(start).to_be_disabled()
+    expect(start).to_have_accessible_description(
+        "Nobody has control. Take it first, in the head of the page."
+    )
+    page.get_by_test_id("take-control").click()
+    expect(start).to_be_enabled()
+    expect(start).to_have_accessible_description("")
+    expect(hold).to_be_disabled()
+    expect(hold).to_have_attribute("title", "no program is running")
+    expect(hold).to_have_accessible_description("no program is running")
+
+
 def test_start_hold_resume_and_abort_send_their_commands(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/motion")
     page.get_by_test_id("take-control").click()

@@ -23,6 +23,7 @@ SOURCES = (
     ROOM / "axis" / "axis_watch.py",
     ROOM / "canopen" / "boot.py",
     ROOM / "canopen" / "watch.py",
+    ROOM / "commands" / "objections.py",
     ROOM / "commands" / "settings.py",
     ROOM / "commands" / "stage.py",
     ROOM / "cyclic" / "drive_phases.py",

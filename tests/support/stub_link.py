@@ -107,7 +107,8 @@ class StubLink:
             "abort_program": Stage.READY,
         }.get(request.command or "")
         if stage is not None:
-            self.change(stage=stage)
+            step = 0 if stage is Stage.RUNNING else -1
+            self.change(stage=stage, program=self.status.program._replace(step=step))
         if request.command in {"hold_program", "resume_program"}:
             held = request.command == "hold_program"
             self.change(program=self.status.program._replace(held=held))

@@ -5,6 +5,7 @@ from functools import partial
 from typing import Any
 
 from servo_ctrl.commands.command import Command, CommandResult, Refusal
+from servo_ctrl.commands.objections import NOTHING_IN_USE
 from servo_ctrl.commands.stage import refused
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
@@ -92,16 +93,18 @@ class CompensationCommands:
 
     def _roll_back_pulse(self, name: str) -> CommandResult:
         chosen = [self.pulses[name]] if name else list(self.pulses.values())
-        none = "no learned functions are in use"
+        none = NOTHING_IN_USE[Command.ROLL_BACK]
         return self._roll_back(chosen, lambda axis: tabulated(self._store.roll_back(axis)), none)
 
     def _roll_back_screw(self, name: str) -> CommandResult:
         chosen = [self.screws[name]] if name else list(self.screws.values())
-        return self._roll_back(chosen, self._screw_store.roll_back, "no learned screw is in use")
+        return self._roll_back(chosen, self._screw_store.roll_back, NOTHING_IN_USE[Command.ROLL_BACK_SCREW])
 
     def _roll_back_waveform(self, name: str) -> CommandResult:
         chosen = [self.waveforms[name]] if name else list(self.waveforms.values())
-        return self._roll_back(chosen, self._waveform_store.roll_back, "no learned waveform is in use")
+        return self._roll_back(
+            chosen, self._waveform_store.roll_back, NOTHING_IN_USE[Command.ROLL_BACK_WAVEFORM]
+        )
 
     def _roll_back(
         self, chosen: Sequence[CompensatedAxis], earlier: Callable[[str], Any], none: str

@@ -17,6 +17,7 @@ from servo_ctrl.commands.command import (
     Refusal,
 )
 from servo_ctrl.commands.machine_status import DriveStatus
+from servo_ctrl.commands.objections import NO_POWER, NOT_AT_REST, NOT_IN_STANDBY
 from servo_ctrl.commands.settings import Settings
 from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
@@ -153,7 +154,7 @@ class OperatingCommands:
         if problem := self._programs.occupied():
             return problem
         if self._machine.stage not in {Stage.READY, Stage.STANDBY}:
-            return refused_now(self._machine, "neither ready nor in standby")
+            return refused_now(self._machine, NOT_AT_REST)
         return self._programs.offsets.clear([axis] if axis else list(self._limits))
 
     def _new_jog(self) -> Jog:
@@ -165,7 +166,7 @@ class OperatingCommands:
         if problem := self._programs.occupied():
             return problem
         if machine.stage is not Stage.STANDBY:
-            return refused_now(machine, "not in standby")
+            return refused_now(machine, NOT_IN_STANDBY)
         if reason := machine.enable():
             return refused(reason)
         self._publisher.changed()
@@ -174,7 +175,7 @@ class OperatingCommands:
     def _disable(self) -> CommandResult:
         machine = self._machine
         if not machine.stage.under_way and not machine.setting_up:
-            return refused_now(machine, "and has no power that could be switched off")
+            return refused_now(machine, NO_POWER)
         machine.event(Event.DISABLE, "switched off by the operator")
         return _ACCEPTED
 

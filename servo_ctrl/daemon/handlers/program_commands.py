@@ -5,6 +5,14 @@ from typing import Any
 
 from servo_ctrl.commands.command import Command, CommandResult, Refusal
 from servo_ctrl.commands.machine_status import ProgramStatus
+from servo_ctrl.commands.objections import (
+    BEING_CHECKED,
+    HELD,
+    HELD_ALREADY,
+    NOT_AT_REST,
+    NOT_HELD,
+    NOT_RUNNING,
+)
 from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.part_program import PartProgram
@@ -63,7 +71,7 @@ class ProgramCommands:
         if problem := self.occupied():
             return problem
         if machine.stage not in {Stage.READY, Stage.STANDBY}:
-            return refused_now(machine, "neither ready nor in standby")
+            return refused_now(machine, NOT_AT_REST)
         start_m = machine.set_points_m() if machine.stage is Stage.READY else None
         problems: list[str] = []
 
@@ -128,14 +136,14 @@ class ProgramCommands:
         return self._job.occupied() or self._program.occupied() or self._being_loaded()
 
     def _being_loaded(self) -> CommandResult | None:
-        return refused("a program is being checked; wait for its end") if self._loading else None
+        return refused(BEING_CHECKED) if self._loading else None
 
     def _start(self) -> CommandResult:
         if problem := self._being_loaded():
             return problem
         current = self._motion.current
         if current is not None and current.holding and self._machine.follows(current):
-            return refused("the program is held; resume it, or abort it first")
+            return refused(HELD)
         self._problem = ""
         return self._job.occupied() or self._program.again()
 
@@ -145,9 +153,9 @@ class ProgramCommands:
         if problem := self._job.occupied():
             return problem
         if current is None or not self._machine.follows(current):
-            return refused("no program is running")
+            return refused(NOT_RUNNING)
         if current.holding == hold:
-            return refused("the program is held already" if hold else "the program is not held")
+            return refused(HELD_ALREADY if hold else NOT_HELD)
         current.hold(hold=hold)
         self._publisher.changed()
         return _ACCEPTED
@@ -156,7 +164,7 @@ class ProgramCommands:
         if problem := self._job.occupied():
             return problem
         if not self._machine.follows(self._machine.program):
-            return refused("no program is running")
+            return refused(NOT_RUNNING)
         self._machine.interrupt()
         self._publisher.changed()
         return _ACCEPTED

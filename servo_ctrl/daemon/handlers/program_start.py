@@ -5,6 +5,7 @@ from functools import partial
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.command import CommandResult, Refusal
+from servo_ctrl.commands.objections import BEING_CHECKED, NO_PROGRAM
 from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
@@ -36,11 +37,11 @@ class ProgramStart:
     def again(self) -> CommandResult:
         """Start the program on command; if its motion from here is impossible, leave the axes at rest."""
         if self._motion.empty:
-            return refused("there is no program; `servo-ctrl run --program` names one")
+            return refused(NO_PROGRAM)
         if self._motion.stale:
             return refused(self._motion.stale)
         if self.preparing:
-            return refused("the machine is about to start it, not ready")
+            return refused(BEING_CHECKED)
         if self._machine.stage is not Stage.READY:
             return refused_now(self._machine)
         problems: list[str] = []
@@ -60,7 +61,7 @@ class ProgramStart:
 
     def occupied(self) -> CommandResult | None:
         """Refuse another motion while a program is being planned."""
-        return refused("the program is about to start; wait for its end") if self.preparing else None
+        return refused(BEING_CHECKED) if self.preparing else None
 
     def _start(
         self,

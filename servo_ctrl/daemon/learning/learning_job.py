@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, TypeVar
 
-from servo_ctrl.commands.command import CommandResult
-from servo_ctrl.commands.learning_status import LearningState, LearningStatus, learning_status
+from servo_ctrl.commands.command import Command, CommandResult
+from servo_ctrl.commands.learning_status import MAKING_STROKES, LearningState, LearningStatus, learning_status
+from servo_ctrl.commands.objections import LEARNS, learning_already, no_such_learning
 from servo_ctrl.commands.stage import Stage, refused, refused_now
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
@@ -17,7 +18,7 @@ from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningOutcome
 from servo_ctrl.daemon.learning.collectors import Collector
-from servo_ctrl.daemon.learning.learning_states import MAKING_STROKES, LearningEvent, following
+from servo_ctrl.daemon.learning.learning_states import LearningEvent, following
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.units import UM
 
@@ -65,13 +66,13 @@ class LearningJob:
         """Refuse other motion while learning makes strokes."""
         if self.state not in MAKING_STROKES:
             return None
-        return refused("an axis is learning; pause or abort it first")
+        return refused(LEARNS)
 
     def start(self, axes: Sequence[str], learner: str, *, fresh: bool = False) -> CommandResult:
         """Learn these axes one after the other; resume interrupted runs unless `fresh`."""
         after = following(self.state, LearningEvent.START)
         if after is None:
-            return refused(f"learning is {self.state.name.lower()} already; abort it first")
+            return refused(learning_already(self.state))
         if problem := self._unready():
             return problem
         self._waiting, self._learner, self._fresh = list(axes), learner, fresh
@@ -82,14 +83,14 @@ class LearningJob:
 
     def pause(self) -> CommandResult:
         """Pause after the present stroke."""
-        return self._asked(LearningEvent.PAUSE, "there is no learning to pause")
+        return self._asked(LearningEvent.PAUSE, Command.PAUSE_LEARNING)
 
     def resume(self) -> CommandResult:
         """Continue after a pause."""
         paused = self.state is LearningState.PAUSED
         if paused and (problem := self._unready()):
             return problem
-        verdict = self._asked(LearningEvent.RESUME, "there is no learning to resume")
+        verdict = self._asked(LearningEvent.RESUME, Command.RESUME_LEARNING)
         if verdict.accepted and paused:
             self._next_stroke()
         return verdict
@@ -97,7 +98,7 @@ class LearningJob:
     def abort(self) -> CommandResult:
         """Ramp to rest and discard the strokes of the present axis; the earlier compensation stays in use."""
         learning = self._learning
-        verdict = self._asked(LearningEvent.ABORT, "there is no learning to abort")
+        verdict = self._asked(LearningEvent.ABORT, Command.ABORT_LEARNING)
         if verdict.accepted:
             self._leave("aborted")
             if learning is not None:
@@ -203,9 +204,9 @@ class LearningJob:
         if collector is not None:
             self._machine.interrupt()
 
-    def _asked(self, event: LearningEvent, otherwise: str) -> CommandResult:
+    def _asked(self, event: LearningEvent, command: Command) -> CommandResult:
         if following(self.state, event) is None:
-            return refused(f"{otherwise}; learning is {self.state.name.lower()}")
+            return refused(no_such_learning(command, self.state))
         self._become(event)
         return CommandResult()
 

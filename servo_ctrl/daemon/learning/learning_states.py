@@ -45,9 +45,6 @@ TRANSITIONS: dict[LearningState, dict[LearningEvent, LearningState]] = {
 }
 """Transitions by state and event. A missing event is impossible in that state; a command is refused."""
 
-MAKING_STROKES = frozenset({_RUNNING, LearningState.PAUSING})
-"""States in which learning occupies the axes."""
-
 
 def following(state: LearningState, event: LearningEvent) -> LearningState | None:
     """Return the state after an event; None if the event is impossible in this state."""

@@ -8,12 +8,11 @@ from nicegui import ui
 
 from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
-from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.drive.step_jog import StepButtons, StepChoice
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.channel_names import PHASES, drive_state
 from servo_ctrl.hmi.shell.machine_stage import Tone
-from servo_ctrl.hmi.shell.offered import explain
+from servo_ctrl.hmi.shell.offered import explain, why_not
 from servo_ctrl.hmi.shell.open_page import OpenPage, refusal_text
 from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, captioned, div, faint, named, notify, panel
 from servo_ctrl.hmi.shell.units import MINUS
@@ -156,10 +155,10 @@ class JogButtons:
 
     def refresh(self, status: MachineStatus) -> None:
         """Enable the buttons where a jog would be accepted."""
-        ready, refusal = self._page.link.connected and status.stage is Stage.READY, self._page.refusal("jog")
+        refusal = why_not(self._page, status, "jog")
         for button in self._buttons:
             explain(button, refusal)
-        enabled = ready and not refusal
+        enabled = not refusal
         if enabled != self._enabled:
             self._enabled = enabled
             for button in self._buttons:

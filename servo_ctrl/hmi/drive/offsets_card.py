@@ -9,7 +9,6 @@ from nicegui import ui
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import MachineStatus
-from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -64,10 +63,8 @@ class OffsetsCard:
                     zero=length.text(zero_m),
                 )
             )
-        ready = self._page.link.connected and status.stage is Stage.READY
-        offer(self._page, self._buttons, "touch_off", possible=ready)
-        at_rest = status.stage in {Stage.READY, Stage.STANDBY}
-        offer(self._page, [self._clear], "command", Command.CLEAR_OFFSET, possible=at_rest)
+        offer(self._page, self._buttons, status, "touch_off")
+        offer(self._page, [self._clear], status, Command.CLEAR_OFFSET)
 
     async def _choose(self) -> None:
         name = self._choice.value

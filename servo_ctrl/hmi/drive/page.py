@@ -7,7 +7,6 @@ from nicegui import ui
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
-from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.drive.axis_card import SPEEDS_M_S, AxisMotionCard
 from servo_ctrl.hmi.drive.events_card import EventsCard
 from servo_ctrl.hmi.drive.faults import Fault, faults_in
@@ -30,12 +29,6 @@ BUTTONS = {
     Command.DISABLE: (word("Disable"), "power_off"),
     Command.HOME: (word("Home"), "home"),
 }
-ENABLED_IN = {
-    Command.ENABLE: {Stage.STANDBY},
-    Command.DISABLE: {Stage.READY, Stage.RUNNING},
-    Command.HOME: {Stage.READY},
-}
-"""The stages in which the machine can do what a button asks for; the controller decides in the end."""
 NODE_STATES = {
     "operational": word("in operation (operational)"),
     "pre_operational": word("waits (pre-operational)"),
@@ -93,10 +86,7 @@ class PowerCard:
         """Enable what is possible now, and show why the machine stands still."""
         self._overload = overload_text(self._ticks.take(status))
         for command, element in self._buttons.items():
-            possible = (
-                command is Command.DISABLE if status.setting_up else status.stage in ENABLED_IN[command]
-            )
-            offer(self._page, [element], "command", command, possible=possible)
+            offer(self._page, [element], status, command)
         stage, reason = tr(shown_stage(status).word), reason_text(status)
         self._reason.set_text(f"{stage}: {reason}" if reason else stage)
 

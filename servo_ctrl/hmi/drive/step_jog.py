@@ -6,7 +6,6 @@ from nicegui import ui
 
 from servo_ctrl.commands.local_messages import AxisInfo
 from servo_ctrl.commands.machine_status import MachineStatus
-from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -64,8 +63,7 @@ class StepButtons:
 
     def refresh(self, status: MachineStatus) -> None:
         """Enable the buttons where a step would be accepted."""
-        ready = self._page.link.connected and status.stage is Stage.READY
-        offer(self._page, self._buttons, "jog_step", possible=ready)
+        offer(self._page, self._buttons, status, "jog_step")
 
     async def _step(self, direction: int) -> None:
         await self._page.ask("jog_step", axis=self._axis.name, value=direction * self._choice.step_m)

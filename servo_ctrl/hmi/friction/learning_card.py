@@ -16,6 +16,7 @@ from servo_ctrl.commands.settings import Settings
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import command_buttons
+from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Switch, button, card, choice, div, notify, pairs, progress_bar
 from servo_ctrl.hmi.shell.units import UnitSystem, duration_text
@@ -26,13 +27,6 @@ BUTTONS = {
     Command.RESUME_LEARNING: (word("Resume"), "skip_next"),
     Command.ABORT_LEARNING: (word("Abort"), "stop"),
 }
-ENABLED_IN = {
-    Command.START_LEARNING: frozenset(LearningState) - ACTIVE,
-    Command.PAUSE_LEARNING: {LearningState.RUNNING},
-    Command.RESUME_LEARNING: {LearningState.PAUSED, LearningState.PAUSING},
-    Command.ABORT_LEARNING: ACTIVE,
-}
-"""The states in which a button is enabled; the controller decides in the end."""
 LEARNER_NAMES = {
     "fast": word("fast (pulse)"),
     "paper": word("as the paper (pulse)"),
@@ -111,7 +105,7 @@ class LearningCard:
         for key, text in learning_figures(learning, units).items():
             self._figures[key].set_text(text or "\N{EN DASH}")
         for command, element in self._buttons.items():
-            element.set_enabled(learning.state in ENABLED_IN[command])
+            offer(self._page, [element], status, command)
         self._learner.set_value(status.settings.learner)
         self._adaptation.show(status.settings.adaptation)
         required = units.error.with_unit(status.settings.required_m)

@@ -10,6 +10,7 @@ from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.objections import NOTHING_IN_USE
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.hmi.friction.figures import (
     pulse_figure,
@@ -18,8 +19,10 @@ from servo_ctrl.hmi.friction.figures import (
     version_rows,
     waveform_figure,
 )
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import Plot
+from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, confirmed, div, note, problem_text, toggle
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, VersionEntry, VersionStore, WaveformStore
@@ -89,6 +92,8 @@ class VersionsCard:
         if wanted != self._loaded:
             self._loaded, self._chosen = wanted, None
             background_tasks.create(self._load_on_page(), name="learned versions")
+        nothing = "" if roll_back_target(self._entries) is not None else NOTHING_IN_USE[ROLL_BACK[kind]]
+        offer(self._page, [self._roll_back_button], status, ROLL_BACK[kind], own=controller_text(nothing))
         self._draw(axis)
 
     async def _load_on_page(self) -> None:
@@ -115,7 +120,6 @@ class VersionsCard:
         self._problem.set_text(problem)
         self._table.update_rows(version_rows(entries, self._page.units))
         self._table.set_visibility(bool(entries))
-        self._roll_back_button.set_enabled(roll_back_target(entries) is not None)
 
     def _choose(self) -> None:
         self._chosen = int(self._table.selected[0]["version"]) if self._table.selected else None

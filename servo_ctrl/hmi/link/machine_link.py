@@ -50,6 +50,8 @@ SILENCE_TIMEOUT_S = 3.0
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.1, 2.0
 """Delay before connecting again; it doubles with each failure."""
 
+NO_CONNECTION = "there is no connection to the controller"
+
 _LOG = logging.getLogger(__name__)
 
 
@@ -106,7 +108,7 @@ class MachineLink:
             reason = f"{len(payload)} bytes are too long; {REQUEST_LIMIT} is the limit"
             return _refused(number, reason, "malformed")
         if self._writer is None or not self.connected:
-            return _refused(number, "there is no connection to the controller")
+            return _refused(number, NO_CONNECTION)
         answer: asyncio.Future[LocalAnswer] = asyncio.get_running_loop().create_future()
         self._pending[number] = answer
         try:

@@ -5,9 +5,9 @@ from functools import partial
 from nicegui import ui
 
 from servo_ctrl.commands.machine_status import MachineStatus
-from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.live_content import Rebuilt
+from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, div, faint
 
@@ -34,7 +34,7 @@ class LineCard:
     def refresh(self, status: MachineStatus) -> None:
         """Show the modal words that hold for the next line."""
         self._modes.set_text(tr("holds: {modes}", modes=status.program.modes))
-        self._run.set_enabled(self._page.link.connected and status.stage is Stage.READY)
+        offer(self._page, [self._run], status, "run_line")
         self._history.show(self._sent)
 
     async def _send(self) -> None:

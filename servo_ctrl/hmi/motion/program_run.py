@@ -13,8 +13,10 @@ from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.motion.line_view import LineView
 from servo_ctrl.hmi.motion.pace_controls import PaceControls
+from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import (
+    ButtonLook,
     button,
     card,
     confirmed,
@@ -24,6 +26,12 @@ from servo_ctrl.hmi.shell.parts import (
     progress_bar,
 )
 
+BUTTONS: dict[Command, tuple[str, str, ButtonLook]] = {
+    Command.START_PROGRAM: (word("Start"), "play_arrow", "unelevated"),
+    Command.HOLD_PROGRAM: (word("Hold"), "pause", "outline"),
+    Command.RESUME_PROGRAM: (word("Resume"), "play_arrow", "unelevated"),
+    Command.ABORT_PROGRAM: (word("Abort"), "stop", "outline"),
+}
 LEARNS = word("the machine is learning: pause or abort that on page Friction")
 
 
@@ -34,9 +42,6 @@ class ProgramRun:
         self._page = page
         self._draft: ProgramText | None = None
         self._loaded: ProgramText | None = None
-        hold, resume, abort = (
-            partial(page.command, Command[f"{verb}_PROGRAM"]) for verb in ("HOLD", "RESUME", "ABORT")
-        )
         with card(tr("Program in the machine"), "program-run"):
             with div("bench-row apart"):
                 with div().style("min-width: 0; flex: 1 1 260px"):
@@ -45,14 +50,18 @@ class ProgramRun:
                     self._step = faint().mark("program-step")
                 with div("bench-row bench-actions"):
                     self._load = button(tr("Load"), self._load_draft, "load-program", icon="upload")
-                    self._start = button(
-                        tr("Start"), self._ask_start, "start", icon="play_arrow", look="unelevated"
-                    )
-                    self._hold = button(tr("Hold"), hold, "hold", icon="pause")
-                    self._resume = button(
-                        tr("Resume"), resume, "resume", icon="play_arrow", look="unelevated"
-                    )
-                    self._abort = button(tr("Abort"), abort, "abort", icon="stop")
+                    self._buttons = {
+                        command: button(
+                            tr(text),
+                            self._ask_start
+                            if command is Command.START_PROGRAM
+                            else partial(page.command, command),
+                            command.name.lower().removesuffix("_program"),
+                            icon=icon,
+                            look=look,
+                        )
+                        for command, (text, icon, look) in BUTTONS.items()
+                    }
             with div("bench-row").style("flex-wrap: nowrap"):
                 self._bar = progress_bar(tr("Progress of the program"), "progress")
                 self._bar.props("rounded").style("flex: 1 1 auto")
@@ -70,7 +79,6 @@ class ProgramRun:
         """Show the program of the machine, and enable what is possible now."""
         program, stage = status.program, status.stage
         learning = status.learning.state in ACTIVE
-        running = stage is Stage.RUNNING and not learning
         self._name.set_text(program.name or tr("no program"))
         self._step.set_text(tr(LEARNS) if learning else step_text(program, stage))
         self._bar.set_value(program.progress)
@@ -79,16 +87,16 @@ class ProgramRun:
         self._pace.refresh(status)
         known = self._loaded is not None and self._loaded.name == program.name and not program.apart
         self._lines.show(self._loaded.text if known and self._loaded is not None else "", program.line)
-        changed = self._draft is not None and self._draft != self._loaded
-        self._load.set_enabled(changed and stage in {Stage.READY, Stage.STANDBY} and not program.preparing)
-        self._start.set_enabled(
-            stage is Stage.READY and program.loaded and not program.preparing and not learning
-        )
-        self._hold.set_enabled(running and not program.held)
-        self._resume.set_enabled(running and program.held)
-        self._resume.set_visibility(program.held)
-        self._start.set_visibility(not program.held)
-        self._abort.set_enabled(running)
+        offer(self._page, [self._load], status, "load_program", own=self._nothing_to_load())
+        for command, element in self._buttons.items():
+            offer(self._page, [element], status, command)
+        self._buttons[Command.RESUME_PROGRAM].set_visibility(program.held)
+        self._buttons[Command.START_PROGRAM].set_visibility(not program.held)
+
+    def _nothing_to_load(self) -> str:
+        if self._draft is None:
+            return tr("There is no program below that is checked and within the limits.")
+        return tr("The machine has this program already.") if self._draft == self._loaded else ""
 
     async def _ask_start(self) -> None:
         """Start; where the program is entered behind its first line, show what holds there first."""

@@ -7,22 +7,40 @@ from nicegui.elements.mixins.disableable_element import DisableableElement
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Do
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.objections import objection
+from servo_ctrl.hmi.languages.controller_messages import controller_text
+from servo_ctrl.hmi.link.machine_link import NO_CONNECTION
 from servo_ctrl.hmi.shell.open_page import OpenPage
 
 
 def offer(
     page: OpenPage,
     elements: Iterable[DisableableElement],
-    do: Do,
-    command: Command | None = None,
+    status: MachineStatus,
+    request: Command | Do,
     *,
-    possible: bool,
+    own: str = "",
 ) -> None:
-    """Enable elements where the machine can do what they ask for and the visitor may ask for it."""
-    refusal = page.refusal(do, command.name.lower() if command else "")
+    """Enable elements, or grey them where a click would be refused, with the reason of the refusal.
+
+    `own` is what speaks against the request on this page alone, in its language.
+    """
+    reason = own or why_not(page, status, request)
     for element in elements:
-        element.set_enabled(possible and not refusal)
-        explain(element, refusal)
+        element.set_enabled(not reason)
+        explain(element, reason)
+
+
+def why_not(page: OpenPage, status: MachineStatus, request: Command | Do) -> str:
+    """Why the visitor or the machine cannot do this now, in the language of the page; "" where they can."""
+    if isinstance(request, Command):
+        reason = page.refusal("command", request.name.lower())
+    else:
+        reason = page.refusal(request)
+    if reason:
+        return reason
+    return controller_text(objection(status, request) if page.link.connected else NO_CONNECTION)
 
 
 def explain(element: ui.element, reason: str) -> None:

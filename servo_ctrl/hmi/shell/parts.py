@@ -24,6 +24,7 @@ CHECK = "\N{CHECK MARK}"
 CROSS = "\N{HEAVY MULTIPLICATION X}"
 Kind = Literal["positive", "negative", "warning", "info", "ongoing"]
 """Of a notice, as NiceGUI has it."""
+ButtonLook = Literal["outline", "unelevated", "flat"]
 E = TypeVar("E", bound=Element)
 _OPTION = """
 <q-item v-bind="props.itemProps">
@@ -128,7 +129,7 @@ def button(
     mark: str,
     *,
     icon: str | None = None,
-    look: Literal["outline", "unelevated", "flat"] = "outline",
+    look: ButtonLook = "outline",
 ) -> ui.button:
     """A button; `unelevated` is the look of the main action of a card."""
     return ui.button(text, icon=icon, on_click=on_click).props(look).mark(mark)

@@ -87,7 +87,7 @@ async def test_nothing_else_may_begin_while_the_program_is_being_planned(
     verdict = made.handler.execute(CommandRequest(Command.START_LEARNING, "x"))
     assert (verdict.refusal, verdict.reason) == (
         Refusal.WRONG_STATE,
-        "the program is about to start; wait for its end",
+        "a program is being checked; wait for its end",
     )
     assert made.handler.execute(AGAIN).refusal is Refusal.WRONG_STATE
     task = asyncio.create_task(made.services.worker.run())
@@ -112,7 +112,7 @@ async def test_learning_that_is_paused_waits_for_a_program_that_is_about_to_star
         verdict = made.handler.execute(CommandRequest(Command.RESUME_LEARNING))
         assert (verdict.refusal, verdict.reason) == (
             Refusal.WRONG_STATE,
-            "the program is about to start; wait for its end",
+            "a program is being checked; wait for its end",
         )
         await made.services.worker.finish()
     task.cancel()

@@ -12,6 +12,8 @@ from waveform_examples import SAMPLES, example_waveform
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.objections import objection
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.friction.figures import (
     INDICATORS,
     MEAN,
@@ -24,7 +26,7 @@ from servo_ctrl.hmi.friction.figures import (
     version_rows,
     waveform_figure,
 )
-from servo_ctrl.hmi.friction.learning_card import ENABLED_IN, FIGURES, learning_figures
+from servo_ctrl.hmi.friction.learning_card import BUTTONS, FIGURES, learning_figures
 from servo_ctrl.hmi.shell.plots import DARK, LIGHT, Look
 from servo_ctrl.hmi.shell.units import INCH, MM, UM, duration_text
 from servo_ctrl.learned.store import LearnedStore, VersionEntry
@@ -92,7 +94,8 @@ def test_the_last_error_of_each_axis_and_direction_is_drawn_over_milliseconds(li
     ],
 )
 def test_possible_commands_follow_from_the_state(state: LearningState, commands: set[Command]) -> None:
-    assert {command for command, states in ENABLED_IN.items() if state in states} == commands
+    status = FIRST._replace(stage=Stage.READY, learning=FIRST.learning._replace(state=state))
+    assert {command for command in BUTTONS if not objection(status, command)} == commands
 
 
 def test_unknown_figures_of_learning_are_empty() -> None:
