@@ -10,6 +10,7 @@ STAMP := $(VENV)/.installed
 RUNS ?= 5000
 FRAMES ?= 1000000
 SECONDS ?= 60
+PICTURES ?= seconds
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
@@ -107,8 +108,8 @@ hashes: setup  ## write constraints-hashes.txt: SHA-256 of every file of every p
 audit: setup  ## ask the OSV database for advisories on the pinned packages (needs a network)
 	@$(BIN)/python tests/support/advisories.py
 
-pages: setup  ## make every generated table and page of docs/ anew from committed figures
-	@$(BIN)/python -m tests.campaigns.pages.main
+pages: setup  ## make every generated table and page of docs/ anew from committed figures, and its pictures (PICTURES=minutes, hours)
+	@$(BIN)/python -m tests.campaigns.pages.main --pictures $(PICTURES)
 
 bench: setup  ## measure the ratios; writes bench.json
 	$(BIN)/python -m tests.campaigns.bench.main --json bench.json

@@ -45,7 +45,11 @@ def demo(
 
     console = Console()
     page, address = None, ""
-    if not no_hmi and page_installed():
+    if not no_hmi and not page_installed():
+        console.print(
+            "without the operator's bench, which needs: pip install 'servo-ctrl\\[hmi]'", highlight=False
+        )
+    elif not no_hmi:
         address = free_address(hmi)
         page = page_at(address, recordings=out)
         console.print(f"operator's bench: {url_of(address)}", highlight=False)

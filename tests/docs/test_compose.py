@@ -31,8 +31,9 @@ def check_schema(path: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
 
 
-def test_it_holds_to_the_compose_specification() -> None:
-    result = check_schema(COMPOSE)
+@pytest.mark.parametrize("file", [COMPOSE, ROOT / "deploy" / "compose.page.yml"], ids=lambda file: file.name)
+def test_it_holds_to_the_compose_specification(file: Path) -> None:
+    result = check_schema(file)
     assert result.returncode == 0, result.stdout + result.stderr
 
 

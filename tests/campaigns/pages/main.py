@@ -1,7 +1,8 @@
-"""Make every generated table and page of the documents: `make pages`."""
+"""Make every generated table, page and picture of the documents: `make pages`."""
 
 import argparse
 
+from tests.campaigns.pages import pictures
 from tests.campaigns.pages.generated import GENERATED, ROOT
 
 
@@ -10,6 +11,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--check", action="store_true", help="write nothing; fail where a page is out of date"
+    )
+    parser.add_argument(
+        "--pictures", choices=pictures.TAKES, default="seconds", help="draw those that take no longer"
     )
     asked = parser.parse_args()
     stale = []
@@ -21,6 +25,8 @@ def main() -> None:
             stale.append(one.page)
             if not asked.check:
                 file.write_text(after, encoding="utf-8")
+    if not asked.check:
+        stale += [f"docs/{place}" for place in pictures.draw_all(asked.pictures, ROOT / "docs")]
     if asked.check and stale:
         parser.exit(1, f"out of date: {', '.join(stale)}; run: make pages\n")
     print("\n".join(f"remade: {page}" for page in stale) or "every page is that of its figures")

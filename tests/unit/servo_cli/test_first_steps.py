@@ -16,7 +16,7 @@ from reconcile.nominal_model.model_file import load_model
 from servo_ctrl.cli.main import app
 from servo_ctrl.cli.operator_page import page_at
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.errors import ConfigError
+from servo_ctrl.errors import ConfigError, ServoCtrlError
 
 TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
 
@@ -36,6 +36,18 @@ def test_help_shows_flags_without_a_type(command: list[str]) -> None:
     text = printed(*command, "--help")
     assert "--help" in text
     assert "<bool>" not in text
+
+
+def test_a_demo_without_the_library_of_the_page_says_what_the_bench_needs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def seen_enough(*_arguments: object, **_options: object) -> None:
+        raise ServoCtrlError
+
+    monkeypatch.setattr("servo_ctrl.cli.operator_page.page_installed", lambda: False)
+    monkeypatch.setattr("servo_ctrl.hil_rig.simulated_run.simulated_run", seen_enough)
+    result = CliRunner().invoke(app, ["demo", "--machine", str(TABLE), "--out", str(tmp_path)])
+    assert "pip install 'servo-ctrl[hmi]'" in result.output
 
 
 def test_help_shows_how_a_simulator_is_run_in_lockstep() -> None:
