@@ -14,6 +14,7 @@ look() {
     need mosquitto_sub mosquitto-clients
     need openssl openssl
     need gcc gcc
+    [ -e /usr/include/stdio.h ] || packages="$packages libc6-dev"
     need cyclictest rt-tests
     # the shell draws the same pages in a fifth of the processor time; not every distribution has it
     if apt-cache show chromium-headless-shell >/dev/null 2>&1; then

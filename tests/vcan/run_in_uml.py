@@ -10,6 +10,7 @@ in CI (CI=true) it is 1. Numba's cache is the host's: the processor and the file
 """
 
 import os
+import re
 import shlex
 import shutil
 import signal
@@ -34,19 +35,22 @@ TIMEOUT_S = 2700.0
 PYTEST = ["-m", "pytest", "-m", "vcan", "-o", "timeout=1200", "--durations=0", "--durations-min=1"]
 PASSED_ON = ("HOSTILE_FRAMES", "CI", "CANOPENDEMO")
 """Variables of the host's that tests read."""
+PROCESSOR = Path("/proc/cpuinfo")
+WHOLE_REGISTERS = Path(__file__).with_name("whole_registers.c")
 SEARCH_PATH = f"{os.environ.get('PATH', '')}:/usr/local/sbin:/usr/sbin:/sbin"
 
 
 def main(pytest_arguments: list[str]) -> int:
     """Boot, run, report; the exit status."""
-    programs = {name: shutil.which(name, path=SEARCH_PATH) for name in ("linux.uml", "insmod", "ip")}
+    needed = ["linux.uml", "insmod", "ip", *(["gcc"] if has_amx() else [])]
+    programs = {name: shutil.which(name, path=SEARCH_PATH) for name in needed}
     missing = [name for name, path in programs.items() if path is None]
     kernels = sorted(Path("/usr/lib/uml/modules").glob("*/kernel"))
     if missing or not kernels:
         names = ", ".join(missing or ["modules of linux.uml"])
         must_run = os.geteuid() == 0 or os.environ.get("CI") == "true"
         verdict = "FAILED" if must_run else "SKIPPED"
-        print(f"{verdict}: the tests on vcan0, {names} missing (apt: user-mode-linux, kmod, iproute2)")
+        print(f"{verdict}: the tests on vcan0, {names} missing (apt: user-mode-linux, kmod, iproute2, gcc)")
         return int(must_run)
     runs = [pytest_arguments] if pytest_arguments else shares(len(os.sched_getaffinity(0)))
     with ThreadPoolExecutor(len(runs)) as pool:
@@ -118,6 +122,20 @@ sleep 60
 """
 
 
+def has_amx() -> bool:
+    """Whether the processor has registers that user-mode Linux 6.1 cannot restore; see whole_registers.c."""
+    return bool(re.search(r"^flags.*\bamx_tile\b", PROCESSOR.read_text("ascii"), re.MULTILINE))
+
+
+def registers_added(folder: Path) -> dict[str, str]:
+    """Environment in which the kernel restores all registers; empty where it does so by itself."""
+    if not has_amx():
+        return {}
+    library = folder / "whole_registers.so"
+    subprocess.run(["gcc", "-O2", "-shared", "-fPIC", "-o", library, WHOLE_REGISTERS], check=True)
+    return {"LD_PRELOAD": str(library)}
+
+
 def boot(linux: str, init: Path) -> None:
     """Run the kernel `linux` with `init`, print its console as it comes, and end it after `TIMEOUT_S`."""
     options = [f"mem={MEMORY}", "rootfstype=hostfs", "rootflags=/", "rw", f"init={init}", "quiet"]
@@ -130,6 +148,7 @@ def boot(linux: str, init: Path) -> None:
         text=True,
         errors="replace",
         start_new_session=True,
+        env=os.environ | registers_added(init.parent),
     ) as kernel:
         watchdog = threading.Timer(TIMEOUT_S, os.killpg, (kernel.pid, signal.SIGKILL))
         watchdog.start()

@@ -54,6 +54,17 @@ def test_what_is_missing_is_named_and_a_failure_for_root_and_in_ci(
     assert capsys.readouterr().out.startswith(f"{verdict}: the tests on vcan0, linux.uml missing")
 
 
+def test_a_processor_with_amx_has_its_registers_restored(
+    run_in_uml: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    processor = tmp_path / "cpuinfo"
+    monkeypatch.setattr(run_in_uml, "PROCESSOR", processor)
+    processor.write_text("flags\t\t: fpu avx512f\n")
+    assert run_in_uml.registers_added(tmp_path) == {}
+    processor.write_text("model name: x\nflags\t\t: fpu avx512f amx_tile lm\n")
+    assert Path(run_in_uml.registers_added(tmp_path)["LD_PRELOAD"]).exists()
+
+
 def test_a_kernel_that_ends_early_is_a_failure(
     run_in_uml: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
