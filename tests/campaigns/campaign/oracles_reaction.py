@@ -26,6 +26,8 @@ TURNS_CYCLES = 80
 """Between an exception and the end of the cycle lockstep makes some turns of the loop, 64 frames each."""
 RAMP_CYCLES = 60
 """A controlled stop from the highest speed of the campaign at the acceleration limit, and power off."""
+REQUESTS = {"stop signal", "switched off"}
+"""They send no EMCY: the bus shows only that power goes off."""
 STARTING = 1
 LAST = 10**9
 ORDERS = (0x200 + DRIVES[0], 0x200 + DRIVES[1])
@@ -104,8 +106,10 @@ def answered(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
     if due is None:
         return _unforced(evidence), []
     since, bound = due
-    if word == "hold" and fault.event in {"stop signal", "switched off"}:
-        bound += RAMP_CYCLES  # a request sends no EMCY: the bus shows only that power goes off at the end
+    if word == "hold" and fault.event in REQUESTS:
+        bound += RAMP_CYCLES
+    if fault.event in REQUESTS and not _powered_since(evidence):
+        return None, _ends(evidence, bound)  # the drives were off before and stay so
     cycle = first_reaction(evidence)
     if cycle is None:
         if not _powered_at(evidence) or word == "disable":
@@ -168,6 +172,13 @@ def _powered_at(evidence: Evidence) -> bool:
     truth, cycle = evidence.truth, evidence.happened[1]
     near = (truth.cycle >= cycle) & (truth.cycle <= cycle + 1)
     return bool(truth.powered[near].any())
+
+
+def _powered_since(evidence: Evidence) -> bool:
+    """Whether any drive has power in the cycle of the fault or later."""
+    assert evidence.happened is not None
+    truth = evidence.truth
+    return bool(truth.powered[truth.cycle >= evidence.happened[1]].any())
 
 
 def _ends(evidence: Evidence, bound: int) -> list[str]:

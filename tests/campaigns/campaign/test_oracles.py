@@ -88,6 +88,18 @@ def test_reaction_that_comes_too_late(evidence: Evidence) -> None:
     assert "allowed" in problems[0]
 
 
+def test_request_to_drives_that_are_off_and_stay_so(evidence: Evidence) -> None:
+    def silent(frame: Frame) -> Frame | None:
+        return None if frame.can_id == OUR_EMCY else frame._replace(cycle=frame.cycle + 500)
+
+    fault = evidence.plan.fault._replace(event="switched off", cause=None)
+    asked = evidence._replace(plan=evidence.plan._replace(fault=fault))
+    assert oracles_reaction.reaction(reframed(asked, silent))[1], "off too late"
+    assert asked.happened is not None
+    off = changed(asked, "powered", asked.truth.cycle >= asked.happened[1], 0.0)
+    assert oracles_reaction.reaction(reframed(off, silent)) == (None, [])
+
+
 def test_drive_that_goes_on_without_its_controller(evidence: Evidence) -> None:
     fault = evidence.plan.fault._replace(kills="controller")
     assert evidence.happened is not None
