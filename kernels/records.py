@@ -1,23 +1,17 @@
-"""Records: the memory layout that a NamedTuple declares, and the reading and writing of its values.
+"""Reading and writing the values of records, whose memory layout a NamedTuple declares (`record_layout`).
 
 A kernel is a pure function of NamedTuples; values that persist between calls are in records, numpy's
 structured arrays. One declaration gives both. `read` and `write` work equally in Python and in compiled
 functions, where they become plain loads and stores: to pass one array from Python costs a tenth of passing a
 nested tuple, and no code depends on positions in a tuple.
-
-A field is a `float`, `int` or `bool`, another NamedTuple, or a `Table`. Tables have no fixed size: their
-numbers are in one pool beside the records, and a record holds the place in the pool.
 """
 
-import struct
-from collections.abc import Iterator, Sequence
-from functools import cache
-from typing import Any, NamedTuple, TypeVar, get_type_hints
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kernels.lean_import import as_if_absent
+from kernels.record_layout import SCALARS, Place, Pool, Table, is_flat, kinds_of, numbers_of
 
 with as_if_absent("scipy"):  # as in `jit`
     from numba import types
@@ -26,80 +20,8 @@ with as_if_absent("scipy"):  # as in `jit`
     from numba.np.arrayobj import populate_array
 
 T = TypeVar("T")
-Table = NDArray[np.float64]
-"""(rows, columns), C-contiguous."""
-Pool = NDArray[np.float64]
-"""(n,): the numbers of all tables of several records."""
-
-
-class Place(NamedTuple):
-    """The place of a table in the pool."""
-
-    start: int
-    rows: int
-    columns: int
-
-
-_SCALARS: dict[Any, tuple[Any, Any]] = {
-    float: (np.float64, types.float64),
-    int: (np.int64, types.int64),
-    bool: (np.bool_, types.boolean),
-}
+_COMPILED: dict[Any, Any] = {float: types.float64, int: types.int64, bool: types.boolean}
 _TABLE = types.Array(types.float64, 2, "C")
-
-
-@cache
-def kinds_of(declaration: Any) -> dict[str, Any]:
-    """Return the type of each field in order: `float`, `int`, `bool`, `Table` or another declaration.
-
-    Raises:
-        TypeError: a field is none of these.
-
-    """
-    fields = get_type_hints(declaration)
-    for name, kind in fields.items():
-        if kind not in _SCALARS and kind != Table and not _is_declaration(kind):
-            raise TypeError(f"{declaration.__qualname__}.{name}: a record cannot hold {kind}")
-    return fields
-
-
-def _is_declaration(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
-
-
-@cache
-def record_type(declaration: Any) -> np.dtype[Any]:
-    """Return the C-aligned layout of a declaration, with the same field names."""
-    layout: list[tuple[str, Any]] = []
-    for name, kind in kinds_of(declaration).items():
-        if kind in _SCALARS:
-            layout.append((name, _SCALARS[kind][0]))
-        else:
-            layout.append((name, record_type(Place if kind == Table else kind)))
-    return np.dtype(layout, align=True)
-
-
-def store(records: NDArray[Any], values: Sequence[tuple[Any, ...]]) -> Pool:
-    """Write one value into each of the records (n,); return the pool of their tables."""
-    tables: list[Table] = []
-    for index, value in enumerate(values):
-        records[index] = _numbers(value, tables)
-    return np.concatenate([np.zeros(0), *(table.ravel() for table in tables)])
-
-
-def _numbers(value: Any, tables: list[Table]) -> tuple[Any, ...]:
-    """Convert a value to nested tuples that numpy can write to a record; append its tables to `tables`."""
-    declaration: Any = type(value)
-    numbers: list[Any] = []
-    for name, kind in kinds_of(declaration).items():
-        field = getattr(value, name)
-        if kind == Table:
-            start = sum(table.size for table in tables)
-            tables.append(np.ascontiguousarray(field, dtype=np.float64))
-            numbers.append(Place(start, *tables[-1].shape))
-        else:
-            numbers.append(field if kind in _SCALARS else _numbers(field, tables))
-    return tuple(numbers)
 
 
 def read(record: Any, declaration: type[T], pool: Pool | None = None) -> T:
@@ -114,7 +36,7 @@ def _value(numbers: Any, declaration: Any, pool: Any) -> Any:
         return declaration._make(numbers)
     fields = []
     for kind, number in zip(kinds_of(declaration).values(), numbers, strict=True):
-        if kind in _SCALARS:
+        if kind in SCALARS:
             fields.append(number)
         elif kind == Table:
             start, rows, columns = number
@@ -124,48 +46,10 @@ def _value(numbers: Any, declaration: Any, pool: Any) -> Any:
     return declaration._make(fields)
 
 
-@cache
-def is_flat(declaration: Any) -> bool:
-    """Whether a declaration has only numbers, so that numpy reads and writes its values directly."""
-    return all(kind in _SCALARS for kind in kinds_of(declaration).values())
-
-
 def write(record: Any, value: tuple[Any, ...]) -> None:
     """Write a value without tables into a record, in place."""
-    for name, number in zip(record.dtype.names, _numbers(value, []), strict=True):
+    for name, number in zip(record.dtype.names, numbers_of(value, []), strict=True):
         record[name] = number
-
-
-def flat_layout(record: np.dtype[Any], fields: Sequence[str]) -> tuple[struct.Struct, int]:
-    """Return how to pack and unpack adjacent fields as flat numbers, and their offset, bytes.
-
-    This is faster than numpy, which traverses a nested field at each call.
-
-    Raises:
-        ValueError: another field is between the fields, or they are in another order.
-
-    """
-    names = record.names or ()
-    first = names.index(fields[0])
-    if names[first : first + len(fields)] != tuple(fields):
-        raise ValueError(f"{', '.join(fields)} are not adjacent")
-    begin: int = next(offset for _code, offset, _size in _leaves(record[[fields[0]]], 0))
-    codes, end = [], begin
-    for code, offset, size in _leaves(record[list(fields)], 0):
-        codes.append(f"{offset - end}x{code}" if offset > end else code)
-        end = offset + size
-    return struct.Struct("@" + "".join(codes)), begin
-
-
-def _leaves(record: np.dtype[Any], offset: int) -> Iterator[tuple[str, int, int]]:
-    """Yield the `struct` character, offset and size in bytes of each number in a record."""
-    places: Any = record.fields
-    for name in record.names or ():
-        field, at = places[name][:2]
-        if field.names:
-            yield from _leaves(field, offset + at)
-        else:
-            yield field.char, offset + at, field.itemsize
 
 
 @overload(read)
@@ -188,7 +72,7 @@ def _compiled_type(declaration: Any) -> Any:
     """Return numba's type of a value, equal to that of a value from Python."""
     kinds = kinds_of(declaration).values()
     fields = [
-        _SCALARS[kind][1] if kind in _SCALARS else _TABLE if kind == Table else _compiled_type(kind)
+        _COMPILED[kind] if kind in _COMPILED else _TABLE if kind == Table else _compiled_type(kind)
         for kind in kinds
     ]
     if len(set(fields)) == 1:
@@ -216,7 +100,7 @@ def _load_fields(context: Any, builder: Any, record: Any, memory: Any, declarati
     values = []
     for name, kind in kinds_of(declaration).items():
         inner, place = record.typeof(name), cgutils.pointer_add(builder, memory, record.offset(name))
-        if kind in _SCALARS:
+        if kind in SCALARS:
             pointer = builder.bitcast(place, context.get_data_type(inner).as_pointer())
             values.append(context.unpack_value(builder, inner, pointer))
         elif kind == Table:
@@ -253,7 +137,7 @@ def _store_fields(context: Any, builder: Any, record: Any, memory: Any, value: A
     for index, (name, kind) in enumerate(kinds_of(value.instance_class).items()):
         inner, place = record.typeof(name), cgutils.pointer_add(builder, memory, record.offset(name))
         field = builder.extract_value(held, index)
-        if kind in _SCALARS:
+        if kind in SCALARS:
             pointer = builder.bitcast(place, context.get_data_type(inner).as_pointer())
             number = context.cast(builder, field, value.types[index], inner)
             context.pack_value(builder, inner, number, pointer)

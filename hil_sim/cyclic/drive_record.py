@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.records import record_type
+from kernels.record_layout import record_type
 
 FOLLOWS_NOTHING = 0
 """`led` while no cyclic mode has the axis: the code of its mode (6060h) otherwise."""

@@ -12,7 +12,7 @@ from can_frames.frame import DATA_AT
 from hil_sim.cyclic.drive_record import NO_SET_POINT
 from kernels.arrays import Array, Index
 from kernels.jit import kernel
-from kernels.records import record_type, store
+from kernels.record_layout import record_type, store
 
 Bytes = NDArray[np.uint8]
 DRIVES_ACT = -1

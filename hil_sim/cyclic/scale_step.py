@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.jit import kernel
-from kernels.records import record_type
+from kernels.record_layout import record_type
 
 SPEED_UNIT_M_S = 1e-5  # 0.01 mm/s
 LARGEST_I16 = 32767

@@ -26,7 +26,7 @@ from reconcile.regression.normal_equations import BlockNormalEquations, Candidat
 from reconcile.regression.regression_data import stride
 from reconcile.regression.regression_problem import regression_problem
 from reconcile.regression.residual import Residual
-from reconcile.regression.residual_noise import lagged_products
+from reconcile.regression.whiteness import lagged_products
 
 Term = tuple[str, ShapeParameters]
 """An effect, or smooth term, with its shape parameters."""

@@ -13,12 +13,8 @@ from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS
 from reconcile.design.model_discrimination import AssumedTerm, Model, Term
 from reconcile.design.recorded_axis import RecordedAxis
 from reconcile.identification.explain import Explanation
-from reconcile.identification.findings import (
-    LEAST_CONFIDENCE,
-    LEAST_REPORTED_GAIN,
-    RIVAL_STANDARD_ERRORS,
-    IdentifiedEffect,
-)
+from reconcile.identification.findings import LEAST_CONFIDENCE, LEAST_REPORTED_GAIN, IdentifiedEffect
+from reconcile.identification.rivals import RIVAL_STANDARD_ERRORS
 
 CONTESTED, MISTAKEN, UNEXPLAINED, HIDDEN = "contested", "mistaken", "unexplained", "hidden"
 MISTAKEN_WEIGHT = 0.1

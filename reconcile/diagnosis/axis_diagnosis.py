@@ -13,10 +13,11 @@ from reconcile.identification.unexplained_residual import is_misfit
 from reconcile.model_update.axis_update import update_axis
 from reconcile.model_update.shared_values import Sections
 from reconcile.nominal_model.model_file import NominalModel
-from reconcile.proof.left_out import Proof, prove, proven, to_be_written, written_explanations
+from reconcile.proof.left_out import prove, proven, to_be_written, written_explanations
 from reconcile.proof.model_image import recordings_of_model, without_image
 from reconcile.proof.model_variants import AS_FOUND
 from reconcile.proof.model_variants import NOTES as VARIANT_NOTES
+from reconcile.proof.proof import Proof
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_problem import SINCE_REVERSAL
 from reconcile.regression.residual import rms

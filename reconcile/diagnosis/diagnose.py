@@ -16,7 +16,7 @@ from reconcile.formats.rotary_units import sentence_of
 from reconcile.identification.explain import Explanation
 from reconcile.location.residual_coordinates import ResidualAnalysis, residual_analyses
 from reconcile.nominal_model.model_file import load_model, write_model
-from reconcile.proof.left_out import Proof
+from reconcile.proof.proof import Proof
 from reconcile.recording.recording import load_recordings
 from reconcile.recording.sensor_finding import notes_of
 from reconcile.regression.thinning import to_be_thinned

@@ -11,7 +11,7 @@ from reconcile.formats.rotary_units import in_units_of
 from reconcile.identification.explain import Explanation
 from reconcile.identification.findings import LEAST_REPORTED_GAIN, IdentifiedEffect
 from reconcile.location.residual_coordinates import ResidualAnalysis, verdict_noise, verdict_places
-from reconcile.proof.left_out import Proof, proof_json
+from reconcile.proof.proof import Proof, proof_json
 from reconcile.replay.model_replays import ReplayComparison, replays_json
 from servo_ctrl.config.file_format import FORMAT
 

@@ -22,7 +22,8 @@ from reconcile.regression.regression_data import FILTER_HZ, regression_data
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.replay import ORIGIN_FIT_S
-from reconcile.selection.cross_validation import CrossValidation, SelectionRules, threshold
+from reconcile.selection.block_statistics import threshold
+from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 
 Effect = tuple[str, ShapeParameters]
 ONCE_A_TURN = ("cogging",)

@@ -18,7 +18,8 @@ from reconcile.regression.normal_equations import BlockNormalEquations, Candidat
 from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.regression.residual import Residual, residuals, rms
 from reconcile.regression.residual_noise import noise_floor
-from reconcile.selection.cross_validation import CrossValidation, SelectionRules, paired, threshold
+from reconcile.selection.block_statistics import paired, threshold
+from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.left_out import Withdrawn
 
 

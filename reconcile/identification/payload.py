@@ -9,7 +9,8 @@ from scipy.special import ndtr
 
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.confidence import confidence
-from reconcile.identification.findings import Estimate, IdentifiedEffect
+from reconcile.identification.findings import IdentifiedEffect
+from reconcile.identification.parameter_estimates import Estimate
 
 LEAST_EXCESS = 0.04
 """Least excess over the nominal mass, as a share of it."""

@@ -14,14 +14,10 @@ from reconcile.catalogue.gravity import ENTRY as GRAVITY_ENTRY
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import KNOTS, PREFIX
 from reconcile.formats.nominal_axis import NominalAxis
-from reconcile.identification.findings import (
-    RESAMPLES,
-    ReportedEffects,
-    RivalEffect,
-    compare_rivals,
-    report_findings,
-)
+from reconcile.identification.findings import ReportedEffects, report_findings
+from reconcile.identification.parameter_estimates import RESAMPLES
 from reconcile.identification.refinement import refine
+from reconcile.identification.rivals import RivalEffect, compare_rivals
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import regressed_terms
 from reconcile.regression.normal_equations import CandidateTerm, Key, effect_names

@@ -22,7 +22,8 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import systematic
 from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.identification.explain import Explanation
-from reconcile.identification.findings import Estimate, IdentifiedEffect
+from reconcile.identification.findings import IdentifiedEffect
+from reconcile.identification.parameter_estimates import Estimate
 from reconcile.identification.two_mass_fit import (
     COULOMB,
     DAMPING,
@@ -37,7 +38,7 @@ from reconcile.identification.two_mass_rollout import DrivingInputs, respond
 from reconcile.regression.regression_data import FILTER_HZ, LEAST_CLEAN_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
-from reconcile.selection.cross_validation import paired
+from reconcile.selection.block_statistics import paired
 
 LEAST_STANDARD_ERRORS = 4.0
 """Least significance of the improvement over the starting values, in standard errors."""

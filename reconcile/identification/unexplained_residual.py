@@ -6,9 +6,11 @@ import numpy as np
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.accounted import Accounted
-from reconcile.identification.findings import Estimate, IdentifiedEffect
+from reconcile.identification.findings import IdentifiedEffect
+from reconcile.identification.parameter_estimates import Estimate
 from reconcile.regression.residual import Residual, rms
-from reconcile.regression.residual_noise import LAGS, spectral_density, whiteness
+from reconcile.regression.residual_noise import spectral_density
+from reconcile.regression.whiteness import LAGS, whiteness
 
 BESIDE_EFFECTS = {
     ResidualChannel.FORCE: ((3.0, 0.25), (20.0, 0.05)),

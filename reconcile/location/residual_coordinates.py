@@ -9,7 +9,8 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation
 from reconcile.location.locate import LocatedResidual, locate, located_json
 from reconcile.regression.residual import Residual
-from reconcile.regression.residual_noise import NoiseFloor, Whiteness, noise_floor, noise_json, whiteness
+from reconcile.regression.residual_noise import NoiseFloor, noise_floor, noise_json
+from reconcile.regression.whiteness import Whiteness, whiteness
 
 MODELS = ("before", "refitted", "after")
 """Nominal values; refitted values; refitted values with the identified effects."""

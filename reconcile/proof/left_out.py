@@ -1,4 +1,4 @@
-"""Each recording left out in turn: what the others tell, written, loaded, and held against it.
+"""Each recording left out in turn: what the others tell, written, loaded, and compared with it.
 
 An only recording is judged on its last third by what the first two thirds tell.
 """
@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,57 +21,13 @@ from reconcile.identification.term_search import TermSearch
 from reconcile.model_update.axis_sections import AxisSections, axis_sections
 from reconcile.nominal_model.model_file import NominalModel, load_model, write_model
 from reconcile.proof.model_variants import AS_FOUND, OF_ALL_RECORDINGS, VARIANTS, has_own, variants_of
+from reconcile.proof.proof import LEAST_BETTER, LeftOut, Proof
 from reconcile.proof.written_model import written_residual
 from reconcile.recording.recording import AxisRecording
 from reconcile.selection.left_out import Withdrawn
 
 LAST_SHARE = 1.0 / 3.0
 """Share of an only recording that is left out."""
-LEAST_BETTER = 0.98
-"""RMS of the written model over that of the rigid refit from which on it counts as no better: within 2 % no
-reader would see it. Chosen."""
-
-
-class LeftOut(NamedTuple):
-    """What two models leave of a recording that took no part in them, RMS, N or m."""
-
-    source: str
-    channel: ResidualChannel
-    samples: int
-    measured: float
-    """The channel itself."""
-    rigid: float
-    """Mass, viscous and Coulomb friction, fitted anew on the others."""
-    written: float
-    """The model file that a diagnosis of the others writes."""
-
-
-class Proof(NamedTuple):
-    """All that was left out of one axis in one channel."""
-
-    channel: ResidualChannel
-    parts: list[LeftOut]
-    last_third: bool
-    """There is one recording, and its last third was left out."""
-    dropped: tuple[str, ...] = ()
-    """Effects that the written model does without: with them it predicted worse than the rigid one."""
-    variant: str = AS_FOUND
-    """Which of the models that the recordings tell is written: the one that predicted best."""
-
-    @property
-    def rigid(self) -> float:
-        """RMS over all parts, N or m."""
-        return _pooled([(part.samples, part.rigid) for part in self.parts])
-
-    @property
-    def written(self) -> float:
-        """RMS over all parts, N or m."""
-        return _pooled([(part.samples, part.written) for part in self.parts])
-
-    @property
-    def improves(self) -> bool:
-        """Whether the written model predicts what was left out better than the rigid one."""
-        return self.written < LEAST_BETTER * self.rigid
 
 
 def prove(
@@ -174,24 +130,6 @@ def proven(explanation: Explanation, proof: Proof) -> Explanation:
     return kept._replace(withdrawn=(*explanation.withdrawn, *more))
 
 
-def proof_json(proof: Proof) -> dict[str, Any]:
-    """An entry of `proof` in verdict.json."""
-    return {
-        "channel": proof.channel.value,
-        "unit": "N" if proof.channel is ResidualChannel.FORCE else "m",
-        "left_out": "the last third" if proof.last_third else "each recording in turn",
-        "rigid": proof.rigid,
-        "written": proof.written,
-        "improves": proof.improves,
-        "dropped": list(proof.dropped),
-        "written_model": proof.variant,
-        "parts": [
-            {"recording": one.source, "measured": one.measured, "rigid": one.rigid, "written": one.written}
-            for one in proof.parts
-        ],
-    }
-
-
 class _Written(NamedTuple):
     """What of a channel is written."""
 
@@ -281,8 +219,3 @@ def _with_base(axis: NominalAxis, values: Mapping[str, float]) -> NominalAxis:
 
 def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
-
-
-def _pooled(parts: Sequence[tuple[int, float]]) -> float:
-    samples = sum(count for count, _ in parts)
-    return math.sqrt(sum(count * rms**2 for count, rms in parts) / samples) if samples else 0.0

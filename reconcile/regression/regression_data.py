@@ -29,6 +29,8 @@ LARGEST_EDGE_SHARE = 0.1
 """Share of a recording that is left out at either end for it, at most. Chosen: short ones need the rest."""
 FILTER_HZ = 60.0
 """Bandwidth of the state filter, that of the published figures on EMPS."""
+CORNER_RAD_S = 2.0 * math.pi * FILTER_HZ
+"""The same; its inverse is the time constant."""
 END_S = 0.02
 """Time at the end that is left out, s: the motion that follows it is unknown."""
 NOISY_HZ = 80.0

@@ -1,15 +1,11 @@
-"""Noise floor and whiteness of a residual.
+"""Noise floor of a residual.
 
-Noise floor: behind the state filter, white noise of force and positions has spectra of known shape. Their two
+Behind the state filter, white noise of force and positions has spectra of known shape. Their two
 levels are fitted above the filter's bandwidth, where motion has little power, without peaks, and extrapolated
 to all frequencies. Where the measured spectrum is lower, the levels are lowered to it, but not below the
 quantisation noise of the sensors, variance q^2 / 12.
 Slow noise (drift, a rough guide) is not included: only a repeated recording could tell it from physics.
 Sources: Welch (1967), averaged segments; Widrow and Kollar (2008), quantisation as white noise.
-
-Whiteness: the filter correlates white noise over a few milliseconds. The residual is therefore sampled at
-distances at which that correlation has decayed; correlation that remains is no noise. Source: Ljung and Box
-(1978).
 """
 
 import math
@@ -20,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.signal.windows import hann
-from scipy.stats import chi2
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.recording.kinematics import gaussian_width_s
-from reconcile.regression.regression_data import FILTER_HZ, SLOWER_HZ
+from reconcile.regression.regression_data import CORNER_RAD_S, FILTER_HZ, SLOWER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import ORDER
+from reconcile.regression.whiteness import LAGS, Whiteness
 from reconcile.sensing.channel import quantum
 
 SEGMENTS_S = (0.512, 0.256, 0.128, 0.064)
@@ -38,13 +34,6 @@ READ_BAND = (1.5, 5.0)
 """Band in which the levels are fitted, in bandwidths of the filter."""
 PEAK_RATIO = 2.0
 """Density over the fitted one from which on it is a resonance or a line, not noise."""
-SPACING_TIME_CONSTANTS = 9.5
-"""Distance of the samples tested for whiteness, in time constants of the filter, whose own correlation is
-0.3 % by then."""
-CORNER_RAD_S = 2.0 * math.pi * FILTER_HZ
-"""Of the state filter; its inverse is the time constant."""
-LAGS = 20
-"""Lags of the whiteness test, its degrees of freedom."""
 
 
 class NoiseFloor(NamedTuple):
@@ -54,19 +43,6 @@ class NoiseFloor(NamedTuple):
     steps: float
     """RMS of the quantisation noise in it."""
     unit: str
-
-
-class Whiteness(NamedTuple):
-    """Autocorrelation of a residual."""
-
-    lags_s: Array
-    correlation: Array
-    bound: float
-    """95 % of the correlations of white noise are within +-`bound`."""
-    q: float
-    """Ljung-Box statistic, `LAGS` degrees of freedom."""
-    probability: float
-    """Probability that white noise has a larger statistic."""
 
 
 def noise_floor(residuals: Sequence[Residual], channel: ResidualChannel, mass_kg: float) -> NoiseFloor:
@@ -119,38 +95,6 @@ def spectral_density(residuals: Sequence[Residual], values: Sequence[Array]) -> 
     transforms = np.fft.rfft(np.stack(segments) * window, axis=1)
     density: Array = 2.0 * period_s / float((window**2).sum()) * np.mean(np.abs(transforms) ** 2, axis=0)
     return np.arange(n // 2 + 1) / (n * period_s), density
-
-
-def whiteness(residuals: Sequence[Residual], values: Sequence[Array]) -> Whiteness:
-    """Test the residuals of one model, (n,) for each recording, for whiteness."""
-    period_s = residuals[0].data.period_s
-    step = max(math.ceil(SPACING_TIME_CONSTANTS / CORNER_RAD_S / period_s), 1)
-    used = [residual.used for residual in residuals]
-    mean = float(np.concatenate([of[use] for of, use in zip(values, used, strict=True)]).mean())
-    spaced = [(of - mean)[::step] for of in values]
-    products, pairs = lagged_products(spaced, [use[::step] for use in used], LAGS)
-    count = max(float(pairs[0]), 1.0)
-    variance = float(products[0]) / count
-    lags_s = np.arange(1.0, LAGS + 1.0) * (step * period_s)
-    if variance <= 0.0:
-        return Whiteness(lags_s, np.zeros(LAGS), 0.0, 0.0, 1.0)
-    correlation = products[1:] / np.maximum(pairs[1:], 1.0) / variance
-    # gaps leave fewer pairs for a lag than one long series has, so each lag is weighted with its own count
-    q = float((count + 2.0) / count * (pairs[1:] * correlation**2).sum())
-    return Whiteness(lags_s, correlation, 1.96 / math.sqrt(count), q, float(chi2.sf(q, LAGS)))
-
-
-def lagged_products(
-    values: Sequence[Array], used: Sequence[NDArray[np.bool_]], lags: int
-) -> tuple[Array, Array]:
-    """Sums of the products of samples in use, and their numbers, at each lag from 0 on (lags + 1,)."""
-    products, pairs = np.zeros(lags + 1), np.zeros(lags + 1)
-    for of, use in zip(values, used, strict=True):
-        counted, weight = of * use, use.astype(np.float64)
-        for lag in range(min(lags + 1, len(of))):
-            products[lag] += counted[lag:] @ counted[: len(of) - lag]
-            pairs[lag] += weight[lag:] @ weight[: len(of) - lag]
-    return products, pairs
 
 
 def floor_density(floor: NoiseFloor, frequency_hz: Array, period_s: float) -> Array:

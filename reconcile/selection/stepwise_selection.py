@@ -14,7 +14,8 @@ from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_problem import SINCE_REVERSAL
 from reconcile.selection.acceptance import CLEARLY_BETTER, SelectionContext, accepted
-from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Score, SelectionRules, paired
+from reconcile.selection.block_statistics import paired
+from reconcile.selection.cross_validation import SHORTLIST, CrossValidation, Score, SelectionRules
 
 LARGEST_SET = 6
 """Terms of one effect that are added in one step."""

@@ -15,7 +15,8 @@ from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.cyclic.axis_record import AxisBounds, AxisParts, InputPlace, Wiring
 from servo_ctrl.cyclic.cia402 import MODE_OF_NAME, Mode
 from servo_ctrl.cyclic.pdo_bytes import RpdoValue
-from servo_ctrl.cyclic.sequence import COASTS_M_S, Route
+from servo_ctrl.cyclic.sequence import COASTS_M_S
+from servo_ctrl.cyclic.sequence_state import Route
 
 STATUSWORD, POSITION_ACTUAL_VALUE, CURRENT_ACTUAL_VALUE = (0x6041, 0), (0x6064, 0), (0x6078, 0)
 MODE_DISPLAY = (0x6061, 0)

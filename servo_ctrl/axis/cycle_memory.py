@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.arrays import Array, Index
-from kernels.records import store
+from kernels.record_layout import store
 from servo_ctrl.axis.axis_parts import output_places
 from servo_ctrl.canopen.pdo import PdoCodec
 from servo_ctrl.control.tick import AxisParams

@@ -14,7 +14,7 @@ from servo_ctrl.cyclic.axis_record import Inputs
 from servo_ctrl.cyclic.axis_step import begin_watch
 from servo_ctrl.cyclic.cia402 import DriveState, drive_state
 from servo_ctrl.cyclic.drive_phases import UNDER_CONTROL, Phase
-from servo_ctrl.cyclic.sequence import Route, Sequence, begin, home
+from servo_ctrl.cyclic.sequence_state import Route, Sequence, begin, home
 from servo_ctrl.motion.profile import Motion
 
 REFERENCE_FIELDS = len(Motion._fields)

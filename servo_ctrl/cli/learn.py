@@ -65,7 +65,7 @@ def learn(
     from servo_ctrl.cli.option_values import with_broker
     from servo_ctrl.cli.progress import progress_bar
     from servo_ctrl.config.load import load_machine
-    from servo_ctrl.daemon.run.services import LearningRequest
+    from servo_ctrl.daemon.run.run_options import LearningRequest
     from servo_ctrl.daemon.run.supervisor import run_machine
 
     config = with_broker(load_machine(machine), mqtt)

@@ -8,7 +8,8 @@ import math
 from typing import Any, NamedTuple
 
 from kernels.jit import kernel
-from kernels.records import Pool, read, write
+from kernels.record_layout import Pool
+from kernels.records import read, write
 from servo_ctrl.control.set_point_counts import SetPointCounts, SetPointUnits, set_point_counts
 from servo_ctrl.control.signs import SupervisionLimits, signs
 from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick

@@ -2,7 +2,7 @@
 
 import sys
 
-from kernels.records import kinds_of
+from kernels.record_layout import kinds_of
 from servo_ctrl.control.section import LawSection
 from servo_ctrl.control.tick import AxisParams
 

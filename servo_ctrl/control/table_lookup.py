@@ -4,7 +4,7 @@ Beyond the first and the last column, their values are held.
 """
 
 from kernels.jit import kernel
-from kernels.records import Table
+from kernels.record_layout import Table
 
 Place = tuple[int, int, float]
 """Columns below and above a value, and its share of the distance between them."""

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.arrays import Array
-from kernels.records import Pool, record_type, store
+from kernels.record_layout import Pool, record_type, store
 from servo_ctrl.control.axis_record import AxisRecord
 from servo_ctrl.control.set_point_counts import SetPointUnits
 from servo_ctrl.control.signs import SupervisionLimits
 from servo_ctrl.control.tick import AxisParams, initial_state
 from servo_ctrl.cyclic.drive_phases import UNKNOWN_MODE
-from servo_ctrl.cyclic.sequence import Route, Sequence, begin
+from servo_ctrl.cyclic.sequence_state import Route, Sequence, begin
 from servo_ctrl.cyclic.supervision import AT_REST, BRAKE_BEGINS, Braking, Counts
 
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from kernels.arrays import Array, Index
 from kernels.jit import kernel
-from kernels.records import Pool, read, write
+from kernels.record_layout import Pool
+from kernels.records import read, write
 from servo_ctrl.control.axis_record import tick_axis
 from servo_ctrl.control.set_point_counts import SetPointCounts
 from servo_ctrl.control.signs import DISAGREE, SupervisionLimits
@@ -20,7 +21,8 @@ from servo_ctrl.control.tick import at_rest
 from servo_ctrl.control.types import Status
 from servo_ctrl.cyclic.drive_phases import Phase
 from servo_ctrl.cyclic.pdo_bytes import Bytes, encode, take_inputs
-from servo_ctrl.cyclic.sequence import Route, Sequence, advance
+from servo_ctrl.cyclic.sequence import advance
+from servo_ctrl.cyclic.sequence_state import Route, Sequence
 from servo_ctrl.cyclic.supervision import AT_REST, BRAKE_BEGINS, Braking, Counts, supervise
 from servo_ctrl.cyclic.supervision import supervise_braking as _supervise_braking
 

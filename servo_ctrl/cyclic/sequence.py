@@ -14,8 +14,6 @@ Homing moves the drive's coordinates. So a statusword counts as its result only 
 than the start of homing, and an axis is taken over only in a cycle that has all inputs of it.
 """
 
-from typing import NamedTuple
-
 from kernels.jit import kernel
 from servo_ctrl.cyclic.cia402 import (
     DISABLE_VOLTAGE,
@@ -25,7 +23,6 @@ from servo_ctrl.cyclic.cia402 import (
     QUICK_STOP,
     SHUTDOWN,
     START_HOMING,
-    Mode,
 )
 from servo_ctrl.cyclic.cia402_tables import (
     ATTAINED_MOVING,
@@ -50,8 +47,30 @@ from servo_ctrl.cyclic.drive_phases import (
     QUICK_STOP_LIMIT_S,
     SWITCH_ON_LIMIT_S,
     UNKNOWN_MODE,
-    Phase,
-    Problem,
+)
+from servo_ctrl.cyclic.sequence_state import (
+    AWAITING_REST,
+    DISABLING,
+    HOMING,
+    HOMING_ERROR,
+    HOMING_MODE,
+    HOMING_TOO_LONG,
+    LEFT,
+    LEFT_HOMING,
+    MOVES,
+    NO_PROBLEM,
+    OFF,
+    QUICK_STOPPING,
+    SERVO,
+    SETTLING,
+    STAYS,
+    STAYS_IN_MODE,
+    SWITCHING_ON,
+    TAKING_OVER,
+    Route,
+    Sequence,
+    Step,
+    release,
 )
 
 SETTLING_CYCLES = 20
@@ -65,81 +84,6 @@ FAULT_RESET_CYCLES = 10
 """Half period of the fault reset bit, which acts by its rising edge."""
 
 
-class Route(NamedTuple):
-    """The fixed part of a drive's sequence: its mode, whether it is homed, and the period in seconds."""
-
-    mode: int
-    homing: bool
-    period_s: float
-    mode_switch_disabled: bool = False
-    """It takes another mode only without power."""
-    homed_by_bit_12: bool = False
-    """Statusword bit 10 does not tell the end of homing."""
-
-
-class Sequence(NamedTuple):
-    """Where the sequence is, for how many cycles, and the mode of operation that goes with it."""
-
-    phase: int
-    cycles: int
-    mode: int
-
-
-class Step(NamedTuple):
-    """The result of one cycle of the sequence."""
-
-    sequence: Sequence
-    controlword: int
-    problem: int
-    sent_mode: int
-    """Mode of operation that goes out; that of the sequence, or the one before while that is kept."""
-
-
-# Members as ints: an enumeration would compile to another type.
-(
-    _TAKING_OVER,
-    _AWAITING_REST,
-    _SWITCHING_ON,
-    _HOMING,
-    _SETTLING,
-    _SERVO,
-    _QUICK_STOPPING,
-    _DISABLING,
-    _OFF,
-    _LOST,
-) = (int(phase) for phase in Phase)
-_NONE, _STAYS, _MOVES, _LEFT, _LEFT_HOMING, _HOMING_ERROR, _HOMING_TOO_LONG, _STAYS_IN_MODE = (
-    int(problem) for problem in Problem
-)
-_HOMING_MODE = int(Mode.HOMING)
-
-
-def begin(route: Route, *, homed: bool = False) -> Sequence:
-    """Begin the sequence of a drive in any state; one that is homed already is not homed again."""
-    return Sequence(_TAKING_OVER, 0, _HOMING_MODE if route.homing and not homed else route.mode)
-
-
-def home() -> Sequence:
-    """Go from servo to homing, and back."""
-    return Sequence(_HOMING, 0, _HOMING_MODE)
-
-
-def brake(sequence: Sequence) -> Sequence:
-    """Go from any phase to the drive's own quick stop, in the mode it is in."""
-    return Sequence(_QUICK_STOPPING, 0, sequence.mode)
-
-
-@kernel
-def release(sequence: Sequence) -> Sequence:
-    """Go from any phase to power off."""
-    return Sequence(_DISABLING, 0, sequence.mode)
-
-
-def lose(sequence: Sequence) -> Sequence:
-    """Give a drive up that does not respond, from any phase; as it may receive our frames, they say brake."""
-    return Sequence(_LOST, 0, sequence.mode)
-
-
 @kernel
 def advance(
     route: Route, sequence: Sequence, statusword: int, whole: bool, age: int, rests: bool, mode_shown: int
@@ -151,22 +95,22 @@ def advance(
     """
     state = STATE_OF[statusword & 0x7F]
     phase = sequence.phase
-    if phase == _SERVO and state == OPERATION_ENABLED:  # nearly every cycle
-        step = _step(sequence, ENABLE_OPERATION, _NONE)
-    elif phase in (_SETTLING, _SERVO):
+    if phase == SERVO and state == OPERATION_ENABLED:  # nearly every cycle
+        step = _step(sequence, ENABLE_OPERATION, NO_PROBLEM)
+    elif phase in (SETTLING, SERVO):
         step = _servo(route, sequence, state, mode_shown)
-    elif phase in (_TAKING_OVER, _AWAITING_REST):
+    elif phase in (TAKING_OVER, AWAITING_REST):
         step = _take_over(route, sequence, state, whole, rests)
-    elif phase == _SWITCHING_ON:
+    elif phase == SWITCHING_ON:
         step = _switch_on(route, sequence, state, whole, mode_shown)
-    elif phase == _HOMING:
+    elif phase == HOMING:
         step = _home(route, sequence, statusword, whole, age)
-    elif phase == _QUICK_STOPPING:
+    elif phase == QUICK_STOPPING:
         step = _quick_stop(route, sequence, state)
-    elif phase in (_DISABLING, _OFF):
+    elif phase in (DISABLING, OFF):
         step = _disable(route, sequence, state)
     else:
-        step = _step(sequence, QUICK_STOP, _NONE)
+        step = _step(sequence, QUICK_STOP, NO_PROBLEM)
     return step
 
 
@@ -185,23 +129,23 @@ def _take_over(route: Route, sequence: Sequence, state: int, whole: bool, rests:
     waited_s = sequence.cycles * route.period_s
     if POWERED[state] or state == NOT_READY:
         goal = QUICK_STOPPED if waited_s <= QUICK_STOP_LIMIT_S else DISABLED
-        mode = _HOMING_MODE if route.homing and route.mode_switch_disabled else sequence.mode
+        mode = HOMING_MODE if route.homing and route.mode_switch_disabled else sequence.mode
         return Step(_waiting(sequence), CONTROLWORD[goal, state], _too_long(waited_s), mode)
     if not rests:
-        problem = _MOVES if waited_s > SWITCH_ON_LIMIT_S else _NONE
-        return _step(Sequence(_AWAITING_REST, sequence.cycles + 1, sequence.mode), SHUTDOWN, problem)
-    return _switch_on(route, Sequence(_SWITCHING_ON, 0, sequence.mode), state, whole, UNKNOWN_MODE)
+        problem = MOVES if waited_s > SWITCH_ON_LIMIT_S else NO_PROBLEM
+        return _step(Sequence(AWAITING_REST, sequence.cycles + 1, sequence.mode), SHUTDOWN, problem)
+    return _switch_on(route, Sequence(SWITCHING_ON, 0, sequence.mode), state, whole, UNKNOWN_MODE)
 
 
 @kernel
 def _switch_on(route: Route, sequence: Sequence, state: int, whole: bool, mode_shown: int) -> Step:
     cycles = sequence.cycles
-    homing = sequence.mode == _HOMING_MODE
+    homing = sequence.mode == HOMING_MODE
     if state == OPERATION_ENABLED and _other_mode(sequence, mode_shown):
         return _step(_waiting(sequence), ENABLE_OPERATION, _other_mode_too_long(route, sequence))
     if state == OPERATION_ENABLED and (homing or whole):
-        following = _HOMING if homing else _SETTLING
-        return _step(Sequence(following, 0, sequence.mode), ENABLE_OPERATION, _NONE)
+        following = HOMING if homing else SETTLING
+        return _step(Sequence(following, 0, sequence.mode), ENABLE_OPERATION, NO_PROBLEM)
     controlword = CONTROLWORD[ENABLED, state]
     if controlword == FAULT_RESET and cycles // FAULT_RESET_CYCLES % 2 == 0:
         controlword = DISABLE_VOLTAGE  # low first: the reset is the edge
@@ -216,61 +160,61 @@ def _other_mode(sequence: Sequence, mode_shown: int) -> bool:
 
 @kernel
 def _other_mode_too_long(route: Route, sequence: Sequence) -> int:
-    return _STAYS_IN_MODE if sequence.cycles * route.period_s > SWITCH_ON_LIMIT_S else _NONE
+    return STAYS_IN_MODE if sequence.cycles * route.period_s > SWITCH_ON_LIMIT_S else NO_PROBLEM
 
 
 @kernel
 def _too_long(waited_s: float) -> int:
-    return _STAYS if waited_s > SWITCH_ON_LIMIT_S else _NONE
+    return STAYS if waited_s > SWITCH_ON_LIMIT_S else NO_PROBLEM
 
 
 @kernel
 def _home(route: Route, sequence: Sequence, statusword: int, whole: bool, age: int) -> Step:
     cycles = sequence.cycles
     if STATE_OF[statusword & 0x7F] != OPERATION_ENABLED:
-        return _step(release(sequence), DISABLE_VOLTAGE, _LEFT_HOMING)
+        return _step(release(sequence), DISABLE_VOLTAGE, LEFT_HOMING)
     if cycles < HOMING_START_CYCLES:
-        return _step(_waiting(sequence), ENABLE_OPERATION, _NONE)
-    problem, progress = _NONE, HOMING_PROGRESS[(statusword & HOMING_MASK) >> 10]
+        return _step(_waiting(sequence), ENABLE_OPERATION, NO_PROBLEM)
+    problem, progress = NO_PROBLEM, HOMING_PROGRESS[(statusword & HOMING_MASK) >> 10]
     if route.homed_by_bit_12 and progress == ATTAINED_MOVING:
         progress = COMPLETED
     if cycles - age >= 2 * HOMING_START_CYCLES:
         if progress == COMPLETED and whole:
             if route.mode_switch_disabled:
-                return Step(Sequence(_TAKING_OVER, 0, route.mode), QUICK_STOP, _NONE, _HOMING_MODE)
-            return _step(Sequence(_SETTLING, 0, route.mode), ENABLE_OPERATION, _NONE)
+                return Step(Sequence(TAKING_OVER, 0, route.mode), QUICK_STOP, NO_PROBLEM, HOMING_MODE)
+            return _step(Sequence(SETTLING, 0, route.mode), ENABLE_OPERATION, NO_PROBLEM)
         if progress in (ERROR, ERROR_MOVING):
-            problem = _HOMING_ERROR
-    if cycles * route.period_s > HOMING_LIMIT_S and problem == _NONE:
-        problem = _HOMING_TOO_LONG
+            problem = HOMING_ERROR
+    if cycles * route.period_s > HOMING_LIMIT_S and problem == NO_PROBLEM:
+        problem = HOMING_TOO_LONG
     return _step(_waiting(sequence), ENABLE_OPERATION | START_HOMING, problem)
 
 
 @kernel
 def _servo(route: Route, sequence: Sequence, state: int, mode_shown: int) -> Step:
     if state != OPERATION_ENABLED:
-        return _step(release(sequence), DISABLE_VOLTAGE, _LEFT)
+        return _step(release(sequence), DISABLE_VOLTAGE, LEFT)
     if sequence.cycles + 1 < SETTLING_CYCLES:
-        return _step(_waiting(sequence), ENABLE_OPERATION, _NONE)
+        return _step(_waiting(sequence), ENABLE_OPERATION, NO_PROBLEM)
     if _other_mode(sequence, mode_shown):
         return _step(_waiting(sequence), ENABLE_OPERATION, _other_mode_too_long(route, sequence))
-    return _step(Sequence(_SERVO, 0, sequence.mode), ENABLE_OPERATION, _NONE)
+    return _step(Sequence(SERVO, 0, sequence.mode), ENABLE_OPERATION, NO_PROBLEM)
 
 
 @kernel
 def _quick_stop(route: Route, sequence: Sequence, state: int) -> Step:
     braking = state in (OPERATION_ENABLED, QUICK_STOP_ACTIVE)
     if braking and sequence.cycles * route.period_s <= QUICK_STOP_LIMIT_S:
-        return _step(_waiting(sequence), CONTROLWORD[QUICK_STOPPED, state], _NONE)
-    return _step(release(sequence), CONTROLWORD[DISABLED, state], _NONE)
+        return _step(_waiting(sequence), CONTROLWORD[QUICK_STOPPED, state], NO_PROBLEM)
+    return _step(release(sequence), CONTROLWORD[DISABLED, state], NO_PROBLEM)
 
 
 @kernel
 def _disable(route: Route, sequence: Sequence, state: int) -> Step:
     powered = POWERED[state] or state == SWITCHED_ON
-    in_time = sequence.phase == _DISABLING and sequence.cycles * route.period_s <= DISABLE_LIMIT_S
-    following = _waiting(sequence) if powered and in_time else Sequence(_OFF, 0, sequence.mode)
-    return _step(following, CONTROLWORD[DISABLED, state], _NONE)
+    in_time = sequence.phase == DISABLING and sequence.cycles * route.period_s <= DISABLE_LIMIT_S
+    following = _waiting(sequence) if powered and in_time else Sequence(OFF, 0, sequence.mode)
+    return _step(following, CONTROLWORD[DISABLED, state], NO_PROBLEM)
 
 
 @kernel

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.run.report import Progress
-from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.daemon.run.run_options import LearningRequest
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from servo_ctrl.hil_rig.simulated_run import RunError

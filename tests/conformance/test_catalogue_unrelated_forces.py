@@ -11,7 +11,8 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import ENTRIES, family
 from reconcile.catalogue.unnamed_terms import term
 from reconcile.diagnosis.axis_diagnosis import DEVIATION_LEAST_GAIN
-from reconcile.identification.findings import compare_rivals, report_findings
+from reconcile.identification.findings import report_findings
+from reconcile.identification.rivals import compare_rivals
 from reconcile.identification.term_search import split
 from reconcile.regression.normal_equations import effect_names
 from reconcile.regression.regression_problem import SINCE_REVERSAL, regression_problem

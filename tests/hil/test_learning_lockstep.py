@@ -19,7 +19,7 @@ from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.run.report import Progress, RunReport
-from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.daemon.run.run_options import LearningRequest
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.recording.reader import load_recording

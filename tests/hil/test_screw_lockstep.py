@@ -16,7 +16,7 @@ from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.run.report import Progress
-from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.daemon.run.run_options import LearningRequest
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.learned.store import ScrewStore
 from servo_ctrl.learning.screw import error_table

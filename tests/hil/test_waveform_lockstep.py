@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.daemon.run.run_options import LearningRequest
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.learned.store import WaveformStore
 from servo_ctrl.learning import waveform_run

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ from servo_ctrl.config.program import program_segments
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
 from servo_ctrl.daemon.run.assemble import build_axes
-from servo_ctrl.daemon.run.services import RunOptions, Services
+from servo_ctrl.daemon.run.run_options import RunOptions
+from servo_ctrl.daemon.run.services import Services
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.motion.move import Dwell, Move
@@ -188,3 +190,7 @@ class OperatedStand(Stand):
         """Give a command."""
         verdict: CommandResult = self.handler.execute(CommandRequest(command, axis))
         return verdict
+
+
+Operate = Callable[..., OperatedStand]
+"""A fixture that makes machines."""

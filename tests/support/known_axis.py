@@ -11,7 +11,8 @@ from reconcile.design.candidate_motions import candidate_motions
 from reconcile.design.limits import AxisLimits
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation, ResidualRms
-from reconcile.identification.findings import IdentifiedEffect, RivalEffect
+from reconcile.identification.findings import IdentifiedEffect
+from reconcile.identification.rivals import RivalEffect
 from reconcile.recording.kinematics import kinematics
 from reconcile.regression.normal_equations import CandidateTerm
 from reconcile.regression.regression_problem import regression_problem

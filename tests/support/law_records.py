@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.records import Pool, record_type, store
+from kernels.record_layout import Pool, record_type, store
 from servo_ctrl.control.axis_record import AxisRecord
 from servo_ctrl.control.set_point_counts import SetPointUnits
 from servo_ctrl.control.tick import AxisParams, initial_state

@@ -17,7 +17,8 @@ from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.learning import pulse_learning
 from servo_ctrl.daemon.run.assemble import build_axes
-from servo_ctrl.daemon.run.services import RunOptions, Services
+from servo_ctrl.daemon.run.run_options import RunOptions
+from servo_ctrl.daemon.run.services import Services
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.learning.stroke_result import evaluation_m

@@ -10,7 +10,8 @@ from scipy.signal import lfilter
 
 from hil_sim.config import AxisPlant, build_plant, load_plant
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
-from reconcile.identification.findings import Estimate, IdentifiedEffect
+from reconcile.identification.findings import IdentifiedEffect
+from reconcile.identification.parameter_estimates import Estimate
 from reconcile.model_update.axis_sections import axis_sections
 from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.recording.recording import AxisRecording

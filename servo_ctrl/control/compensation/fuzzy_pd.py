@@ -16,7 +16,7 @@ import numpy as np
 
 from kernels.jit import kernel
 from kernels.quantities import Quantity
-from kernels.records import Table
+from kernels.record_layout import Table
 from servo_ctrl.control.compensation.fuzzy_inference import SURFACE_POINTS, surface
 from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
 from servo_ctrl.units import MM, UM

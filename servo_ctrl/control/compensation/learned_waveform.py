@@ -26,7 +26,7 @@ import numpy as np
 
 from kernels.jit import kernel
 from kernels.quantities import Quantity
-from kernels.records import Table
+from kernels.record_layout import Table
 from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M
 from servo_ctrl.control.limits import clamp

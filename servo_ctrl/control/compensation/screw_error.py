@@ -15,7 +15,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from kernels.jit import kernel
-from kernels.records import Table
+from kernels.record_layout import Table
 from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
 from servo_ctrl.control.table_lookup import place_of, value_at
 

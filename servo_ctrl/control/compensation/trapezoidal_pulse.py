@@ -19,7 +19,7 @@ import numpy as np
 
 from kernels.jit import kernel
 from kernels.quantities import Quantity
-from kernels.records import Table
+from kernels.record_layout import Table
 from servo_ctrl.control.limits import clamp
 from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
 from servo_ctrl.control.table_lookup import place_of, value_at

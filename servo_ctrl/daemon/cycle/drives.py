@@ -6,15 +6,18 @@ from typing import NamedTuple
 from kernels.arrays import Array
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
-from servo_ctrl.cyclic import sequence
+from servo_ctrl.cyclic import sequence_state
 from servo_ctrl.cyclic.cia402 import DriveState
 from servo_ctrl.cyclic.drive_phases import Phase
-from servo_ctrl.cyclic.sequence import COASTS_M_S, brake, lose, release
+from servo_ctrl.cyclic.sequence import COASTS_M_S
+from servo_ctrl.cyclic.sequence_state import brake, lose, release
 from servo_ctrl.daemon.cycle.cycle import Inputs
 from servo_ctrl.daemon.set_points.reference import Row
 
 BRAKED = frozenset({Phase.DISABLING, Phase.OFF, Phase.LOST})
 BRAKING = BRAKED | {Phase.QUICK_STOPPING}
+
+Transition = Callable[[sequence_state.Sequence], sequence_state.Sequence]
 
 
 class AxisPlace(NamedTuple):
@@ -122,7 +125,7 @@ class Drives:
             elif own.phase not in BRAKING:
                 own.sequence = brake(own.sequence)
 
-    def change_sequences(self, change: Callable[[sequence.Sequence], sequence.Sequence]) -> None:
+    def change_sequences(self, change: Transition) -> None:
         """Apply `change` to the sequences of all drives that respond."""
         for servo in self._servos:
             if servo.phase is not Phase.LOST:
@@ -157,7 +160,7 @@ class Drives:
         """Accept a node that responds again; a drive that still moves brakes, then gives up its power."""
         self._change(node, brake)
 
-    def _change(self, node: int, change: Callable[[sequence.Sequence], sequence.Sequence]) -> None:
+    def _change(self, node: int, change: Transition) -> None:
         for place in self._places:
             if place.drive == node:
                 place.servo.sequence = change(place.servo.sequence)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from servo_ctrl.axis.fault_policy import REQUESTS, Event, Reaction
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.cyclic.sequence import Sequence, brake, release
+from servo_ctrl.cyclic.sequence_state import Sequence, brake, release
 from servo_ctrl.daemon.cycle.cycle import Inputs
 from servo_ctrl.daemon.cycle.machine_figures import MachineFigures
 from servo_ctrl.daemon.set_points.reference import Reference
@@ -51,8 +51,7 @@ class MachineController(MachineFigures):
         """Note that the nodes have booted again; `problem` says why they have not."""
         if self.nodes is None or not self.setting_up:
             return
-        problem = problem or self.nodes.booted(self._node_boot.nodes)
-        if problem:
+        if problem := problem or self.nodes.booted(self._node_boot.nodes):
             self.nodes.not_booted(self._node_boot.nodes)
             self._node_boot.end()
             self.note(f"not enabled: {problem}")
@@ -129,9 +128,8 @@ class MachineController(MachineFigures):
 
     def input_of_other_length(self, node: int, size: int) -> None:
         """Stop, because a TPDO of a node has a `size` in bytes that contradicts its mapping."""
-        self.event(
-            Event.WRONG_PDO, f"{self._node_names[node]}: a TPDO of {size} bytes, which is not its mapping"
-        )
+        text = f"a TPDO of {size} bytes, which is not its mapping"
+        self.event(Event.WRONG_PDO, f"{self._node_names[node]}: {text}")
 
     def object_changed(self, node: int, text: str) -> None:
         """Stop, because another participant wrote to a node: its objects are uncertain until it boots."""

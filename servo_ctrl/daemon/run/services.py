@@ -5,8 +5,6 @@ One object knows all services, so that they need not know each other.
 
 import asyncio
 from collections.abc import Coroutine, Sequence
-from pathlib import Path
-from typing import NamedTuple
 
 from kernels.arrays import Array
 from servo_ctrl.axis.fault_policy import Event
@@ -27,13 +25,14 @@ from servo_ctrl.daemon.learning.adaptation import Adaptation
 from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningError
 from servo_ctrl.daemon.learning.learning_job import LearningJob
 from servo_ctrl.daemon.learning.production import Production
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation, load_compensation
+from servo_ctrl.daemon.learning.pulse_compensation import load_compensation
 from servo_ctrl.daemon.learning.pulse_learning import PulseLearning
 from servo_ctrl.daemon.learning.screw_compensation import load_screws
 from servo_ctrl.daemon.learning.screw_learning import ScrewLearning
 from servo_ctrl.daemon.learning.waveform_adaptation import WaveformAdaptation
 from servo_ctrl.daemon.learning.waveform_compensation import load_waveforms
 from servo_ctrl.daemon.learning.waveform_learning import WaveformLearning
+from servo_ctrl.daemon.run.run_options import RunOptions
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, WaveformStore, default_directory
 from servo_ctrl.learning.screw import LEARNER as SCREW
@@ -44,26 +43,6 @@ from servo_ctrl.telemetry.mqtt.stream import RowStream
 
 FINISH_LIMIT_S = 30.0
 """Bounds the wait at the end of a run for files still being written; chosen."""
-
-
-class LearningRequest(NamedTuple):
-    """A run that learns and ends; no axes = all that can learn, no learner = the machine file's."""
-
-    axes: tuple[str, ...] = ()
-    learner: str | None = None
-    fresh: bool = False
-    """Discard the strokes of an interrupted earlier run."""
-
-
-class RunOptions(NamedTuple):
-    """Options of a run; see `supervisor.run_machine`."""
-
-    serve: bool
-    learned_dir: Path | None
-    compensation: Compensation
-    learn: LearningRequest | None
-    stand_by: bool = False
-    """Whether a stop ends in standby instead of ending the run."""
 
 
 class Services:

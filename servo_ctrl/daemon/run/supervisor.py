@@ -28,9 +28,10 @@ from servo_ctrl.daemon.run.first_boot import FirstBoot, RunBus
 from servo_ctrl.daemon.run.own_node import leave_nodes, stored_node, subscribe
 from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
 from servo_ctrl.daemon.run.round_trip import RoundTrip
+from servo_ctrl.daemon.run.run_options import LearningRequest, RunOptions
 from servo_ctrl.daemon.run.run_recording import RunRecording
 from servo_ctrl.daemon.run.self_test import objection
-from servo_ctrl.daemon.run.services import LearningRequest, RunOptions, Services
+from servo_ctrl.daemon.run.services import Services
 from servo_ctrl.daemon.run.session import Session
 from servo_ctrl.daemon.run.stop_signals import stop_signals
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan

@@ -11,16 +11,14 @@ the reciprocal of that. A stop after a step is a hold.
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.set_points.pace import Pace, Stops
+from servo_ctrl.daemon.set_points.path_rate import resting, slowed, steepest_slope_1_s, within_limits
 from servo_ctrl.daemon.set_points.reference import ProgramReference, Row, StepSpan, interleave
 from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.path.path_move import PathMove
 from servo_ctrl.motion.profile import Profile, ProgramBlock
 from servo_ctrl.motion.program import KIND_OF_STEP, Segment, sample_count
 
-SHARE = 0.9
-"""Used share of the acceleration limits; the remainder allows for changes within a period. Chosen."""
 TRIALS = (1.0, 0.5, 0.25, 0.0)
 """Fractions of the steepest rate slope tried in a cycle (chosen); zero is always possible."""
 DWELL = KIND_OF_STEP[Dwell]
@@ -56,7 +54,7 @@ class FeedHold:
         self._stops, self._pace = stops or Stops(), pace or Pace()
         self._stopped_behind = -1
         """The last step after which the program held without a command."""
-        self._limit_m_s2 = [limit * (1.0 + ROUNDING) for limit in acceleration_m_s2.tolist()]
+        self._limits_m_s2 = [limit * (1.0 + ROUNDING) for limit in acceleration_m_s2.tolist()]
         self._period_s = period_s
         self._rate = 1.0
         self._beyond = 0.0
@@ -157,15 +155,15 @@ class FeedHold:
         period_s, rate = self._period_s, self._rate
         into_step = self.program.samples_into_step
         here = self._here or self._programmed(profile, into_step + self._beyond)
-        steepest_1_s = self._steepest(here, rate, wanted)
+        steepest_1_s = steepest_slope_1_s(here, rate, wanted, self._limits_m_s2, period_s)
         for part in TRIALS:
             following = rate + part * steepest_1_s * period_s
             if abs(following - wanted) < ROUNDING:
                 following = wanted
             time = into_step + self._beyond + 0.5 * (rate + following)
             here = self._programmed(profile, time)
-            slowed = _slowed(here, following, part * steepest_1_s)
-            if self._within_limits(slowed, row):
+            scaled = slowed(here, following, part * steepest_1_s)
+            if within_limits(scaled, row, self._limits_m_s2, period_s):
                 break
         self._rate, self._here = following, here if following < 1.0 else None
         if time * period_s >= profile.duration_s:
@@ -176,30 +174,7 @@ class FeedHold:
         self._beyond = time - into_step - passed
         self._shifted = None
         self.program.delay(cycle)
-        return slowed if following else _resting(slowed)
-
-    def _steepest(self, here: Row, rate: float, wanted: float) -> float:
-        """Return the steepest dr/dt towards `wanted` that keeps |x'' r^2 + x' dr/dt| within every limit."""
-        towards = 1.0 if wanted > rate else -1.0
-        steepest = abs(wanted - rate) / self._period_s
-        axes = zip(here[1::REFERENCE_FIELDS], here[2::REFERENCE_FIELDS], self._limit_m_s2, strict=True)
-        for speed_m_s, acceleration_m_s2, limit_m_s2 in axes:
-            needed_m_s2 = acceleration_m_s2 * rate**2
-            room_m_s2 = max(SHARE * limit_m_s2, abs(needed_m_s2))
-            if speed_m_s * towards > 0.0:
-                steepest = min(steepest, (room_m_s2 - needed_m_s2) / abs(speed_m_s))
-            elif speed_m_s:
-                steepest = min(steepest, (room_m_s2 + needed_m_s2) / abs(speed_m_s))
-        return towards * steepest
-
-    def _within_limits(self, following: Row, row: Row) -> bool:
-        """Whether the acceleration of the row `following`, and its velocity change, respect the limits."""
-        for axis, limit_m_s2 in enumerate(self._limit_m_s2):
-            place = REFERENCE_FIELDS * axis
-            change_m_s2 = (following[place + 1] - row[place + 1]) / self._period_s
-            if max(abs(following[place + 2]), abs(change_m_s2)) > limit_m_s2:
-                return False
-        return True
+        return scaled if following else resting(scaled)
 
     def _between_samples(self, profile: Profile, cycle: int) -> Row | None:
         """Return the row at rate 1, shifted from the samples by `_beyond`, which a hold left."""
@@ -226,7 +201,7 @@ class FeedHold:
             row = self.program.advance(cycle) or row
         self._beyond, self._rate = 0.0, 0.0 if self.holding else 1.0
         self._here = self._shifted = None
-        return _resting(row) if self.holding else row
+        return resting(row) if self.holding else row
 
     def _count(self, profile: Profile) -> int:
         return sample_count(profile.duration_s, self._period_s)
@@ -237,24 +212,3 @@ class FeedHold:
 
     def _motion(self, profile: Profile, periods: Array) -> list[Row]:
         return interleave(profile.at(np.minimum(periods * self._period_s, profile.duration_s)))
-
-
-def _slowed(here: Row, rate: float, slope_1_s: float) -> Row:
-    """Scale the programmed motion to a rate that changes by `slope_1_s` per second."""
-    row: Row = []
-    for place in range(0, len(here), REFERENCE_FIELDS):
-        position_m, velocity_m_s, acceleration_m_s2, force_n = here[place : place + REFERENCE_FIELDS]
-        row += [
-            position_m,
-            velocity_m_s * rate,
-            acceleration_m_s2 * rate**2 + velocity_m_s * slope_1_s,
-            force_n,
-        ]
-    return row
-
-
-def _resting(row: Row) -> Row:
-    """Copy a row with zero velocity and acceleration."""
-    rest = row.copy()
-    rest[1::REFERENCE_FIELDS] = rest[2::REFERENCE_FIELDS] = [0.0] * (len(row) // REFERENCE_FIELDS)
-    return rest

@@ -26,17 +26,11 @@ from reconcile.catalogue.kinds import RegressionData
 from reconcile.location.locate import in_phase
 from reconcile.location.pitches import over_turns
 from reconcile.location.spectral_lines import lines, octaves
-from reconcile.regression.regression_data import FILTER_HZ
+from reconcile.regression.regression_data import CORNER_RAD_S, FILTER_HZ
 from reconcile.regression.residual import Residual
-from reconcile.regression.residual_noise import (
-    CORNER_RAD_S,
-    LAGS,
-    READ_BAND,
-    SPACING_TIME_CONSTANTS,
-    spectral_density,
-    whiteness,
-)
+from reconcile.regression.residual_noise import READ_BAND, spectral_density
 from reconcile.regression.state_filter import StateFilter
+from reconcile.regression.whiteness import LAGS, SPACING_TIME_CONSTANTS, whiteness
 from tests.campaigns.environments import environment
 from tests.support.formula_residuals import LEAD_M, NOISE_N, N, T, residual
 

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from kernels.records import Pool, Table, flat_layout, read, record_type, store, write
+from kernels.record_layout import Pool, Table, flat_layout, record_type, store
+from kernels.records import read, write
 
 
 class Inner(NamedTuple):

@@ -1,36 +1,22 @@
 """The hub: order, loss, pacing, socket file."""
 
 import os
-import re
 import select
 import signal
 import socket
-import stat
 import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import can
 import pytest
+from bus_messages import Attach, message, receive
 
 from local_can.bus import pack
 
-Attach = Callable[..., Any]
 FRAMES = 300_000
-
-
-def message(identifier: int, data: bytes = b"") -> can.Message:
-    return can.Message(arbitration_id=identifier, is_extended_id=False, data=data)
-
-
-def receive(bus: can.BusABC, count: int, patience_s: float = 10.0) -> list[can.Message]:
-    received = [bus.recv(patience_s) for _ in range(count)]
-    assert None not in received
-    return [frame for frame in received if frame is not None]
 
 
 def stop_when_read(hub: Any, listener: can.BusABC, senders: list[can.BusABC]) -> None:
@@ -225,66 +211,3 @@ def test_a_client_that_sends_no_can_frame_is_cut_off(hub: Any, attach: Attach, p
         assert client.recv(16) == b""
     first.send(message(0x10))
     assert receive(second, 1)[0].arbitration_id == 0x10
-
-
-def test_the_socket_is_for_its_owner_only(hub: Any) -> None:
-    assert stat.S_IMODE(hub.path.stat().st_mode) == 0o600
-
-
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_ends_the_hub_cleanly(hub: Any, number: int) -> None:
-    hub.signal(number)
-    _, log = hub.process.communicate(timeout=20.0)
-    assert hub.process.returncode == 0
-    assert "Traceback" not in log
-    assert not hub.path.exists()
-
-
-def run_hub(*arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "local_can", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
-
-
-def refused(path: Path) -> str:
-    result = run_hub(str(path))
-    assert result.returncode == 1
-    assert re.fullmatch(r"[^\n]+\n", result.stderr), result.stderr
-    return result.stderr
-
-
-def test_a_second_hub_is_refused_and_the_first_goes_on(hub: Any, attach: Attach) -> None:
-    first, second = attach(hub), attach(hub)
-    assert f"a hub is at {hub.path} already" in refused(hub.path)
-    first.send(message(0x10))
-    assert receive(second, 1)[0].arbitration_id == 0x10
-
-
-def test_the_socket_of_a_killed_hub_is_replaced(start_hub: Any, attach: Attach) -> None:
-    killed = start_hub()
-    killed.signal(signal.SIGKILL)
-    killed.process.wait(timeout=20.0)
-    assert killed.path.exists()
-    attach(start_hub())
-
-
-def test_a_file_that_is_no_socket_is_left_alone(tmp_path: Path) -> None:
-    path = tmp_path / "notes.txt"
-    path.write_text("keep me")
-    assert "that is no socket" in refused(path)
-    assert path.read_text() == "keep me"
-
-
-def test_a_directory_that_is_not_there_is_named(tmp_path: Path) -> None:
-    assert str(tmp_path / "absent" / "hub.sock") in refused(tmp_path / "absent" / "hub.sock")
-
-
-@pytest.mark.parametrize("option", ["--bitrate", "--queue-frames", "--patience-ms"])
-def test_an_option_that_is_no_count_is_named(tmp_path: Path, option: str) -> None:
-    result = run_hub(str(tmp_path / "hub.sock"), option, "-1")
-    assert result.returncode == 2
-    assert f"argument {option}: " in result.stderr
-
-
-def test_a_hub_for_lockstep_is_scheduled_in_turns(start_hub: Any) -> None:
-    hub = start_hub("--batch")
-    assert os.sched_getscheduler(hub.process.pid) == os.SCHED_BATCH

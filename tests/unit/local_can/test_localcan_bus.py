@@ -7,17 +7,14 @@ import select
 import signal
 import socket
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import can
 import pytest
+from bus_messages import Attach
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-
-Attach = Callable[..., Any]
-
 
 IDENTIFIERS = (0x000, 0x080, 0x181, 0x1FF, 0x7FF)
 

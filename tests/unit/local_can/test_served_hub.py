@@ -9,15 +9,12 @@ from typing import Any
 
 import can
 import pytest
+from bus_messages import message
 
 from local_can.bus import LocalCanBus, pack
 from local_can.hub import Hub
 from local_can.served_hub import InProcessClient
 from local_can.wire import ATTACH, pack_filters
-
-
-def message(identifier: int, data: bytes = b"") -> can.Message:
-    return can.Message(arbitration_id=identifier, is_extended_id=False, data=data)
 
 
 @pytest.fixture

@@ -13,20 +13,9 @@ from servo_ctrl.cyclic.drive_phases import (
     Problem,
     problem_text,
 )
-from servo_ctrl.cyclic.sequence import (
-    FAULT_RESET_CYCLES,
-    HOMING_START_CYCLES,
-    SETTLING_CYCLES,
-    Route,
-    Sequence,
-    Step,
-    begin,
-    brake,
-    home,
-    lose,
-    release,
-)
+from servo_ctrl.cyclic.sequence import FAULT_RESET_CYCLES, HOMING_START_CYCLES, SETTLING_CYCLES
 from servo_ctrl.cyclic.sequence import advance as compiled_advance
+from servo_ctrl.cyclic.sequence_state import Route, Sequence, Step, begin, brake, home, lose, release
 
 PERIOD_S = 0.001
 HOMED = Route(int(Mode.CYCLIC_SYNC_TORQUE), homing=True, period_s=PERIOD_S)

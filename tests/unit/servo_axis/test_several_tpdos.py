@@ -14,7 +14,8 @@ from servo_ctrl.canopen.pdo import MappedObject, PdoCodec
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.cyclic.cia402 import Mode
 from servo_ctrl.cyclic.drive_phases import HOMED, Phase, problem_text
-from servo_ctrl.cyclic.sequence import Route, Sequence, advance
+from servo_ctrl.cyclic.sequence import advance
+from servo_ctrl.cyclic.sequence_state import Route, Sequence
 from servo_ctrl.daemon.cycle.event_timer import EventTimer
 
 ENABLED, HOMED_ENABLED, DISABLED, READY = 0x0637, 0x1637, 0x0640, 0x0631

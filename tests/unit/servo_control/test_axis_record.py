@@ -10,7 +10,8 @@ from hypothesis.extra import numpy as arrays
 from law_records import axis_records
 
 from kernels.jit import signatures
-from kernels.records import read, store, write
+from kernels.record_layout import store
+from kernels.records import read, write
 from servo_ctrl.control import position_loop, velocity_loop
 from servo_ctrl.control.axis_record import tick_axis
 from servo_ctrl.control.compensation import (

@@ -5,16 +5,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ideal_drives import ROUND, OperatedStand, ideal_machine_file
+from ideal_drives import ROUND, Operate, OperatedStand, ideal_machine_file
 from learning_stand import LearningStand, short_learning
 from machine_files import XY_TABLE, text_of, write_controller
+from operated_programs import load
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program_model import ProgramConfig
-
-Operate = Callable[..., OperatedStand]
 
 SHORT_STROKES = {
     "radius_mm = 50.0": "radius_mm = 2.0",
@@ -60,6 +59,14 @@ def enabled(operated: Operate) -> Operate:
         assert stand.machine.stage is Stage.READY
         return stand
 
+    return made
+
+
+@pytest.fixture
+def loaded(enabled: Operate, tmp_path: Path) -> OperatedStand:
+    """A machine that is ready, with the program of `operated_programs`."""
+    made = enabled()
+    load(made, tmp_path)
     return made
 
 

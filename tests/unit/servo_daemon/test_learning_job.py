@@ -12,7 +12,7 @@ from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.learning.axis_learning import REPEATS
-from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.daemon.run.run_options import LearningRequest
 from servo_ctrl.learning.types import NO_PULSE
 
 START_X = CommandRequest(Command.START_LEARNING, "x")

@@ -10,7 +10,7 @@ from learning_stand import STROKES, LearningStand
 from servo_ctrl.commands.command import Command, CommandRequest, Refusal
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.daemon.run.run_options import LearningRequest
 from servo_ctrl.errors import ConfigError, ServoCtrlError
 
 START_X = CommandRequest(Command.START_LEARNING, "x")

@@ -10,7 +10,7 @@ from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.learning.learning_states import TRANSITIONS, LearningEvent, following
-from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.daemon.run.run_options import LearningRequest
 
 START_X = CommandRequest(Command.START_LEARNING, "x")
 

@@ -1,19 +1,16 @@
 """Jogging, programs and feed hold by operator commands."""
 
 import asyncio
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from ideal_drives import COUNT_M, PERIOD_S, ROUND, OperatedStand
+from ideal_drives import COUNT_M, PERIOD_S, ROUND, Operate
 
 from servo_ctrl.commands.command import JOG_RENEWAL_S, Command, Refusal
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_program
 from servo_ctrl.config.program_model import ProgramConfig
-
-Operate = Callable[..., OperatedStand]
 
 RENEWAL = round(JOG_RENEWAL_S / PERIOD_S)
 OFF = [0x0240, 0x0240]

@@ -13,7 +13,7 @@ from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.learning.axis_learning import REPEATS, LearningError
 from servo_ctrl.daemon.learning.collectors import Collector
-from servo_ctrl.daemon.run.services import LearningRequest
+from servo_ctrl.daemon.run.run_options import LearningRequest
 from servo_ctrl.learned.store import ScrewStore
 
 START = CommandRequest(Command.START_LEARNING)

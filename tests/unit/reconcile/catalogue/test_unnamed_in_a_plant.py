@@ -18,7 +18,8 @@ from kernels.quantities import section_of
 from reconcile.catalogue.disturbance_spectrum import lines_of
 from reconcile.catalogue.kinds import IN_A_RECORDING, RegressionData
 from reconcile.catalogue.unnamed_terms import TERMS, term
-from reconcile.identification.findings import Estimate, IdentifiedEffect
+from reconcile.identification.findings import IdentifiedEffect
+from reconcile.identification.parameter_estimates import Estimate
 from reconcile.model_update.axis_sections import axis_sections
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model, write_model

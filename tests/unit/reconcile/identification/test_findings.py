@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 from formula_residuals import COULOMB_N, MASS_KG, problem
 
-from reconcile.identification.findings import (
-    _percentile_interval,
-    compare_rivals,
-    estimates,
-    report_findings,
-)
+from reconcile.identification.findings import report_findings
+from reconcile.identification.parameter_estimates import _percentile_interval, estimates
+from reconcile.identification.rivals import compare_rivals
 from reconcile.regression.normal_equations import CandidateTerm, effect_names
 from reconcile.selection.cross_validation import CrossValidation
 

@@ -7,7 +7,7 @@ import pytest
 from concealed_machine import write_machine
 
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
-from reconcile.identification.findings import Estimate
+from reconcile.identification.parameter_estimates import Estimate
 from reconcile.identification.payload import payload
 from reconcile.nominal_model.model_file import load_model
 

@@ -9,8 +9,9 @@ from scipy.signal import lfilter
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.regression.regression_data import FILTER_HZ
-from reconcile.regression.residual_noise import noise_floor, noise_json, spectral_density, whiteness
+from reconcile.regression.residual_noise import noise_floor, noise_json, spectral_density
 from reconcile.regression.state_filter import StateFilter
+from reconcile.regression.whiteness import whiteness
 
 ENBW_HZ = FILTER_HZ * 3.0 * math.pi / 16.0
 """Of three equal poles: the integral of (1 + (f / f0)^2)^-3."""

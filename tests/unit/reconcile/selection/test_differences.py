@@ -9,7 +9,8 @@ from reconcile.catalogue.registry import ENTRIES
 from reconcile.recording.kinematics import dahl_deflection, kinematics
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
 from reconcile.regression.state_filter import StateFilter
-from reconcile.selection.cross_validation import CrossValidation, SelectionRules, threshold
+from reconcile.selection.block_statistics import threshold
+from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.stepwise_selection import select
 
 T = 1e-3

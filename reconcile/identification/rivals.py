@@ -1,0 +1,58 @@
+"""Rivals: effects that could explain the data in place of an identified one."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from scipy.stats import norm
+
+from reconcile.catalogue.registry import has_levels
+from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.selection.block_statistics import paired
+from reconcile.selection.cross_validation import SHORTLIST, CrossValidation
+
+RIVAL_STANDARD_ERRORS = 2.0
+"""A rival whose cross-validated squares are worse by less, in standard errors, is indistinguishable."""
+
+
+class RivalEffect(NamedTuple):
+    """Another effect that could explain the data in place of the identified one."""
+
+    effect: str
+    confidence: float
+    """Probability that it predicts held-back blocks better."""
+    share: float
+    """Its gain over that of the identified effect."""
+
+
+def compare_rivals(
+    validation: CrossValidation, chosen: Sequence[CandidateTerm], effect: str
+) -> tuple[float, list[RivalEffect]]:
+    """Gain of an effect beside all others, and the rivals that explain something in its place, best first."""
+    equations = validation.equations
+    others = [c for c in chosen if c.effect != effect]
+    before = validation.cross_validated_squares(others)
+    own_score = validation.compare([*others, *(c for c in chosen if c.effect == effect)], before)
+    chosen_effects = {c.effect for c in chosen}
+    rivals_tried = [
+        c
+        for c in equations.candidates
+        if c.effect not in chosen_effects
+        and not c.effect.startswith(PREFIX)
+        and not has_levels(c.effect, len(c.columns))  # levels of each recording alone are no rival
+    ]
+    rivals_tried.sort(key=lambda c: validation.explained([*others, c]), reverse=True)
+    best: dict[str, tuple[float, CandidateTerm]] = {}
+    for candidate in rivals_tried[:SHORTLIST]:
+        gain = validation.gain([*others, candidate], before)
+        if gain > 0.0 and (candidate.effect not in best or gain > best[candidate.effect][0]):
+            best[candidate.effect] = gain, candidate
+    coefficients = sum(equations.coefficients(c) for c in chosen if c.effect == effect)
+    found = []
+    for name, (_, candidate) in best.items():
+        score = validation.score(others, before, candidate)
+        # a rival with more coefficients must be better by as much as a further term must
+        handicap = RIVAL_STANDARD_ERRORS if equations.coefficients(score.candidate) > coefficients else 0.0
+        confidence = float(norm.sf(paired(own_score.squares, score.squares) + handicap))
+        found.append(RivalEffect(name, confidence, score.gain / max(own_score.gain, 1e-12)))
+    return own_score.gain, sorted(found, key=lambda rival: rival.share, reverse=True)
