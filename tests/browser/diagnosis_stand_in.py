@@ -18,7 +18,8 @@ STEPS = (
 )
 REPORT = """<!doctype html><meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src 'unsafe-inline'">
-<h1>Report</h1><p id="result">nothing</p><script>
+<main><h1>Report</h1><h3>Over time</h3><p id="result">nothing</p></main>
+<script type="application/json" id="figures">{}</script><script>
 let reached = "no";
 try { reached = parent.document.title; } catch (error) { reached = "no"; }
 document.getElementById("result").textContent = "reached the page: " + reached;

@@ -105,11 +105,17 @@ def test_only_the_files_of_a_diagnosis_can_be_downloaded(visit: Callable[..., Pa
     links = page.get_by_test_id("report").get_by_role("link")
     addresses = [str(link.get_attribute("href")) for link in links.all()]
     base = page.url.removesuffix("/reconcile")
-    assert [address.split("/")[-1] for address in addresses] == ["report.html", "verdict.json", "model.toml"]
+    names = [address.split("/")[-1].removesuffix("?language=en") for address in addresses]
+    assert names == ["report.html", "verdict.json", "model.toml"]
     for address in addresses:
         answer = page.request.get(base + address)
         assert answer.ok
         assert answer.headers["content-disposition"].startswith("attachment")
+    report = base + addresses[0].removesuffix("language=en")
+    for language, heading in (("en", "Over time"), ("de", "Über der Zeit"), ("xx", "Over time")):
+        answer = page.request.get(f"{report}language={language}")
+        assert f"<h3>{heading}</h3>" in answer.text()
+        assert answer.headers["content-disposition"] == 'attachment; filename="report.html"'
     folder = addresses[0].rsplit("/", 1)[0]
     for wrong in (
         f"{folder}/next_experiment.toml",

@@ -6,11 +6,13 @@ from functools import cache
 from pathlib import Path
 
 from nicegui import app
-from starlette.responses import FileResponse, PlainTextResponse, Response  # FastAPI reads the annotation
+from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response  # FastAPI reads it
 
 from servo_ctrl.commands.local_messages import Who
 from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs, Job, JobState
-from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, MODEL, accept_model, log_action
+from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, MODEL, REPORT, accept_model, log_action
+from servo_ctrl.hmi.languages.report_page import translated_report
+from servo_ctrl.hmi.languages.texts import ENGLISH, LANGUAGES
 
 DIRECTORY, LOG_FILE = "diagnoses", "reconcile.jsonl"
 ADDRESS = "/diagnosis"
@@ -43,11 +45,11 @@ class Diagnoses:
         await self._log_action(who, "accept", job, target=str(target), kept=str(kept or ""))
         return kept
 
-    def address(self, job: Job, name: str) -> str:
-        """The address at which a browser finds a file of a diagnosis."""
-        return f"{ADDRESS}/{job.key}/{name}"
+    def address(self, job: Job, name: str, language: str) -> str:
+        """The address at which a browser finds a file of a diagnosis; its report in this language."""
+        return f"{ADDRESS}/{job.key}/{name}?language={language}"
 
-    def response(self, key: str, name: str) -> Response:
+    def response(self, key: str, name: str, language: str) -> Response:
         """A file of a diagnosis as a download: shown as a page it would have the rights of our own pages."""
         job, media_type = self.jobs.job(key), MEDIA_TYPES.get(name)
         done = job is not None and job.state is JobState.DONE
@@ -55,6 +57,9 @@ class Diagnoses:
         if path is None or not path.is_file():
             return PlainTextResponse("there is no such file", 404)
         headers = {"cache-control": "no-store"}
+        if name == REPORT and language != ENGLISH and language in LANGUAGES:
+            headers["content-disposition"] = f'attachment; filename="{name}"'
+            return HTMLResponse(translated_report(path.read_text("utf-8"), language), headers=headers)
         return FileResponse(path, media_type=media_type, filename=name, headers=headers)
 
     async def _log_action(self, who: Who, what: str, job: Job, **details: object) -> None:
@@ -68,8 +73,8 @@ def diagnoses_of(directory: Path) -> Diagnoses:
     diagnoses = Diagnoses(directory)
 
     @app.get(f"{ADDRESS}/{{key}}/{{name}}")
-    def job_file(key: str, name: str) -> Response:
-        return diagnoses.response(key, name)
+    def job_file(key: str, name: str, language: str = ENGLISH) -> Response:
+        return diagnoses.response(key, name, language)
 
     app.on_shutdown(diagnoses.jobs.cancel)
     return diagnoses

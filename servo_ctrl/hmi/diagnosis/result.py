@@ -149,11 +149,11 @@ class DiagnosisResult:
             frame.props('sandbox="allow-scripts"')
             frame.props["title"] = tr("Report of the diagnosis")
             frame.style(f"width: 100%; height: {REPORT_HEIGHT_PX}px; border: 0; background: white")
-            address = json.dumps(self._diagnoses.address(job, REPORT))
+            address = json.dumps(self._diagnoses.address(job, REPORT, self._page.language))
             ui.run_javascript(LOAD_REPORT % {"frame": frame.id, "address": address})
             with div("bench-row"):
                 for name in MEDIA_TYPES:
-                    link = ui.link(name, self._diagnoses.address(job, name))
+                    link = ui.link(name, self._diagnoses.address(job, name, self._page.language))
                     link.props("download").style("padding: 12px 8px")
 
 

@@ -4,7 +4,7 @@ The controller writes English events, reasons and refusals to its log, its recor
 page gets finished texts. So it does from the loaders of its files, and from reconcile. The files in
 `de/controller` and `de/diagnosis` map the templates of their code to German; a text is recognised by its
 template, its arguments are translated likewise, and put into the German template. A text without a template
-stays English.
+stays English. `report_page` does so with the report of a diagnosis, whose templates are in `de/report`.
 tests/unit/servo_hmi/test_language.py finds templates that a catalogue lacks.
 """
 
@@ -21,6 +21,13 @@ LONGEST = 2000
 """Longer texts are shown as they came; ours have some 300 characters."""
 KEPT = 2000
 """Translations that are kept: pages ask for the same ones five times a second."""
+PARTS_OF = {"report": ("report", "diagnosis")}
+"""The folders of a part that has those of another one, too."""
+SIGNS = {"; ": 1, ": ": 1, ", ": 20}
+"""Where a text without a template is divided, and how often: a list has many commas."""
+SENTENCE = 20
+"""Characters of a template that is a sentence, which no other text resembles by chance; chosen."""
+_NEXT_SENTENCE = re.compile(r"\. [A-Z]")
 _PLACE = re.compile(r"\{(\d)\}")
 _MICROMETRES = re.compile(r"(?<=\d )um\b")
 
@@ -43,6 +50,23 @@ def diagnosis_text(text: str) -> str:
     return _shown(text, None, "diagnosis")
 
 
+def report_text(text: str, language: str) -> str:
+    """A sentence, heading or name of a diagnosis' report in a language, also with a capital first letter."""
+    return whole_sentence(text, language) or _translated(text, language, "report")
+
+
+def whole_sentence(text: str, language: str) -> str | None:
+    """The same where one template with words enough is all of it; None where there is none."""
+    if len(text) > LONGEST:
+        return None
+    whole = _by_template(text, language, "report", DEEPEST, SENTENCE)
+    if whole is None:
+        small = text[:1].lower() + text[1:]
+        whole = _by_template(small, language, "report", DEEPEST, SENTENCE)
+        whole = whole[:1].upper() + whole[1:] if whole is not None else None
+    return whole
+
+
 def _shown(text: str, language: str | None, part: str) -> str:
     shown = _translated(text, language or CurrentLanguage.find(), part)
     shown = _MICROMETRES.sub("\N{MICRO SIGN}m", shown)
@@ -52,7 +76,7 @@ def _shown(text: str, language: str | None, part: str) -> str:
 @cache
 def _templates(language: str, part: str) -> list[_Template]:
     """The templates, those with the most text of their own first: they are the most specific."""
-    entries = catalogue(language, part).items()
+    entries = [entry for one in PARTS_OF.get(part, (part,)) for entry in catalogue(language, one).items()]
     ordered = sorted(entries, key=lambda entry: -len(_PLACE.sub("", entry[0])))
     return [
         _Template(tuple(_PLACE.split(english)[::2]), re.compile(_pattern(english), re.DOTALL), shown)
@@ -82,19 +106,34 @@ def _piece(text: str, language: str, part: str, depth: int) -> str:
         reason = _by_template(text[colon.end() :], language, part, depth)
         if reason is not None:
             return f"{_piece(text[: colon.start()], language, part, depth - 1)}: {reason}"
-    for sign in ("; ", ": ", ", "):
-        before, _, after = text.partition(sign)
-        if after:
-            return sign.join(_piece(one, language, part, depth - 1) for one in (before, after))
+    for sign, most in SIGNS.items():
+        pieces = text.split(sign, most)
+        if pieces[1:]:
+            return sign.join(_piece(one, language, part, depth - 1) for one in pieces)
     return text
 
 
-def _by_template(text: str, language: str, part: str, depth: int) -> str | None:
-    """The text by the template that is all of it, its arguments likewise; None where there is none."""
+def _by_template(text: str, language: str, part: str, depth: int, least: int = 0) -> str | None:
+    """The text by the template that is all of it, its arguments likewise; None where there is none.
+
+    `least`: characters of its own that the template has at least.
+    """
     for template in _templates(language, part):
+        if sum(map(len, template.own)) < least:
+            return None
         if not all(piece in text for piece in template.own):
             continue
         found = template.pattern.fullmatch(text)
-        if found is not None:
+        if found is not None and all(_is_argument(one, least) for one in found.groups()):
             return template.german.format(*(_piece(one, language, part, depth - 1) for one in found.groups()))
     return None
+
+
+def _is_argument(text: str, least: int) -> bool:
+    """Whether a text may stand for an argument: its parentheses are whole, and it is no second sentence."""
+    depth = 0
+    for sign in text:
+        depth += (sign == "(") - (sign == ")")
+        if depth < 0:
+            return False
+    return depth == 0 and not (least and _NEXT_SENTENCE.search(text))

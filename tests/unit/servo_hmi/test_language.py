@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from diagnosis_texts import diagnosis_texts
 from message_templates import message_templates
+from report_texts import report_texts
 
 import servo_ctrl.hmi
 from servo_ctrl.hmi.drive.faults import ADVICE_TEXTS
@@ -129,7 +130,7 @@ def test_a_translation_has_the_placeholders_of_the_english_text(language: str) -
     assert not [english for english, text in entries if not text.strip()]
 
 
-TEMPLATES = {"controller": message_templates, "diagnosis": diagnosis_texts}
+TEMPLATES = {"controller": message_templates, "diagnosis": diagnosis_texts, "report": report_texts}
 
 
 @pytest.mark.parametrize("part", TEMPLATES)
