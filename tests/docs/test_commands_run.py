@@ -86,6 +86,7 @@ def environment(home: Path) -> dict[str, str]:
 @contextlib.contextmanager
 def staying_open(command: str, ready: str, place: Path) -> Iterator[None]:
     """Run a command until the end of the block; it has begun when it has printed `ready`."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell has put behind ignores it
     log = place / f"{len(list(place.glob('*.log')))}.log"
     with log.open("w") as output:
         process = subprocess.Popen(
