@@ -1,5 +1,7 @@
 """Who may use the page: other sites, tokens and roles beyond this host."""
 
+from __future__ import annotations
+
 import http.client
 import json
 import shutil
