@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from kernels.complaints import plain_complaint
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program import ReadingOptions, is_part_program
@@ -174,8 +175,7 @@ def _reason_of(detail: ErrorDetails) -> str:
         case "value_error":
             reason = str(context["error"])
         case _:
-            message = detail["msg"][0].lower() + detail["msg"][1:]
-            reason = f"{message} (got {detail['input']!r})"
+            reason = f"{plain_complaint(detail['msg'])} (got {detail['input']!r})"
     return reason
 
 

@@ -10,6 +10,7 @@ from typing import Annotated, Literal, Self, TypeVar
 import numpy as np
 from pydantic import Field, Strict, ValidationError
 
+from kernels.complaints import plain_complaint
 from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 from servo_ctrl.learned.file_model import Scalar  # pydantic resolves the annotation
 from servo_ctrl.learning.stroke_result import UNIT_M
@@ -81,4 +82,6 @@ def decoded(kind: type[Content], line: bytes, before: int) -> tuple[Content, int
         return kind.model_validate_json(body), checksum
     except ValidationError as error:
         first = error.errors()[0]
-        raise ValueError(f"was not written by this servo-ctrl: {first['loc']}: {first['msg']}") from None
+        raise ValueError(
+            f"was not written by this servo-ctrl: {first['loc']}: {plain_complaint(first['msg'])}"
+        ) from None

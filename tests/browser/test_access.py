@@ -100,7 +100,7 @@ def test_the_head_leaves_room_on_a_telephone(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None]
 ) -> None:
     page = visit("/bus", width=390)
-    assert page.locator("header").evaluate("e => e.getBoundingClientRect().height") <= 150
+    assert page.locator("header").evaluate("e => e.getBoundingClientRect().height") <= 120
     expect(page.get_by_test_id("link-bus")).to_be_in_viewport(ratio=1.0)
     page.get_by_test_id("link-drive").click()
     expect(page.get_by_test_id("power")).to_be_visible()

@@ -10,44 +10,22 @@ import pytest
 from choices import choose
 from live_page import go
 from playwright.sync_api import BrowserContext, Page, expect
-from simulated_table import ServedTable, opened, served_table, table_directory
+from simulated_table import (
+    SHORT_CIRCLE,
+    SHORT_LEARNING,
+    ServedTable,
+    opened,
+    served_table,
+    table_directory,
+)
 
 from servo_ctrl.recording.reader import load_recording
 
 LIMIT_MS = 240_000
-SHORT = {
-    "radius_mm = 50.0": "radius_mm = 1.0\ntrailing = false",
-    "accelerations_mm_s2 = [2.0, 8.0, 30.0, 120.0]": "accelerations_mm_s2 = [40.0, 50.0, 60.0, 70.0]",
-    "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 500000.0",
-}
-"""35 strokes of a second around the circle's reverse acceleration; at higher ones the loop itself lags."""
 CAPTURED_ROWS = 100
 """200 ms in cycles of 2 ms."""
 REQUIRED_UM = 4.0
 """Of the machine file as it is shipped."""
-CIRCLE = """
-[[step]]
-kind = "move"
-label = "to the start"
-to_mm = { x = 2.0, y = 0.0 }
-feed_mm_min = 1000.0
-
-[[step]]
-kind = "circle"
-label = "circle"
-radius_mm = 2.0
-feed_mm_min = 660.0  # reverse acceleration 60 mm/s^2
-turns = 6.0  # twelve reversals of each axis: the median is of eight
-ramp_s = 0.1
-
-[[step]]
-kind = "move"
-label = "home"
-to_mm = { x = 0.0, y = 0.0 }
-feed_mm_min = 1000.0
-"""
-
-
 PART = """G21 G90 G64 P0.02
 G0 X0 Y0
 G1 X4 F300
@@ -61,8 +39,8 @@ M2
 @pytest.fixture
 def table(tmp_path: Path, environment: dict[str, str], free_port: Callable[[], int]) -> Iterator[ServedTable]:
     """A simulated table under the real controller, its drives off."""
-    programs = {"circle.toml": CIRCLE, "part.ngc": PART.replace("X4", "X400")}
-    machine = table_directory(tmp_path / "table", SHORT, programs)
+    programs = {"circle.toml": SHORT_CIRCLE, "part.ngc": PART.replace("X4", "X400")}
+    machine = table_directory(tmp_path / "table", SHORT_LEARNING, programs)
     with served_table(machine, tmp_path, free_port(), environment, page_apart=True) as served:
         yield served
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from pydantic_core import PydanticKnownError
 
 import servo_ctrl
+from kernels.complaints import plain_complaint
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.file_format import ADVICE
@@ -205,7 +206,7 @@ def _words_of_loaders() -> set[str]:
         text = PydanticKnownError(kind, context or None).message_template  # type: ignore[arg-type]  # kinds are literals there
         for number, field in enumerate(re.findall(r"\{\w+\}", text)):
             text = text.replace(field, f"{{{number}}}", 1)
-        library.add(text[0].lower() + text[1:])
+        library.add(plain_complaint(text))
     return (
         {code.meaning for code in refused}
         | set(KINDS.values())

@@ -25,6 +25,34 @@ LONG_CYCLE = {"sync_period_us = 1000": "sync_period_us = 2000"}
 BITRATE = 500_000
 """Bit rate of CiA 301 at which 500 cycles of 2 ms take a second: real time at half the cost of 1 ms."""
 
+SHORT_LEARNING = {
+    "radius_mm = 50.0": "radius_mm = 1.0\ntrailing = false",
+    "accelerations_mm_s2 = [2.0, 8.0, 30.0, 120.0]": "accelerations_mm_s2 = [40.0, 50.0, 60.0, 70.0]",
+    "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 500000.0",
+}
+"""35 strokes of a second around the circle's reverse acceleration; at higher ones the loop itself lags."""
+SHORT_CIRCLE = """
+[[step]]
+kind = "move"
+label = "to the start"
+to_mm = { x = 2.0, y = 0.0 }
+feed_mm_min = 1000.0
+
+[[step]]
+kind = "circle"
+label = "circle"
+radius_mm = 2.0
+feed_mm_min = 660.0  # reverse acceleration 60 mm/s^2
+turns = 6.0  # twelve reversals of each axis: the median is of eight
+ramp_s = 0.1
+
+[[step]]
+kind = "move"
+label = "home"
+to_mm = { x = 0.0, y = 0.0 }
+feed_mm_min = 1000.0
+"""
+
 
 def table_directory(directory: Path, changes: Mapping[str, str], programs: Mapping[str, str]) -> Path:
     """Write the X-Y table into a directory: controller.toml with changes, programs by file name."""

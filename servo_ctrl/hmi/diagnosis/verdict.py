@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
+from kernels.complaints import plain_complaint
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.languages.texts import tr, word
@@ -136,7 +137,7 @@ def read_verdict(path: Path) -> DiagnosisVerdict:
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))
-        raise VerdictError(f"{path}: {key}: {first['msg']}") from None
+        raise VerdictError(f"{path}: {key}: {plain_complaint(first['msg'])}") from None
     except (ValueError, RecursionError) as error:
         raise VerdictError(f"{path}: is no JSON: {error}") from None
 

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, TypeAdapter, ValidationError
 
+from kernels.complaints import plain_complaint
 from servo_ctrl.config.file_format import FORMAT, format_problem
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.directory import locked
@@ -67,7 +68,9 @@ def load_sets(directory: Path) -> dict[str, ChannelSet]:
         raise SetsError(f"{path}: cannot be read: {reason_of(error)}") from None
     except ValidationError as error:
         first = error.errors()[0]
-        raise SetsError(f"{path}: {'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+        raise SetsError(
+            f"{path}: {'.'.join(map(str, first['loc']))}: {plain_complaint(first['msg'])}"
+        ) from None
     except (ValueError, RecursionError) as error:
         raise SetsError(f"{path}: is no JSON: {error}") from None
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from kernels.complaints import plain_complaint
 from servo_ctrl.commands.local_messages import LocalRequest
 
 SHOWN = 200
@@ -64,4 +65,5 @@ def complaint(error: ValidationError) -> str:
     """Return the first complaint of pydantic: the key and the fault."""
     first = error.errors(include_url=False, include_context=False, include_input=False)[0]
     place = ".".join(str(part) for part in first["loc"])
-    return f"{place}: {first['msg']}" if place else first["msg"]
+    said = plain_complaint(first["msg"])
+    return f"{place}: {said}" if place else said

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints, TypeAdapter, ValidationError
 
+from kernels.complaints import plain_complaint
 from servo_ctrl.commands.command import COMMANDS, Command, CommandRequest, CommandResult, Refusal, Right
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.settings import SETTINGS, Setting
@@ -191,8 +192,7 @@ def _complaint(error: ValidationError, key: str = "") -> str:
             return f"{where}: is missing"
         case "extra_forbidden":
             return f"{where}: unknown key"
-    message = detail["msg"]
-    return f"{where}: {message[0].lower()}{message[1:]} (got {_shown(detail['input'])})"
+    return f"{where}: {plain_complaint(detail['msg'])} (got {_shown(detail['input'])})"
 
 
 def _shown(value: Any) -> str:

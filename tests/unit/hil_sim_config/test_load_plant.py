@@ -82,7 +82,7 @@ def test_plant_starts_where_it_stands_with_counters_at_zero(tmp_path: Path) -> N
         ("coulomb_n = 20", "coulomb_n = true", "axis.x.coulomb_friction.coulomb_n", "must be a number"),
         ("coulomb_n = 20", "coulomb = 20", "axis.x.coulomb_friction.coulomb_n", "missing"),
         ("coulomb_n = 20", "coulomb_n = 20\nx = 1", "axis.x.coulomb_friction.x", "unknown key"),
-        ("[axis.x.coulomb_friction]", "[axis.x.friction]", "axis.x.friction", "Extra inputs"),
+        ("[axis.x.coulomb_friction]", "[axis.x.friction]", "axis.x.friction", "unknown key"),
         ("[plant]", "[plants]\n[plant]", "plants", "unknown key"),
         ("mass_kg = 50.0", "mass_kg = 0", "axis.x.table.mass_kg", "greater than 0"),
         ("node_id = 11", "node_id = 1", "plant", "node id 1 is used twice"),
@@ -132,7 +132,7 @@ def test_plant_starts_where_it_stands_with_counters_at_zero(tmp_path: Path) -> N
             "[axis.x.drive_compliance]",
             "[axis.x.backlash]\nplay_um = 1\n[axis.y.x]",
             "axis.y",
-            "Field required",
+            "is missing",
         ),
     ],
 )

@@ -59,7 +59,7 @@ def made(tmp_path: Path) -> Make:
         (OBSERVER, "= 5.0", "= 0.0", "axis.x.disturbance_observer.bandwidth_hz", "greater than 0"),
         (OBSERVER, "mass_kg = 60.0", "", "axis.x.disturbance_observer.mass_kg", "is missing"),
         (OBSERVER, "= 60.0", "= 0.0", "axis.x.disturbance_observer.mass_kg", "greater than 0"),
-        (OBSERVER, "= true", "= 2", "axis.x.disturbance_observer.enabled", "boolean"),
+        (OBSERVER, "= true", "= 2", "axis.x.disturbance_observer.enabled", "true or false"),
         (
             OBSERVER,
             "mass_kg",
@@ -109,7 +109,7 @@ def made(tmp_path: Path) -> Make:
         (LEARNING, "= 1.5", "= 5.1", "learning.duration_reach", "equal to 5"),
         (LEARNING, "= 2.5", "= 0.9", "learning.window_durations", "equal to 1"),
         (LEARNING, "= 2.5", "= 20.1", "learning.window_durations", "equal to 20"),
-        (LEARNING, "trailing = false", "adaptation = 2", "learning.adaptation", "boolean"),
+        (LEARNING, "trailing = false", "adaptation = 2", "learning.adaptation", "true or false"),
     ],
 )
 def test_a_value_out_of_bounds_is_named(

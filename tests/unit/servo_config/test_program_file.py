@@ -49,7 +49,7 @@ def test_the_programs_of_the_table_are_within_its_limits(path: Path, table: Mach
         ("step = []", "step", "at least 1 item"),
         ("steps = 1\n" + DWELL, "steps", "unknown key"),
         (MOVE + "speed = 1", 'step[1] "go".speed', "unknown key"),
-        (DWELL + MOVE.replace("1000.0", '"fast"'), 'step[2] "go".feed_mm_min', "valid number"),
+        (DWELL + MOVE.replace("1000.0", '"fast"'), 'step[2] "go".feed_mm_min', "must be a number"),
         (MOVE.replace("x =", "u ="), 'step[1] "go".to_mm', 'no axis "u", only x, y'),
         (MOVE.replace("{ x = 10.0 }", "{}"), 'step[1] "go".to_mm', "at least 1 item"),
         (DWELL + '[[step]]\nkind = "jump"', 'step[2] "jump"', "kind 'jump' is not one of 'move'"),

@@ -43,7 +43,7 @@ def test_a_message_is_shown_in_german_with_its_arguments(
     ("english", "german"),
     [
         (
-            'part.toml: step[2] "a".radius_mm: input should be greater than 0 (got -2.0) (and 1 more)',
+            'part.toml: step[2] "a".radius_mm: must be greater than 0 (got -2.0) (and 1 more)',
             'part.toml: step[2] "a".radius_mm: der Wert muss größer sein als 0 (ist -2.0) (und 1 weitere)',
         ),
         (

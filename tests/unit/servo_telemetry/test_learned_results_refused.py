@@ -169,7 +169,7 @@ def test_amplitude_beyond_a_max_is_refused_even_with_a_checksum_that_fits(store:
 
 
 REFUSED = {
-    "J that is none": ({"after_m": math.nan}, "learned.after_m: input should be a finite number"),
+    "J that is none": ({"after_m": math.nan}, "learned.after_m: must be a finite number"),
     "negative J": ({"before_m": -1e-6}, "learned.before_m"),
     "falling accelerations": (
         {"durations": LEARNED.durations[::-1]},
