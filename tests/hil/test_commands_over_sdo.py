@@ -1,4 +1,4 @@
-"""The real controller in lockstep, commanded by canopen's own client with our EDS."""
+"""The real controller in lockstep, commanded by canopen's client with our EDS, and by ours in Python."""
 
 import contextlib
 import time
@@ -11,13 +11,15 @@ import canopen
 import pytest
 from learned_examples import LEARNED
 
+import servo_ctrl
+from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learned.store import LearnedStore
 
 NODE_ID = 127
 EDS = Path(__file__).parents[2] / "eds" / "servo_ctrl.eds"
 LIMIT_S = 120.0
-READY, RUNNING = 2, 3
+READY, RUNNING, DISABLING, OFF = 2, 3, 6, 7
 START, ABORT, PAUSE, RESUME, DISABLE, ROLL_BACK, START_PROGRAM = 1, 2, 3, 4, 6, 9, 10
 IDLE, LEARNS, PAUSED, ABORTED = 0, 1, 3, 5
 CIRCLES = """
@@ -184,3 +186,29 @@ def test_learned_functions_are_read_and_rolled_back(panel_of: Callable[..., Pane
     assert "cannot be rolled back" in panel.read(0x2105)
     assert result[1].raw == 1
     assert panel.command(ROLL_BACK, axis=1) == 0x08000022
+
+
+def test_the_client_of_python_starts_the_program_and_learning_and_switches_the_drives_off(
+    panel_of: Callable[..., Panel], bench: Any, tmp_path: Path
+) -> None:
+    program = tmp_path / "circles.toml"
+    program.write_text(CIRCLES, encoding="utf-8")
+    panel = panel_of("--serve", "--program", str(program))
+    with servo_ctrl.Client("xy_table", bench.bus_spec) as client:
+
+        def reached(stage: Stage) -> None:
+            assert any(status.stage is stage for status in client.subscribe(period_s=0.01))
+
+        heard = len(panel.statuses)
+        client.run()
+        panel.wait(lambda: RUNNING in {status[0] for status in panel.statuses[heard:]})
+        client.command("abort-program")
+        reached(Stage.READY)
+        client.learn("y")
+        panel.wait(lambda: panel.statuses[-1][:2] == (RUNNING, LEARNS))
+        client.command("abort-learning")
+        reached(Stage.READY)
+        with pytest.raises(servo_ctrl.CommandRefusedError, match="refused: "):
+            client.enable()  # its drives are on
+        client.disable()
+        panel.wait(lambda: panel.statuses[-1][0] in {DISABLING, OFF})
