@@ -21,6 +21,7 @@ LONGEST_FIRST = (
     "tests/hil/test_friction_experiments.py",
     "tests/browser/test_operator.py",
     "tests/browser/test_table_pages.py",
+    "tests/security/test_wheel.py",
     "tests/hil/test_serve_lockstep.py",
     "tests/unit/reconcile/diagnosis/",
     "tests/unit/reconcile/watch/",
