@@ -11,6 +11,7 @@ from servo_ctrl.metrology.contour_error import CONTOUR_FILE
 from servo_ctrl.report.content import ReportSection, ReportTable
 from servo_ctrl.report.header import CompensationInUse, RecordingHeader
 from servo_ctrl.report.recorded_run import RecordedRun
+from servo_ctrl.units import with_signs
 
 MOST_EVENTS = 200
 
@@ -21,7 +22,8 @@ def verdict(header: RecordingHeader) -> tuple[str, bool, str]:
         return "torn off", False, "The recording was not closed: the controller or its computer stopped."
     if header.completed:
         return "completed", True, "The program was run to its end."
-    return "stopped", False, f"It did not come to its end: {header.reason or 'no reason was recorded'}."
+    reason = with_signs(header.reason) or "no reason was recorded"
+    return "stopped", False, f"It did not come to its end: {reason}."
 
 
 def run_sections(run: RecordedRun) -> list[ReportSection]:
@@ -113,7 +115,7 @@ def _events(header: RecordingHeader) -> ReportSection:
         return ReportSection("Faults and events", ("None." if header.finished else unknown,))
     shown = header.events[:MOST_EVENTS]
     rest = len(header.events) - len(shown)
-    rows = tuple((*_time_of(header, number), event) for number, event in enumerate(shown))
+    rows = tuple((*_time_of(header, number), with_signs(event)) for number, event in enumerate(shown))
     note = f"and {rest} more in recording.json" if rest else ""
     return ReportSection(
         "Faults and events",

@@ -14,6 +14,7 @@ from itertools import islice
 from typing import NamedTuple
 
 from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage, catalogue
+from servo_ctrl.units import with_signs
 
 DEEPEST = 6
 """Bounds how far a message that a node had a part in is taken to pieces; ours have three levels."""
@@ -29,7 +30,6 @@ SENTENCE = 20
 """Characters of a template that is a sentence, which no other text resembles by chance; chosen."""
 _NEXT_SENTENCE = re.compile(r"\. [A-Z]")
 _PLACE = re.compile(r"\{(\d)\}")
-_MICROMETRES = re.compile(r"(?<=\d )um\b")
 
 
 class _Template(NamedTuple):
@@ -68,9 +68,7 @@ def whole_sentence(text: str, language: str) -> str | None:
 
 
 def _shown(text: str, language: str | None, part: str) -> str:
-    shown = _translated(text, language or CurrentLanguage.find(), part)
-    shown = _MICROMETRES.sub("\N{MICRO SIGN}m", shown)
-    return shown.replace("/s^2", "/s\N{SUPERSCRIPT TWO}")
+    return with_signs(_translated(text, language or CurrentLanguage.find(), part))
 
 
 @cache

@@ -1,5 +1,6 @@
 """What a new user types first: version, help, completion, a file of the wrong kind."""
 
+import re
 from importlib.metadata import version
 from pathlib import Path
 
@@ -13,10 +14,12 @@ from hil_sim.config.load import load_plant
 from reconcile.cli.main import app as reconcile_app
 from reconcile.errors import ReconcileError
 from reconcile.nominal_model.model_file import load_model
+from servo_ctrl.cli.demo import FIRST_CLICKS
 from servo_ctrl.cli.main import app
 from servo_ctrl.cli.operator_page import page_at
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.errors import ConfigError, ServoCtrlError
+from servo_ctrl.hmi.app import PAGES
 
 TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
 
@@ -99,6 +102,14 @@ def test_the_other_programs_print_their_version_and_show_flags_without_a_type(
     assert output.split()[1:] == [version("servo-ctrl")]
     for command in commands:
         assert "<bool>" not in CliRunner().invoke(program, [command, "--help"]).output
+
+
+def test_the_demo_ends_with_what_to_click_first() -> None:
+    pages = {module.TITLE for module in PAGES.values()}
+    clicks = FIRST_CLICKS.splitlines()
+    assert clicks[0].startswith("first: Take control")
+    assert "Enable on page Drive" in clicks[0]
+    assert set(re.findall(r"page (\w+)", FIRST_CLICKS)) <= pages
 
 
 @pytest.mark.parametrize("address", ["8080", "0.0.0.0:8080"])
