@@ -53,6 +53,7 @@ def test_commands_that_take_a_moment(group: Group, tmp_path: Path, monkeypatch: 
         assert done.exit_code == 0, f"{command}\n{done.output}{done.exception!r}"
 
 
+@pytest.mark.timeout(0)  # every process has a bound of its own
 @pytest.mark.skipif(not ALL_OF_IT, reason="takes minutes: make tutorials")
 @pytest.mark.parametrize("group", of("all"), ids=lambda group: group.name)
 def test_commands_that_take_longer(group: Group, tmp_path: Path) -> None:

@@ -47,6 +47,7 @@ def environment(home: Path) -> dict[str, str]:
     return {**os.environ, "PATH": path, "XDG_STATE_HOME": str(home / "state"), "COLUMNS": "120"}
 
 
+@pytest.mark.timeout(0)  # every process has a bound of its own
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
 def test_a_tutorial_works_word_for_word(page: Path, tmp_path: Path) -> None:
     opened: list[subprocess.Popen[str]] = []
