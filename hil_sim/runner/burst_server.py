@@ -21,6 +21,7 @@ class BurstServer:
         self._burst = np.zeros(MOST_BYTES, np.uint8)
         self._bytes = self._burst.data
         received = kinds, tables.sizes, tables.data, tables.came
+        # one by one: grouped in four named tuples, the arguments take 3.7 us a call to pass instead of 2.0
         self._memory = (*received, *drives.memory, *scales.memory, *tables.memory)
 
     def warm_up(self) -> None:

@@ -46,14 +46,6 @@ def left_out_parts(equations: BlockNormalEquations, blocks: Index) -> list[Index
     return [blocks[recordings == recording] for recording in present]
 
 
-def left_out_squares(
-    equations: BlockNormalEquations, chosen: Sequence[CandidateTerm], parts: Sequence[Index]
-) -> Array:
-    """Squared residuals of each part, predicted from the others, (parts,)."""
-    squares = left_out_squares_by_block(equations, chosen, parts)
-    return np.array([of.sum() for of in np.split(squares, np.cumsum([len(part) for part in parts])[:-1])])
-
-
 def left_out_squares_by_block(
     equations: BlockNormalEquations, chosen: Sequence[CandidateTerm], parts: Sequence[Index]
 ) -> Array:

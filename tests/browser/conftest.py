@@ -13,6 +13,7 @@ from page_server import OUTSIDE_PYTEST, ROOT, Server, Stub, free_tcp_port, start
 from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, expect, sync_playwright
 
 PICTURES = ROOT / "out" / "browser"
+STUB_SERVER = ("-m", "tests.browser.stub_server")
 LIMIT_MS = 90_000  # a busy computer is slow, which is no failure
 expect.set_options(timeout=LIMIT_MS)
 
@@ -47,7 +48,7 @@ def stub_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         pytest.skip("chromium is not installed")
     directory = tmp_path_factory.mktemp("stub_server")
     port = free_tcp_port()
-    arguments = [str(ROOT / "tests/browser/stub_server.py"), str(port), str(directory / "out")]
+    arguments = [*STUB_SERVER, str(port), str(directory / "out")]
     with started(arguments, f"http://127.0.0.1:{port}", directory / "log") as server:
         yield server
 
@@ -59,7 +60,7 @@ def serving(tmp_path: Path) -> Iterator[Callable[..., Server]]:
 
         def start(*files: Path) -> Server:
             port = free_tcp_port()
-            arguments = [ROOT / "tests/browser/stub_server.py", port, tmp_path / "out", *files]
+            arguments = [*STUB_SERVER, port, tmp_path / "out", *files]
             url = f"https://127.0.0.1:{port}"
             return stack.enter_context(started([str(part) for part in arguments], url, tmp_path / "log"))
 

@@ -1,6 +1,6 @@
 """The page with a stub for a machine, as a process of its own.
 
-`python tests/browser/stub_server.py PORT OUT [ACCESS CERTIFICATE KEY]`. The test controls the stub by
+`python -m tests.browser.stub_server PORT OUT [ACCESS CERTIFICATE KEY]`. The test controls the stub by
 routes that the real page does not have.
 """
 

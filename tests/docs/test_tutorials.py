@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from forked_program import commands_folder
 
 TUTORIALS = sorted((Path(__file__).parents[2] / "docs" / "tutorials").glob("*.md"))
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]*)")?\n(.*?)^```', re.MULTILINE | re.DOTALL)
@@ -43,8 +44,16 @@ def command(text: str) -> list[str]:
 
 
 def environment(home: Path) -> dict[str, str]:
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    return {**os.environ, "PATH": path, "XDG_STATE_HOME": str(home / "state"), "COLUMNS": "120"}
+    """The gate's programs are forks (`program_template`), those of `make tutorials` are a user's."""
+    folders = [str(Path(sys.executable).parent), os.environ["PATH"]]
+    if not ALL_OF_IT:
+        folders.insert(0, str(commands_folder()))
+    return {
+        **os.environ,
+        "PATH": os.pathsep.join(folders),
+        "XDG_STATE_HOME": str(home / "state"),
+        "COLUMNS": "120",
+    }
 
 
 @pytest.mark.timeout(0)  # every process has a bound of its own

@@ -2,7 +2,6 @@
 
 import socket
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,7 +10,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from child_process import terminate
-from forked_program import outside_pytest
+from forked_program import commands_folder, outside_pytest
 from playwright.sync_api import BrowserContext
 
 ROOT = Path(__file__).parents[2]
@@ -83,11 +82,10 @@ def free_tcp_port() -> int:
 
 @contextmanager
 def started(arguments: list[str], url: str, log: Path) -> Iterator[Server]:
-    """A server process, from when it answers until it is ended."""
+    """`python3` with these arguments, forked: a server, from when it answers until it is ended."""
     with log.open("wb") as output:
-        process = subprocess.Popen(
-            [sys.executable, *arguments], cwd=ROOT, stdout=output, stderr=output, env=OUTSIDE_PYTEST
-        )
+        command = [commands_folder() / "python3", *arguments]
+        process = subprocess.Popen(command, cwd=ROOT, stdout=output, stderr=output, env=OUTSIDE_PYTEST)
         try:
             _await_port(process, url, log)
             yield Server(process, url, log)

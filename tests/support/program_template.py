@@ -225,6 +225,7 @@ NEEDS: dict[str, Callable[[], None]] = {
     "servo-ctrl": _load_controller,
     "experiment": lambda: _load_modules("studies"),
     "servo_ctrl.hmi": _load_pages,
+    "tests.browser.stub_server": _load_pages,
     "reconcile": lambda: _load_modules("reconcile"),
 }
 """By program, subcommand or module: what loads that which it needs."""

@@ -1,4 +1,4 @@
-"""A simulated table under the real controller with its page, as processes in lockstep.
+"""A simulated table under the real controller with its page, as processes in lockstep, which are forks.
 
 Lockstep takes all the time there is, even in standby, and a page that starves misses rows: the bus is paced.
 """
@@ -7,18 +7,17 @@ import contextlib
 import re
 import socket
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from child_process import terminate
+from forked_program import commands_folder
 from live_page import await_connection
 from machine_files import REPOSITORY, XY_TABLE, text_of, write_controller
 from playwright.sync_api import BrowserContext, Page
 
-BIN = Path(sys.executable).parent
 START_LIMIT_S = 300.0  # on a busy machine, kernels compiled again
 PAGE_LIMIT_S = 300.0
 LONG_CYCLE = {"sync_period_us = 1000": "sync_period_us = 2000"}
@@ -91,7 +90,8 @@ def served_table(
     page: list[str | Path] = ["--hmi-socket", private / "page.sock"] if page_apart else ["--hmi", listen]
     sign = "standby" if page_apart else "operator's bench: "
     bus = ["--machine", machine, "--bus", f"localcan:{can}", "--pacing", "lockstep"]
-    hub = subprocess.Popen([sys.executable, "-m", "local_can", str(can), "--bitrate", str(BITRATE)])
+    commands = commands_folder()
+    hub = subprocess.Popen([commands / "python3", "-m", "local_can", can, "--bitrate", str(BITRATE)])
     try:
         while not can.exists():
             assert hub.poll() is None
@@ -99,18 +99,18 @@ def served_table(
         with contextlib.ExitStack() as stack:
 
             def simulate(log: str) -> subprocess.Popen[bytes]:
-                simulator = [BIN / "hil-sim", "run", *bus]
+                simulator = [commands / "hil-sim", "run", *bus]
                 return stack.enter_context(_running(simulator, out / log, "on the bus", environment))
 
             def control(name: str) -> subprocess.Popen[bytes]:
                 kept = ["--record", out / name, "--learned", out / "learned"]
-                run = [BIN / "servo-ctrl", "run", *bus, *kept, *page]
+                run = [commands / "servo-ctrl", "run", *bus, *kept, *page]
                 return stack.enter_context(_running(run, out / f"{name}.log", sign, environment))
 
             simulator, controller = simulate("hil.log"), control("run")
             if page_apart:
                 serve: list[str | Path] = [
-                    sys.executable,
+                    commands / "python3",
                     "-m",
                     "servo_ctrl.hmi",
                     "serve",

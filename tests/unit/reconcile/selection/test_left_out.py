@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
-from reconcile.selection.left_out import left_out_parts, left_out_squares, predictive_terms
+from reconcile.selection.left_out import left_out_parts, left_out_squares_by_block, predictive_terms
 
 RECORDINGS, BLOCKS, SAMPLES = 3, 16, 40
 
@@ -22,6 +22,12 @@ def equations(signs: tuple[float, ...], *, own: bool = False) -> tuple[BlockNorm
         of.add(np.stack((y, base[number], column[number])), block, np.zeros(len(y)))
     of.normalise()
     return of, base, column
+
+
+def left_out_squares(of: BlockNormalEquations, terms: list[CandidateTerm], parts: list[Index]) -> Array:
+    """Of each part, predicted from the others."""
+    squares, ends = left_out_squares_by_block(of, terms, parts), np.cumsum([len(part) for part in parts])
+    return np.array([part.sum() for part in np.split(squares, ends[:-1])])
 
 
 def test_left_out_squares_are_those_of_least_squares_on_the_others() -> None:
