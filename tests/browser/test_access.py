@@ -65,6 +65,8 @@ def test_a_banner_shows_when_the_page_is_disconnected(visit: Callable[..., Page]
     expect(page.locator("#bench-stale-banner")).to_be_hidden()
     page.evaluate("window.socket.disconnect()")
     expect(page.locator("#bench-stale-banner")).to_be_visible()
+    for old in (".bench-who", ".bench-foot", ".bench-content"):  # the state of the machine in the head, too
+        assert "grayscale" in page.locator(old).evaluate("e => getComputedStyle(e).filter"), old
     expect(page.get_by_test_id("content")).to_have_css("pointer-events", "none")  # a click would be lost
     expect(page.get_by_test_id("stop")).to_have_css("pointer-events", "auto")
 
@@ -94,6 +96,25 @@ def test_a_click_whose_connection_breaks_is_named_and_sent_again_by_hand(
     page.wait_for_function("window.socket.connected")
     expect(page.locator("#bench-stale-banner")).to_be_hidden()
     assert stub.commands() == ["home"]  # a click without a connection is not kept for later
+
+
+CONTROLS = (
+    "button, a[href], input, textarea, select, [role=switch], [role=checkbox], [role=tab], [role=combobox]"
+)
+BEYOND_THE_KEYS = f"""() => [...document.querySelectorAll("{CONTROLS}")]
+  .filter(one => one.checkVisibility() && !one.disabled && one.getAttribute("aria-disabled") !== "true")
+  .filter(one => !one.closest("[role=tablist]")?.querySelector("[tabindex='0']"))  // arrow keys pick a tab
+  .filter(one => one.tabIndex < 0 && !one.closest("[tabindex='0']") && !one.querySelector("[tabindex='0']"))
+  .map(one => one.outerHTML.slice(0, 160))"""
+
+
+@pytest.mark.parametrize("path", ["/", "/motion", "/scope", "/contour", "/friction", "/reconcile", "/bus"])
+def test_every_control_is_reached_by_the_keyboard(visit: Callable[..., Page], stub: Stub, path: str) -> None:
+    page = visit(path)
+    page.get_by_test_id("take-control").click()
+    expect(page.get_by_test_id("control-holder")).to_have_text("You have control")
+    assert page.locator(CONTROLS).count() > 10
+    assert page.evaluate(BEYOND_THE_KEYS) == []
 
 
 def test_the_head_leaves_room_on_a_telephone(
