@@ -6,6 +6,7 @@ from collections.abc import Mapping as ByName
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from kernels.compiler_memory import release_compiler
 from reconcile.design.limits import AxisLimits
 from reconcile.design.next_experiment import NOTHING, NextExperiment, next_experiment
 from reconcile.design.program import write_program
@@ -78,6 +79,7 @@ def diagnose(
         recordings = [recording for recording in checked.recordings if recording.axis == name]
         if not recordings:
             continue
+        release_compiler()
         recordings, thinning = to_be_thinned(recordings)
         one = diagnose_axis(recordings, model, matters, on_progress, with_proof=with_proof)
         explanations[name], proofs[name], updates[name] = one.explanations, one.proofs, one.sections

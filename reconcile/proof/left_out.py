@@ -24,6 +24,7 @@ from reconcile.proof.model_variants import AS_FOUND, OF_ALL_RECORDINGS, VARIANTS
 from reconcile.proof.proof import LEAST_BETTER, LeftOut, Proof
 from reconcile.proof.written_model import written_residual
 from reconcile.recording.recording import AxisRecording
+from reconcile.regression.residual import without_traces
 from reconcile.selection.left_out import Withdrawn
 
 LAST_SHARE = 1.0 / 3.0
@@ -82,7 +83,7 @@ def _to_be_kept(explanation: Explanation) -> Explanation:
     """What is written of a part: its names and values, without the traces over time."""
     if explanation.found is not None:
         explanation.found.problem.equations.rows.clear()
-    return explanation._replace(residuals=[])
+    return explanation._replace(residuals=[without_traces(one) for one in explanation.residuals])
 
 
 def _proof(

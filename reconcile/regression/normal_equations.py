@@ -90,8 +90,9 @@ class BlockNormalEquations:
         self.unit = np.sqrt(squares)
         self._give_one_scale(self.candidates)
         self.gram /= self.unit[:, None] * self.unit
+        filled = slice(0, 1 + self.columns)  # the spare rows take no memory until they are
         for rows in self.rows:
-            np.divide(rows, self.unit[:, None], out=rows)
+            np.divide(rows[filled], self.unit[filled, None], out=rows[filled])
 
     def _give_one_scale(self, candidates: Iterable[CandidateTerm]) -> None:
         for c in candidates:

@@ -31,6 +31,12 @@ class Residual(NamedTuple):
     """Samples of held-out blocks."""
 
 
+def without_traces(of: Residual) -> Residual:
+    """The recording's data, which columns need, without what was computed over its time."""
+    none, never = np.zeros(0), np.zeros(0, dtype=np.bool_)
+    return of._replace(measured=none, before=none, refitted=none, after=none, used=never, held_out=never)
+
+
 def residuals(
     found: RegressionProblem,
     sources: Sequence[str],

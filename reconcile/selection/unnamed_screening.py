@@ -7,7 +7,7 @@ So are the moments at which something may have changed: by sums of before and af
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,7 +138,12 @@ def _columns(problem: RegressionProblem, effect: str, shape: ShapeParameters) ->
     """Columns (n, k) of each recording, filtered, at the samples that count."""
     found = []
     for data, used in zip(problem.datasets, problem.used, strict=True):
-        found.append(low_pass_of(data)(term(effect).columns(data, shape))[_kept(data, used)])
+        kept, low_pass = _kept(data, used), low_pass_of(data)
+        columns = term(effect).columns(data, shape)
+        few = np.empty((len(kept), columns.shape[1]))
+        for number, column in enumerate(columns.T):  # filtered as a whole they would take gigabytes
+            few[:, number] = low_pass(column)[kept]
+        found.append(few)
     return found
 
 
@@ -153,7 +158,7 @@ def _gain(columns: Sequence[Array], left: Sequence[Array], fold: Sequence[Index]
     groups = [[place] for place in range(len(columns))] if own else [[*range(len(columns))]]
     before = after = 0.0
     for group in groups:
-        x, y, k = (np.concatenate([of[place] for place in group]) for of in (columns, left, fold))
+        x, y, k = (_joined([of[place] for place in group]) for of in (columns, left, fold))
         folds = [one for one in np.unique(k) if one >= 0]
         if not folds:
             continue  # a recording that is left out
@@ -165,6 +170,10 @@ def _gain(columns: Sequence[Array], left: Sequence[Array], fold: Sequence[Index]
             before += square
             after += square - 2.0 * float(theta @ b) + float(theta @ g @ theta)
     return 1.0 - after / max(before, 1e-300)
+
+
+def _joined(parts: Sequence[Any]) -> Any:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _gram(x: Array, y: Array, among: NDArray[np.bool_]) -> tuple[Array, Array, float]:

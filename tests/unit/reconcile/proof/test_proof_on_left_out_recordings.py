@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nominal_model_text import WITHOUT_SCALE
+from nominal_model_text import WITH_SCALE, WITHOUT_SCALE
 
 from kernels.arrays import Array
+from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.diagnosis.diagnose import diagnose
 
 T, N, LEAD_M = 1e-3, 14_000, 5e-3
@@ -75,3 +76,22 @@ def test_a_rigid_axis_with_right_values_is_consistent(tmp_path: Path) -> None:
     verdict = diagnosed(tmp_path, lambda t, _x, _v: np.zeros(len(t)), 2)
     assert (verdict["verdict"], verdict["findings"]) == ("consistent", [])
     assert verdict["accounted"]["x"]["force"]["is_noise"]
+
+
+def test_a_screw_that_warms_is_written_and_proven(tmp_path: Path) -> None:
+    rng, period_s = np.random.default_rng(5), 2.0 * T
+    t = np.arange(N) * period_s
+    x = 0.02 * np.sin(2.0 * math.pi * 0.31 * t) + 0.008 * np.sin(7.1 * t)
+    v, a = np.gradient(x, period_s), np.gradient(np.gradient(x, period_s), period_s)
+    force = 50.0 * a + 100.0 * v + 12.0 * np.sign(v) + rng.normal(size=N) * NOISE_N
+    scale = x + 4e-4 * (x + 0.1) * (1.0 - np.exp(-t / 10.0))
+    columns = np.stack((t, np.round(x / 5e-9) * 5e-9, force, np.round(scale / 5e-9) * 5e-9), axis=1)
+    header = "time_s,motor_position_m,motor_force_n,scale_position_m"
+    np.savetxt(tmp_path / "warm.csv", columns, delimiter=",", comments="", header=header)
+    model, out = tmp_path / "nominal.toml", tmp_path / "out"
+    model.write_text(WITH_SCALE, encoding="utf-8")
+    verdict = diagnose([tmp_path / "warm.csv"], model, out, with_report=False, with_next=False).verdict
+    assert "thermal_expansion" in {f["effect"] for f in verdict["findings"]}
+    deviation = ResidualChannel.POSITION_DEVIATION.value
+    [proof] = (one for one in verdict["proof"]["x"] if one["channel"] == deviation)
+    assert proof["improves"]
