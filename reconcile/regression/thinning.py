@@ -18,7 +18,7 @@ from reconcile.recording.sensor_finding import SensorFinding
 
 MOST_SAMPLES = 300_000
 """Samples of all recordings of an axis from which on they are thinned: five minutes at 1 kHz, for which a
-diagnosis of two axes takes less than 1 GiB."""
+diagnosis of two axes takes 1.2 GB."""
 SLOWEST_HZ = 1000.0
 """Least rate after it: eight times the highest frequency that is sought."""
 
