@@ -4,8 +4,7 @@ A field is a `float`, `int` or `bool`, another NamedTuple, or a `Table`. Tables 
 numbers are in one pool beside the records, and a record holds the place in the pool.
 """
 
-import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any, NamedTuple, get_type_hints
 
@@ -88,35 +87,3 @@ def numbers_of(value: Any, tables: list[Table]) -> tuple[Any, ...]:
 def is_flat(declaration: Any) -> bool:
     """Whether a declaration has only numbers, so that numpy reads and writes its values directly."""
     return all(kind in SCALARS for kind in kinds_of(declaration).values())
-
-
-def flat_layout(record: np.dtype[Any], fields: Sequence[str]) -> tuple[struct.Struct, int]:
-    """Return how to pack and unpack adjacent fields as flat numbers, and their offset, bytes.
-
-    This is faster than numpy, which traverses a nested field at each call.
-
-    Raises:
-        ValueError: another field is between the fields, or they are in another order.
-
-    """
-    names = record.names or ()
-    first = names.index(fields[0])
-    if names[first : first + len(fields)] != tuple(fields):
-        raise ValueError(f"{', '.join(fields)} are not adjacent")
-    begin: int = next(offset for _code, offset, _size in _leaves(record[[fields[0]]], 0))
-    codes, end = [], begin
-    for code, offset, size in _leaves(record[list(fields)], 0):
-        codes.append(f"{offset - end}x{code}" if offset > end else code)
-        end = offset + size
-    return struct.Struct("@" + "".join(codes)), begin
-
-
-def _leaves(record: np.dtype[Any], offset: int) -> Iterator[tuple[str, int, int]]:
-    """Yield the `struct` character, offset and size in bytes of each number in a record."""
-    places: Any = record.fields
-    for name in record.names or ():
-        field, at = places[name][:2]
-        if field.names:
-            yield from _leaves(field, offset + at)
-        else:
-            yield field.char, offset + at, field.itemsize

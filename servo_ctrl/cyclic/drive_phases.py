@@ -50,8 +50,6 @@ class Problem(IntEnum):
 
 UNDER_CONTROL = frozenset({Phase.SETTLING, Phase.SERVO})
 """Phases in which our loop controls the axis."""
-HOMED = frozenset({Phase.SETTLING, Phase.TAKING_OVER})
-"""The phases that follow a homing that has ended well."""
 UNKNOWN_MODE = 0x100
 """Stands for the mode of a drive that does not report it (6061h has eight bits)."""
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from kernels.record_layout import Pool, Table, flat_layout, record_type, store
+from kernels.record_layout import Pool, Table, record_type, store
 from kernels.records import read, write
 
 
@@ -115,23 +115,3 @@ def test_a_layout_is_aligned_as_c_would() -> None:
 def test_what_is_no_number_is_refused() -> None:
     with pytest.raises(TypeError, match=r"Text\.name: a record cannot hold"):
         record_type(Text)
-
-
-@given(inner=INNERS, left_m=NUMBER, right_m=NUMBER)
-def test_fields_one_behind_the_other_are_packed_and_unpacked_as_flat_numbers(
-    inner: Inner, left_m: float, right_m: float
-) -> None:
-    records = np.zeros(2, record_type(Moved))
-    layout, begin = flat_layout(records.dtype, ["pair", "inner"])
-    memory = memoryview(records.view(np.uint8))
-    layout.pack_into(memory, records.itemsize + begin, left_m, right_m, *inner)
-    assert read(records[1], Moved) == Moved(Pair(left_m, right_m), inner)
-    assert layout.unpack_from(memory, records.itemsize + begin) == (left_m, right_m, *inner)
-    assert not records[:1].view(np.uint8).any()
-
-
-def test_only_fields_one_behind_the_other_are_flat() -> None:
-    layout, begin = flat_layout(record_type(Moved), ["inner"])
-    assert (layout.size, begin) == (24, 16)
-    with pytest.raises(ValueError, match="are not adjacent"):
-        flat_layout(record_type(Moved), ["inner", "pair"])

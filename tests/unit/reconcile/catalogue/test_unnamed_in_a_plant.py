@@ -15,7 +15,6 @@ from hil_sim.config import load_plant
 from hil_sim.physics.registry import EFFECTS
 from kernels.arrays import Array
 from kernels.quantities import section_of
-from reconcile.catalogue.disturbance_spectrum import lines_of
 from reconcile.catalogue.kinds import IN_A_RECORDING, RegressionData
 from reconcile.catalogue.unnamed_terms import TERMS, term
 from reconcile.identification.findings import IdentifiedEffect
@@ -187,19 +186,6 @@ def test_ringing_becomes_a_carried_mass_only_in_phase(tmp_path: Path, seen: Regr
     _, [note] = written(tmp_path, [finding], seen)
     assert "otherwise than a carried mass" in note
     assert BASE["mass_kg"] > 4.0
-
-
-def test_lines_of_a_spectrum_have_its_power_where_it_is() -> None:
-    frequency_hz = np.linspace(0.0, 50.0, 501)
-    density = np.where((frequency_hz > 5.0) & (frequency_hz < 15.0), 0.4, 1e-6)
-    found_lines = lines_of(frequency_hz, density, seed=3)
-    effect = MODULES["disturbance_spectrum"]
-    p = effect.Params(**{k: tuple(v) if isinstance(v, list) else v for k, v in found_lines.items()})
-    assert all(5.0 < f < 15.0 for f in p.frequency_hz)
-    force_n = np.array([effect.force_n(p, t) for t in np.arange(0.0, 40.0, 2e-3)])
-    assert float(np.mean(force_n**2)) == pytest.approx(0.4 * 10.0, rel=0.1)
-    other_n = effect.force_n(p._replace(seed=4.0), 1.0)
-    assert other_n != pytest.approx(effect.force_n(p, 1.0), abs=1e-3)
 
 
 def test_a_plants_spectrum_is_known_by_its_seed(tmp_path: Path, seen: RegressionData) -> None:
