@@ -79,7 +79,7 @@ def diagnose(
         recordings = [recording for recording in checked.recordings if recording.axis == name]
         if not recordings:
             continue
-        release_compiler()
+        release_compiler()  # its 68 MB, which loading kernels has touched, are for the columns
         recordings, thinning = to_be_thinned(recordings)
         one = diagnose_axis(recordings, model, matters, on_progress, with_proof=with_proof)
         explanations[name], proofs[name], updates[name] = one.explanations, one.proofs, one.sections

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import http.client
 import json
-import shutil
 import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 import pytest
+from broker_certificates import needs_openssl
 from playwright.sync_api import expect
 
 from servo_ctrl.hmi.access.users import Role, add_token, remove_token
@@ -49,8 +49,6 @@ def test_requests_of_other_sites_are_refused(stub_server: Server, stub: Stub) ->
 @pytest.fixture(scope="module")
 def certificate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A directory with cert.pem and key.pem of localhost."""
-    if shutil.which("openssl") is None:
-        pytest.skip("openssl is not installed")
     directory = tmp_path_factory.mktemp("tls")
     command = "openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost"
     subprocess.run(
@@ -70,6 +68,7 @@ def log_in(context: BrowserContext, url: str, token: str) -> Page:
     return page
 
 
+@needs_openssl
 def test_beyond_loopback_a_token_is_needed_and_its_role_applies(
     chromium: Browser,
     certificate: Path,

@@ -108,11 +108,11 @@ def answered(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
     since, bound = due
     if word == "hold" and fault.event in REQUESTS:
         bound += RAMP_CYCLES
-    if fault.event in REQUESTS and not _powered_since(evidence):
+    if fault.event in REQUESTS and not _powered(evidence):
         return None, _ends(evidence, bound)  # the drives were off before and stay so
     cycle = first_reaction(evidence)
     if cycle is None:
-        if not _powered_at(evidence) or word == "disable":
+        if not _powered(evidence, 1) or word == "disable":
             return None, _ends(evidence, bound)
         return None, [f"{word} wanted, and nothing of it seen on the bus"]
     seen = Reaction(cycle - since, bound)
@@ -166,19 +166,12 @@ def alone(evidence: Evidence) -> tuple[Reaction | None, list[str]]:
     return seen, [text] if periods > bound else []
 
 
-def _powered_at(evidence: Evidence) -> bool:
-    """Whether any drive had power when the fault came, or some cycles on."""
+def _powered(evidence: Evidence, cycles: int = LAST) -> bool:
+    """Whether any drive had power in the cycle of the fault, or in as many behind it."""
     assert evidence.happened is not None
     truth, cycle = evidence.truth, evidence.happened[1]
-    near = (truth.cycle >= cycle) & (truth.cycle <= cycle + 1)
+    near = (truth.cycle >= cycle) & (truth.cycle <= cycle + cycles)
     return bool(truth.powered[near].any())
-
-
-def _powered_since(evidence: Evidence) -> bool:
-    """Whether any drive has power in the cycle of the fault or later."""
-    assert evidence.happened is not None
-    truth = evidence.truth
-    return bool(truth.powered[truth.cycle >= evidence.happened[1]].any())
 
 
 def _ends(evidence: Evidence, bound: int) -> list[str]:

@@ -12,7 +12,7 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).parents[3]
-sys.path.insert(0, str(ROOT / "tests" / "support"))
+sys.path.insert(0, str(ROOT / "tests" / "support"))  # pytest has it on its path, a program has not: E402
 from browser_program import CHROMIUM  # noqa: E402
 from live_page import go  # noqa: E402
 from machine_files import XY_TABLE, text_of  # noqa: E402
