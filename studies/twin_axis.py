@@ -12,8 +12,6 @@ from servo_ctrl.config.program import program_segments
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.motion.program import Segment, Step
 from twin.axis_rollout import AxisRollout
-from twin.rollout import substeps_of
-from twin.wiring import wires_of
 
 REST_CYCLES = 50
 """SYNC periods at standstill, drives enabled, before a motion; chosen."""
@@ -31,9 +29,7 @@ def twin_axis(machine: MachineConfig, plant: PlantConfig, axis: str, params: Axi
     """Build the plant of a machine, and the rollout of one of its axes with these control parameters."""
     built = build_plant(plant)
     index = list(plant.axes).index(axis)
-    wires = wires_of(machine.axes[axis], plant.axes[axis])
-    built.setpoint[index]["current_limit_a"] = wires.current_limit_a
-    rollout = AxisRollout(params, wires, built, index, substeps_of(machine, plant), plant.dt_s)
+    rollout = AxisRollout(machine, plant, axis, params, built)
     return TwinAxis(rollout, built.params[index], built.state[index])
 
 

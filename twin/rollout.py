@@ -1,11 +1,9 @@
-"""The batch twin: the daemon's control law and the simulator's plant in one compiled loop, without a bus.
+"""The batch twin: the daemon's cycle and the simulator's plant in one compiled loop, without a bus.
 
 Order of operations and rounding to integers are those of the two processes on the bus, so that a rollout
 gives the same bits as a recording (`axis_rollout`). Axes do not influence each other yet, so each runs its
 whole program alone.
 """
-
-import math
 
 import numpy as np
 
@@ -16,7 +14,6 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.motion.input_shaper import shaped
 from twin.axis_rollout import COLUMNS, AxisRollout
-from twin.wiring import wires_of
 
 
 def rollout(
@@ -36,32 +33,16 @@ def rollout(
         ValueError: the period is no whole number of substeps, or machine, plant and reference differ in axes.
 
     """
-    substeps = substeps_of(machine, plant_config)
     plant = build_plant(plant_config)
     columns: dict[str, Array] = {}
     length = 0
-    for index, (name, axis_plant) in enumerate(plant_config.axes.items()):
+    for name in plant_config.axes:
         if name not in reference or name not in machine.axes or name not in params:
             raise ValueError(f"axis {name} is in the plant but not in the controller's machine or reference")
-        wires = wires_of(machine.axes[name], axis_plant)
-        plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
-        axis = AxisRollout(params[name], wires, plant, index, substeps, plant_config.dt_s)
+        axis = AxisRollout(machine, plant_config, name, params[name], plant)
         shaper = input_shaper(machine, name)
         wanted = reference[name] if shaper is None else shaped(reference[name], shaper)
         rows = axis.rows(wanted, off_cycles)
         columns.update({f"{name}.{column}": rows[column] for column in COLUMNS})
         length = len(rows)
     return {"time_s": np.arange(length, dtype=np.float64) * machine.period_s, **columns}
-
-
-def substeps_of(machine: MachineConfig, plant_config: PlantConfig) -> int:
-    """Return the substeps of the plant in one SYNC period.
-
-    Raises:
-        ValueError: it is no whole number.
-
-    """
-    substeps = round(machine.bus.sync_period_us / plant_config.substep_us)
-    if substeps < 1 or not math.isclose(substeps * plant_config.substep_us, machine.bus.sync_period_us):
-        raise ValueError("bus.sync_period_us is not a whole number of plant.substep_us")
-    return substeps

@@ -1,15 +1,22 @@
-"""The scalings of the integers on the bus, of both sides, for the batch twin."""
+"""The scalings of the integers on the bus, of both sides, and the records of an axis, for the batch twin."""
 
+import math
 from typing import NamedTuple
 
-from hil_sim.config import AxisPlant
+from hil_sim.config import AxisPlant, PlantConfig
+from servo_ctrl.axis.axis_parts import axis_bounds, drive_route
+from servo_ctrl.axis.supervision import supervision_limits
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.canopen.settings import force_limit_permille
 from servo_ctrl.config.drive_units import drive_unit
-from servo_ctrl.config.model import AxisConfig
+from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.config.node_model import TORQUE_OFFSET, VELOCITY_OFFSET, is_mapped
+from servo_ctrl.control.set_point_counts import SetPointUnits
+from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.cyclic.axis_record import AxisParts, InputPlace, Wiring
 
 IMMEDIATE_TYPES = (254, 255)
+_NOT_MAPPED = InputPlace(0, 0, 0, signed=False)
 
 
 class Wires(NamedTuple):
@@ -57,3 +64,44 @@ def wires_of(control: AxisConfig, plant: AxisPlant) -> Wires:
         torque_offset_mapped=is_mapped(control.drive.sent, TORQUE_OFFSET),
         velocity_offset_mapped=is_mapped(control.drive.sent, VELOCITY_OFFSET),
     )
+
+
+def parts_of(control: AxisConfig, params: AxisParams, wires: Wires) -> AxisParts:
+    """Return what the controller's record of an axis is made of, without places of a bus that is not there.
+
+    Homing is over: the axis has its zero where its drive gets power.
+    """
+    unit = drive_scaling(control)
+    return AxisParts(
+        params=params,
+        units=SetPointUnits(
+            wires.newton_per_permille,
+            wires.metre_per_count,
+            wires.metre_per_s_per_unit,
+            wires.torque_offset_mapped,  # an offset without its own object is part of the set point
+            wires.velocity_offset_mapped,
+        ),
+        limits=supervision_limits(control, unit, params.period_s),
+        route=drive_route(control, params.period_s)._replace(homing=False),
+        wiring=Wiring(
+            *(0, 0, 0, -1, *[_NOT_MAPPED] * 5),
+            wires.metre_per_count,
+            wires.ampere_per_permille,
+            wires.newton_per_ampere,
+            wires.scale_metre_per_count,
+        ),
+        bounds=axis_bounds(control, unit, params.period_s),
+    )
+
+
+def substeps_of(machine: MachineConfig, plant: PlantConfig) -> int:
+    """Return the substeps of the plant in one SYNC period.
+
+    Raises:
+        ValueError: it is no whole number.
+
+    """
+    substeps = round(machine.bus.sync_period_us / plant.substep_us)
+    if substeps < 1 or not math.isclose(substeps * plant.substep_us, machine.bus.sync_period_us):
+        raise ValueError("bus.sync_period_us is not a whole number of plant.substep_us")
+    return substeps

@@ -8,12 +8,12 @@ from kernels.arrays import Index
 from servo_ctrl.axis.supervision import supervision_limits
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.pdo import MappedObject, PdoCodec
-from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
+from servo_ctrl.canopen.scaling import DriveScaling, drive_scaling, scale_metre_per_count
 from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.set_point_counts import SetPointUnits
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.cyclic.axis_record import AxisBounds, AxisParts, InputPlace, Wiring
-from servo_ctrl.cyclic.cia402 import MODE_OF_NAME, Mode
+from servo_ctrl.cyclic.cia402 import MODE_OF_NAME
 from servo_ctrl.cyclic.pdo_bytes import RpdoValue
 from servo_ctrl.cyclic.sequence import COASTS_M_S
 from servo_ctrl.cyclic.sequence_state import Route
@@ -65,10 +65,7 @@ def axis_parts(
         PdoTypeError: See there.
 
     """
-    unit, period_s, limits = drive_scaling(config), params.period_s, config.limits
-    mode = MODE_OF_NAME[config.mode]
-    lowest_mm, highest_mm = limits.position_mm
-    margin_mm = limits.following_error_mm
+    unit, period_s = drive_scaling(config), params.period_s
     drive, *further = tpdos
     return AxisParts(
         params=params,
@@ -78,16 +75,10 @@ def axis_parts(
             unit.metre_per_s_per_unit,
             # without its own object the offset is part of the force, as in the twin
             offset_apart=any(rpdo.position(TORQUE_OFFSET) is not None for rpdo in rpdos),
-            velocity_offset=mode is Mode.CYCLIC_SYNC_POSITION,
+            velocity_offset=config.mode == "csp",
         ),
         limits=supervision_limits(config, unit, period_s),
-        route=Route(
-            int(mode),
-            config.homing_method != 0,
-            period_s,
-            mode_switch_disabled=config.drive.mode_switch == "disabled",
-            homed_by_bit_12=config.drive.homing_bits == "12",
-        ),
+        route=drive_route(config, period_s),
         wiring=Wiring(
             drive=drive,
             further=min(further, default=0),
@@ -103,12 +94,30 @@ def axis_parts(
             newton_per_ampere=unit.newton_per_ampere,
             scale_metre_per_count=scale_metre_per_count(config),
         ),
-        bounds=AxisBounds(
-            lowest_m=(lowest_mm - margin_mm) * 1e-3,
-            highest_m=(highest_mm + margin_mm) * 1e-3,
-            swing_m=RETURN_OVERSHOOT * margin_mm * 1e-3,
-            slow_m=COASTS_M_S * period_s + abs(unit.metre_per_count),
-        ),
+        bounds=axis_bounds(config, unit, period_s),
+    )
+
+
+def drive_route(config: AxisConfig, period_s: float) -> Route:
+    """Return what is fixed of the drive's sequence."""
+    return Route(
+        int(MODE_OF_NAME[config.mode]),
+        config.homing_method != 0,
+        period_s,
+        mode_switch_disabled=config.drive.mode_switch == "disabled",
+        homed_by_bit_12=config.drive.homing_bits == "12",
+    )
+
+
+def axis_bounds(config: AxisConfig, unit: DriveScaling, period_s: float) -> AxisBounds:
+    """Return where the axis may be, and what is rest."""
+    lowest_mm, highest_mm = config.limits.position_mm
+    margin_mm = config.limits.following_error_mm
+    return AxisBounds(
+        lowest_m=(lowest_mm - margin_mm) * 1e-3,
+        highest_m=(highest_mm + margin_mm) * 1e-3,
+        swing_m=RETURN_OVERSHOOT * margin_mm * 1e-3,
+        slow_m=COASTS_M_S * period_s + abs(unit.metre_per_count),
     )
 
 

@@ -11,6 +11,17 @@ from servo_ctrl.cyclic.supervision import RUNAWAY, SATURATED
 
 Found = tuple[Event, str]
 
+EVENT_OF: dict[int, Event] = {
+    BEYOND: Event.LIMIT,
+    FOLLOWING_ERROR: Event.FOLLOWING_ERROR,
+    BAD_COMMAND: Event.BAD_COMMAND,
+    RUNAWAY: Event.RUNAWAY,
+    DISAGREE: Event.SENSORS_DISAGREE,
+    SATURATED: Event.SATURATED,
+    RUNAWAY_BRAKED: Event.RUNAWAY,
+}
+"""The event of each bit of a `CycleRecord.found`, in the order in which they are reported."""
+
 
 class AxisWatch:
     """Makes the events of the axis `name`."""
@@ -47,29 +58,19 @@ class AxisWatch:
         away = f"runs away from its set point, against {sample['motor_force_n']:.0f} N"
         apart_mm = f"{deviation_m * 1e3:.3f} mm apart, more than {law['limits']['deviation_m'] * 1e3:g} mm"
         at_limit = f"force at its limit for {self._saturation_ms:g} ms without a break"
-        events = (
-            (bool(drive), Event.DRIVE_FAULT, f"the drive {drive}"),
-            (found & BEYOND, Event.LIMIT, f"at {axis['beyond_m'] * 1e3:.3f} mm, beyond limits.position_mm"),
-            (
-                found & FOLLOWING_ERROR,
-                Event.FOLLOWING_ERROR,
-                f"following error of {error_mm:.3f} mm exceeds {limit_mm:g} mm",
-            ),
-            (found & BAD_COMMAND, Event.BAD_COMMAND, "the set point is not a number"),
-            (found & RUNAWAY, Event.RUNAWAY, f"{away}; check the signs of feedback and current"),
-            (
-                found & DISAGREE,
-                Event.SENSORS_DISAGREE,
-                f"encoder and scale are {apart_mm}; check scale and coupling",
-            ),
-            (found & SATURATED, Event.SATURATED, f"{at_limit}; is something in its way?"),
-            (
-                found & RUNAWAY_BRAKED,
-                Event.RUNAWAY,
-                "gets faster while its drive brakes; check the feedback's sign",
-            ),
-        )
-        return [(event, f"axis {self._name}: {text}") for present, event, text in events if present]
+        texts = {
+            BEYOND: f"at {axis['beyond_m'] * 1e3:.3f} mm, beyond limits.position_mm",
+            FOLLOWING_ERROR: f"following error of {error_mm:.3f} mm exceeds {limit_mm:g} mm",
+            BAD_COMMAND: "the set point is not a number",
+            RUNAWAY: f"{away}; check the signs of feedback and current",
+            DISAGREE: f"encoder and scale are {apart_mm}; check scale and coupling",
+            SATURATED: f"{at_limit}; is something in its way?",
+            RUNAWAY_BRAKED: "gets faster while its drive brakes; check the feedback's sign",
+        }
+        events = [(event, texts[bit]) for bit, event in EVENT_OF.items() if found & bit]
+        if drive:
+            events.insert(0, (Event.DRIVE_FAULT, f"the drive {drive}"))
+        return [(event, f"axis {self._name}: {text}") for event, text in events]
 
 
 def _side(switches: int) -> str:

@@ -1,7 +1,7 @@
 """One cycle of the axes: inputs -> drive sequence -> law and supervision -> set points and row, compiled.
 
-The daemon calls `step_axes`, the whole of it over the bytes of the bus. The batch twin, which has no bytes
-and no drive sequence, shares the law (`control.tick`) and its rounding (`control.set_point_counts`).
+The daemon calls `step_axes`, the whole of it over the bytes of the bus. The batch twin, which has no bytes,
+calls `step_axis` in its own compiled loop.
 """
 
 import math
@@ -120,7 +120,8 @@ def take_over(axis: Any) -> None:
     axis["hold_m"] = axis["last_m"] = inputs["motor_m"]
     axis["periods_without"] = 0
     inputs["scale_offset_m"] = inputs["motor_m"] - inputs["scale_raw_m"]
-    inputs["scale_m"] = inputs["motor_m"]
+    if not math.isnan(inputs["scale_raw_m"]):
+        inputs["scale_m"] = inputs["motor_m"]
     write(axis["law"]["state"], at_rest(inputs["motor_m"]))
     axis["correction_m"] = 0.0
     begin_watch(axis, inputs["motor_m"])

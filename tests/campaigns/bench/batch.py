@@ -26,7 +26,8 @@ from tests.campaigns.bench.batch_case import AxisCase, Case, axis_cases, load_ca
 from tests.campaigns.bench.c_records import declarations, record_of
 from tests.campaigns.bench.outcome import Ratio, Section, Skip
 from twin.axis_rollout import COLUMNS, AxisRollout
-from twin.rollout import rollout, substeps_of
+from twin.rollout import rollout
+from twin.wiring import substeps_of
 
 HERE = Path(__file__).parent
 FLAGS = ("-O2", "-std=c11", "-fPIC", "-shared", "-Wall", "-Werror")
@@ -39,10 +40,9 @@ LARGEST_DIFFERENCE = 1e-9
 
 def run_ours(case: Case, axes: list[AxisCase]) -> list[Array]:
     """Rows (n, COLUMNS) of every axis by our kernel."""
-    substeps, dt_s = substeps_of(case.machine, case.plant), case.plant.dt_s
-    twins = [AxisRollout(a.params, a.wires, a.plant, a.index, substeps, dt_s) for a in axes]
+    twins = [AxisRollout(case.machine, case.plant, a.name, a.params, a.plant) for a in axes]
     rows = [twin.rows(axis.reference) for twin, axis in zip(twins, axes, strict=True)]
-    return [own.view(np.float64).reshape(len(own), -1) for own in rows]
+    return [own.view(np.float64).reshape(len(own), -1)[:, : len(COLUMNS)] for own in rows]
 
 
 def run_c(library: ctypes.CDLL, case: Case, axes: list[AxisCase]) -> list[Array]:

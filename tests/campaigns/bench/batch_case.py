@@ -34,6 +34,7 @@ class Case(NamedTuple):
 class AxisCase(NamedTuple):
     """One axis, ready to be run by either kernel; `plant` is at power-up and is advanced in place."""
 
+    name: str
     params: AxisParams
     wires: Any
     plant: Plant
@@ -64,13 +65,9 @@ def load_case(machine_folder: Path = MACHINE, program: Path = PROGRAM) -> Case:
 def axis_cases(case: Case) -> list[AxisCase]:
     """Fresh axes, at power-up."""
     plant = build_plant(case.plant)
-    return [
-        AxisCase(
-            case.params[name],
-            wires_of(case.machine.axes[name], axis_plant),
-            plant,
-            index,
-            case.reference[name],
-        )
-        for index, (name, axis_plant) in enumerate(case.plant.axes.items())
-    ]
+    axes = []
+    for index, (name, axis_plant) in enumerate(case.plant.axes.items()):
+        wires = wires_of(case.machine.axes[name], axis_plant)
+        plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
+        axes.append(AxisCase(name, case.params[name], wires, plant, index, case.reference[name]))
+    return axes

@@ -16,8 +16,7 @@ from studies.wang_2014.readings import Reading
 from studies.wang_2014.stages import STAGES
 from studies.wang_2014.twin_study import Twin, learned_in_twin, positioned, study
 from twin.axis_rollout import AxisRollout
-from twin.rollout import rollout, substeps_of
-from twin.wiring import wires_of
+from twin.rollout import rollout
 
 STAGE = Path(__file__).parents[3] / "machines" / "precision_stage"
 SHORT = OVER_TRAVEL._replace(targets_mm=(5.0, 12.5))
@@ -69,8 +68,8 @@ def test_readings_are_those_of_a_rollout_in_one_go(twin: Twin) -> None:
 def test_other_parameters_count_from_the_next_cycle_on(twin: Twin) -> None:
     machine = stage_machine(STAGE, STAGES["uncompensated"])
     params = axis_params(machine, "x")
-    plant, wires = build_plant(twin.plant), wires_of(machine.axes["x"], twin.plant.axes["x"])
-    axis = AxisRollout(params, wires, plant, 0, substeps_of(machine, twin.plant), twin.plant.dt_s)
+    plant = build_plant(twin.plant)
+    axis = AxisRollout(machine, twin.plant, "x", params, plant)
     axis.rows(np.zeros((20, 4)))
     loop = params.position_loop._replace(kp_1_s=0.0)
     axis.change_params(params._replace(position_loop=loop, output=1))  # nothing moves it now
