@@ -1,4 +1,4 @@
-"""The batch twin: control law and plant in one compiled loop, without a bus.
+"""The batch twin: the controller's cycle and the plant in one compiled loop, without a bus.
 
 It imports servo_ctrl's laws and hil_sim's plant; neither imports it. No study or published figure may enter.
 """

@@ -12,8 +12,13 @@ from kernels.arrays import Array
 from servo_ctrl.config.freeze import input_shaper
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.motion.input_shaper import shaped
 from twin.axis_rollout import COLUMNS, AxisRollout
+
+
+class RolloutError(ServoCtrlError):
+    """The daemon would stop this motion."""
 
 
 def rollout(
@@ -31,6 +36,7 @@ def rollout(
 
     Raises:
         ValueError: the period is no whole number of substeps, or machine, plant and reference differ in axes.
+        RolloutError: supervision has found something.
 
     """
     plant = build_plant(plant_config)
@@ -43,6 +49,12 @@ def rollout(
         shaper = input_shaper(machine, name)
         wanted = reference[name] if shaper is None else shaped(reference[name], shaper)
         rows = axis.rows(wanted, off_cycles)
+        if axis.findings:
+            event, cycle = min(axis.findings.items(), key=lambda found: found[1])
+            after_s = cycle * machine.period_s
+            raise RolloutError(
+                f"axis {name}: {event.value} after {after_s:.3f} s, where a run over the bus stops"
+            )
         columns.update({f"{name}.{column}": rows[column] for column in COLUMNS})
         length = len(rows)
     return {"time_s": np.arange(length, dtype=np.float64) * machine.period_s, **columns}

@@ -16,7 +16,23 @@ from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.cyclic.axis_record import AxisParts, InputPlace, Wiring
 
 IMMEDIATE_TYPES = (254, 255)
-_NOT_MAPPED = InputPlace(0, 0, 0, signed=False)
+_NOWHERE = InputPlace(0, 0, 0, signed=False)
+NO_BUS = Wiring(
+    drive=0,
+    further=0,
+    further_count=0,
+    scale=-1,
+    statusword=_NOWHERE,
+    position=_NOWHERE,
+    current=_NOWHERE,
+    mode_shown=_NOWHERE,
+    scale_position=_NOWHERE,
+    metre_per_count=1.0,
+    ampere_per_permille=1.0,
+    newton_per_ampere=1.0,
+    scale_metre_per_count=1.0,
+)
+"""Places of a bus that is not there."""
 
 
 class Wires(NamedTuple):
@@ -83,12 +99,11 @@ def parts_of(control: AxisConfig, params: AxisParams, wires: Wires) -> AxisParts
         ),
         limits=supervision_limits(control, unit, params.period_s),
         route=drive_route(control, params.period_s)._replace(homing=False),
-        wiring=Wiring(
-            *(0, 0, 0, -1, *[_NOT_MAPPED] * 5),
-            wires.metre_per_count,
-            wires.ampere_per_permille,
-            wires.newton_per_ampere,
-            wires.scale_metre_per_count,
+        wiring=NO_BUS._replace(
+            metre_per_count=wires.metre_per_count,
+            ampere_per_permille=wires.ampere_per_permille,
+            newton_per_ampere=wires.newton_per_ampere,
+            scale_metre_per_count=wires.scale_metre_per_count,
         ),
         bounds=axis_bounds(control, unit, params.period_s),
     )

@@ -51,7 +51,7 @@ velocity_mm_s = 200.0
 acceleration_mm_s2 = 2000.0
 jerk_mm_s3 = 200000.0
 force_n = 600.0
-following_error_mm = 2.0
+following_error_mm = 50.0   # some effects of the catalogue are larger here than on any machine
 [axis.NAME.control]
 feedback = "motor"
 kp_1_s = 15.0

@@ -1,5 +1,5 @@
-/* The batch twin's loop in C: servo_ctrl/control/tick.py and reconcile/rollout.py, the same operations on doubles
- * in the same order. batch.py writes batch_records.h, compiles this and holds its trajectory against ours. */
+/* The batch twin's loop in C: servo_ctrl/control/tick.py and twin/axis_rollout.py, the same operations on doubles
+ * in the same order; what the twin's supervision finds is left out. batch.py writes batch_records.h, compiles this and holds its trajectory against ours. */
 #include "batch_records.h"
 
 #include "plant_kernel.h"

@@ -70,6 +70,7 @@ def machine_with(mode: str, transmission_type: int) -> Any:
         name: axis.model_copy(
             update={
                 "mode": mode,
+                "limits": axis.limits.model_copy(update={"following_error_mm": 10.0}),  # a rough motion
                 "drive": axis.drive.model_copy(
                     update={"rpdo_transmission_type": transmission_type, "rpdo1": EVERY_SETPOINT}
                 ),
