@@ -26,7 +26,7 @@ def running_programs() -> int | None:
 
 
 class AwakeLoop:
-    """Call `on_burst` after each burst of frames.
+    """Call `on_burst` after each burst of frames; `look` reads the bus, and returns whether frames had come.
 
     It begins where a processor has nothing to do, and goes on while as many threads as processors run: the
     other side of the bus stays awake too.
@@ -35,10 +35,11 @@ class AwakeLoop:
     def __init__(
         self,
         loop: asyncio.AbstractEventLoop,
+        look: Callable[[], bool],
         running: Callable[[], int | None] = running_programs,
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._loop, self._running, self._now_s = loop, running, now_s
+        self._loop, self._look, self._running, self._now_s = loop, look, running, now_s
         self._processors = len(os.sched_getaffinity(0))
         self._permitted = self._turning = False
         self._until_s = self._looked_s = 0.0
@@ -58,8 +59,9 @@ class AwakeLoop:
                 self._loop.call_soon(self._turn)
 
     def _turn(self) -> None:
-        """Be ready again: a loop that has something ready looks at its files without sleeping."""
-        if self._now_s() < self._until_s:
-            self._loop.call_soon(self._turn)
-        else:
-            self._turning = False
+        """Look for the answer, again and again; once it has come, let the loop serve what else there is."""
+        while self._now_s() < self._until_s:
+            if self._look():
+                self._loop.call_soon(self._turn)
+                return
+        self._turning = False

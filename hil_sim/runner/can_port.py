@@ -136,8 +136,10 @@ class CanPort:
         except (can.CanError, OSError) as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
 
-    def drain(self, handle: Callable[[int, bytes], None], take: Take | None = None) -> None:
+    def drain(self, handle: Callable[[int, bytes], None], take: Take | None = None) -> int:
         """Pass received frames to `take`, those it leaves to `handle`, until FRAMES_PER_WAKE or no more wait.
+
+        Returns how many there were.
 
         Raises:
             BusError: the bus is lost.
@@ -151,6 +153,7 @@ class CanPort:
                     break
         except (can.CanError, OSError) as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
+        return handled
 
     def _dispatch(self, burst: bytearray, handle: Callable[[int, bytes], None], take: Take | None) -> None:
         at = 0

@@ -83,11 +83,19 @@ async def _run(
             if port.more:
                 loop.call_soon(receive)
 
-    on_burst = AwakeLoop(loop).on_burst if isinstance(pacing, Lockstep) else lambda: None
+    def receive() -> bool:
+        frames = 0
 
-    def receive() -> None:
-        act(lambda: port.drain(bench.frames.handle, bench.take))
-        on_burst()
+        def drain() -> None:
+            nonlocal frames
+            frames = port.drain(bench.frames.handle, bench.take)
+
+        act(drain)
+        if frames:
+            on_burst()
+        return frames > 0
+
+    on_burst = AwakeLoop(loop, receive).on_burst if isinstance(pacing, Lockstep) else lambda: None
 
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, end)

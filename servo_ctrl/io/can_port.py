@@ -156,6 +156,10 @@ class CanPort:
             error = BusError(f"bus {self.name} failed: {_with_advice(error)}")
         self.on_down(error)
 
+    def look(self) -> bool:
+        """Read what has arrived without waiting for it; return whether frames had."""
+        return self._loop is not None and self._drain() > 0
+
     def _drain(self) -> int:
         """Read about `FRAMES_PER_WAKE` of the frames that have arrived; return how many."""
         read = 0
@@ -167,7 +171,8 @@ class CanPort:
                     break
         except (can.CanError, OSError, BusError) as error:  # raised by reading, or by a handler that sends
             self.fail(error)
-        self.on_burst()
+        if read:
+            self.on_burst()
         return read
 
     def _dispatch(self, burst: bytearray) -> None:

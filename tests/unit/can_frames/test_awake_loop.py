@@ -12,16 +12,26 @@ from can_frames.awake_loop import AWAKE_S, LOOK_S, AwakeLoop, running_programs
 
 
 class Loop:
-    """What is ready in a loop, with a clock that the test moves."""
+    """What is ready in a loop, with a clock that every look at the bus moves by a tenth of the wait."""
 
     def __init__(self, running: Callable[[], int | None]) -> None:
         self.now_s = 100.0
+        self.answer_s = 1e9
+        """When the answer comes."""
         self.ready: list[Callable[[], None]] = []
         as_loop: Any = self
-        self.awake = AwakeLoop(as_loop, running, lambda: self.now_s)
+        self.awake = AwakeLoop(as_loop, self.look, running, lambda: self.now_s)
 
     def call_soon(self, callback: Callable[[], None]) -> None:
         self.ready.append(callback)
+
+    def look(self) -> bool:
+        self.now_s += 0.1 * AWAKE_S
+        came = self.now_s > self.answer_s
+        if came:
+            self.answer_s = 1e9
+            self.awake.on_burst()
+        return came
 
     def turn(self) -> bool:
         """One turn of the loop; return whether the next one polls without sleeping."""
@@ -36,17 +46,18 @@ def two_processors(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda _pid: {0, 1})
 
 
-def test_a_loop_stays_awake_after_a_burst_and_sleeps_where_no_answer_comes() -> None:
+def test_a_loop_looks_for_the_answer_and_sleeps_where_none_comes() -> None:
     loop = Loop(lambda: 1)
     loop.awake.on_burst()
     loop.awake.on_burst()
     assert len(loop.ready) == 1  # it turns once, however many bursts came
-    loop.now_s += 0.9 * AWAKE_S
-    assert loop.turn()
-    loop.now_s += 0.2 * AWAKE_S
+    loop.answer_s = loop.now_s + 0.9 * AWAKE_S
+    assert loop.turn()  # what else is ready has its turn after each answer
+    began_s = loop.now_s
     assert not loop.turn()
+    assert loop.now_s - began_s == pytest.approx(AWAKE_S, rel=0.11)
     loop.awake.on_burst()
-    assert loop.turn()
+    assert len(loop.ready) == 1
 
 
 def test_it_begins_beside_a_free_processor_and_goes_on_until_a_third_program_runs() -> None:
