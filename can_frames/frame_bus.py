@@ -6,7 +6,7 @@ Every other python-can interface handles frames one by one. Callers wait on the 
 import errno
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
 from can_frames.frame import (
@@ -48,6 +48,10 @@ class FrameBus(Protocol):
     def more(self) -> bool:
         """Whether frames wait although the file to wait on is not readable."""
 
+    @property
+    def peers(self) -> Collection[int]:
+        """Process ids at the other end; empty where the interface does not tell."""
+
     def waiting(self) -> Iterator[bytearray]:
         """Yield the received bursts; later frames may be among them or make the file readable again."""
 
@@ -77,6 +81,10 @@ class _BurstBus:
     def more(self) -> bool:
         return bool(self._bus.more)  # type: ignore[attr-defined]  # the same
 
+    @property
+    def peers(self) -> Collection[int]:
+        return getattr(self._bus, "peers", ())
+
     def waiting(self) -> Iterator[bytearray]:
         burst = self._receive()
         if burst:
@@ -93,6 +101,7 @@ class _SocketBus:
     """
 
     more = False
+    peers: Collection[int] = ()
 
     def __init__(self, sock: socket.socket, patience: Patience) -> None:
         self._socket, self._patience_s = BatchSocket(sock), patience.queue_s
@@ -115,6 +124,7 @@ class _MessageBus:
     """Any other interface, with a message object for each frame."""
 
     more = False
+    peers: Collection[int] = ()
 
     def __init__(self, bus: can.BusABC, patience: Patience) -> None:
         self._bus, self._patience = bus, patience

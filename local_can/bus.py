@@ -9,6 +9,8 @@ from can.typechecking import CanFilters
 
 from local_can import wire
 from local_can.attaching import ATTACH_TIMEOUT_S, AttachError, attached, served_here
+from local_can.listening import peer_pids
+from local_can.served_hub import ServedHub
 
 _LOG = logging.getLogger(__name__)
 _SEND_TIMEOUT_S = 5.0
@@ -122,6 +124,11 @@ class LocalCanBus(can.BusABC):
     def more(self) -> bool:
         """Whether frames wait although the file is not readable; read until there are none."""
         return self._served is not None and self._served.more
+
+    @property
+    def peers(self) -> list[int]:
+        """Process ids of the hub, or of the clients that it serves, as far as they are in our namespace."""
+        return self._socket.peers if isinstance(self._socket, ServedHub) else peer_pids([self._socket])
 
     def fileno(self) -> int:
         """File descriptor to wait on; -1 after `shutdown`."""

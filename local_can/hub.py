@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Collection
 from pathlib import Path
 
-from local_can.listening import listen_at
+from local_can.listening import listen_at, peer_pids
 from local_can.port import Party, Port
 from local_can.wire import (
     ATTACH,
@@ -86,6 +86,11 @@ class Hub:
         """Return the number of frames of a client that wait for the next turns."""
         packets = self._heads.get(party)
         return sum(map(len, packets)) // FRAME_BYTES if packets else 0
+
+    @property
+    def peers(self) -> list[int]:
+        """Process ids of the clients that are on the bus."""
+        return peer_pids(port.sock for port in self._ports.values() if port.attached)
 
     def join(self, party: Party) -> None:
         """Add a client, whose first packets attach it to the bus."""

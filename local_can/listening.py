@@ -4,8 +4,11 @@ import errno
 import os
 import socket
 import stat
+import struct
+from collections.abc import Iterable
 from pathlib import Path
 
+_CREDENTIALS = struct.Struct("@iII")  # struct ucred of Linux's unix(7)
 _BACKLOG = 64  # bounds the connections that wait to be accepted (chosen)
 
 
@@ -15,6 +18,14 @@ class HubError(Exception):
 
 class HubPresentError(HubError):
     """Another hub serves the path already."""
+
+
+def peer_pids(connections: Iterable[socket.socket]) -> list[int]:
+    """Process ids at the other ends of connected sockets; those of another namespace are left out."""
+    given = (
+        sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size) for sock in connections
+    )
+    return [pid for pid, _user, _group in map(_CREDENTIALS.unpack, given) if pid]
 
 
 def listen_at(path: Path) -> socket.socket:

@@ -72,6 +72,11 @@ class ServedHub:
         """Whether frames wait although the file is not readable."""
         return bool(self._party.inbox) or self._hub.busy
 
+    @property
+    def peers(self) -> list[int]:
+        """Process ids of the clients that are on the bus."""
+        return self._hub.peers
+
     def send(self, packet: bytes) -> int:
         """Send a packet to the bus. Raises BlockingIOError while too many of our frames wait for it."""
         if self._hub.waiting(self._party) > QUEUE_FRAMES:

@@ -1,6 +1,6 @@
 """The simulator's CAN port: python-can, opened from `INTERFACE:CHANNEL`, read without threads."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any
 
 from can_frames.frame import (
@@ -114,6 +114,10 @@ class CanPort:
     def more(self) -> bool:
         """Whether received frames wait in a buffer, for which the descriptor does not become readable."""
         return self._frames.more
+
+    def peers(self) -> Collection[int]:
+        """Process ids at the other end of the bus; empty where the interface does not tell."""
+        return self._frames.peers
 
     def send(self, can_id: int, data: bytes) -> None:
         """Queue a frame for the next `flush`."""

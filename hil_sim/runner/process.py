@@ -70,32 +70,28 @@ async def _run(
         if not ended.done():
             ended.set_result(None)
 
-    def act(action: Callable[[], None]) -> None:
-        """Run `action`, then send its frames; a failure ends the simulation."""
+    def act(action: Callable[[], int | None]) -> int:
+        """Run `action`, then send its frames; a failure ends the simulation. Return what the action does."""
         if ended.done():
-            return
+            return 0
         try:
-            action()
+            result = action() or 0
             port.flush()
         except Exception as failure:  # noqa: BLE001  # asyncio would log it and continue
             ended.set_exception(failure)
-        else:
-            if port.more:
-                loop.call_soon(receive)
+            return 0
+        if port.more:
+            loop.call_soon(receive)
+        return result
 
     def receive() -> bool:
-        frames = 0
-
-        def drain() -> None:
-            nonlocal frames
-            frames = port.drain(bench.frames.handle, bench.take)
-
-        act(drain)
-        if frames:
+        """Serve the frames that have come; return whether there were any."""
+        came = act(lambda: port.drain(bench.frames.handle, bench.take)) > 0
+        if came:
             on_burst()
-        return frames > 0
+        return came
 
-    on_burst = AwakeLoop(loop, receive).on_burst if isinstance(pacing, Lockstep) else lambda: None
+    on_burst = AwakeLoop(loop, receive, port.peers).on_burst if isinstance(pacing, Lockstep) else lambda: None
 
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, end)
@@ -113,7 +109,7 @@ async def _run(
         await asyncio.gather(timer, return_exceptions=True)
 
 
-async def _quiet(pacing: Lockstep | RealTime, action: Callable[[], None]) -> None:
+async def _quiet(pacing: Lockstep | RealTime, action: Callable[[], object]) -> None:
     if pacing.quiet_period_s is None:
         return
     while True:

@@ -7,7 +7,7 @@ library). Error frames become `BusNews`.
 import asyncio
 import errno
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from can_frames.frame import (
     DATA_AT,
@@ -159,6 +159,10 @@ class CanPort:
     def look(self) -> bool:
         """Read what has arrived without waiting for it; return whether frames had."""
         return self._loop is not None and self._drain() > 0
+
+    def peers(self) -> Collection[int]:
+        """Process ids at the other end of the bus; empty where the interface does not tell."""
+        return self._frames.peers
 
     def _drain(self) -> int:
         """Read about `FRAMES_PER_WAKE` of the frames that have arrived; return how many."""

@@ -63,7 +63,7 @@ class Session:
                 tasks = [group.create_task(self._guarded(cycle, coroutine)) for coroutine in beside]
                 try:
                     if clock is None:
-                        port.on_burst = AwakeLoop(loop, port.look).on_burst
+                        port.on_burst = AwakeLoop(loop, port.look, port.peers).on_burst
                         cycle.begin()
                     else:
                         self.lateness = clock.lateness

@@ -1,6 +1,7 @@
 """A loop stays awake for a moment after a burst, and only where no other program wants the processor."""
 
 import os
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -8,22 +9,26 @@ from typing import Any
 import pytest
 
 from can_frames import awake_loop
-from can_frames.awake_loop import AWAKE_S, LOOK_S, AwakeLoop, running_programs
+from can_frames.awake_loop import AWAKE_S, LOOK_S, AwakeLoop, is_running, running_programs
 
 
 class Loop:
     """What is ready in a loop, with a clock that every look at the bus moves by a tenth of the wait."""
 
-    def __init__(self, running: Callable[[], int | None]) -> None:
+    def __init__(self, running: Callable[[], int | None], peers: tuple[int, ...] = ()) -> None:
         self.now_s = 100.0
         self.answer_s = 1e9
         """When the answer comes."""
         self.ready: list[Callable[[], None]] = []
+        self.peer_runs = False
         as_loop: Any = self
-        self.awake = AwakeLoop(as_loop, self.look, running, lambda: self.now_s)
+        self.awake = AwakeLoop(as_loop, self.look, lambda: peers, running, self.runs, lambda: self.now_s)
 
     def call_soon(self, callback: Callable[[], None]) -> None:
         self.ready.append(callback)
+
+    def runs(self, _pid: int) -> bool:
+        return self.peer_runs
 
     def look(self) -> bool:
         self.now_s += 0.1 * AWAKE_S
@@ -68,6 +73,30 @@ def test_it_begins_beside_a_free_processor_and_goes_on_until_a_third_program_run
         loop.turn()
         loop.awake.on_burst()
         assert bool(loop.ready) is awake
+
+
+@pytest.mark.parametrize(
+    ("running", "peer_runs", "awake"),
+    [(1, False, True), (2, True, True), (2, False, False), (3, True, False)],
+)
+def test_it_stays_awake_where_both_sides_have_a_processor(running: int, peer_runs: bool, awake: bool) -> None:
+    loop = Loop(lambda: running, peers=(41,))
+    loop.peer_runs = peer_runs
+    loop.awake.on_burst()
+    assert bool(loop.ready) is awake
+
+
+def test_a_process_runs_or_sleeps_as_the_system_says() -> None:
+    assert is_running(os.getpid())
+    assert not is_running(0)
+    with subprocess.Popen(["cat"], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as sleeping:
+        assert sleeping.stdin
+        assert sleeping.stdout
+        sleeping.stdin.write(b"\n")
+        sleeping.stdin.flush()
+        sleeping.stdout.read(1)  # it has begun, and waits for more
+        while is_running(sleeping.pid):
+            os.sched_yield()
 
 
 def test_it_sleeps_where_the_system_does_not_say_what_runs(

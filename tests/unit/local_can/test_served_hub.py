@@ -1,5 +1,6 @@
 """A bus that one of its parties serves in its own process: the same to everybody else, and to itself."""
 
+import os
 import random
 import select
 import threading
@@ -137,3 +138,7 @@ def test_the_socket_is_there_as_long_as_the_server_and_for_its_owner(path: Path)
 def test_a_place_without_a_folder_is_named() -> None:
     with pytest.raises(can.CanInitializationError, match="no hub can be at /nonexistent/"):
         LocalCanBus("/nonexistent/bus.sock", serve=True)
+
+
+def test_each_side_tells_the_processes_of_the_other(server: LocalCanBus, client: Any) -> None:
+    assert server.peers == client.peers == [os.getpid()]
