@@ -71,7 +71,7 @@ class AwakeLoop:
 
     def _both_have_a_processor(self) -> bool:
         running, peers = self._running(), self._peers()
-        if running is None:
+        if running is None or os.getpid() in peers:  # waiting here would keep the other side from answering
             return False
         asleep = not any(map(self._peer_runs, peers)) if peers else not self._permitted
         return running + asleep <= self._processors

@@ -86,6 +86,12 @@ def test_it_stays_awake_where_both_sides_have_a_processor(running: int, peer_run
     assert bool(loop.ready) is awake
 
 
+def test_two_sides_of_one_process_do_not_wait_for_each_other() -> None:
+    loop = Loop(lambda: 1, peers=(os.getpid(),))
+    loop.awake.on_burst()
+    assert loop.ready == []
+
+
 def test_a_process_runs_or_sleeps_as_the_system_says() -> None:
     assert is_running(os.getpid())
     assert not is_running(0)
