@@ -44,10 +44,10 @@ def describe_emcy(code: int) -> str:
     return next((text for mask, value, text in EMCY_TEXTS if code & mask == value), "error")
 
 
-def emcy_handler(plan: NodePlan, report: Callable[[str], None]) -> Callable[[bytearray, float], None]:
+def emcy_handler(plan: NodePlan, report: Callable[[str], None]) -> Callable[[bytes, float], None]:
     """Make a handler for the node's EMCY frames; "error reset" (00xxh) is not reported."""
 
-    def on_emcy(payload: bytearray, _timestamp_s: float) -> None:
+    def on_emcy(payload: bytes, _timestamp_s: float) -> None:
         if len(payload) != _EMCY.size:
             report(f"{plan.name}: an EMCY frame of {len(payload)} bytes")
             return
@@ -85,10 +85,10 @@ class HeartbeatWatch:
         self.cycle = 0
         """SYNC cycle to which arriving heartbeats belong."""
 
-    def handler(self, node: int) -> Callable[[bytearray, float], None]:
+    def handler(self, node: int) -> Callable[[bytes, float], None]:
         """Make a handler for the heartbeats (700h + id) of the node with this index among the plans."""
 
-        def on_heartbeat(payload: bytearray, _timestamp_s: float) -> None:
+        def on_heartbeat(payload: bytes, _timestamp_s: float) -> None:
             self._last[node], self._reported[node], self._responding[node] = self.cycle, False, True
             if payload:
                 self._states[node] = payload[0] & 0x7F

@@ -10,11 +10,10 @@ import time
 from collections.abc import Callable, Collection, Sequence
 
 from can_frames.frame import (
-    DATA_AT,
     ERROR,
+    FRAME,
     FRAME_BITS,
     FRAME_BYTES,
-    HEADER,
     IDENTIFIER_MASK,
     LARGEST_STANDARD,
     pack_frame,
@@ -27,7 +26,7 @@ from servo_ctrl.io.error_frames import BusNews, describe_error_frame
 with as_if_absent("asammdf"):  # python-can imports it and pandas for MF4 logs: 0.5 s at every start
     import can
 
-Handler = Callable[[bytearray, float], None]
+Handler = Callable[[bytes, float], None]
 
 FRAMES_PER_WAKE = 64
 """Frames read at once; then timers and signals are served, also on a bus that is never idle. Chosen."""
@@ -181,9 +180,7 @@ class CanPort:
 
     def _dispatch(self, burst: bytearray) -> None:
         handlers, now_s = self.handlers, time.time()
-        for start in range(0, len(burst), FRAME_BYTES):
-            header, size = HEADER.unpack_from(burst, start)
-            payload = burst[start + DATA_AT : start + DATA_AT + size]
+        for header, size, data in FRAME.iter_unpack(burst):
             if header <= LARGEST_STANDARD:  # CANopen has no extended frames, and we use no remote ones
                 if self.off:
                     continue
@@ -191,11 +188,11 @@ class CanPort:
                 self.bits += FRAME_BITS[size]
                 handler = handlers.get(header)
                 if handler is not None:
-                    handler(payload, now_s)
+                    handler(data[:size], now_s)
                 else:
-                    self.fallback(header, payload, now_s)
+                    self.fallback(header, bytearray(data[:size]), now_s)
             elif header & ERROR:
-                news = describe_error_frame(header & IDENTIFIER_MASK, payload)
+                news = describe_error_frame(header & IDENTIFIER_MASK, data[:size])
                 restarted = news.restarted and self.off
                 self.off = news.down or (self.off and not restarted)
                 self.on_error_frame(news._replace(restarted=restarted))

@@ -82,7 +82,7 @@ class OperatorPanel:
         """Receive the next status PDO. Raises PanelError when none arrives."""
         received: asyncio.Future[PanelStatus] = asyncio.get_running_loop().create_future()
 
-        def receive(data: bytearray, _timestamp_s: float) -> None:
+        def receive(data: bytes, _timestamp_s: float) -> None:
             if len(data) == STATUS_LAYOUT.size and not received.done():
                 received.set_result(PanelStatus(*STATUS_LAYOUT.unpack(data)[:5]))
 
@@ -105,7 +105,7 @@ class OperatorPanel:
         with self._port() as port:
             network = Network(port.send)
             answers = SDO_ANSWER + self._node_id
-            port.handlers[answers] = lambda data, stamp_s: network.notify(answers, data, stamp_s)
+            port.handlers[answers] = lambda data, stamp_s: network.notify(answers, bytearray(data), stamp_s)
             controller = RemoteController(network, self._node_id, self._eds, self._axes)
             port.attach(asyncio.get_running_loop())
             try:

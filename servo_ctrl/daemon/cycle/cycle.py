@@ -7,7 +7,7 @@ simulated time counts SYNCs, and no process waits for the wall clock.
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-Inputs = list[bytes | bytearray | None]
+Inputs = list[bytes | None]
 """The TPDO data of each node in one cycle; None = missing."""
 RESPONDING_WITHIN = 2
 """A node counts as responding for this many cycles after its last answer; chosen."""
@@ -108,11 +108,11 @@ class Cycle:
             self.trial.begun()
         self._on_begin(elapsed)
 
-    def handler(self, node: int) -> Callable[[bytearray, float], None]:
+    def handler(self, node: int) -> Callable[[bytes, float], None]:
         """Make the handler of a node's TPDO."""
         bit, size = 1 << node, self._sizes[node]
 
-        def on_tpdo(payload: bytearray, _timestamp_s: float) -> None:
+        def on_tpdo(payload: bytes, _timestamp_s: float) -> None:
             if len(payload) != size:
                 self._core.input_of_other_length(node, len(payload))
             elif self.waiting & bit:
@@ -127,7 +127,7 @@ class Cycle:
 
         return on_tpdo
 
-    def _take_surplus(self, node: int, data: bytearray) -> None:
+    def _take_surplus(self, node: int, data: bytes) -> None:
         """Classify a surplus frame: late, delivered twice by CAN, or sent by another participant."""
         if self.number < 0 or not self.running:
             return

@@ -97,11 +97,11 @@ class Nodes:
 
 
 def with_error_code(
-    servo: AxisServo, handler: Callable[[bytearray, float], None]
-) -> Callable[[bytearray, float], None]:
+    servo: AxisServo, handler: Callable[[bytes, float], None]
+) -> Callable[[bytes, float], None]:
     """Wrap the EMCY handler of a drive so that it also keeps the error code for the axis status."""
 
-    def on_emcy(payload: bytearray, timestamp_s: float) -> None:
+    def on_emcy(payload: bytes, timestamp_s: float) -> None:
         if len(payload) == EMCY_BYTES:
             code = int.from_bytes(payload[:2], "little")
             servo.error_code = code if code & 0xFF00 else None

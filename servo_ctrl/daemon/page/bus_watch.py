@@ -109,12 +109,12 @@ class BusWatch:
         self._sampled_s, self._sampled_cycle = now_s, cycle
         self._frames, self._bits = self._port.frames, self._port.bits
 
-    def _on_heartbeat(self, place: int, payload: bytearray) -> None:
+    def _on_heartbeat(self, place: int, payload: bytes) -> None:
         if payload:
             self._states[place] = NMT_STATES.get(payload[0] & 0x7F, "unknown")
             self._heartbeat_s[place] = time.monotonic()
 
-    def _on_emcy(self, place: int, payload: bytearray) -> None:
+    def _on_emcy(self, place: int, payload: bytes) -> None:
         if len(payload) != _EMCY.size:
             return
         code, register = _EMCY.unpack(payload)
@@ -132,8 +132,8 @@ def _json(value: Any) -> bytes:
     return plain_json(to_plain(value))
 
 
-def _both(handler_before: Handler, place: int, take: Callable[[int, bytearray], None]) -> Handler:
-    def handler(payload: bytearray, timestamp_s: float) -> None:
+def _both(handler_before: Handler, place: int, take: Callable[[int, bytes], None]) -> Handler:
+    def handler(payload: bytes, timestamp_s: float) -> None:
         take(place, payload)
         handler_before(payload, timestamp_s)
 

@@ -193,11 +193,11 @@ def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle, *, locks
 
 def _event_handler(
     machine: MachineController, place: int, servo: AxisServo, pdo: PdoPlan, timer: EventTimer
-) -> Callable[[bytearray, float], None]:
+) -> Callable[[bytes, float], None]:
     """Make the handler of an event-driven TPDO of the drive at `place`: values and limit switches."""
     switches_at = pdo.codec.position(LIMIT_SWITCHES)
 
-    def on_event(payload: bytearray, _timestamp_s: float) -> None:
+    def on_event(payload: bytes, _timestamp_s: float) -> None:
         timer.received()
         if len(payload) != pdo.codec.size:
             machine.input_of_other_length(place, len(payload))

@@ -36,7 +36,7 @@ def report_masters(
         port.handlers[can_id] = partial(_on_foreign, report, text)
 
 
-def _on_foreign(report: Callable[[str], object], text: str, _payload: bytearray, _timestamp_s: float) -> None:
+def _on_foreign(report: Callable[[str], object], text: str, _payload: bytes, _timestamp_s: float) -> None:
     report(text)
 
 
@@ -60,16 +60,16 @@ class _WriteWatch:
         self._address = b""
         """Index and subindex of the download that awaits its response."""
 
-    def on_request(self, payload: bytearray, _timestamp_s: float) -> None:
+    def on_request(self, payload: bytes, _timestamp_s: float) -> None:
         if len(payload) == SDO_BYTES and payload[0] >> 5 in DOWNLOADS:
             self._address = bytes(payload[1:4])
 
-    def on_answer(self, payload: bytearray, timestamp_s: float) -> None:
+    def on_answer(self, payload: bytes, timestamp_s: float) -> None:
         if self._address and bytes(payload[1:4]) == self._address:
             address, self._address = self._address, b""
             if payload[0] != REFUSED:
                 self._report_write(int.from_bytes(address[:2], "little"), address[2])
-        self._port.fallback(SDO_ANSWER + self._plan.node_id, payload, timestamp_s)
+        self._port.fallback(SDO_ANSWER + self._plan.node_id, bytearray(payload), timestamp_s)
 
     def _report_write(self, index: int, subindex: int) -> None:
         variable = self._plan.eds.variables.get((index, subindex))
