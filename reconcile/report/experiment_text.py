@@ -42,10 +42,11 @@ def paragraph(following: Mapping[str, Any], *, rotary: bool = False) -> str:
     """Return the text of `next_experiment` of verdict.json; empty where nothing is open."""
     if not following:
         return ""
-    numbers = [_number(key, value) for key, value in following.items() if key not in PROSE_KEYS]
-    motion = f"On axis {following['axis']}, record {following['motion']}"
-    motion += f" ({'; '.join(numbers)})." if numbers else "."
-    parts = [f"{capitalised(following['why'])}.", motion]
+    numbers = "; ".join(_number(key, value) for key, value in following.items() if key not in PROSE_KEYS)
+    axis, motion = following["axis"], following["motion"]
+    parts = [f"{capitalised(following['why'])}.", f"On axis {axis}, record {motion}."]
+    if numbers:
+        parts[-1] = f"On axis {axis}, record {motion} ({numbers})."
     apart = [display_name(name) for name in following["separates"] if name != "unknown"]
     if len(apart) > 1:
         parts.append(f"That decides between {join_words(apart)}: {following['tells']}.")
@@ -54,17 +55,17 @@ def paragraph(following: Mapping[str, Any], *, rotary: bool = False) -> str:
     else:
         parts.append(f"That shows {following['tells']}.")
     if "evidence_nats" in following:
-        parts.append(_expected(following))
+        parts += [_expected(following), f"`servo-ctrl run --program {following['program']}` makes it."]
     return sentence_of(" ".join(parts), rotary=rotary)
 
 
 def _expected(following: Mapping[str, Any]) -> str:
-    """State the expected evidence, that of the least suitable motion, and how to run the program."""
-    instead = following["instead"]
-    text = f"It is expected to do so by {following['evidence_nats']:g} nats in {following['seconds']:g} s"
-    if instead["motion"] != following["motion"]:
-        text += f"; {instead['motion']} would by {instead['evidence_nats']:g}"
-    return f"{text}. `servo-ctrl run --program {following['program']}` makes it."
+    """State the expected evidence, and that of the least suitable motion."""
+    instead, nats, seconds = following["instead"], following["evidence_nats"], following["seconds"]
+    other, of_other = instead["motion"], instead["evidence_nats"]
+    if other == following["motion"]:
+        return f"It is expected to do so by {nats:g} nats in {seconds:g} s."
+    return f"It is expected to do so by {nats:g} nats in {seconds:g} s; {other} would by {of_other:g}."
 
 
 def _number(key: str, value: Any) -> str:

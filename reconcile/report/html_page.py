@@ -65,10 +65,9 @@ def note(text: str) -> str:
     return f'<p class="note">{escape(text)}</p>'
 
 
-def bullets(texts: Iterable[str], language: str = "") -> str:
-    """Return an unnumbered list; `language` marks texts that stay so in a translation of the page."""
-    mark = f' lang="{language}"' if language else ""
-    return f"<ul{mark}>{''.join(f'<li>{escape(one)}</li>' for one in texts)}</ul>"
+def bullets(texts: Iterable[str]) -> str:
+    """Return an unnumbered list."""
+    return f"<ul>{''.join(f'<li>{escape(one)}</li>' for one in texts)}</ul>"
 
 
 def bar(share: float) -> str:

@@ -191,7 +191,7 @@ def remarks(verdict: Mapping[str, Any]) -> str:
     """Return notes on timing and sensors, effects that are not observable, and the next experiment."""
     parts = []
     if verdict["notes"]:
-        parts.append(f"<h3>Timing, sensors and models</h3>{bullets(verdict['notes'], 'en')}")
+        parts.append(f"<h3>Timing, sensors and models</h3>{bullets(verdict['notes'])}")
     else:
         parts.append("<h3>Timing and sensors</h3><p>Nothing that could be taken for physics was found.</p>")
     if verdict["not_observable"]:
@@ -201,7 +201,7 @@ def remarks(verdict: Mapping[str, Any]) -> str:
         ]
         parts.append(f"<h3>Not observable with these sensors</h3>{bullets(items)}")
     if verdict["next_experiment"]:
-        parts.append(f'<h3>The next experiment</h3><p lang="en">{escape(following_text(verdict))}</p>')
+        parts.append(f"<h3>The next experiment</h3><p>{escape(following_text(verdict))}</p>")
     return section("Sensors and limits", *parts)
 
 

@@ -33,7 +33,7 @@ def diagnosis_texts() -> set[str]:
     keys |= {key for entry in CATALOGUE.values() for key in (*entry.coefficients, *entry.shape_parameters)}
     steps = {step.replace("axis x", "axis {0}") for step in steps_of(["x"])}
     names = {effect_name(name) for name in CATALOGUE} | {parameter_name(key) for key in keys}
-    return sentences | {_rotary(text) for text in sentences} | names | steps | WORDS
+    return sentences | {rotary_text(text) for text in sentences} | names | steps | WORDS
 
 
 def _sentences(module: ast.Module, names: set[str]) -> Iterator[str]:
@@ -59,7 +59,7 @@ def _parameter_keys(module: ast.Module) -> Iterator[str]:
                     yield str(key.value)
 
 
-def _rotary(text: str) -> str:
+def rotary_text(text: str) -> str:
     """Return a template with the units of a rotary axis, in which reconcile writes it for one."""
     numbered = sentence_of(_PLACE.sub(r"90\1", text), rotary=True)
     return _DIGIT.sub(r"{\1}", numbered)

@@ -19,6 +19,7 @@ from servo_ctrl.config.program import SHOWN_IN
 from servo_ctrl.motion.gcode.words import G_CODES, M_CODES, Effect
 
 ROOM = Path(servo_ctrl.__file__).parent
+_PLACE = re.compile(r"\{\d\}")
 SOURCES = (
     *sorted(path for path in (ROOM / "daemon").rglob("*.py") if path.name != "report.py"),
     ROOM / "axis" / "axis_watch.py",
@@ -117,6 +118,12 @@ def template_of(node: ast.AST) -> str:
             parts.append(f"{{{places}}}")
             places += 1
     return "".join(parts)
+
+
+def numbered(text: str) -> str:
+    """Return the template with its arguments counted from 0, after a part of it was cut off."""
+    order: dict[str, str] = {}
+    return _PLACE.sub(lambda place: order.setdefault(place[0], f"{{{len(order)}}}"), text)
 
 
 def texts_inside(node: ast.AST) -> set[int]:

@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from message_templates import template_of, texts_inside
+from message_templates import numbered, template_of, texts_inside
+from report_sentences import report_sentences
 
 import reconcile.report
 from reconcile.location.coordinates import PHASES, coordinates
@@ -16,7 +17,7 @@ from reconcile.report.words import CHANNEL_NAMES, display_name
 
 ROOM = Path(reconcile.report.__file__).parent
 MODULES = ("figures", "replay_figures", "report", "sections", "traces", "unnamed_curve", "words")
-"""Those that write the page; the next experiment and the notes are sentences of other rooms."""
+"""Those that write the page; `report_sentences` has the notes and the next experiment, of other rooms."""
 NO_TEXTS = {'data-member="{0}" data-number="{1}"{2}', "kg m^2", "system-ui, sans-serif"}
 ON_A_TERMINAL = {"{0}{1} from {2} to {3} {4}: {5} {6} (the report draws it)"}
 SHORT = {
@@ -65,7 +66,7 @@ def report_texts() -> set[str]:
                 shown = numbered(piece.strip(" ;:."))
                 if " " in _PLACE.sub("", shown).strip() and _WORD.search(_PLACE.sub("", shown)):
                     found.add(shown)
-    return found - NO_TEXTS - ON_A_TERMINAL
+    return (found - NO_TEXTS - ON_A_TERMINAL) | report_sentences()
 
 
 def _coordinates() -> set[str]:
@@ -76,12 +77,6 @@ def _coordinates() -> set[str]:
     names = (call.args[0] for call in calls if getattr(call.func, "id", "") in makers)
     texts = {display_name(name.value) for name in names if isinstance(name, ast.Constant)}
     return texts | set(PHASES) | {"{0} a pole pair", "{0} a grating period"}
-
-
-def numbered(text: str) -> str:
-    """Return the template with its arguments counted from 0, after a part of it was cut off."""
-    order: dict[str, str] = {}
-    return _PLACE.sub(lambda place: order.setdefault(place[0], f"{{{len(order)}}}"), text)
 
 
 def _texts(module: ast.Module) -> Iterator[str]:

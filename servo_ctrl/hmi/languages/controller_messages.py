@@ -28,7 +28,7 @@ SIGNS = {"; ": 1, ": ": 1, ", ": 20}
 """Where a text without a template is divided, and how often: a list has many commas."""
 SENTENCE = 20
 """Characters of a template that is a sentence, which no other text resembles by chance; chosen."""
-_NEXT_SENTENCE = re.compile(r"\. [A-Z]")
+_NEXT_SENTENCE = re.compile(r"\. [A-Z`]")
 _PLACE = re.compile(r"\{(\d)\}")
 
 
@@ -99,6 +99,9 @@ def _piece(text: str, language: str, part: str, depth: int) -> str:
     whole = _by_template(text, language, part, depth)
     if whole is not None:
         return whole
+    small = text[0].lower() + text[1:]
+    if small != text and (whole := _by_template(small, language, part, depth)) is not None:
+        return whole[:1].upper() + whole[1:]
     # a file, a line and a key stand before the reason
     for colon in islice(re.finditer(": ", text), DEEPEST):
         reason = _by_template(text[colon.end() :], language, part, depth)
@@ -122,13 +125,18 @@ def _by_template(text: str, language: str, part: str, depth: int, least: int = 0
         if not all(piece in text for piece in template.own):
             continue
         found = template.pattern.fullmatch(text)
-        if found is not None and all(_is_argument(one, least) for one in found.groups()):
+        if found is not None and all(_is_argument(one, least, template.own) for one in found.groups()):
             return template.german.format(*(_piece(one, language, part, depth - 1) for one in found.groups()))
     return None
 
 
-def _is_argument(text: str, least: int) -> bool:
-    """Whether a text may stand for an argument: its parentheses are whole, and it is no second sentence."""
+def _is_argument(text: str, least: int, own: tuple[str, ...]) -> bool:
+    """Whether a text may stand for an argument of a template with this text of its own.
+
+    Its parentheses are whole, it is no second sentence, and in a short template no second clause.
+    """
+    if sum(map(len, own)) < SENTENCE and ("; " in text or (": " in text and ":" not in "".join(own))):
+        return False
     depth = 0
     for sign in text:
         depth += (sign == "(") - (sign == ")")

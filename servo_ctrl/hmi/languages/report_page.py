@@ -2,7 +2,7 @@
 
 reconcile writes one HTML file, in English. What a reader sees of it is the text between its tags, and titles
 and names in the data of its figures; each is recognised by the templates of `de/report` and `de/diagnosis`.
-Elements that reconcile marks with lang="en" or translate="no" stay as they are.
+Elements that reconcile marks with translate="no" stay as they are.
 """
 
 import html
@@ -14,10 +14,10 @@ from typing import Any
 from servo_ctrl.hmi.languages.controller_messages import report_text, whole_sentence
 from servo_ctrl.hmi.languages.texts import ENGLISH
 
-_SENTENCE_END = re.compile(r"\. (?=[A-Z])")
+_SENTENCE_END = re.compile(r"\. (?=[A-Z`])")
 _AROUND = " \n.:;"
 """What stands around a text without being part of its template."""
-_KEPT = r'<(\w+)[^<>]* (?:lang="en"|translate="no")[^<>]*>.*?</\1>'
+_KEPT = r'<(\w+)[^<>]* translate="no"[^<>]*>.*?</\1>'
 _VISIBLE = re.compile(rf"{_KEPT}|>([^<>]+)(?=<)", re.DOTALL)
 """An element that stays as it is, or a text between two tags."""
 _FIGURES = '<script type="application/json" id="figures">'

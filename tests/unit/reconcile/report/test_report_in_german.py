@@ -12,7 +12,7 @@ from servo_ctrl.hmi.languages.report_page import translated_report, translated_t
 
 SAME = {"x", "RMS", "model.toml", "in", "nominal", "Position", "Amplitude", "Parameter", HOSTILE}
 WORD = re.compile(r"[A-Za-z]{4,}")
-KEPT = re.compile(r'<(\w+)[^<>]* (?:lang="en"|translate="no")[^<>]*>.*?</\1>', re.DOTALL)
+KEPT = re.compile(r'<(\w+)[^<>]* translate="no"[^<>]*>.*?</\1>', re.DOTALL)
 """What reconcile marks so that it stays as it is."""
 
 
@@ -54,12 +54,12 @@ def test_no_text_of_the_report_stays_english(both: tuple[str, str]) -> None:
     assert not {text for text in same - SAME if WORD.search(text)}
 
 
-def test_notes_the_next_experiment_and_file_names_stay_as_reconcile_wrote_them(
+def test_file_names_stay_as_reconcile_wrote_them(
     both: tuple[str, str],
 ) -> None:
     english, german = ([match[0] for match in KEPT.finditer(body(page))] for page in both)
     assert english == german
-    assert len(english) == 3
+    assert english
 
 
 def test_titles_of_figures_are_german_and_their_numbers_are_the_same(both: tuple[str, str]) -> None:
