@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pytest
 from choices import choose
 from live_page import await_connection
 from playwright.sync_api import expect
@@ -17,6 +18,16 @@ if TYPE_CHECKING:
 
     from page_server import Stub
     from playwright.sync_api import Page
+
+
+CHART = "getElement(document.querySelector('[data-testid=scope-chart]').id.slice(1)).chart"
+ZOOM = f"{CHART}.getOption().dataZoom[0]"
+
+
+def zoom(page: Page) -> tuple[float, float]:
+    """Begin and end of what is shown, in per cent of the picture."""
+    found = page.evaluate(f"[{ZOOM}.start, {ZOOM}.end]")
+    return found[0], found[1]
 
 
 def frames(page: Page) -> int:
@@ -140,3 +151,28 @@ def test_the_scope_goes_on_after_a_lost_connection(visit: Callable[..., Page], s
     wait_for_more_frames(page, 3)
     page.evaluate("window.socket.io.engine.close()")
     wait_for_more_frames(page, 5)
+
+
+def test_the_wheel_zooms_along_time_and_pans_with_ctrl(visit: Callable[..., Page], stub: Stub) -> None:
+    page = visit("/scope")
+    wait_for_more_frames(page, 5)
+    page.get_by_role("button", name="Hold").click()
+    chart = page.get_by_test_id("scope-chart")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    assert box is not None
+    middle_x, middle_y = box["x"] + 0.5 * box["width"], box["y"] + 0.3 * box["height"]
+    page.mouse.move(middle_x, middle_y)
+    page.mouse.wheel(0, -300)
+    page.wait_for_function(f"{ZOOM}.end - {ZOOM}.start < 95")
+    start, end = zoom(page)
+    page.keyboard.down("Control")
+    page.mouse.down()
+    page.mouse.move(middle_x - 0.02 * box["width"], middle_y, steps=5)
+    page.mouse.up()
+    page.keyboard.up("Control")
+    page.wait_for_function(f"Math.abs({ZOOM}.start - {start}) > 0.1")
+    moved_start, moved_end = zoom(page)
+    assert moved_end - moved_start == pytest.approx(end - start, rel=1e-6)  # a pan changes no scale
+    page.get_by_test_id("scope-whole").click()
+    page.wait_for_function(f"{ZOOM}.start === 0 && {ZOOM}.end === 100")

@@ -117,6 +117,7 @@ export default {
         }
       };
       zr.on("mousedown", (event) => {
+        if (event.event.ctrlKey) return; // this pans
         pressed = true;
         pick(event);
       });

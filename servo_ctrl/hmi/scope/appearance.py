@@ -126,8 +126,8 @@ def scope_options(
 def zooms(panes: int, theme: Theme) -> list[dict[str, Any]]:
     """Zoom and pan along time, of all panes together: the wheel, two fingers, and a bar below the chart."""
     every = {"xAxisIndex": list(range(panes)), "filterMode": "none"}
-    # pointing and dragging with one finger move the cursors
-    inside = {"type": "inside", "moveOnMouseMove": False, "moveOnMouseWheel": "shift"}
+    # pointing and dragging alone move the cursors; a wheel that also moved would zoom as well
+    inside = {"type": "inside", "moveOnMouseMove": "ctrl", "moveOnMouseWheel": False}
     bar = {
         "type": "slider",
         "bottom": 4,
