@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -46,6 +47,8 @@ MODELS = (word("nominal"), word("refitted"), word("with the effects"))
 """The models whose residuals are compared, in the order of `Improvement.levels`."""
 PATTERNS = ("", "/", ".")
 """Hatching of their bars, to tell them apart without colour too."""
+OF_A_CURVE = re.compile(r"(at|height)_\d+")
+"""Parameters that are the points of a curve."""
 RIVALS_SHOWN = 3
 REPORT_HEIGHT_PX = 900
 LOAD_REPORT = """
@@ -196,11 +199,14 @@ def _show_finding(finding: Finding) -> None:
             )
         ui.label(tr("confidence {percent}", percent=percent(finding.confidence))).classes("num")
         ui.label(diagnosis_text(finding.explanation))
-        if finding.parameters:
-            shown = (
-                f"{diagnosis_text(parameter_name(key))}: {parameter_text(one)}"
-                for key, one in finding.parameters.items()
-            )
+        shown = [
+            f"{diagnosis_text(parameter_name(key))}: {parameter_text(one)}"
+            for key, one in finding.parameters.items()
+            if not OF_A_CURVE.fullmatch(key)
+        ]
+        if len(shown) < len(finding.parameters):
+            shown.append(tr("its curve is drawn in the report"))
+        if shown:
             faint("; ".join(shown)).classes("num").style("overflow-wrap: anywhere")
         for rival in finding.runners_up[:RIVALS_SHOWN]:
             why_not = diagnosis_text(rival.why_not)
