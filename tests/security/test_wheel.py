@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -11,6 +12,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from numba.core.caching import _CacheLocator
+
+from kernels.jit import HOUSE
 
 ROOT = Path(__file__).parents[2]
 ODRIVE = ROOT.parent / "shared" / "data" / "odrive_cogging"
@@ -38,7 +42,28 @@ def programs(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     install = ["-m", "pip", "--python", str(place / "bin" / "python"), "install", "--no-deps", "--no-index"]
     command = [sys.executable, *install, "--ignore-installed", "--no-compile", "--quiet", str(wheel)]
     subprocess.run(command, check=True, capture_output=True)
+    share_kernels(packages)
     return place / "bin"
+
+
+def share_kernels(packages: Path) -> None:
+    """Give the installed packages the machine code of the checkout, which has the same contents.
+
+    `make demo` compiles all of it. Numba knows a file by the path of its folder, its size and its time.
+    """
+
+    def name_of(folder: Path) -> str:
+        return str(_CacheLocator.get_suitable_cache_subpath(str(folder / "any.py")))
+
+    sources = [file for house in HOUSE for file in (ROOT / house).rglob("*.py")]
+    for file in sources:
+        time_ns = file.stat().st_mtime_ns
+        os.utime(packages / file.relative_to(ROOT), ns=(time_ns, time_ns))
+    names = {name_of(file.parent): name_of(packages / file.parent.relative_to(ROOT)) for file in sources}
+    for house in HOUSE:
+        for kept in (ROOT / house).rglob("__pycache__/*-kernels-*/*"):
+            if kept.name in names:  # else of a checkout that was elsewhere
+                shutil.copytree(kept, packages / kept.parent.relative_to(ROOT) / names[kept.name])
 
 
 def run(programs: Path, directory: Path, *words: str, exit_code: int = 0) -> str:

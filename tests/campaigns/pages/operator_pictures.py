@@ -1,12 +1,9 @@
 """The pictures of the operator's pages at both widths, on a simulated table: `python -m ... OUT`.
 
 An axis learns in short strokes, a circle runs before and after, and its recording is diagnosed with a model
-that lacks the table's friction: what the pages show is what they show a reader who does the same. With
-`--readme` the axis learns in the strokes of the machine's own settings, ten minutes or so, and README's
-picture and its figures (`operator_page.json`) are made.
+that lacks the table's friction: what the pages show is what they show a reader who does the same.
 """
 
-import json
 import os
 import re
 import sys
@@ -31,7 +28,7 @@ from simulated_table import (  # noqa: E402
 
 from servo_ctrl.files.toml_text import toml_text  # noqa: E402
 
-LIMIT_MS = 900_000
+LIMIT_MS = 240_000
 HEIGHT_PX = 830
 WHOLE = {"drive", "motion"}
 """Pages that are shown down to their end."""
@@ -130,53 +127,22 @@ def take(page: Page, url: str, out: Path) -> None:
     shoot(page, "drive", out)
 
 
-def take_readme(page: Page, url: str, out: Path) -> None:
-    """Keep the page Friction of a whole learning run between two circles, and what it says of axis x."""
-    page.get_by_test_id("take-control").click()
-    page.get_by_test_id("enable").click()
-    expect(page.get_by_test_id("stage")).to_contain_text("Ready", timeout=LIMIT_MS)
-    load(page, url, "circle.toml")
-    run(page, url)
-    before_um = shown_um(page, url)
-    learn(page, url)
-    run(page, url)
-    figures = {"j_before_um": before_um, "j_after_um": shown_um(page, url)}
-    required = re.search(r"required ([\d.]+)", page.get_by_test_id("required-x").inner_text())
-    strokes = re.search(r"(\d+) of \1\b", page.inner_text("main"))
-    assert required
-    assert strokes
-    figures |= {"j_required_um": float(required[1]), "strokes": int(strokes[1])}
-    (out / "operator_page.json").write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    page.wait_for_timeout(DRAWN_MS)
-    whole = page.evaluate("document.documentElement.scrollHeight")
-    page.set_viewport_size({"width": 1280, "height": whole})
-    page.wait_for_timeout(DRAWN_MS)
-    page.screenshot(path=out / "operator_page.png")
-
-
-def shown_um(page: Page, url: str) -> float:
-    """Return J of axis x that the page Friction shows."""
-    go(page, f"{url}/friction")
-    expect(page.get_by_test_id("j-x")).to_contain_text("µm", timeout=LIMIT_MS)
-    return float(page.get_by_test_id("j-x").inner_text().split()[0])
-
-
 def main() -> None:
-    """Take all pictures, or README's."""
-    out, readme = Path(sys.argv[1]), "--readme" in sys.argv
+    """Take all pictures."""
+    out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
     bracket = (XY_TABLE / "programs" / "bracket.ngc").read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory(prefix="servo-operator-") as name, sync_playwright() as playwright:
         folder = Path(name)
         programs = {"circle.toml": SHORT_CIRCLE, "bracket.ngc": bracket}
-        machine = table_directory(folder / "table", {} if readme else SHORT_LEARNING, programs)
+        machine = table_directory(folder / "table", SHORT_LEARNING, programs)
         (machine / "nominal.toml").write_text(nominal_model(), encoding="utf-8")
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         context = browser.new_context(viewport={"width": 1280, "height": HEIGHT_PX})
         context.set_default_timeout(LIMIT_MS)
         port = free_tcp_port()
         with served_table(machine, folder, port, dict(os.environ), page_apart=True) as served:
-            (take_readme if readme else take)(opened(context, served.url), served.url, out)
+            take(opened(context, served.url), served.url, out)
         browser.close()
 
 
