@@ -20,7 +20,6 @@ LONGEST_FIRST = (
     "tests/hil/test_learning_lockstep.py",
     "tests/hil/test_friction_experiments.py",
     "tests/browser/test_operator.py",
-    "tests/browser/test_table_pages.py",
     "tests/security/test_wheel.py",
     "tests/hil/test_serve_lockstep.py",
     "tests/unit/reconcile/diagnosis/",

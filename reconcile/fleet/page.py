@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from kernels.readable_units import display_unit
 from reconcile.fleet.figures import effect_map, size_spreads
 from reconcile.fleet.rows import Row
 from reconcile.fleet.store import axis_folder
 from reconcile.fleet.summary import DIAGNOSED, FleetSummary, ParameterSpread, SharedEffect, summarise
 from reconcile.formats.table import short_list
 from reconcile.report.html_page import HtmlPage, answer, bar, grid, note, section
-from reconcile.report.words import display_name, display_unit, join_words, parameter_names, percent, quantity
+from reconcile.report.words import display_name, join_words, parameter_names, percent, quantity
 from servo_ctrl.report.html_file import escape, table
 
 MAX_ROWS, MAX_GROUPS = 500, 60

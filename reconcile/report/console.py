@@ -7,13 +7,13 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from kernels.readable_units import display_unit
 from reconcile.formats.rotary_units import unit_of
 from reconcile.report.experiment_text import following_text
 from reconcile.report.unnamed_curve import curve_in_words
 from reconcile.report.words import (
     CHANNEL_NAMES,
     display_name,
-    display_unit,
     headline,
     interval,
     is_rotary,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.arrays import Array
+from kernels.readable_units import display_unit
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.rotary_units import unit_of
 from reconcile.location.coordinates import Coordinate
@@ -33,7 +34,7 @@ from reconcile.report.traces import (
     stacked,
     upright,
 )
-from reconcile.report.words import display_name, display_unit
+from reconcile.report.words import display_name
 from servo_ctrl.recording.min_max import thinned
 from servo_ctrl.report.html_file import packed
 

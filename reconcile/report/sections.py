@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from kernels.readable_units import display_unit
 from reconcile.formats.rotary_units import sentence_of, unit_of
 from reconcile.report.experiment_text import following_text
 from reconcile.report.html_page import answer, bar, bullets, grid, note, section
@@ -10,7 +11,6 @@ from reconcile.report.words import (
     CHANNEL_NAMES,
     capitalised,
     display_name,
-    display_unit,
     headline,
     interval,
     is_rotary,

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
+from kernels.readable_units import display_unit
 from reconcile.report.traces import LOGARITHMIC, Figure, layout, line
-from reconcile.report.words import display_name, display_unit
+from reconcile.report.words import display_name
 from servo_ctrl.report.html_file import packed
 
 MASSES = ("run_time_of_the_mass",)

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from kernels.readable_units import display_unit
 from reconcile.report.traces import LOGARITHMIC, Figure, error_bars, interval_band, layout, upright
-from reconcile.report.words import CHANNEL_NAMES, display_name, display_unit, quantity
+from reconcile.report.words import CHANNEL_NAMES, display_name, quantity
 from reconcile.watch.indicators import RESIDUAL_LEVEL
 from reconcile.watch.memory import Memory, indicator_words, sequences
 from servo_ctrl.report.html_file import packed

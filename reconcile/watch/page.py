@@ -5,8 +5,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from kernels.readable_units import display_unit
 from reconcile.report.html_page import HtmlPage, answer, bullets, grid, note, section
-from reconcile.report.words import CHANNEL_NAMES, display_name, display_unit, percent, quantity
+from reconcile.report.words import CHANNEL_NAMES, display_name, percent, quantity
 from reconcile.watch.change_detection import MIN_RECORDINGS
 from reconcile.watch.figures import change_profile, indicator_figures
 from reconcile.watch.memory import Memory

@@ -5,7 +5,6 @@ Lockstep takes all the time there is, even in standby, and a page that starves m
 
 import contextlib
 import re
-import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -70,28 +69,32 @@ class ServedTable(NamedTuple):
     restart_simulator: Callable[[], None]
     """Kills hil-sim, also in motion, and starts it again."""
     kill_controller: Callable[[], None]
-    """Kills servo-ctrl with its page, also in motion."""
+    """Kills servo-ctrl, also in motion."""
     start_controller: Callable[[], None]
     """Starts servo-ctrl again."""
 
 
 @contextlib.contextmanager
 def served_table(
-    machine: Path, out: Path, port: int, environment: dict[str, str], *, page_apart: bool = False
+    machine: Path,
+    out: Path,
+    port: int,
+    environment: dict[str, str],
+    *,
+    bitrate: int = BITRATE,
 ) -> Iterator[ServedTable]:
     """Serve the machine in `machine` with drives off; learned results are in `out`.
 
-    With `page_apart` the page is a service of its own: the controller's own page gives way to every other
-    process, so that beside a whole run of tests it answers after minutes, and loses connections.
+    The page is a service of its own: the controller's own page gives way to every other process, so that
+    beside a whole run of tests it answers after minutes, and loses connections.
     """
     can, listen = out / "can.sock", f"127.0.0.1:{port}"
     private = out / "page"
     private.mkdir(mode=0o700)
-    page: list[str | Path] = ["--hmi-socket", private / "page.sock"] if page_apart else ["--hmi", listen]
-    sign = "standby" if page_apart else "operator's bench: "
+    page: list[str | Path] = ["--hmi-socket", private / "page.sock"]
     bus = ["--machine", machine, "--bus", f"localcan:{can}", "--pacing", "lockstep"]
     commands = commands_folder()
-    hub = subprocess.Popen([commands / "python3", "-m", "local_can", can, "--bitrate", str(BITRATE)])
+    hub = subprocess.Popen([commands / "python3", "-m", "local_can", can, "--bitrate", str(bitrate)])
     try:
         while not can.exists():
             assert hub.poll() is None
@@ -105,20 +108,12 @@ def served_table(
             def control(name: str) -> subprocess.Popen[bytes]:
                 kept = ["--record", out / name, "--learned", out / "learned"]
                 run = [commands / "servo-ctrl", "run", *bus, *kept, *page]
-                return stack.enter_context(_running(run, out / f"{name}.log", sign, environment))
+                return stack.enter_context(_running(run, out / f"{name}.log", "standby", environment))
 
             simulator, controller = simulate("hil.log"), control("run")
-            if page_apart:
-                serve: list[str | Path] = [
-                    commands / "python3",
-                    "-m",
-                    "servo_ctrl.hmi",
-                    "serve",
-                    "--socket",
-                    private / "page.sock",
-                ]
-                serve += ["--listen", listen, "--recordings", out]
-                stack.enter_context(_running(serve, out / "page.log", "", environment))
+            serve: list[str | Path] = [commands / "python3", "-m", "servo_ctrl.hmi", "serve"]
+            serve += ["--socket", private / "page.sock", "--listen", listen, "--recordings", out]
+            stack.enter_context(_running(serve, out / "page.log", "", environment))
 
             def restart_simulator() -> None:
                 simulator.kill()
@@ -128,7 +123,6 @@ def served_table(
             def kill_controller() -> None:
                 controller.kill()
                 controller.wait(timeout=10.0)
-                _wait_until_free(port)
 
             def start_controller() -> None:
                 control("run_again")
@@ -137,17 +131,6 @@ def served_table(
     finally:
         hub.terminate()
         hub.wait(timeout=10.0)
-
-
-def _wait_until_free(port: int) -> None:
-    """Wait until the page of a killed controller has ended."""
-    deadline_s = time.monotonic() + PAGE_LIMIT_S
-    while True:
-        with socket.socket() as probe:
-            if probe.connect_ex(("127.0.0.1", port)):
-                return
-        assert time.monotonic() < deadline_s
-        time.sleep(0.1)
 
 
 def opened(context: BrowserContext, url: str) -> Page:

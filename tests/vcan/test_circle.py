@@ -21,16 +21,16 @@ RUN_TIMEOUT_S = 900.0
 PROGRAM = """
 [[step]]
 kind = "move"
-to_mm = { x = 10.0, y = 0.0 }
+to_mm = { x = 2.0, y = 0.0 }
 feed_mm_min = 6000.0
 
 [[step]]
 kind = "circle"
-label = "F 3000"
-radius_mm = 10.0
-feed_mm_min = 3000.0
-turns = 1.1
-ramp_s = 0.3
+label = "F 2000"
+radius_mm = 2.0
+feed_mm_min = 2000.0
+turns = 3.1
+ramp_s = 0.1
 """
 OTHER_NODE = can.Message(arbitration_id=0x777, is_extended_id=False, data=b"\x7f")
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
 
 from kernels.complaints import plain_complaint
+from kernels.readable_units import display_unit
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.languages.texts import tr, word
@@ -41,7 +42,6 @@ CHANNEL_NAMES = {"force": word("motor force"), "deviation": word("scale less mot
 NAMES = {"stribeck": "Stribeck", "coulomb": "Coulomb", "lugre": "LuGre", "gms": "GMS"}
 """Words in the names of effects that are names of people and models."""
 UNIT_ENDINGS = ("_n_s2_m2", "_n_s_m", "_m_s", "_n_m", "_m_n", "_rad", "_hz", "_n", "_m", "_s")
-PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
 class VerdictError(ServoCtrlError):
@@ -151,7 +151,7 @@ def improvements(verdict: DiagnosisVerdict) -> Iterator[Improvement]:
                 continue
             rms = (channel.before.heldout, channel.refitted.heldout, channel.after.heldout)
             before, refitted, after = (math.nan if level is None else level for level in rms)
-            factor, unit = _readable_unit(before, channel.unit)
+            factor, unit = display_unit(channel.unit, before)
             yield Improvement(axis, tr(name), unit, (before / factor, refitted / factor, after / factor))
 
 
@@ -159,7 +159,7 @@ def parameter_text(parameter: ParameterValue) -> str:
     """Value and interval, as `3.02 µm (2.95 to 3.1)`."""
     if parameter.value is None:
         return "-"
-    factor, unit = _readable_unit(parameter.value, parameter.unit)
+    factor, unit = display_unit(parameter.unit, parameter.value)
     text = f"{parameter.value / factor:.3g} {unit}".rstrip()
     low, high = parameter.ci95
     if low is None or high is None or low == high:
@@ -186,14 +186,6 @@ def percent(share: float | None) -> str:
     if share >= 0.995:
         return "> 99 %"
     return "< 1 %" if share < 0.005 else f"{100.0 * share:.0f} %"
-
-
-def _readable_unit(value: float, unit: str) -> tuple[float, str]:
-    """Factor and name of the unit with the prefix that suits the value; only metres and seconds get one."""
-    if unit not in {"m", "s"}:
-        return 1.0, unit
-    fitting = ((factor, prefix + unit) for factor, prefix in PREFIXES if abs(value) >= factor)
-    return next(fitting, (1.0, unit))
 
 
 def _unknown_value(_constant: str) -> Any:

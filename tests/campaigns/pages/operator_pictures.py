@@ -84,10 +84,10 @@ def run(page: Page, url: str) -> None:
     expect(page.get_by_test_id("stage")).to_contain_text("Ready", timeout=LIMIT_MS)
 
 
-def learn(page: Page, url: str) -> None:
+def learn(page: Page, url: str, limit_ms: float = LIMIT_MS) -> None:
     go(page, f"{url}/friction")
     page.get_by_test_id("start-learning").click()
-    expect(page.get_by_test_id("version-x")).to_contain_text("version 1", timeout=LIMIT_MS)
+    expect(page.get_by_test_id("version-x")).to_contain_text("version 1", timeout=limit_ms)
     expect(page.get_by_test_id("stage")).to_contain_text("Ready", timeout=LIMIT_MS)
 
 
@@ -141,7 +141,7 @@ def main() -> None:
         context = browser.new_context(viewport={"width": 1280, "height": HEIGHT_PX})
         context.set_default_timeout(LIMIT_MS)
         port = free_tcp_port()
-        with served_table(machine, folder, port, dict(os.environ), page_apart=True) as served:
+        with served_table(machine, folder, port, dict(os.environ)) as served:
             take(opened(context, served.url), served.url, out)
         browser.close()
 

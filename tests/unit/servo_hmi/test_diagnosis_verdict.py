@@ -100,6 +100,8 @@ def test_a_missing_verdict_is_refused(tmp_path: Path) -> None:
         (-0.5, (-0.6, -0.4), "N", "-0.5 N (-0.6 to -0.4)"),
         (0.0, (None, None), "m", "0 m"),
         (None, (None, None), "m", "-"),
+        (8.4e-9, (8.2e-9, 2.12e-8), "m/N", "8.4 nm/N (8.2 to 21.2)"),
+        (1.19e8, (1.1e8, 1.2e8), "N/m", "119 N/µm (110 to 120)"),
     ],
 )
 def test_a_parameter_is_shown_with_a_suitable_prefix(
