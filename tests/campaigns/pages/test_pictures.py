@@ -1,5 +1,6 @@
 """Every picture of the documents has the command that draws it, and is what that draws."""
 
+import json
 import re
 import shlex
 from pathlib import Path
@@ -18,7 +19,8 @@ MOST_DIFFERENT = 1e-3
 
 def test_every_picture_is_declared_once_and_shown_on_a_page() -> None:
     there = sorted(str(file.relative_to(ROOT / "docs")) for file in (ROOT / "docs").rglob("*.png"))
-    assert sorted([*KEPT, *(place for one in DRAWN for place in one.files.values())]) == there
+    drawn = (place for one in DRAWN for place in one.files.values() if place.endswith(".png"))
+    assert sorted([*KEPT, *drawn]) == there
     pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
     shown = " ".join(page.read_text(encoding="utf-8") for page in pages)
     assert [
@@ -44,3 +46,13 @@ def test_a_picture_is_what_its_command_draws(one: Drawn, tmp_path: Path) -> None
         new, old = (matplotlib.image.imread(folder / place) for folder in (tmp_path, ROOT / "docs"))
         assert new.shape == old.shape
         assert np.mean(np.any(new != old, axis=2)) < MOST_DIFFERENT, f"{place}: make pages"
+
+
+def test_readme_shows_a_learning_run_that_reaches_what_is_required() -> None:
+    """By the figures that were written with the picture (readme_picture.py)."""
+    figures = json.loads((ROOT / "docs/pictures/operator_page.json").read_text(encoding="utf-8"))
+    assert figures["J_after_um"] < figures["J_required_um"] < figures["J_before_um"]
+    assert (
+        f"X has learned in {figures['strokes']} strokes, J on a circle fell from {figures['J_before_um']:g} "
+        f"to {figures['J_after_um']:g} um with {figures['J_required_um']:g} um required"
+    ) in (ROOT / "README.md").read_text(encoding="utf-8")
