@@ -162,10 +162,10 @@ def description(entry: VersionEntry, result: LearnedFile[Any]) -> list[str]:
 def _particulars(learned: Learned | ScrewLearned | WaveformLearned) -> str:
     if isinstance(learned, WaveformLearned):
         largest_n = max((abs(force) for wave in learned.waves_n for force in wave), default=0.0)
-        *levels_n, per_speed_n_s_m, per_acceleration_kg = learned.friction
+        *levels_n, per_speed_n_s_m, per_acceleration_kg, per_jerk_kg_s = learned.friction
         return (
             f"friction {sum(levels_n):.2f} N in presliding, {per_speed_n_s_m:.0f} N s/m, "
-            f"{per_acceleration_kg:.2f} kg; waveforms up to {largest_n:.2f} N"
+            f"{per_acceleration_kg:.2f} kg, {per_jerk_kg_s:.3f} kg s; waveforms up to {largest_n:.2f} N"
         )
     if isinstance(learned, ScrewLearned):
         least_m, most_m = min(row[2] for row in learned.points), max(row[2] for row in learned.points)

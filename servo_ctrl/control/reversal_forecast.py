@@ -37,9 +37,9 @@ def forecast(
 @kernel
 def reversal_between_samples(
     direction: float, position_m: float, velocity_m_s: float, acceleration_m_s2: float, period_s: float
-) -> tuple[float, float]:
-    """Position (m) of the reversal and time since (s), from the first sample of the new direction."""
+) -> float:
+    """Position of the reversal, m, from the first sample of the new direction."""
     speed_m_s, gain_m_s2 = direction * velocity_m_s, direction * acceleration_m_s2
     since_s = speed_m_s / gain_m_s2 if speed_m_s > 0.0 and gain_m_s2 > 0.0 else 0.0
     since_s = min(since_s, 2.0 * period_s)
-    return position_m - direction * 0.5 * gain_m_s2 * since_s * since_s, since_s
+    return position_m - direction * 0.5 * gain_m_s2 * since_s * since_s

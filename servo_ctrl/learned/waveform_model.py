@@ -27,6 +27,8 @@ class FrictionPart(FileSection):
     level_4_n: Force
     per_speed_n_s_m: Number
     per_acceleration_kg: Number
+    per_jerk_kg_s: Number = 0.0
+    """Absent in files of earlier releases."""
 
 
 class WaveRow(FileSection):

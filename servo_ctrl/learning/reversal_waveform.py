@@ -24,6 +24,10 @@ TAPER = 0.3
 """Share at the end of a waveform in which it fades to zero; chosen."""
 TRUNCATED_AT = 4.0
 """Standard deviations at which the Gaussian of Q is cut off; its weight there is 0.0003 of the largest."""
+SLOPES = 3
+"""Slopes of the identified friction over the motion: speed, acceleration, jerk; they follow the levels."""
+SLIDING = 0.98
+"""Least |D_i| of each element in sliding; chosen: 4.6 slip distances after a reversal."""
 FILTER_HZ = 80.0
 """Frequency at which Q is 0.61; of 40, 80 and 120 Hz the one of least J over the learning strokes."""
 
@@ -54,7 +58,7 @@ class WaveformLearned(NamedTuple):
 
     learner: str
     friction: tuple[float, ...]
-    """Level of each slip distance, N; force per speed, N s/m; force per acceleration, kg."""
+    """Level of each slip distance, N; force per speed, N s/m; per acceleration, kg; per jerk, kg s."""
     accelerations_m_s2: tuple[float, ...]
     """Rising; empty: friction alone."""
     waves_n: tuple[tuple[float, ...], ...]
@@ -110,23 +114,28 @@ def missing_force_n(loop: LoopModel, error_m: Array, filter_hz: float = FILTER_H
 def identify_friction(loop: LoopModel, strokes: list[tuple[Array, Array]]) -> tuple[float, ...]:
     """Identify friction from strokes without compensation: commands (n, >= 3) and error (n,) of each.
 
-    Least squares with W_i >= 0, and a constant for each stroke: the unknown initial value of the integrator.
-    Returns the fields of `WaveformLearned.friction`.
+    Least squares with a constant for each stroke, the unknown initial value of the integrator. First the
+    slopes over speed, acceleration and jerk where all elements slide: what the D_i do not describe of the
+    reversals would bias them. Then W_i >= 0. Returns the fields of `WaveformLearned.friction`.
     """
     from scipy.optimize import lsq_linear  # noqa: PLC0415  # loaded only where waveforms are learned
 
-    rows = [
-        np.column_stack([presliding_states(loop, commands[:, 0]), commands[:, 1:3]])
-        for commands, _ in strokes
-    ]
-    targets = [missing_force_n(loop, error_m) for _, error_m in strokes]
-    constants = [
-        np.repeat(np.eye(len(strokes))[[place]], len(entry), axis=0) for place, entry in enumerate(targets)
-    ]
-    matrix = np.hstack([np.concatenate(rows), np.concatenate(constants)])
-    lowest = [0.0] * len(loop.slip_m) + [-np.inf] * (2 + len(strokes))
-    weights = lsq_linear(matrix, np.concatenate(targets), (lowest, np.inf)).x.tolist()
-    return tuple(weights[: len(loop.slip_m) + 2])
+    states = np.concatenate([presliding_states(loop, commands[:, 0]) for commands, _ in strokes])
+    motion = np.concatenate(
+        [
+            np.column_stack([commands[:, 1:3], np.gradient(commands[:, 2], loop.period_s)])
+            for commands, _ in strokes
+        ]
+    )
+    constants = np.repeat(np.eye(len(strokes)), [len(error_m) for _, error_m in strokes], axis=0)
+    targets_n = np.concatenate([missing_force_n(loop, error_m) for _, error_m in strokes])
+    slides = np.abs(states).min(axis=1) > SLIDING
+    level = states.mean(axis=1, keepdims=True)
+    slopes = np.linalg.lstsq(np.hstack([motion, level, constants])[slides], targets_n[slides])[0][:SLOPES]
+    lowest = [0.0] * len(loop.slip_m) + [-np.inf] * len(strokes)
+    rest_n = targets_n - motion @ slopes
+    weights = lsq_linear(np.hstack([states, constants]), rest_n, (lowest, np.inf)).x.tolist()
+    return (*weights[: len(loop.slip_m)], *slopes.tolist())
 
 
 def cut_out(values: Array, starts: Indices, directions: Array, length: int, ahead: int) -> Array:

@@ -17,6 +17,7 @@ import numpy as np
 from kernels.arrays import Array
 from servo_ctrl.learning.reversal_waveform import (
     FILTER_HZ,
+    SLOPES,
     LoopModel,
     WaveformLearned,
     corrected,
@@ -156,10 +157,10 @@ def _friction_growth(
 
 
 def scaled(learned: WaveformLearned, share: float) -> WaveformLearned:
-    """Scale levels and waveforms by a factor; the slopes over speed and acceleration are unchanged."""
-    levels = tuple(level * share for level in learned.friction[:-2])
+    """Scale levels and waveforms by a factor; the slopes over the motion are unchanged."""
+    levels = tuple(level * share for level in learned.friction[:-SLOPES])
     waves = tuple(tuple(force * share for force in wave) for wave in learned.waves_n)
-    return learned._replace(friction=(*levels, *learned.friction[-2:]), waves_n=waves)
+    return learned._replace(friction=(*levels, *learned.friction[-SLOPES:]), waves_n=waves)
 
 
 def _with_missing(

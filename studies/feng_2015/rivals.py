@@ -17,7 +17,7 @@ from hil_sim.config import PlantConfig
 from servo_ctrl.config.freeze import with_pulse
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.learning.reversal_waveform import WaveformLearned
+from servo_ctrl.learning.reversal_waveform import SLOPES, WaveformLearned
 from studies.feng_2015.published_loops import disturbance_rejection, sliding_mode, with_bandwidth
 from studies.feng_2015.rival_tuning import Setting, TunedRival, Tuner, planned_n, robustness
 from studies.feng_2015.twin_motions import Planned, TwinProgram, twin_figures
@@ -87,7 +87,7 @@ def tuned_rivals(
     fixed, adapted = quadrant_error_compensation(tuner)
     return [
         tuner.best("observer", [Setting({"bandwidth_hz": hz}, params) for hz, params in fast]),
-        tuner.best("friction feedforward", [Setting({"level_n": friction[:-2]}, plain, friction)]),
+        tuner.best("friction feedforward", [Setting({"level_n": friction[:-SLOPES]}, plain, friction)]),
         tuner.best("observer and friction feedforward", both),
         tuner.best("sliding mode", sliding_mode(tuner)),
         tuner.best("active disturbance rejection", disturbance_rejection(tuner)),

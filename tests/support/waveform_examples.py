@@ -14,7 +14,7 @@ def example_waveform(seed: int = 24, samples: int = SAMPLES) -> WaveformLearned:
     waves = [tuple((level * np.sin(angle) ** 2).tolist()) for level in rng.uniform(0.5, 3.0, 2)]
     return WaveformLearned(
         learner="waveform",
-        friction=(3.0, 2.0, 1.0, 0.5, -200.0, 2.0),
+        friction=(3.0, 2.0, 1.0, 0.5, -200.0, 2.0, 0.1),
         accelerations_m_s2=(0.05, 0.4),
         waves_n=tuple(waves),
         before_m=5e-6,

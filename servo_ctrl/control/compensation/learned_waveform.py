@@ -1,15 +1,16 @@
 """Learned waveform compensation (LWC): friction force that is commanded before the reversal (ours).
 
-    f(t) = clip(F(t + L) + s w(t - t1; a)) + clip(b v* + c a*)
+    f(t) = clip(F(t + L) + s w(t - t1; a)) + clip(b v* + c a* + g j*)
 
 t1 is the reversal, s the new direction, a the reverse acceleration, L the dead time of bus and amplifier.
 F is presliding friction of the *commanded* motion, the sum of W_i D_i. Each D_i relaxes to the direction of
 motion over a slip distance x_i: dD = (d - D)(1 - exp(-|dx| / x_i)) (Dahl 1968; several in parallel, like
-the Maxwell slip elements of Al-Bender et al. 2005). b v* + c a* is what the feedforward of the loop misses:
-viscous friction, and half a period in the sum of the velocity error. w is a free waveform that was learned
-from strokes (`learning.reversal_waveform`). It is stretched in time, so that it covers the same distance at
-each acceleration. After the reversal, a is 2 x / t^2 with the distance x since the reversal: the reverse
-acceleration where that is constant, and the mean one where it grows, as after a rest. Below the learned
+the Maxwell slip elements of Al-Bender et al. 2005). b v* + c a* + g j* is what the feedforward of the loop
+misses: viscous friction, wrong mass, half a period between the set point of the velocity and its difference
+quotient, and the dead time of the inertia force. w is a free waveform that was learned from strokes
+(`learning.reversal_waveform`). It is stretched in time, so that it covers the same distance at each
+acceleration. Behind the reversal it is read at the distance x and the speed v of the command at t + L, as on
+the motion of constant acceleration that passes there: a = v^2 / (2 x), t - t1 = 2 x / v. Below the learned
 accelerations w fades out, above them it is held.
 
 `control.reversal_forecast` predicts the reversal from the command alone.
@@ -28,7 +29,6 @@ from kernels.jit import kernel
 from kernels.quantities import Quantity
 from kernels.record_layout import Table
 from servo_ctrl.control.compensation import trapezoidal_pulse
-from servo_ctrl.control.compensation.trapezoidal_pulse import REST_M
 from servo_ctrl.control.limits import clamp
 from servo_ctrl.control.reversal_forecast import forecast, reversal_between_samples
 from servo_ctrl.control.section import AxisFacts, Key, LawSection
@@ -55,7 +55,7 @@ class LearnedWaveformSettings:
 
 
 class Friction(NamedTuple):
-    """Identified friction: levels W_i of presliding, and its slopes over speed and acceleration."""
+    """Identified forces: levels W_i of presliding, and slopes over the motion, each of either sign."""
 
     level_1_n: float
     """W_1, at the shortest slip distance of `SLIP_M`."""
@@ -63,9 +63,11 @@ class Friction(NamedTuple):
     level_3_n: float
     level_4_n: float
     per_speed_n_s_m: float
-    """b, of either sign."""
+    """b."""
     per_acceleration_kg: float
-    """c, of either sign."""
+    """c."""
+    per_jerk_kg_s: float
+    """g."""
 
 
 class Params(NamedTuple):
@@ -89,11 +91,7 @@ class State(NamedTuple):
     acceleration_m_s2: float
     """Acceleration of the command, one sample ago."""
     reversal_m: float
-    """Position command at the last reversal, between two samples; before the first one, the start."""
-    distance_m: float
-    """Distance since the reversal."""
-    moving_s: float
-    """Time since the reversal without rests; negative before the first one."""
+    """Position command at the last reversal, between two samples; NaN before the first one."""
     memory_1: float
     """D_1."""
     memory_2: float
@@ -101,7 +99,7 @@ class State(NamedTuple):
     memory_4: float
 
 
-NO_FRICTION = Friction(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_FRICTION = Friction(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NEUTRAL = Params(
     enabled=False, limit_n=0.0, lead_s=0.0, jerk_m_s3=0.0, friction=NO_FRICTION, waves=np.zeros((1, 2))
 )
@@ -131,9 +129,7 @@ def at_rest(position_command_m: float) -> State:
     return State(
         lead_position_m=position_command_m,
         acceleration_m_s2=0.0,
-        reversal_m=position_command_m,
-        distance_m=0.0,
-        moving_s=-1.0,
+        reversal_m=math.nan,
         memory_1=0.0,
         memory_2=0.0,
         memory_3=0.0,
@@ -192,8 +188,8 @@ def planned_force(
 ) -> tuple[float, State]:
     """The force, N, and the state one period later.
 
-    `pulse`: state of the friction pulse at this sample, for the direction of motion and the time since the
-    reversal. Disabled, the state follows the command and the force is 0.
+    `pulse`: state of the friction pulse at this sample, for the direction of motion and whether it has just
+    reversed. Disabled, the state follows the command and the force is 0.
     """
     direction = pulse.direction
     position_m, velocity_m_s = sample.position_command_m, sample.velocity_command_m_s
@@ -204,20 +200,15 @@ def planned_force(
         velocity_m_s + lead_s * (0.5 * acceleration_m_s2 + lead_s * jerk_m_s3 / 6.0)
     )
     step_m = lead_position_m - state.lead_position_m
-    reversal_m, moving_s = state.reversal_m, state.moving_s
+    reversal_m = state.reversal_m
     if pulse.age_s == 0.0:
-        reversal_m, moving_s = reversal_between_samples(
+        reversal_m = reversal_between_samples(
             direction, position_m, velocity_m_s, acceleration_m_s2, period_s
         )
-    elif moving_s >= 0.0 and abs(direction * (position_m - reversal_m) - state.distance_m) >= REST_M:
-        moving_s += period_s
-    distance_m = direction * (position_m - reversal_m)
     now = State(
         lead_position_m=lead_position_m,
         acceleration_m_s2=acceleration_m_s2,
         reversal_m=reversal_m,
-        distance_m=distance_m,
-        moving_s=moving_s,
         memory_1=relaxed(state.memory_1, step_m, SLIP_M[0]),
         memory_2=relaxed(state.memory_2, step_m, SLIP_M[1]),
         memory_3=relaxed(state.memory_3, step_m, SLIP_M[2]),
@@ -235,9 +226,15 @@ def planned_force(
     until_s, foreseen_m_s2 = forecast(direction, velocity_m_s, acceleration_m_s2, jerk_m_s3)
     if until_s <= AHEAD_S:
         force_n -= direction * wave_n(p.waves, lead_s - until_s, foreseen_m_s2, lead_s, period_s)
-    elif moving_s >= 0.0:
-        since_s = moving_s + lead_s
-        mean_m_s2 = 2.0 * direction * (lead_position_m - reversal_m) / (since_s * since_s)
-        force_n += direction * wave_n(p.waves, since_s, mean_m_s2, lead_s, period_s)
-    motion_n = friction.per_speed_n_s_m * velocity_m_s + friction.per_acceleration_kg * acceleration_m_s2
+    else:
+        distance_m = direction * (lead_position_m - reversal_m)
+        speed_m_s = direction * (velocity_m_s + lead_s * (acceleration_m_s2 + 0.5 * lead_s * jerk_m_s3))
+        if distance_m > 0.0 and speed_m_s > 0.0:
+            since_s = 2.0 * distance_m / speed_m_s
+            force_n += direction * wave_n(p.waves, since_s, speed_m_s / since_s, lead_s, period_s)
+    motion_n = (
+        friction.per_speed_n_s_m * velocity_m_s
+        + friction.per_acceleration_kg * acceleration_m_s2
+        + friction.per_jerk_kg_s * jerk_m_s3
+    )
     return clamp(force_n, p.limit_n) + clamp(motion_n, p.limit_n), now

@@ -207,7 +207,9 @@ def test_a_bad_sample_gives_a_status_and_keeps_the_last_commands(
     assert math.isfinite(command.force_offset_n)
     assert held.velocity_loop.integral_n == state.velocity_loop.integral_n
     passed_on = held._replace(
-        observer=disturbance_observer.State(0.0, 0.0, 0.0), position_loop=position_loop.State(0.0, 0.0, 0.0)
+        observer=disturbance_observer.State(0.0, 0.0, 0.0),
+        position_loop=position_loop.State(0.0, 0.0, 0.0),
+        waveform=held.waveform._replace(reversal_m=0.0),
     )
     assert "nan" not in repr(passed_on)
     assert "inf" not in repr(passed_on)

@@ -37,11 +37,12 @@ def with_example(limit_n: float = 1e3) -> AxisParams:
 
 
 def test_friction_is_the_memory_of_the_command_at_the_lead() -> None:
-    friction = (3.0, 2.0, 1.0, 0.5, -200.0, 2.0)
+    friction = (3.0, 2.0, 1.0, 0.5, -200.0, 2.0, 0.1)
     commands = sine()
     lead = round(PARAMS.waveform.lead_s / T)
     memory = presliding_states(waveform_settings(MACHINE, "x").loop, commands[:, 0]) @ np.array(friction[:4])
-    expected_n = memory[lead:] + commands[:-lead, 1:3] @ np.array(friction[4:])
+    motion = np.column_stack([commands[:, 1:3], np.diff(commands[:, 2], prepend=0.0) / T])
+    expected_n = memory[lead:] + motion[:-lead] @ np.array(friction[4:])
     found_n = force_along(with_waveform(PARAMS, friction), commands)
     assert found_n[10:-lead] == pytest.approx(expected_n[10:], abs=0.02)
 
@@ -50,7 +51,7 @@ def test_the_waveform_begins_before_the_reversal_and_turns_with_it() -> None:
     level_n = 2.0
     table = wave_table((0.04,), (tuple(np.full(480, level_n).tolist()),))
     commands = sine()
-    force_n = force_along(with_waveform(PARAMS, (0.0,) * 6, table), commands)
+    force_n = force_along(with_waveform(PARAMS, (0.0,) * 7, table), commands)
     first, second = reversals(commands[:, 0])[:2]
     ahead = round(AHEAD_S / T)
     begins = np.flatnonzero(force_n)[0]
@@ -72,10 +73,8 @@ def test_a_waveform_covers_the_same_distance_at_each_acceleration() -> None:
     assert wave_n(NEUTRAL.waves, 0.05, 0.02, no_lead, T) == 0.0
 
 
-def test_the_distance_counts_where_the_acceleration_grows_after_the_reversal() -> None:
-    """A start from rest into the other direction by an S curve: the learned a t^2 / 2, wherever it is."""
-    level = tuple(np.concatenate([np.zeros(60), np.ones(100), np.zeros(200)]).tolist())
-    table, jerk, speed_rad_s = wave_table((0.1,), (level,)), 10.0, 2.0
+def start_from_rest(jerk: float, speed_rad_s: float = 2.0) -> np.ndarray:
+    """A rest after a motion, and 300 samples of an S curve into the other direction."""
     there = sine(speed_rad_s=speed_rad_s, samples=round(0.5 * math.pi / speed_rad_s / T))
     rest = np.tile([there[-1, 0], 0.0, 0.0, 0.0], (200, 1))
     time_s = np.arange(1, 301) * T
@@ -87,15 +86,34 @@ def test_the_distance_counts_where_the_acceleration_grows_after_the_reversal() -
             0.0 * time_s,
         ]
     )
-    force_n = force_along(with_waveform(PARAMS, (0.0,) * 6, table), np.concatenate([there, rest, back]))[
-        -300:
-    ]
+    return np.concatenate([there, rest, back])
+
+
+def test_the_distance_counts_where_the_acceleration_grows_after_the_reversal() -> None:
+    """A start from rest into the other direction by an S curve: the learned a t^2 / 2, wherever it is."""
+    level = tuple(np.concatenate([np.zeros(60), np.ones(100), np.zeros(200)]).tolist())
+    table, jerk = wave_table((0.1,), (level,)), 10.0
+    force_n = force_along(with_waveform(PARAMS, (0.0,) * 7, table), start_from_rest(jerk))[-300:]
+    time_s = np.arange(1, 301) * T
     acting_s = time_s[force_n < -0.5]
     lead_s = PARAMS.waveform.lead_s
     for edge_s, column in ((acting_s[0], 60), (acting_s[-1], 160)):
         way_m = jerk * (edge_s + lead_s) ** 3 / 6.0
         row_s = (column + 1) * T - AHEAD_S + lead_s
         assert way_m == pytest.approx(0.05 * row_s**2, rel=0.06)
+
+
+def test_the_speed_at_the_place_selects_the_row() -> None:
+    """Behind x = j t^3 / 6 the motion of constant acceleration of the same place and speed: v^2 / (2 x)."""
+    jerk, lead_s = 10.0, PARAMS.waveform.lead_s
+    accelerations = (0.1, 0.2, 0.4, 0.8)
+    levels = tuple(tuple(np.full(480, np.log2(a / 0.05)).tolist()) for a in accelerations)
+    params = with_waveform(PARAMS, (0.0,) * 7, wave_table(accelerations, levels))
+    force_n = force_along(params, start_from_rest(jerk))[-300:]
+    for sample in (20, 40, 80):
+        since_s = (sample + 1) * T + lead_s
+        expected_n = np.log2(0.75 * jerk * since_s / 0.05)  # v = j t^2 / 2
+        assert -force_n[sample] == pytest.approx(expected_n, abs=1e-3)
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -120,7 +138,9 @@ def test_no_reversal_is_foreseen_where_none_comes(velocity: float, acceleration:
 
 def test_the_force_is_bounded_whatever_was_learned() -> None:
     force_n = force_along(with_example(limit_n=1.5), sine())
-    motion_n = sine()[:, 1:3] @ np.array([-200.0, 2.0])
+    commands = sine()
+    motion = np.column_stack([commands[:, 1:3], np.diff(commands[:, 2], prepend=0.0) / T])
+    motion_n = motion @ np.array([-200.0, 2.0, 0.1])
     assert np.abs(force_n - np.clip(motion_n, -1.5, 1.5)).max() == pytest.approx(1.5)
 
 

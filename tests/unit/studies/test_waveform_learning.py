@@ -69,11 +69,21 @@ def test_the_missing_force_is_the_disturbance_that_made_the_error() -> None:
 
 
 def test_friction_that_was_put_in_is_identified() -> None:
-    levels, motion = (3.0, 0.0, 5.0, 0.0), (-200.0, 2.0)
-    commands = sine()
-    wanted_n = presliding_states(LOOP, commands[:, 0]) @ np.array(levels) + commands[:, 1:3] @ np.array(
-        motion
-    )
+    levels, slopes = (3.0, 0.0, 5.0, 0.0), (-200.0, 2.0, 0.1)
+    strokes = [stroke_with(levels, slopes, sine(speed_rad_s=speed)) for speed in (2.0, 6.0)]
+    found = identify_friction(LOOP, strokes)
+    assert sum(found[:4]) == pytest.approx(8.0, rel=0.05)
+    assert found[4] == pytest.approx(-200.0, rel=0.02)
+    assert found[5] == pytest.approx(2.0, abs=0.2)  # kg
+    assert found[6] == pytest.approx(0.1, abs=0.03)  # kg s; the loop here is a period late
+
+
+def stroke_with(
+    levels: tuple[float, ...], slopes: tuple[float, ...], commands: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The commands, and the error of a loop that misses these forces."""
+    motion = np.column_stack([commands[:, 1:3], np.gradient(commands[:, 2], T)])
+    wanted_n = presliding_states(LOOP, commands[:, 0]) @ np.array(levels) + motion @ np.array(slopes)
     error_m = np.zeros(len(wanted_n))
     speed = integral = 0.0
     for k in range(1, len(error_m)):  # the loop's differential equation, explicitly
@@ -82,9 +92,7 @@ def test_friction_that_was_put_in_is_identified() -> None:
         pull_n = wanted_n[k] - stiff_n - LOOP.kv_n_s_m * speed - LOOP.ki_n_m * LOOP.kp_1_s * integral
         speed += pull_n / LOOP.mass_kg * T
         error_m[k] = error_m[k - 1] + speed * T
-    found = identify_friction(LOOP, [(commands, error_m)])
-    assert sum(found[:4]) == pytest.approx(8.0, rel=0.05)
-    assert found[4] == pytest.approx(-200.0, rel=0.2)
+    return commands, error_m
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])
