@@ -28,6 +28,7 @@ from servo_ctrl.hmi.diagnosis.verdict import (
     read_verdict,
 )
 from servo_ctrl.hmi.languages.controller_messages import diagnosis_text
+from servo_ctrl.hmi.languages.report_page import note_text
 from servo_ctrl.hmi.languages.texts import tr, translated, word
 from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.open_page import OpenPage
@@ -111,7 +112,7 @@ class DiagnosisResult:
                 plot = ui.plotly(fit_figure(rows, self._page.look.theme)).mark("fit-plot")
                 plot.style("width: 100%; height: 280px")
             for text in verdict.notes:
-                faint(text).style("overflow-wrap: anywhere; font-size: 12px")
+                faint(note_text(text)).style("overflow-wrap: anywhere; font-size: 12px")
             faint(tr("Files: {place}", place=job.directory)).style("overflow-wrap: anywhere")
 
     def _build_acceptance(self, job: Job) -> None:

@@ -12,7 +12,8 @@ from functools import partial
 from typing import Any
 
 from servo_ctrl.hmi.languages.controller_messages import report_text, whole_sentence
-from servo_ctrl.hmi.languages.texts import ENGLISH
+from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage
+from servo_ctrl.units import with_signs
 
 _SENTENCE_END = re.compile(r"\. (?=[A-Z`])")
 _AROUND = " \n.:;"
@@ -53,6 +54,12 @@ def translated_text(text: str, language: str) -> str:
         del sentences[:count]
     before, _, after = text.partition(core)
     return f"{before}{'. '.join(shown)}{after}"
+
+
+def note_text(text: str) -> str:
+    """Return a note of a diagnosis, such as on its model, in the language of the page."""
+    language = CurrentLanguage.find()
+    return with_signs(text if language == ENGLISH else translated_text(text, language))
 
 
 def _translated(language: str, match: re.Match[str]) -> str:

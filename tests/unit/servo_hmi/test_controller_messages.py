@@ -3,6 +3,7 @@
 import pytest
 
 from servo_ctrl.hmi.languages.controller_messages import controller_text, diagnosis_text
+from servo_ctrl.hmi.languages.report_page import note_text
 from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage
 
 
@@ -102,3 +103,16 @@ def test_what_a_diagnosis_says_is_shown_in_german(
 ) -> None:
     monkeypatch.setattr(CurrentLanguage, "find", staticmethod(lambda: "de"))
     assert diagnosis_text(english) == german
+
+
+def test_a_note_on_the_model_is_shown_in_german(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keys of the model file stay as they are."""
+    monkeypatch.setattr(CurrentLanguage, "find", staticmethod(lambda: "de"))
+    english = "model.toml, axis x: unknown is not in the model: it is in no catalogue, so no plant has it"
+    german = (
+        "model.toml, Achse x: unbekannt ist nicht im Modell: es steht in keinem Katalog, also hat es "
+        "keine Strecke"
+    )
+    assert note_text(english) == german
+    monkeypatch.setattr(CurrentLanguage, "find", staticmethod(lambda: ENGLISH))
+    assert note_text("model.toml, axis x: as found") == "model.toml, axis x: as found"
