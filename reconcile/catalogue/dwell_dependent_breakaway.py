@@ -15,7 +15,7 @@ TIMES_S = (0.2, 1.0, 5.0)
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
-    """Distance over which the peak is lost, and time constant; none with fewer than three rests."""
+    """Distance over which the peak is lost, and time constant; none with fewer than three standstills."""
     rests_s = np.unique(np.concatenate([data.motion.dwell_s for data in datasets]))
     if np.count_nonzero(rests_s > 0.05) < 3:
         return []

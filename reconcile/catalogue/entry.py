@@ -24,7 +24,7 @@ class Rival(NamedTuple):
 
     effect: str
     distinguished_by: str = ""
-    """What tells them apart, in words; empty where the rival's own entry says it."""
+    """The observation that distinguishes them; empty where the rival's entry states it."""
     experiment: str = ""
     """The experiment by hand that it takes, by name; empty where a motion does."""
 
@@ -62,7 +62,7 @@ class IndicatorKind(NamedTuple):
     factor: float = 1.0
     """The indicator is the coefficient times this."""
     beside: bool = False
-    """Fitted beside the others; else after them, so that it widens nobody's error."""
+    """Fitted beside the others; else after them, so that it widens no other error."""
     effect: str = ""
     """Filled in from the entry; empty for a coefficient of the rigid model."""
     channel: ResidualChannel | None = None
@@ -119,7 +119,7 @@ class CatalogueEntry:
     on_every_axis: bool = False
     """Every axis has some of it: a rarer effect of half its size is reported first."""
     mean_of: str = ""
-    """It is the mean of that effect, whose zero nobody knows: reported after it."""
+    """It is the mean of that effect, whose zero is unknown: reported after it."""
     curve_over: str = ""
     """Coordinate over which a force of any curve is this law, where its own terms do not fit."""
     indicators: tuple[IndicatorKind, ...] = ()
@@ -140,7 +140,7 @@ class CatalogueEntry:
     rivals: tuple[Rival, ...] = ()
     """In the order in which they are doubted."""
     shown_by: str = ""
-    """What shows it, whatever the rival."""
+    """What shows it, for any rival."""
     experiment: str = ""
     """The experiment by hand without which it hardly shows, by name; empty where a motion shows it."""
     plausible: Callable[[TypicalSizes], Sequence[PlausibleTerm]] = lambda _sizes: ()

@@ -75,7 +75,7 @@ class TermFamily(NamedTuple):
     """To scan: those that the recordings can tell apart, none where they excite nothing of the effect."""
     channel: ResidualChannel = ResidualChannel.FORCE
     per_recording: tuple[bool, ...] = SHARED
-    """Whether the coefficients are the recording's own (encoders are zeroed anew); EITHER: both are tried."""
+    """Whether the coefficients are the recording's own (encoders are re-zeroed); EITHER: both are tried."""
     if_excited: bool = False
     """It is tried only where a recording excites it, which ordinary motions do not."""
 

@@ -24,7 +24,7 @@ ENTRY = CatalogueEntry(
         "periodic lead error, or an eccentric encoder; a third sensor would tell"
     ),
     additive=True,
-    # told apart by a third sensor only
+    # distinguished by a third sensor only
     equivalent=("encoder_eccentricity",),
     indicators=(IndicatorKind("once_a_turn_m", "m", "deviation once a turn of the screw", (1.0,)),),
     to_plant=WAVE.to_plant,

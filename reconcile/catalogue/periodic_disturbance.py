@@ -16,11 +16,11 @@ from reconcile.catalogue.periodic import Wave, pair
 
 LOWEST_HZ, HIGHEST_HZ = 0.3, 60.0
 NYQUIST_SHARE = 0.8
-"""Share of the Nyquist frequency above which a frequency is not told from its image."""
+"""Share of the Nyquist frequency above which a frequency is not distinguished from its alias."""
 SEGMENTS, FEWEST_SEGMENTS = 8, 6
 """Segments of a recording in which a disturbance must have the same phase and amplitude."""
 SEGMENT_PERIODS = 2.0
-"""Least periods in a segment; of less its amplitude is not told from a drift."""
+"""Least periods in a segment; with fewer its amplitude is indistinguishable from a drift."""
 LEAST_COHERENCE = 0.6
 """Share of the squared amplitudes of the segments that one phase and amplitude have; a random force of one
 recording exceeds it in 0.2 % of the cases (Beta distribution of 1 and 7)."""

@@ -1,6 +1,6 @@
 """GMS elements of a model: springs that slip at their share of the level, without their frictional lag.
 
-Found anew they are elements of presliding_hysteresis with the exponent 0, which a plant holds as
+When identified they are elements of presliding_hysteresis with the exponent 0, which a plant holds as
 presliding_elements: beside the other levels, and not shaping them.
 """
 

@@ -67,7 +67,7 @@ def confused_with(effect: str) -> list[str]:
 
 
 def distinguishing_observation(one: str, other: str) -> str:
-    """What tells two effects apart; empty where nothing is known of either."""
+    """The observation that distinguishes two effects; empty where neither entry states one."""
     words = [rival.distinguished_by for rival in _between(one, other)]
     words += [CATALOGUE[name].shown_by for name in (one, other) if name in CATALOGUE]
     return next((text for text in words if text), "")

@@ -36,7 +36,7 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
         return [(0.0, start_k)] if temperature_changes(datasets) else []
     longest_s = max(float(data.time_s[-1]) for data in datasets)
     times_s = [time for time in TIMES_S if time < 3.0 * longest_s]
-    # nobody knows how warm the axis was when each recording began: levels of their own
+    # the temperature at the start of each recording is unknown: one level each
     own = [(time, 0.0, 1.0) for time in times_s] if len(datasets) > 1 else []
     return [*((time, 0.0) for time in times_s), *own]
 

@@ -18,7 +18,7 @@ from reconcile.identification.rivals import RIVAL_STANDARD_ERRORS
 
 CONTESTED, MISTAKEN, UNEXPLAINED, HIDDEN = "contested", "mistaken", "unexplained", "hidden"
 MISTAKEN_WEIGHT = 0.1
-"""Weight of an effect that is often mistaken for the identified one, whatever its confidence."""
+"""Weight of an effect that is often mistaken for the identified one, at any confidence."""
 HIDDEN_WEIGHT = 0.3
 """Weight of all possibly hidden effects of one channel together; 1 is a name that is entirely open."""
 SMOOTH_COORDINATES = (

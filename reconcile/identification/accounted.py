@@ -30,7 +30,7 @@ class Accounted(NamedTuple):
     noise: float
     """Noise floor of the sensors."""
     matters: float
-    """Below this nobody cares: a share of the measured force; of the deviation, the rounding."""
+    """Negligible below this: a share of the measured force; of the deviation, the rounding."""
     rounding: float = 0.0
     """Of the sensors, before any filter."""
 

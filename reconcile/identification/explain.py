@@ -60,7 +60,7 @@ class Explanation(NamedTuple):
     withdrawn: tuple[Withdrawn, ...] = ()
     """Effects that were found and did not predict what was left out."""
     found: FoundTerms | None = None
-    """What it was made of, to be fitted anew without some of it; None once the axis is done."""
+    """Its inputs, to be refitted without some terms; None once the axis is done."""
 
 
 def without(explanation: Explanation, effects: Container[str], *, brief: bool = False) -> Explanation:
@@ -180,7 +180,7 @@ def _explained(found: FoundTerms) -> Explanation:
 
 
 def _rms_between(before: ResidualRms, refitted: ResidualRms) -> float:
-    """RMS of what fitting the values anew removes, N or m."""
+    """RMS that refitting the values removes, N or m."""
     return math.sqrt(max(before.train**2 - refitted.train**2, 0.0))
 
 

@@ -91,8 +91,8 @@ def estimates(
 def _smallest_alike(problem: RegressionProblem, slots: list[tuple[int, int]], blocks: Index) -> Array:
     """The smallest coefficients among those that fit alike, within a standard error, before normalisation.
 
-    Columns that a motion hardly tells apart get large coefficients of opposite signs, which cancel in this
-    motion and in no other. Source: the one-standard-error rule of Hastie, Tibshirani and Friedman (2009),
+    Columns that are nearly collinear get large coefficients of opposite signs, which cancel in this motion
+    and in no other. Source: the one-standard-error rule of Hastie, Tibshirani and Friedman (2009),
     section 7.10, on the largest ridge.
     """
     equations = problem.equations

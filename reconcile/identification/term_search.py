@@ -210,7 +210,7 @@ class TermSearch:
         if weights and rigid_kg < LEAST_NOMINAL_SHARE * self.axis.mass_kg:
             named, rigid_kg = [GRAVITY], mass_kg([])
         least_kg = max(LEAST_MASS_SHARE * rigid_kg, LEAST_NOMINAL_SHARE * self.axis.mass_kg)
-        # a motion that shows no mass without the effects either, as at constant speed, tells nothing of it
+        # a motion without observable mass, as at constant speed, cannot reject it
         if not named or rigid_kg <= 0.0 or mass_kg(terms) >= least_kg:
             return {}
         others_kg = {effect: mass_kg([c for c in terms if c.effect != effect]) for effect in named}

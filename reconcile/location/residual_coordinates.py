@@ -15,7 +15,7 @@ from reconcile.regression.whiteness import Whiteness, whiteness
 MODELS = ("before", "refitted", "after")
 """Nominal values; refitted values; refitted values with the identified effects."""
 LEAST_REPORTED_SHARE = 0.002
-"""Least share of the variance that verdict.json lists: below, a location helps nobody to find a cause."""
+"""Least share of the variance that verdict.json lists: below, a location does not help to find a cause."""
 
 
 class ResidualAnalysis(NamedTuple):

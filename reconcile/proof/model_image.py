@@ -63,9 +63,9 @@ class _Image(NamedTuple):
     effects: dict[str, float]
     left: float
     refitted: float
-    """What mass and friction fitted anew leave."""
+    """Residual after refitting mass and friction."""
     refitting: float
-    """What fitting mass and friction anew removes."""
+    """What refitting mass and friction removes."""
 
 
 def without_image(

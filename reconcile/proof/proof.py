@@ -21,7 +21,7 @@ class LeftOut(NamedTuple):
     measured: float
     """The channel itself."""
     rigid: float
-    """Mass, viscous and Coulomb friction, fitted anew on the others."""
+    """Mass, viscous and Coulomb friction, refitted on the others."""
     written: float
     """The model file that a diagnosis of the others writes."""
 

@@ -1,7 +1,7 @@
-"""What a model file, as it is written, leaves of a recording: no coefficient is fitted.
+"""Residual of a recording with a model file as written: no coefficient is fitted.
 
 The residual is that of the diagnosis, behind the same filter and in the same samples. Only the zero of a
-scale against its motor, which is set anew with the power, is the recording's own.
+scale against its motor, which changes with each power-up, is fitted for the recording.
 """
 
 from typing import NamedTuple

@@ -47,7 +47,7 @@ def presliding_n(given: ModelEffects, coulomb_n: float, motion: Kinematics, peri
 def regressed_terms(
     axis: NominalAxis, datasets: Sequence[RegressionData], channel: ResidualChannel
 ) -> list[ModelTerm]:
-    """The model's terms in a channel, but for those that a presliding law along the motion stands for."""
+    """The model's terms in a channel, but for those that a presliding law along the motion replaces."""
     by_law = not KERNELS.keys().isdisjoint(axis.model_effects.effects)
     return [
         one
@@ -61,7 +61,7 @@ def _run(name: str) -> Any:
     """Loop of a law over a recording; compiled once for each law."""
     slide, force_and_damping = KERNELS[name].slide, KERNELS[name].force_and_damping
 
-    @uncached_kernel  # a closure over the law: its cache entry could not be told from that of another
+    @uncached_kernel  # a closure over the law: its cache entry would be mistaken for that of another
     def run(p: Any, s: Any, velocity_m_s: Array, level_n: Array, period_s: float) -> Array:
         force_n = np.zeros(len(velocity_m_s))
         dt_s = period_s / SUBSTEPS

@@ -84,7 +84,7 @@ def _motion(recording: AxisRecording) -> Kinematics:
 
     A rigid mass is the same in every bandwidth; noise in its acceleration makes the fitted one smaller, the
     more the wider (errors in variables). Jitter of the stamps, vibration of the frame and gears are such
-    noise, and only the force tells.
+    noise, and only the force shows it.
     """
     motion = kinematics(recording.motor_m, recording.period_s)
     if motion.corner_hz > NOISY_HZ:
@@ -207,7 +207,7 @@ def target_and_baseline(data: RegressionData, channel: ResidualChannel) -> tuple
     if channel is ResidualChannel.FORCE:
         base = [low_pass(m.position_m, 2), low_pass(m.position_m, 1), low_pass(m.direction)]
         return low_pass(data.force_n - data.presliding_law_n), np.stack(base, axis=1)
-    assert data.scale_m is not None  # noqa: S101  # nobody asks for the deviation without a scale
+    assert data.scale_m is not None  # noqa: S101  # the deviation exists only with a scale
     delayed = low_pass(m.position_m, 1)
     return low_pass(data.scale_m - m.position_m), np.stack((np.ones(len(delayed)), delayed), axis=1)
 

@@ -28,7 +28,7 @@ def settled_travel_m(data: RegressionData) -> Array:
 
 
 def reversal_travel_m(datasets: Sequence[RegressionData]) -> float:
-    """Shortest distance over which friction can be told from a step at the reversal, m."""
+    """Shortest distance over which friction is distinguishable from a step at the reversal, m."""
     travels_m = []
     for data in datasets:
         m = data.motion

@@ -1,7 +1,7 @@
 """The recording that the nominal plant itself would have given along a measured motion.
 
 hil_sim's mechanics follow the measured motor position under a stiff controller, which has neither noise nor
-delay. The force that this takes is the model's, whatever it consists of: a spring, play, a mass that swings.
+delay. The force that this takes is the model's, with everything in it: a spring, play, a mass that swings.
 What a regression finds in such a recording is in the model already, or is the regression's own misfit of it.
 """
 

@@ -29,7 +29,7 @@ from reconcile.replay.replay import (
 REPLAYED_RECORDINGS, REPLAYED_S = 2, 30.0
 """Recordings of an axis, and seconds of each: enough to judge both models, and a few seconds of work."""
 UNSTABLE_FORCE_ERROR = 10.0
-"""Force error over the recorded RMS; a stable loop stays far below it whatever its parameters are."""
+"""Force error over the recorded RMS; a stable loop stays far below it for any parameters."""
 REPORTED_MISMATCH = 0.1
 """Share of the recorded force; a larger controller mismatch is reported."""
 

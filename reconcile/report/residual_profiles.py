@@ -18,7 +18,7 @@ from reconcile.location.residual_coordinates import (
 MEASURED = "measured"
 """Name beside those of the models: the channel itself, without a model."""
 MIN_COORDINATES, MAX_COORDINATES = 3, 6
-"""Least and most drawn coordinates, whatever they explain."""
+"""Fewest and most drawn coordinates, however little they explain."""
 
 
 class ResidualProfile(NamedTuple):

@@ -51,7 +51,7 @@ class SelectionRules(NamedTuple):
     most_unknown: int = 2
     """Unnamed terms in one channel."""
     matters: float = 0.01
-    """Share of the force that the motion needs below which nobody cares what makes it."""
+    """Share of the force that the motion needs below which an effect is negligible."""
 
 
 class Score(NamedTuple):

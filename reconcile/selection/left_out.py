@@ -117,7 +117,7 @@ def _seen(
 ) -> NDArray[np.bool_]:
     """Whether the other parts excite an effect as each block does (blocks,), beside all other terms.
 
-    Of what each recording has of its own the others need not tell anything.
+    The others need not predict terms that each recording has separately.
     """
     own = [c for c in chosen if c.effect == effect]
     blocks = np.concatenate(parts)

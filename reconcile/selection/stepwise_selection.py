@@ -115,7 +115,7 @@ class _Shortlist:
         explained = {candidate: validation.explained([*chosen, candidate]) for candidate in candidates}
         best = sorted(candidates, key=lambda candidate: explained[candidate], reverse=True)[:SHORTLIST]
         gains = [(validation.gain([*chosen, candidate], before), candidate) for candidate in best]
-        # what gains less is not accepted, whatever its blocks say
+        # a smaller gain is never accepted, so its blocks are not evaluated
         enough = [one for one in gains if one[0] >= context.rules.least_gain]
         self._by_gain = sorted(enough, key=lambda one: one[0], reverse=True)
         self._accepted: dict[CandidateTerm, Score | None] = {}

@@ -30,7 +30,7 @@ MASS_DECADES, NEARER_DECADES = 1.5, 1.0
 mass from the channels as read must be farther off.
 """
 ROUGHER = 10.0
-"""Bends of a position over those of its force, from which on the two are exchanged whatever a fit tells.
+"""Bends of a position over those of its force, from which on the two are exchanged, also unseen by a fit.
 
 A position is its force integrated twice: on the measured axes of the examples it bends 2 to 7000 times less.
 """
@@ -74,7 +74,7 @@ def exchanged_position(recording: AxisRecording, mass_kg: float) -> float | None
     factor = _factor_of(recording, "position") / _factor_of(recording, "force")
     nearest = min((1.0, factor), key=lambda one: _decades(fit.mass_kg / one**2, mass_kg))
     bend_m, bend_n = (_bend(of, recording.period_s) for of in (recording.motor_m, recording.force_n))
-    if bend_m > ROUGHER * bend_n:  # gravity and rest hide mass and friction, and no fit tells
+    if bend_m > ROUGHER * bend_n:  # gravity and standstill hide mass and friction from any fit
         return nearest
     if fit.left_share > LEFT_EXCHANGED:
         return None

@@ -5,7 +5,7 @@ from typing import Any
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.signs import DISAGREE
-from servo_ctrl.cyclic.axis_step import BAD_COMMAND, BEYOND, FOLLOWING_ERROR, RUNAWAY_BRAKED
+from servo_ctrl.cyclic.axis_supervision import BAD_COMMAND, BEYOND, FOLLOWING_ERROR, RUNAWAY_BRAKED
 from servo_ctrl.cyclic.drive_phases import problem_text
 from servo_ctrl.cyclic.supervision import RUNAWAY, SATURATED
 

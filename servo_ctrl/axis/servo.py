@@ -11,7 +11,7 @@ from servo_ctrl.canopen.pdo import PdoCodec
 from servo_ctrl.config.model import AxisConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.cyclic.axis_record import Inputs
-from servo_ctrl.cyclic.axis_step import begin_watch
+from servo_ctrl.cyclic.axis_supervision import begin_watch
 from servo_ctrl.cyclic.cia402 import DriveState, drive_state
 from servo_ctrl.cyclic.drive_phases import UNDER_CONTROL, Phase
 from servo_ctrl.cyclic.sequence_state import Route, Sequence, begin, home
