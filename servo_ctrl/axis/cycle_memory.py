@@ -18,9 +18,9 @@ from servo_ctrl.cyclic.axis_step import (
     AXIS_COLUMNS,
     MACHINE_COLUMNS,
     REFERENCE_COLUMNS,
-    begin_watch,
     step_axes,
 )
+from servo_ctrl.cyclic.axis_supervision import begin_watch
 
 PDO_BYTES = 8
 

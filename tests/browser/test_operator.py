@@ -64,7 +64,7 @@ def table(
         yield served
 
 
-@pytest.mark.timeout(900)
+@pytest.mark.timeout(1800)
 def test_a_day_of_an_operator(
     machine: Path,
     table: ServedTable,

@@ -25,7 +25,7 @@ Files = list[list[pytest.Item]]
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Declare the option."""
-    words = "run the tests in N forks of this process; auto: three more than there are processors"
+    words = "run the tests in N forks of this process; auto: two more than there are processors"
     parser.addoption("--workers", default="0", metavar="N", help=words)
 
 
@@ -57,7 +57,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
 
 def worker_count(wanted: str) -> int:
     """Return the number of forks: more than processors, because tests of a page, a bus or a broker wait."""
-    return 3 + len(os.sched_getaffinity(0)) if wanted == "auto" else int(wanted)
+    return 2 + len(os.sched_getaffinity(0)) if wanted == "auto" else int(wanted)
 
 
 def run_files(session: pytest.Session, files: Files, taken: Any, reporting: Connection) -> None:
