@@ -10,10 +10,12 @@ from learned_examples import LEARNED, table_in
 from matplotlib import pyplot as plt
 from screw_stand import stage_file
 from typer.testing import CliRunner
+from waveform_examples import example_waveform
 
 from servo_ctrl.cli.learned import app
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, StoreError, default_directory
+from servo_ctrl.learned.waveform_model import FrictionPart, LearnedWaveform
 from servo_ctrl.learning.screw import ScrewLearned
 
 RUNNER = CliRunner()
@@ -217,3 +219,10 @@ def test_screws_are_drawn(screws: ScrewStore, tmp_path: Path) -> None:
     assert all(half.sum() > 100 for half in (blue[: height // 2], blue[height // 2 :]))
     without = learned(screws, "plot", "--out", str(tmp_path / "none.png"))
     assert "no version is in use, there is nothing to draw" in str(without.exception)
+
+
+def test_a_waveform_of_an_earlier_release_has_no_force_over_jerk() -> None:
+    friction = LearnedWaveform.values(example_waveform())["friction"]
+    assert FrictionPart.model_validate(friction).per_jerk_kg_s == 0.1
+    del friction["per_jerk_kg_s"]
+    assert FrictionPart.model_validate(friction).per_jerk_kg_s == 0.0
