@@ -58,9 +58,11 @@ class BlockNormalEquations:
         self.recordings = int(recording_of_block.max()) + 1
         self.samples = np.zeros(len(recording_of_block), dtype=np.int64)
         self.columns = max([len(base) - 1, *(place for c in candidates for place in c.columns)]) + 1
-        """Number of columns, without `spare` ones that `extended` fills."""
+        """Number of columns, without `spare` ones that `extended` fills; they have no products before."""
         width = 1 + self.columns + spare
-        self.gram = np.zeros((len(recording_of_block), width, width))
+        self.gram = np.zeros((len(recording_of_block), 1 + self.columns, 1 + self.columns))
+        self.border = np.zeros((len(recording_of_block), 0, 1 + self.columns))
+        """(blocks, k, c + 1 + k): products of the k columns of `extended` with all."""
         self.unit = np.ones(width)
         self._ridge = np.full(width, RIDGE)
         self._set_smooth_ridge(candidates)
@@ -77,20 +79,20 @@ class BlockNormalEquations:
         self.block.append(block)
         self.settled_travel_m.append(settled_travel_m)
         for b in np.unique(block):
-            part = self.rows[-1][:, block == b]
+            part = rows[:, block == b]
             self.samples[b] += part.shape[1]
-            self.gram[b] += part @ part.T
+            self.gram[b] += (part @ part.T)[: 1 + self.columns, : 1 + self.columns]
 
     def normalise(self) -> None:
         """Scale target and columns to a root mean square of 1, once all recordings are added.
 
         The columns of a term without a name have one scale, so that the ridge holds those hardly seen.
         """
-        squares = np.einsum("bii->i", self.gram) / max(int(self.samples.sum()), 1)
-        self.unit = np.sqrt(squares)
-        self._give_one_scale(self.candidates)
-        self.gram /= self.unit[:, None] * self.unit
         filled = slice(0, 1 + self.columns)  # the spare rows take no memory until they are
+        squares = np.einsum("bii->i", self.gram) / max(int(self.samples.sum()), 1)
+        self.unit[filled] = np.sqrt(squares)
+        self._give_one_scale(self.candidates)
+        self.gram /= self.unit[filled, None] * self.unit[filled]
         for rows in self.rows:
             np.divide(rows[filled], self.unit[filled, None], out=rows[filled])
 
@@ -128,6 +130,7 @@ class BlockNormalEquations:
         whole.by_key = {c.key: c for c in whole.candidates}
         whole._set_smooth_ridge(added)  # noqa: SLF001 its own class
         squares, used = np.zeros(len(places)), slice(0, 1 + self.columns + len(places))
+        whole.border = np.zeros((len(self.gram), len(places), used.stop))
         for recording, rows in enumerate(self.rows):
             values = np.concatenate([of[recording] for _, of in terms])
             rows[places] = values
@@ -138,15 +141,14 @@ class BlockNormalEquations:
             rows[places] /= self.unit[places][:, None]
             for b in np.unique(block):
                 part = rows[used, block == b]
-                products, of_block = part[places] @ part.T, self.gram[b]
-                of_block[places, used] = products
-                of_block[used, places] = products.T
+                whole.border[b] = part[places] @ part.T
+                whole.border[b][:, places] = whole.border[b][:, places].T
         return whole
 
     def release(self) -> None:
         """Give the memory back: nothing can be solved or extended any more."""
         self.rows.clear()
-        self.gram = np.zeros((0, 0, 0))
+        self.gram = self.border = np.zeros((0, 0, 0))
 
     def _set_smooth_ridge(self, candidates: Sequence[CandidateTerm]) -> None:
         for c in candidates:
@@ -172,9 +174,13 @@ class BlockNormalEquations:
 
     def totals(self, blocks: Index) -> Array:
         """Sum of the blocks' Gram matrices by recording, (recordings, c + 1, c + 1)."""
-        sums = np.zeros((self.recordings, *self.gram.shape[1:]))
+        columns, width = self.gram.shape[1], self.gram.shape[1] + self.border.shape[1]
+        sums = np.zeros((self.recordings, width, width))
         for b in blocks:
-            sums[self.recording_of_block[b]] += self.gram[b]
+            of_recording = sums[self.recording_of_block[b]]
+            of_recording[:columns, :columns] += self.gram[b]
+            of_recording[columns:] += self.border[b]
+        sums[:, :columns, columns:] = sums[:, columns:, :columns].swapaxes(1, 2)
         return sums
 
     def solve(self, slots: list[tuple[int, int]], totals: Array) -> Array:
@@ -193,7 +199,7 @@ class BlockNormalEquations:
         column, _ = self.places(slots)
         kept, place = np.unique(np.append(0, column), return_inverse=True)
         counts = np.stack([np.bincount(blocks, minlength=len(self.gram)) for blocks in drawn])
-        sub = self.gram[:, kept[:, None], kept].reshape(len(self.gram), -1)
+        sub = self._products(np.arange(len(self.gram)), kept).reshape(len(self.gram), -1)
         sums = np.zeros((len(drawn), self.recordings, sub.shape[1]))
         for recording in range(self.recordings):
             own = self.recording_of_block == recording
@@ -211,10 +217,21 @@ class BlockNormalEquations:
         )
         weights = np.concatenate((np.ones((len(blocks), 1)), -of_block), axis=1)
         places = np.concatenate(([0], column))
-        sub = self.gram[blocks[:, None, None], places[:, None], places]
+        sub = self._products(blocks, places)
         squared = np.einsum("bi,bij,bj->b", weights, sub, weights)
         squares: Array = np.maximum(squared, 0.0) * self.unit[0] ** 2
         return squares
+
+    def _products(self, blocks: Index, places: Index) -> Array:
+        """Products (b, k, k) of the rows at `places` in each block."""
+        columns = self.gram.shape[1]
+        row, column = np.broadcast_arrays(places[:, None], places)
+        row, column = np.where(row < columns, (column, row), (row, column))  # a border has the later rows
+        own, blocks = row < columns, blocks[:, None]
+        found = np.empty((len(blocks), *own.shape))
+        found[:, own] = self.gram[blocks, row[own], column[own]]
+        found[:, ~own] = self.border[blocks, row[~own] - columns, column[~own]]
+        return found
 
     def places(self, slots: list[tuple[int, int]]) -> tuple[Index, NDArray[np.bool_]]:
         """Row of each coefficient in the Gram matrix (k,), and whether a recording has it (recordings, k)."""

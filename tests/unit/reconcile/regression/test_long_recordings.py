@@ -90,6 +90,16 @@ def test_means_hold_the_same_balance_of_forces_at_a_reversal_too() -> None:
     assert len(turns) == pytest.approx(len(np.flatnonzero(np.diff(means.motion.last_direction))), abs=1)
 
 
+def test_spare_columns_take_no_products_before_they_are_filled(fast_data: RegressionData) -> None:
+    shapes = [("cogging", (1.0,))]
+    without, wide = (
+        regression_problem([fast_data], ResidualChannel.FORCE, shapes, only=True, spare=spare).equations
+        for spare in (0, 90)
+    )
+    assert wide.gram.nbytes + wide.border.nbytes == without.gram.nbytes + without.border.nbytes
+    assert wide.gram == pytest.approx(without.gram, rel=1e-9, abs=1e-9)
+
+
 def test_further_terms_in_spare_columns_are_those_of_a_problem_with_them(fast_data: RegressionData) -> None:
     short = fast_data._replace(
         time_s=fast_data.time_s[:40_000],
