@@ -11,6 +11,7 @@ RUNS ?= 5000
 FRAMES ?= 1000000
 SECONDS ?= 60
 PICTURES ?= seconds
+PINNED_AND_OURS := --constraint constraints.txt --editable '.[dev]'
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
@@ -21,13 +22,16 @@ help:  ## list the targets
 
 setup: $(STAMP)  ## make the virtual environment from pinned dependencies
 
-# pip compiles modules on one processor, half of its time; compileall takes all. A file that is not for this Python is left.
+# uv takes a sixth of pip's time. It does not read pip's configuration: where it finds no package, pip installs.
+# compileall takes all processors; a file that is not for this Python is left.
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "Python 3.11 or newer is needed; name one with: make PYTHON=/path/to/python3.11"; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || \
 	  { echo "python3 cannot make a virtual environment: install your system's python3-venv package"; exit 1; }
-	$(BIN)/pip install --quiet --no-compile --constraint constraints.txt --editable '.[dev]'
+	$(BIN)/pip install --quiet --no-compile --constraint constraints.txt uv
+	$(BIN)/uv pip install --quiet --python $(BIN)/python $(PINNED_AND_OURS) || \
+	  $(BIN)/pip install --quiet --no-compile $(PINNED_AND_OURS)
 	@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib || true
 	@$(BIN)/hil-sim compile --machine machines/xy_table & \
 	  $(BIN)/servo-ctrl compile --machine machines/xy_table && wait $$!  # both sides' kernels, on two processors
@@ -49,21 +53,19 @@ system:  ## install the system packages that some tests need (as root, by apt)
 PYTEST := $(BIN)/pytest --workers auto
 
 test:  ## all checks and every test, on the embedded bus and on real SocketCAN
-	@$(MAKE) --no-print-directory --jobs 2 setup system
-	@$(MAKE) --no-print-directory --jobs 3 check tests test-vcan
+	@$(MAKE) --no-print-directory --jobs 4 check tests test-vcan
 
 check-fast:  ## lint, types, quick tests, one run over the bus, one on vcan0: two minutes
-	@$(MAKE) --no-print-directory --jobs 2 setup system
-	@$(MAKE) --no-print-directory --jobs 3 check tests-fast vcan-fast
+	@$(MAKE) --no-print-directory --jobs 4 check tests-fast vcan-fast
 
 # Threads of linear algebra spin while they wait for a processor; small matrices take twice the time with them.
 tests tests-fast: export OPENBLAS_NUM_THREADS := 1
 tests tests-fast: export OMP_NUM_THREADS := 1
 
-tests: setup
+tests: setup system
 	$(PYTEST)
 
-tests-fast: setup
+tests-fast: setup system
 	$(PYTEST) -m "not slow" tests/unit tests/conformance \
 	  tests/hil/test_daemon_lockstep.py::test_program_is_run_and_recorded_from_end_to_end
 
@@ -73,7 +75,7 @@ test-vcan: setup system  ## the tests on real SocketCAN (vcan0 in user-mode Linu
 conformance: setup  ## public CANopen suites twice in a row on vcan0, where installed (PATH, CANOPENDEMO=); what is not is named
 	$(BIN)/python tests/vcan/run_in_uml.py -rs tests/vcan/public_suites.py tests/vcan/flooded_run.py
 
-vcan-fast: setup
+vcan-fast: setup system
 	$(BIN)/python tests/vcan/run_in_uml.py tests/vcan/test_socketcan.py
 
 site: setup  ## the documentation as a site, in out/site; warnings are errors
@@ -101,8 +103,7 @@ release: setup  ## wheel, sdist, site, bill of materials, licences, twice the sa
 	$(BIN)/python -m tests.campaigns.release.main --out out/release
 
 hashes: setup  ## write constraints-hashes.txt: SHA-256 of every file of every pinned package (needs a registry)
-	@$(PYTHON) -m venv out/uv && out/uv/bin/pip install --quiet uv==0.13.9
-	@out/uv/bin/uv pip compile --quiet --no-deps --generate-hashes --universal --python-version 3.11.9 --no-annotate \
+	@$(BIN)/uv pip compile --quiet --no-deps --generate-hashes --universal --python-version 3.11.9 --no-annotate \
 	  --no-header constraints.txt --output-file constraints-hashes.txt
 
 audit: setup  ## ask the OSV database for advisories on the pinned packages (needs a network)

@@ -1,16 +1,17 @@
 """Buses, simulators and skips for the tests that want the real thing.
 
 A test that takes `bus_spec` runs on localcan everywhere and, marked vcan, on vcan0 where there is one.
+Programs are forked: one takes 4 s to start in user-mode Linux. `test_compose_commands.py` has the real ones.
 """
 
 import contextlib
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from forked_program import commands_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 STOP_TIMEOUT_S = 240.0
@@ -30,7 +31,8 @@ def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
     """Start a command of ours and wait for the line that says it is ready; ended with the file's tests."""
     with contextlib.ExitStack() as stack:
 
-        def start_one(*command: str, ready: str) -> subprocess.Popen[str]:
+        def start_one(program: str, *arguments: str, ready: str) -> subprocess.Popen[str]:
+            command = [commands_folder() / program, *arguments]
             process = stack.enter_context(
                 subprocess.Popen(
                     command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
@@ -50,7 +52,7 @@ def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
 def localcan(start: Callable[..., subprocess.Popen[str]], tmp_path_factory: pytest.TempPathFactory) -> str:
     """Bus option of a hub that runs as long as the file's tests."""
     path = tmp_path_factory.mktemp("hub") / "bus.sock"
-    start(sys.executable, "-m", "local_can", str(path), ready="bus at")
+    start("python3", "-m", "local_can", str(path), ready="bus at")
     return f"localcan:{path}"
 
 
@@ -69,9 +71,8 @@ def start_simulator(
     """Put the X-Y table on a bus."""
 
     def start_one(bus_spec: str) -> subprocess.Popen[str]:
-        program = str(Path(sys.executable).with_name("hil-sim"))
         return start(
-            program, "run", "--machine", "machines/xy_table", "--bus", bus_spec, ready="hil-sim: on the bus"
+            "hil-sim", "run", "--machine", "machines/xy_table", "--bus", bus_spec, ready="hil-sim: on the bus"
         )
 
     return start_one

@@ -3,7 +3,6 @@
 import json
 import shutil
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from typing import Any
 
 import can
 import pytest
+from forked_program import commands_folder
 from pyarrow import parquet
 
 pytestmark = pytest.mark.vcan
@@ -74,10 +74,9 @@ def run_circle(bus_spec: str, directory: Path) -> tuple[dict[str, bytes], dict[s
     """Bytes of each recorded column, and what the recording says of itself without its date."""
     program = directory.with_name("circle.toml")
     program.write_text(PROGRAM)
-    servo_ctrl = str(Path(sys.executable).with_name("servo-ctrl"))
     options = ["--machine", "machines/xy_table", "--program", str(program), "--pacing", "lockstep"]
     subprocess.run(
-        [servo_ctrl, "run", *options, "--bus", bus_spec, "--record", str(directory)],
+        [commands_folder() / "servo-ctrl", "run", *options, "--bus", bus_spec, "--record", str(directory)],
         cwd=ROOT,
         check=True,
         timeout=RUN_TIMEOUT_S,

@@ -3,12 +3,12 @@
 import re
 import shutil
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from forked_program import commands_folder
 
 pytestmark = [
     pytest.mark.vcan,
@@ -18,7 +18,6 @@ pytestmark = [
 ]
 
 BUS = "socketcan:vcan0"
-SERVO_CTRL = str(Path(sys.executable).with_name("servo-ctrl"))
 OPTIONS = ("--machine", "machines/xy_table", "--bus", BUS)
 LIMIT_S = 600.0
 READY = "1FF#02"
@@ -57,7 +56,7 @@ def log(
     with path.open("wb") as file, subprocess.Popen(["candump", "-L", filters], stdout=file) as process:
         log = Log(path)
         start_simulator(BUS)
-        start(SERVO_CTRL, "run", *OPTIONS, "--pacing", "lockstep", ready=": ")
+        start("servo-ctrl", "run", *OPTIONS, "--pacing", "lockstep", ready=": ")
         log.wait_for(READY)
         yield log
         process.terminate()
@@ -70,7 +69,7 @@ def cansend(frame: str) -> None:
 @pytest.mark.usefixtures("log")
 def test_ask_reads_the_status_over_socketcan() -> None:
     done = subprocess.run(
-        [SERVO_CTRL, "ask", *OPTIONS, "status"],
+        [commands_folder() / "servo-ctrl", "ask", *OPTIONS, "status"],
         cwd=Path(__file__).parents[2],
         capture_output=True,
         text=True,

@@ -1,7 +1,6 @@
 """A share of the hostile frames on the kernel's own CAN, HOSTILE_FRAMES of them; docs/hostile_bus.md."""
 
 import os
-import sys
 from collections.abc import Callable, Iterator
 
 import can
@@ -38,7 +37,7 @@ def test_controller_and_nodes_are_there_after_hostile_frames(
     """First frames that nobody has to obey, at a controller in standby; then frames of every family."""
     start_simulator(VCAN)
     start(
-        sys.executable,
+        "python3",
         "-m",
         "tests.campaigns.hostile.controller",
         "machines/xy_table",
