@@ -94,7 +94,6 @@ def test_a_day_of_an_operator(
     picture(page, "operator_2_circle")
     learn_and_see_j_fall(page, url, picture)
     overlay_three_turns(page, url, picture)
-    diagnose_and_accept(page, url, machine, picture)
 
     write_an_object(page, url, picture)
     go(page, f"{url}/motion")
@@ -103,4 +102,7 @@ def test_a_day_of_an_operator(
     take_over(page, other)
     kill_the_controller_and_go_on(table, page, other, picture)
     load_the_circle(page, url)
+    run_circle(page, url)
+    diagnose_and_accept(page, url, machine, picture)
+    go(page, f"{url}/motion")
     stop_in_motion(page, url, picture)
