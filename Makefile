@@ -73,7 +73,7 @@ test-vcan: setup system  ## the tests on real SocketCAN (vcan0 in user-mode Linu
 	$(BIN)/python tests/vcan/run_in_uml.py
 
 conformance: setup  ## public CANopen suites twice in a row on vcan0, where installed (PATH, CANOPENDEMO=); what is not is named
-	$(BIN)/python tests/vcan/run_in_uml.py -rs tests/vcan/public_suites.py tests/vcan/flooded_run.py
+	$(BIN)/python tests/vcan/run_in_uml.py -rs tests/vcan/public_suites.py tests/vcan/lely_suites.py tests/vcan/flooded_run.py
 
 vcan-fast: setup system
 	$(BIN)/python tests/vcan/run_in_uml.py tests/vcan/test_socketcan.py

@@ -82,3 +82,9 @@ def drive_records(count: int) -> NDArray[Any]:
     records = np.zeros(count, DRIVE_RECORD)
     records[:] = tuple(DriveRecord())
     return records
+
+
+def store_fields(record: Any, **values: float) -> None:
+    """Store values into the fields of a record."""
+    for name, value in values.items():
+        record[name] = value

@@ -11,9 +11,9 @@ from typing import Any
 from numpy.typing import NDArray
 
 from hil_sim.config import AxisPlant, Plant
-from hil_sim.cyclic.drive_record import NO_SET_POINT
+from hil_sim.cyclic.drive_record import NO_SET_POINT, store_fields
 from hil_sim.drive import cia402_device as cia402
-from hil_sim.drive.axis_port import AxisPort, store_fields
+from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.brake_control import BrakeControl, brake_of
 from hil_sim.drive.cia402_device import State
 from hil_sim.drive.drive_dictionary import guard, hardware_values

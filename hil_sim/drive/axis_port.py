@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hil_sim.config import AxisPlant, Plant
 from hil_sim.cyclic import drive_limits, drive_readings, drive_step
-from hil_sim.cyclic.drive_record import drive_records
+from hil_sim.cyclic.drive_record import drive_records, store_fields
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.position_range import PositionRange
 from hil_sim.plant.amplifier import OFF
@@ -246,9 +246,3 @@ class AxisPort:
         drive_step.command_position(
             self._records, self._setpoints, 0, float(position), 0.0, float(torque_offset)
         )
-
-
-def store_fields(record: Any, **values: float) -> None:
-    """Store values into the fields of a record."""
-    for name, value in values.items():
-        record[name] = value

@@ -12,7 +12,8 @@ import math
 from collections.abc import Callable
 
 from hil_sim.config import AxisPlant, Plant
-from hil_sim.drive.axis_port import AxisPort, store_fields
+from hil_sim.cyclic.drive_record import store_fields
+from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.node.nmt import Clock
 from hil_sim.plant.holding_brake import HoldingBrake

@@ -7,9 +7,10 @@ connection.
 
 from functools import partial
 
+from hil_sim.cyclic.drive_record import store_fields
 from hil_sim.drive import cia402_device as cia402
 from hil_sim.drive import stopping
-from hil_sim.drive.axis_port import AxisPort, store_fields
+from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.brake_control import BrakeControl
 from hil_sim.drive.cia402_device import Command, Event, State, Transition
 from hil_sim.drive.drive_objects import DriveObjects

@@ -76,3 +76,10 @@ def start_simulator(
         )
 
     return start_one
+
+
+@pytest.fixture(scope="module")
+def simulator(start: Callable[..., object]) -> None:
+    """The X-Y table on vcan0 by the wall clock: heartbeats come also while nobody sends a SYNC."""
+    bus = ["--bus", "socketcan:vcan0", "--pacing", "realtime"]
+    start("hil-sim", "run", "--machine", "machines/xy_table", *bus, ready="hil-sim: on the bus")

@@ -7,9 +7,9 @@ description of its demo device.
     canopend, cocomm      CANopenLinux: gateway and its client
     demoLinuxDevice       CANopenDemo's device, the node that is not ours
     bats                  runs CANopenDemo/test; its libraries are Debian's bats-assert and bats-support
-    dcfchk, dcfgen        Lely
-    coctl                 Lely: its master, with the DCF of dcfgen
     cangen, tshark        can-utils, Wireshark
+
+Those of Lely are in lely_suites.py.
 """
 
 import contextlib
@@ -23,40 +23,13 @@ from pathlib import Path
 
 import canopen
 import pytest
-
-from servo_ctrl.canopen.concise_dcf import read_concise_dcf
+from public_programs import BUS, DRIVE, EDS, INTERFACE, LIMIT_S, TWICE, installed, run
 
 pytestmark = pytest.mark.vcan
 
-ROOT = Path(__file__).resolve().parents[2]
-EDS = ROOT / "eds"
-BUS, INTERFACE = "socketcan:vcan0", "vcan0"
-GATEWAY, DRIVE, SCALE, DEMO = 0x20, 1, 11, 4
+GATEWAY, SCALE, DEMO = 0x20, 11, 4
 BATS_LIBRARIES = Path("/usr/lib/bats")
 DOMAIN_OF_DEMO, DOMAIN_OF_DRIVE = "0x2122", "0x2000"
-TWICE = pytest.mark.parametrize("turn", ["first", "second"])
-LIMIT_S = 600.0
-
-
-def installed(*names: str) -> pytest.MarkDecorator:
-    """Skip where a program is missing."""
-    missing = [name for name in names if shutil.which(name) is None]
-    return pytest.mark.skipif(bool(missing), reason=f"{', '.join(missing)} not installed")
-
-
-def run(*command: str, **options: object) -> subprocess.CompletedProcess[str]:
-    """A command to its end, its output as text."""
-    return subprocess.run(  # type: ignore[call-overload,no-any-return]  # options of ours only
-        command, capture_output=True, text=True, timeout=LIMIT_S, check=False, **options
-    )
-
-
-@pytest.fixture(scope="module")
-def simulator(start: Callable[..., object]) -> None:
-    """The X-Y table by the wall clock: heartbeats come also while nobody sends a SYNC."""
-    program = str(Path(sys.executable).with_name("hil-sim"))
-    machine = ["--machine", "machines/xy_table", "--bus", BUS, "--pacing", "realtime"]
-    start(program, "run", *machine, ready="hil-sim: on the bus")
 
 
 @contextlib.contextmanager
@@ -137,71 +110,6 @@ def test_the_bats_suite_of_canopendemo(
     }
     result = run("bats", file.name, cwd=copy, env=environment)
     assert result.returncode == 0, result.stdout
-
-
-@TWICE
-@pytest.mark.parametrize("eds", sorted(EDS.glob("*.eds")), ids=lambda path: path.name)
-@installed("dcfchk")
-def test_lely_finds_nothing_in_an_eds_file(eds: Path, turn: str) -> None:
-    del turn
-    result = run("dcfchk", "-n", "5", str(eds))
-    assert (result.returncode, result.stdout + result.stderr) == (0, "")
-
-
-@TWICE
-@installed("dcfgen")
-def test_a_concise_dcf_of_lely_is_read(tmp_path: Path, turn: str) -> None:
-    del turn
-    (tmp_path / "bus.yml").write_text(
-        f"master:\n  node_id: 127\nx:\n  dcf: {EDS / 'servo_drive.eds'}\n  node_id: 1\n"
-        "  heartbeat_producer: 100\n  sdo:\n    - {index: 0x6065, sub_index: 0, value: 4242}\n"
-    )
-    result = run("dcfgen", "-d", str(tmp_path), "bus.yml", cwd=tmp_path)
-    assert result.returncode == 0, result.stderr
-    entries = read_concise_dcf(tmp_path / "x.bin")
-    assert (0x6065, 0, (4242).to_bytes(4, "little")) in [(e.index, e.subindex, e.data) for e in entries]
-
-
-def coctl(folder: Path, *commands: str) -> list[str]:
-    """What Lely's master answers to each command, its number cut off."""
-    result = subprocess.run(
-        ["coctl", "-i", "200", INTERFACE, str(folder / "master.dcf")],
-        input="".join(f"{command}\n" for command in commands),
-        capture_output=True,
-        text=True,
-        timeout=LIMIT_S,
-        check=False,
-        cwd=folder,
-    )
-    lines = [line for line in result.stdout.splitlines() if line.startswith("[")]
-    return [line.split("]", 1)[1].strip() for line in lines]
-
-
-@TWICE
-@installed("coctl", "dcfgen")
-def test_lely_masters_the_drive_by_a_dcf_of_its_generator(simulator: None, tmp_path: Path, turn: str) -> None:
-    """`init` starts its NMT service: before that it is no master yet, and every node is unsupported."""
-    del simulator, turn
-    (tmp_path / "bus.yml").write_text(
-        f"master:\n  node_id: 127\nx:\n  dcf: {EDS / 'servo_drive.eds'}\n  node_id: {DRIVE}\n"
-        "  mandatory: true\n  heartbeat_producer: 100\n"
-    )
-    assert run("dcfgen", "-d", str(tmp_path), "bus.yml", cwd=tmp_path).returncode == 0
-    answers = {
-        f"{DRIVE} read 0x1000 0 u32": "ERROR: 107 (Unsupported node)",
-        "init 0": "OK",
-        f"{DRIVE} read 0x1000  0 u32": "0x00020192",
-        f"{DRIVE} write 0x6065 0 u32 4242": "OK",
-        f"{DRIVE} read 0x6065 0 u32": "0x00001092",
-        f"{DRIVE} read 0x5FFF 0 u32": "ERROR: 06020000 (Object does not exist in the object dictionary)",
-        f"{DRIVE} preop": "OK",
-        "lss_switch_sel 0xFFFE 0x402 0x10000 0x10001": "OK",
-        "lss_get_node": f"{DRIVE}",
-        "lss_conf_bitrate 0 2": "OK",
-        "lss_conf_bitrate 0 8": "ERROR: 503 (LSS bit-rate not supported)",
-        "lss_switch_glob 0": "OK",
-    }
-    assert coctl(tmp_path, "set network 1", *answers) == ["OK", *answers.values()]
 
 
 @TWICE

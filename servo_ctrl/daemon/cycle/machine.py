@@ -61,18 +61,16 @@ class MachineController(MachineFigures):
 
     def home(self, servos: Iterable[AxisServo]) -> None:
         """Start homing of these drives while the other axes hold; do nothing unless the machine is ready."""
-        if self.stage is not Stage.READY:
-            return
-        self._drives.home(servos, self.set_points_m())
-        self._source.forget()
-        self.stage = Stage.STARTING
+        if self.stage is Stage.READY:
+            self._drives.home(servos, self.set_points_m())
+            self._source.forget()
+            self.stage = Stage.STARTING
 
     def run(self, program: Reference) -> None:
         """Start a program; do nothing unless the machine is ready."""
         if self.stage is Stage.READY:
             self._source.begin(program, self._drives.hold_positions_m)
-            self.completed = False
-            self.stage = Stage.RUNNING
+            self.completed, self.stage = False, Stage.RUNNING
 
     def interrupt(self) -> None:
         """Ramp the running program down to rest; the axes stay under control, the machine becomes ready."""
@@ -92,14 +90,14 @@ class MachineController(MachineFigures):
         if self._missing.any:
             self._missing.recount(inputs)
         self._take_set_points(cycle)
-        source, time_s = self._source, cycle * self._period_s
-        payloads = self._drives.step(inputs, source.row, time_s, cycle, source.segment)
+        source = self._source
+        payloads = self._drives.step(inputs, source.row, cycle * self._period_s, cycle, source.segment)
         self.keep_row(self._drives.row_memory)
         self.record(self._drives.row())
         for servo, event, text in self._drives.take_events():
             self.event(event, text + self.doubt(cycle), servo)
         if self.stage is Stage.RUNNING:
-            if self._source.stopping and self._source.at_rest:
+            if source.stopping and source.at_rest:
                 self._rest()
         elif not self._move_on():
             return None
@@ -246,7 +244,7 @@ class MachineController(MachineFigures):
         """End the run or stand by, once all drives are without power."""
         if self._incidents.ending or not self.stand_by:
             self.stage = Stage.OFF
-            return
-        self.stage = Stage.STANDBY
-        self._source.forget()
-        self.on_rest()
+        else:
+            self.stage = Stage.STANDBY
+            self._source.forget()
+            self.on_rest()

@@ -63,8 +63,7 @@ class _Text(HTMLParser):
         super().__init__()
         self.printed: list[str] = []
         self.fetched: list[str] = []
-        self.scripts = 0
-        self._silent = False
+        self.scripts, self._silent = 0, False
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self._silent = tag in {"script", "style"}
