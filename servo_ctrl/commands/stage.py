@@ -38,11 +38,6 @@ class Stage(IntEnum):
         """Whether the machine stops or has stopped, so that its status may hold a reason."""
         return self >= Stage.STOPPING
 
-    @property
-    def decelerating(self) -> bool:
-        """Whether the controller or the drives are bringing the axes to rest."""
-        return self in {Stage.STOPPING, Stage.QUICK_STOPPING}
-
 
 class Staged(Protocol):
     """A machine with a stage, which a refusal names."""

@@ -6,7 +6,8 @@ Learning law from stroke j to j + 1 at one reverse acceleration:
 
 P is the response of the error to a force in the control loop, Q a Gaussian low pass with zero phase.
 The error shrinks from stroke to stroke where |Q (1 - g P / P_model)| < 1 at every frequency (Norrlof and
-Gunnarsson 2002, for monotone convergence of the filtered law); `contraction` computes it.
+Gunnarsson 2002, for monotone convergence of the filtered law); tests/unit/studies/test_waveform_learning.py
+holds this for half to twice the mass.
 """
 
 import math
@@ -174,12 +175,3 @@ def _taper(samples: int, loop: LoopModel) -> Array:
     rise = np.clip(np.arange(samples) / (0.3 * loop.ahead_s / loop.period_s), 0.0, 1.0)
     fall = np.clip(np.arange(samples)[::-1] / (TAPER * samples), 0.0, 1.0)
     return np.asarray(np.sin(0.5 * np.pi * rise) ** 2 * np.sin(0.5 * np.pi * fall) ** 2)
-
-
-def contraction(loop: LoopModel, mass_share: float, gain: float, frequency_hz: Array) -> Array:
-    """|Q (1 - g P / P_model)|, (n,), for `mass_share` times the model's mass; below 1, learning converges."""
-    s = 2j * math.pi * frequency_hz
-    feedback = loop.kv_n_s_m * s + loop.kv_n_s_m * loop.kp_1_s + loop.ki_n_m + loop.ki_n_m * loop.kp_1_s / s
-    ratio = (loop.mass_kg * s**2 + feedback) / (mass_share * loop.mass_kg * s**2 + feedback)
-    low_pass = np.exp(-0.5 * (frequency_hz / FILTER_HZ) ** 2)
-    return np.asarray(np.abs(low_pass * (1.0 - gain * low_pass * ratio)))

@@ -3,7 +3,6 @@
 import re
 import tomllib
 from collections.abc import Iterator
-from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,8 +38,6 @@ CODES, REASONS, _UNKNOWN = (
     for section in ("code", "reason", "unknown")
 )
 UNKNOWN_CODE, UNKNOWN_REASON = _UNKNOWN["code"], _UNKNOWN["reason"]
-ADVICE_TEXTS = frozenset(chain.from_iterable(chain(CODES.values(), REASONS.values(), _UNKNOWN.values())))
-"""The texts of advice.toml: whoever shows an advice translates it."""
 NODE_SILENT = Advice(
     word("A node is not in operation"), word("Has it power? Check its bus cable; see page Bus.")
 )

@@ -5,6 +5,7 @@ import re
 import string
 from collections.abc import Iterator
 from functools import cache
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from message_templates import message_templates
 from report_texts import report_texts
 
 import servo_ctrl.hmi
-from servo_ctrl.hmi.drive.faults import ADVICE_TEXTS
+from servo_ctrl.hmi.drive.faults import CODES, REASONS, UNKNOWN_CODE, UNKNOWN_REASON
 from servo_ctrl.hmi.languages.texts import (
     ENGLISH,
     LANGUAGES,
@@ -68,7 +69,7 @@ def called(node: ast.Call) -> str:
 
 
 def marked_texts() -> set[str]:
-    texts = set(ADVICE_TEXTS)
+    texts = set(chain(UNKNOWN_CODE, UNKNOWN_REASON, *CODES.values(), *REASONS.values()))  # of advice.toml
     for kind in set(MODELS) - WITHOUT_FORM:
         for field in fields_of(kind, ["x"]):
             texts |= {field.name, field.meaning}

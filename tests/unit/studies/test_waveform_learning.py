@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kernels.arrays import Array
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learning import waveform_run
 from servo_ctrl.learning.reversal_waveform import (
-    contraction,
+    FILTER_HZ,
+    LoopModel,
     corrected,
     identify_friction,
     missing_force_n,
@@ -93,6 +95,15 @@ def stroke_with(
         speed += pull_n / LOOP.mass_kg * T
         error_m[k] = error_m[k - 1] + speed * T
     return commands, error_m
+
+
+def contraction(loop: LoopModel, mass_share: float, gain: float, frequency_hz: Array) -> Array:
+    """|Q (1 - g P / P_model)|, (n,), for `mass_share` times the model's mass; below 1, learning converges."""
+    s = 2j * math.pi * frequency_hz
+    feedback = loop.kv_n_s_m * s + loop.kv_n_s_m * loop.kp_1_s + loop.ki_n_m + loop.ki_n_m * loop.kp_1_s / s
+    ratio = (loop.mass_kg * s**2 + feedback) / (mass_share * loop.mass_kg * s**2 + feedback)
+    low_pass = np.exp(-0.5 * (frequency_hz / FILTER_HZ) ** 2)
+    return np.asarray(np.abs(low_pass * (1.0 - gain * low_pass * ratio)))
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])
