@@ -21,7 +21,7 @@ from servo_ctrl.axis.axis_watch import EVENT_OF
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.cyclic.axis_record import cycle_records
+from servo_ctrl.cyclic.axis_record import AxisParts, cycle_records
 from servo_ctrl.cyclic.axis_step import AXIS_COLUMNS, step_axis
 from servo_ctrl.cyclic.drive_phases import Phase
 from servo_ctrl.cyclic.sequence_state import Sequence
@@ -36,7 +36,8 @@ Rows = np.ndarray[Any, np.dtype[np.void]]
 POWERED_STATUSWORD = 0x0637
 """Operation enabled, voltage enabled, remote, target reached (CiA 402)."""
 _NEVER = -1
-_BITS = tuple(EVENT_OF)
+BITS = tuple(EVENT_OF)
+"""What supervision may find."""
 
 
 class AxisRollout:
@@ -53,30 +54,20 @@ class AxisRollout:
     def __init__(
         self, machine: MachineConfig, plant_config: PlantConfig, axis: str, params: AxisParams, plant: Plant
     ) -> None:
-        index = list(plant_config.axes).index(axis)
-        if plant.params[index]["cross_axis_coupling"]["enabled"]:
-            raise ValueError("cross_axis_coupling: in the batch twin each axis runs by itself, use the bus")
-        wires = wires_of(machine.axes[axis], plant_config.axes[axis])
-        plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
-        parts = parts_of(machine.axes[axis], params, wires)
+        index, wires, parts = wired_axis(machine, plant_config, axis, params, plant)
         records, self._tables, kept = cycle_records([parts])
-        # the drive is told to switch on, and does where the power comes
-        store(records["sequence"], [Sequence(int(Phase.SWITCHING_ON), 0, parts.route.mode)])
+        store(records["sequence"], [switching_on(parts)])
         self._records, self._kept, self._wires = records, kept[0], wires
         self._plant = plant.params[index], plant.state[index], plant.setpoint[index]
         self._times = substeps_of(machine, plant_config), plant_config.dt_s
         self._origin = 0
         self._cycles = 0
-        self._found_at: Index = np.full(len(_BITS), _NEVER)
+        self._found_at = nothing_found()
 
     @property
     def findings(self) -> dict[Event, int]:
         """For what the daemon would have stopped: the first cycle of each event, counted from power-up."""
-        found: dict[Event, int] = {}
-        for bit, cycle in zip(_BITS, self._found_at.tolist(), strict=True):
-            if cycle != _NEVER:
-                found[EVENT_OF[bit]] = min(cycle, found.get(EVENT_OF[bit], cycle))
-        return found
+        return events_of(self._found_at)
 
     def change_params(self, params: AxisParams) -> None:
         """Change the parameters from the next cycle on."""
@@ -87,8 +78,8 @@ class AxisRollout:
         rows = np.full((len(reference), AXIS_COLUMNS), np.nan)
         commands = np.ascontiguousarray(reference, dtype=np.float64)
         memory = self._records[0], self._tables, self._kept, self._wires, *self._plant, *self._times
-        found_at: Index = np.full(len(_BITS), _NEVER)
-        self._origin = _run_axis(*memory, commands, off_cycles, self._origin, rows, _BITS, found_at)
+        found_at = nothing_found()
+        self._origin = _run_axis(*memory, commands, off_cycles, self._origin, rows, BITS, found_at)
         new = (self._found_at == _NEVER) & (found_at != _NEVER)
         self._found_at[new] = found_at[new] + self._cycles
         self._cycles += len(rows)
@@ -133,32 +124,95 @@ def _run_axis(
     found_at: Index,
 ) -> int:
     """Fill `rows` and `found_at`; return the encoder counts at the axis's zero."""
-    inputs = axis["inputs"]
     for k in range(len(reference)):
-        advance_axis(p, s, sp, substeps, dt_s)
-        if axis["engaged"] and not wires.immediate:
-            _take_effect(axis, wires, sp, origin)
-        powered = axis["engaged"] or k >= off_cycles
-        if powered and not axis["engaged"]:
-            origin = s.encoder_counts
-        inputs["previous_motor_m"] = inputs["motor_m"]
-        inputs["counts"] = s.encoder_counts - origin
-        inputs["motor_m"] = inputs["counts"] * wires.metre_per_count
-        permille = np.rint(s.current_measured_a * wires.drive_permille_per_ampere)
-        inputs["current_a"] = permille * wires.ampere_per_permille
-        if p.scale.enabled:
-            inputs["scale_raw_m"] = s.scale_counts * wires.scale_metre_per_count
-            inputs["scale_m"] = inputs["scale_raw_m"] + inputs["scale_offset_m"]
-        row = rows[k]
-        if not powered:
-            row[2], row[6] = inputs["motor_m"], inputs["current_a"]
-            continue
-        inputs["statusword"] = POWERED_STATUSWORD
-        step_axis(axis, tables, kept, True, reference[k], True, row)
-        if axis["found"]:
-            for place in range(len(bits)):
-                if axis["found"] & bits[place] and found_at[place] == _NEVER:
-                    found_at[place] = k
-        if wires.immediate:
-            _take_effect(axis, wires, sp, origin)
+        origin = latch(axis, wires, p, s, sp, substeps, dt_s, k >= off_cycles, origin)
+        answer(
+            axis, tables, kept, wires, sp, reference[k], k, k >= off_cycles, origin, rows[k], bits, found_at
+        )
     return origin
+
+
+@kernel
+def latch(
+    axis: Any, wires: Wires, p: Any, s: Any, sp: Any, substeps: int, dt_s: float, power: bool, origin: int
+) -> int:
+    """Advance the plant to the next SYNC and latch its inputs; return the encoder counts at the zero."""
+    inputs = axis["inputs"]
+    advance_axis(p, s, sp, substeps, dt_s)
+    if axis["engaged"] and not wires.immediate:
+        _take_effect(axis, wires, sp, origin)
+    if power and not axis["engaged"]:
+        origin = s.encoder_counts
+    inputs["previous_motor_m"] = inputs["motor_m"]
+    inputs["counts"] = s.encoder_counts - origin
+    inputs["motor_m"] = inputs["counts"] * wires.metre_per_count
+    permille = np.rint(s.current_measured_a * wires.drive_permille_per_ampere)
+    inputs["current_a"] = permille * wires.ampere_per_permille
+    if p.scale.enabled:
+        inputs["scale_raw_m"] = s.scale_counts * wires.scale_metre_per_count
+        inputs["scale_m"] = inputs["scale_raw_m"] + inputs["scale_offset_m"]
+    return origin
+
+
+@kernel
+def answer(
+    axis: Any,
+    tables: Pool,
+    kept: Array,
+    wires: Wires,
+    sp: Any,
+    reference: Array,
+    cycle: int,
+    power: bool,
+    origin: int,
+    row: Array,
+    bits: Any,
+    found_at: Index,
+) -> None:
+    """Let the controller answer the latched inputs, make the row and note what supervision finds."""
+    inputs = axis["inputs"]
+    if not (power or axis["engaged"]):
+        row[2], row[6] = inputs["motor_m"], inputs["current_a"]
+        return
+    inputs["statusword"] = POWERED_STATUSWORD
+    step_axis(axis, tables, kept, True, reference, True, row)
+    if axis["found"]:
+        for place in range(len(bits)):
+            if axis["found"] & bits[place] and found_at[place] == _NEVER:
+                found_at[place] = cycle
+    if wires.immediate:
+        _take_effect(axis, wires, sp, origin)
+
+
+def wired_axis(
+    machine: MachineConfig, plant_config: PlantConfig, axis: str, params: AxisParams, plant: Plant
+) -> tuple[int, Wires, AxisParts]:
+    """Return the number of an axis in the plant, its scalings and what its record is made of.
+
+    Raises ValueError where the plant of the axis depends on another one.
+    """
+    index = list(plant_config.axes).index(axis)
+    if plant.params[index]["cross_axis_coupling"]["enabled"]:
+        raise ValueError("cross_axis_coupling: in the batch twin each axis runs by itself, use the bus")
+    wires = wires_of(machine.axes[axis], plant_config.axes[axis])
+    plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
+    return index, wires, parts_of(machine.axes[axis], params, wires)
+
+
+def switching_on(parts: AxisParts) -> Sequence:
+    """Return the sequence of a drive that is told to switch on, and does where the power comes."""
+    return Sequence(int(Phase.SWITCHING_ON), 0, parts.route.mode)
+
+
+def nothing_found() -> Index:
+    """Return the first cycle of each of `BITS`, before any."""
+    return np.full(len(BITS), _NEVER)
+
+
+def events_of(found_at: Index) -> dict[Event, int]:
+    """Return the first cycle of each event that was found."""
+    found: dict[Event, int] = {}
+    for bit, cycle in zip(BITS, found_at.tolist(), strict=True):
+        if cycle != _NEVER:
+            found[EVENT_OF[bit]] = min(cycle, found.get(EVENT_OF[bit], cycle))
+    return found

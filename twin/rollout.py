@@ -1,20 +1,22 @@
 """The batch twin: the daemon's cycle and the simulator's plant in one compiled loop, without a bus.
 
 Order of operations and rounding to integers are those of the two processes on the bus, so that a rollout
-gives the same bits as a recording (`axis_rollout`). Axes do not influence each other yet, so each runs its
-whole program alone.
+gives the same bits as a recording (`axis_rollout`). Axes that do not influence each other run the
+whole program one after the other; with contour control they run side by side (`coupled_rollout`).
 """
 
 import numpy as np
 
 from hil_sim.config import PlantConfig, build_plant
 from kernels.arrays import Array
+from servo_ctrl.config.contour import couplings
 from servo_ctrl.config.freeze import input_shaper
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.motion.input_shaper import shaped
 from twin.axis_rollout import COLUMNS, AxisRollout
+from twin.coupled_rollout import coupled_rows
 
 
 class RolloutError(ServoCtrlError):
@@ -40,21 +42,28 @@ def rollout(
 
     """
     plant = build_plant(plant_config)
-    columns: dict[str, Array] = {}
-    length = 0
+    wanted: dict[str, Array] = {}
     for name in plant_config.axes:
         if name not in reference or name not in machine.axes or name not in params:
             raise ValueError(f"axis {name} is in the plant but not in the controller's machine or reference")
-        axis = AxisRollout(machine, plant_config, name, params[name], plant)
         shaper = input_shaper(machine, name)
-        wanted = reference[name] if shaper is None else shaped(reference[name], shaper)
-        rows = axis.rows(wanted, off_cycles)
-        if axis.findings:
-            event, cycle = min(axis.findings.items(), key=lambda found: found[1])
+        wanted[name] = reference[name] if shaper is None else shaped(reference[name], shaper)
+    if couplings(machine):
+        rows, findings = coupled_rows(machine, plant_config, params, plant, wanted, off_cycles)
+    else:
+        rows, findings = {}, {}
+        for name, commands in wanted.items():
+            axis = AxisRollout(machine, plant_config, name, params[name], plant)
+            rows[name], findings[name] = axis.rows(commands, off_cycles), axis.findings
+    columns: dict[str, Array] = {}
+    length = 0
+    for name, own in rows.items():
+        if findings[name]:
+            event, cycle = min(findings[name].items(), key=lambda found: found[1])
             after_s = cycle * machine.period_s
             raise RolloutError(
                 f"axis {name}: {event.value} after {after_s:.3f} s, where a run over the bus stops"
             )
-        columns.update({f"{name}.{column}": rows[column] for column in COLUMNS})
-        length = len(rows)
+        columns.update({f"{name}.{column}": own[column] for column in COLUMNS})
+        length = len(own)
     return {"time_s": np.arange(length, dtype=np.float64) * machine.period_s, **columns}

@@ -21,6 +21,7 @@ from servo_ctrl.cyclic.axis_step import (
     step_axes,
 )
 from servo_ctrl.cyclic.axis_supervision import begin_watch
+from servo_ctrl.cyclic.contour_coupling import Coupling, contour_records
 
 PDO_BYTES = 8
 
@@ -28,13 +29,22 @@ PDO_BYTES = 8
 class CycleMemory:
     """Holds the axis records, the `inputs` TPDOs of a cycle, and its outputs; `rpdos`: codecs by axis.
 
+    `couplings`: pairs of axes under contour control.
+
     Raises:
         PdoTypeError: an object of an RPDO is no integer.
 
     """
 
-    def __init__(self, parts: Sequence[AxisParts], rpdos: Sequence[Sequence[PdoCodec]], inputs: int) -> None:
+    def __init__(
+        self,
+        parts: Sequence[AxisParts],
+        rpdos: Sequence[Sequence[PdoCodec]],
+        inputs: int,
+        couplings: Sequence[Coupling] = (),
+    ) -> None:
         count = len(parts)
+        self._contours = contour_records(couplings)
         self.axes, self._tables, self._kept = cycle_records(parts)
         self.row: Array = np.full(MACHINE_COLUMNS + count * AXIS_COLUMNS, math.nan)
         """The recorded row of the last cycle."""
@@ -61,7 +71,7 @@ class CycleMemory:
         axes = self.axes.copy()
         given = self._kept.copy(), self._axis_of, self._outputs, self._inputs, self._received, self._reference
         made = self.row.copy(), self._payloads.copy()
-        step_axes(axes, self._tables, *given, False, 0.0, 0, 0, *made)
+        step_axes(axes, self._contours.copy(), self._tables, *given, False, 0.0, 0, 0, *made)
         begin_watch(axes[0], 0.0)
 
     def step(
@@ -89,6 +99,7 @@ class CycleMemory:
             self._put_reference(self._reference_bytes, 0, *reference)
         return step_axes(
             self.axes,
+            self._contours,
             self._tables,
             self._kept,
             self._axis_of,

@@ -13,6 +13,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from servo_ctrl.config import (
+    contour_model,
     learning_model,
     model,
     mqtt_model,
@@ -34,6 +35,7 @@ SECTIONS: dict[str, Any] = {
     "axis.NAME.control": model.Control,
     "axis.NAME.input_shaper": model.InputShaper,
     **{f"axis.NAME.{name}": kind for name, kind in SECTION_TYPES.items()},
+    "contour_control": contour_model.ContourControl,
     "monitoring": learning_model.MonitoringConfig,
     "learning": learning_model.LearningConfig,
     "mqtt": mqtt_model.MqttConfig,

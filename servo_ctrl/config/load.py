@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from kernels.complaints import plain_complaint
+from servo_ctrl.config.contour import contour_objection
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program import ReadingOptions, is_part_program
@@ -47,9 +48,13 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
     _refuse_another_kind(path, document, "machine", "--machine wants a directory with controller.toml")
     _resolve_paths(document, path)
     try:
-        return MachineConfig.model_validate({**document, "source": path})
+        machine = MachineConfig.model_validate({**document, "source": path})
     except ValidationError as error:
         raise as_config_error(path, error) from None
+    if objection := contour_objection(machine):
+        key, _, reason = objection.partition(": ")
+        raise ConfigError(path, f"contour_control.{key}", reason)
+    return machine
 
 
 def load_program(

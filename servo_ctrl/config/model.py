@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
 
+from servo_ctrl.config.contour_model import ContourControl
 from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections, period_objections
 from servo_ctrl.config.learning_model import LearningConfig, MonitoringConfig
 from servo_ctrl.config.mqtt_model import MqttConfig  # for the same reason
@@ -189,6 +190,7 @@ class MachineConfig(FileSection):
     bus: Bus
     controller: Controller
     axes: Annotated[dict[AxisName, AxisConfig], Field(alias="axis", min_length=1)]
+    contour_control: ContourControl | None = None
     monitoring: MonitoringConfig = MonitoringConfig()
     learning: LearningConfig = LearningConfig()
     mqtt: MqttConfig | None = None

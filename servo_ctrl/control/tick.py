@@ -1,12 +1,13 @@
 """The control law of one axis for one SYNC period: the one function that daemon and batch twin share.
 
     x* = x_command + c                                       screw error, take-up, sampled dual loop
-    v* = clamp(kp (x* - x) + kff v*_command + p)             position loop, feedforward, friction pulse
+    v* = clamp(kp (x* - x) + kff v*_command + p + w)         position loop, feedforward, pulse, offset
     u  = clamp(kv (v* - v) + I + M a*_command + d)           velocity loop, feedforward, observer or waveform
 
 What goes to the amplifier, u or in CSV v*, passes a notch filter. The position loop may be PID or fuzzy-PD.
 c shifts the set point of the motor, so it acts in CSP and where the position loop is closed on the motor. A
-position loop on the scale sees the table itself and does without it.
+position loop on the scale sees the table itself and does without it. w comes with the sample, from
+`contour_control`.
 
 With ki = 0 and no feedforward this is u = kp kv (x* - x) - kv v, the law of the EMPS benchmark.
 """
@@ -180,7 +181,7 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
         params.fuzzy,
         state.position_loop,
         error_m,
-        params.feedforward.velocity * sample.velocity_command_m_s + friction_m_s,
+        params.feedforward.velocity * sample.velocity_command_m_s + friction_m_s + sample.velocity_offset_m_s,
         params.limits.velocity_m_s,
         params.period_s,
     )

@@ -49,6 +49,8 @@ class AxisSample(NamedTuple):
     """NaN where the axis has no scale."""
     motor_force_n: float
     """Measured current as a force at the table; NaN where it is not measured."""
+    velocity_offset_m_s: float = 0.0
+    """Added to the output of the position loop, finite: contour control of two axes."""
 
 
 class AxisCommand(NamedTuple):

@@ -97,6 +97,8 @@ class CycleRecord(NamedTuple):
     sequence: Sequence
     counts: Counts
     braking: Braking
+    whole: bool
+    """All inputs of this cycle have come."""
     engaged: bool
     """Our loop leads the axis."""
     homed: bool

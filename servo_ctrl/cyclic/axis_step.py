@@ -1,4 +1,4 @@
-"""One cycle of the axes: inputs -> drive sequence -> law and supervision -> set points and row, compiled.
+"""One cycle of the axes, compiled: inputs -> coupling -> sequence -> law, supervision -> set points, row.
 
 The daemon calls `step_axes`, the whole of it over the bytes of the bus. The batch twin, which has no bytes,
 calls `step_axis` in its own compiled loop.
@@ -26,6 +26,7 @@ from servo_ctrl.cyclic.axis_supervision import (
     judge,
     supervise_braking,
 )
+from servo_ctrl.cyclic.contour_coupling import couple_axes
 from servo_ctrl.cyclic.drive_phases import Phase
 from servo_ctrl.cyclic.pdo_bytes import Bytes, encode, take_inputs
 from servo_ctrl.cyclic.sequence import advance
@@ -47,6 +48,7 @@ _STATUS_FOLLOWING_ERROR, _STATUS_BAD_COMMAND = int(Status.FOLLOWING_ERROR), int(
 @kernel
 def step_axes(
     axes: Any,
+    contours: Any,
     tables: Pool,
     kept: Array,
     axis_of: Index,
@@ -63,15 +65,19 @@ def step_axes(
 ) -> bool:
     """Advance all axes by one cycle; return whether one has found something.
 
-    `axis_of` (RPDOs,): whose RPDO each is; `outputs` (RPDOs, objects, 2): see `encode`; `inputs` (TPDOs, 8):
-    data of what comes with every SYNC, where it `came` (TPDOs,); `reference` (axes * 4,): where the axes are
-    led, or unless `led` each stays where it was taken over. Makes `row` and `payloads` (RPDOs, 8).
+    `contours` (pairs,): see `contour_coupling`; `axis_of` (RPDOs,): whose RPDO each is; `outputs` (RPDOs,
+    objects, 2): see `encode`; `inputs` (TPDOs, 8): data of what comes with every SYNC, where it `came`
+    (TPDOs,); `reference` (axes * 4,): where the axes are led, or unless `led` each stays where it was taken
+    over. Makes `row` and `payloads` (RPDOs, 8).
     """
     row[0], row[1], row[2] = time_s, cycle, segment
     found = False
     for index in range(len(axes)):
+        axes[index]["whole"] = take_inputs(axes[index], inputs, came)
+    couple_axes(contours, axes, reference, REFERENCE_COLUMNS, led)
+    for index in range(len(axes)):
         axis = axes[index]
-        whole = take_inputs(axis, inputs, came)
+        whole = axis["whole"]
         first = index * REFERENCE_COLUMNS
         at = MACHINE_COLUMNS + index * AXIS_COLUMNS
         own = row[at : at + AXIS_COLUMNS]

@@ -25,7 +25,9 @@ def _along(params: AxisParams, commands: Array) -> Array:
     state = learned_waveform.at_rest(commands[0, 0])
     force_n = np.zeros(len(commands))
     for k in range(len(commands)):
-        sample = AxisSample(commands[k, 0], commands[k, 1], commands[k, 2], 0.0, math.nan, math.nan, math.nan)
+        sample = AxisSample(
+            commands[k, 0], commands[k, 1], commands[k, 2], 0.0, math.nan, math.nan, math.nan, 0.0
+        )
         pulse = trapezoidal_pulse.advance_pulse(params.pulse, pulse, sample, params.period_s)
         force_n[k], state = learned_waveform.planned_force(
             params.waveform, state, pulse, sample, params.period_s

@@ -14,9 +14,9 @@ from hil_sim.config import PlantConfig
 from kernels.arrays import Array
 from servo_ctrl.config.freeze import with_waveform
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.control.loop_margins import noise_gain_n_m, sensitivity_peak
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.performance import evaluation_m, reversals, window_samples
-from servo_ctrl.metrology.loop_margins import noise_gain_n_m, sensitivity_peak
 from studies.feng_2015.planned_force import force_along
 from studies.feng_2015.waveform_learning import ErrorStrokes
 

@@ -15,7 +15,7 @@ from hil_sim.config import AxisPlant, PlantConfig
 from hil_sim.physics.transmission import backlash
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.metrology.loop_margins import sensitivity_peak
+from servo_ctrl.control.loop_margins import sensitivity_peak
 
 MASS_SHARE, FRICTION_SHARE = 0.3, 0.5
 """Largest relative deviations of a table; the ranges of the specification."""

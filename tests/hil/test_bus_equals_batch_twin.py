@@ -140,6 +140,13 @@ def test_bus_and_batch_twin_give_the_same_bits_with_effects_that_the_table_lacks
     assert_the_same_bits(directory, tmp_path, example_waveform())
 
 
+def test_bus_and_batch_twin_give_the_same_bits_with_contour_control(tmp_path: Path) -> None:
+    directory = machine_in_mode("cst", tmp_path / "machine")
+    with (directory / "controller.toml").open("a") as file:
+        file.write('\n[contour_control]\naxes = ["y", "x"]\nkp_1_s = 50.0\nki_1_s2 = 300.0\n')
+    assert_the_same_bits(directory, tmp_path)
+
+
 def assert_the_same_bits(directory: Path, folder: Path, learned: WaveformLearned | None = None) -> None:
     """Run `PROGRAM` over the bus and in the twin, with a learned waveform of both axes if there is one."""
     program = folder / "program.toml"

@@ -11,6 +11,7 @@ from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.node_plan import LIMIT_SWITCHES, NodePlan, PdoPlan
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
+from servo_ctrl.config.contour import couplings
 from servo_ctrl.config.freeze import axis_params, input_shaper
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
@@ -46,7 +47,7 @@ def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPla
         scale_input = None if scale is None else (scale, plans[scale].tpdo.codec)
         parts.append(axis_parts(axis, axis_params(config, name), rpdos[-1], inputs, scale_input))
         nodes.append((drive, scale, axis.limits.acceleration_mm_s2 * MM, tuple(others)))
-    memory = CycleMemory(parts, rpdos, len(plans) + len(further))
+    memory = CycleMemory(parts, rpdos, len(plans) + len(further), couplings(config))
     memory.warm_up()
     return [
         AxisPlace(AxisServo(name, axis, memory, place), *nodes[place])

@@ -162,7 +162,12 @@ LAWS = st.fixed_dictionaries(
 )
 POSITION = st.floats(-10.0, 10.0)
 SAMPLES = st.tuples(
-    POSITION, *[st.floats(-1e3, 1e3)] * 3, POSITION, POSITION | st.just(math.nan), st.just(math.nan)
+    POSITION,
+    *[st.floats(-1e3, 1e3)] * 3,
+    POSITION,
+    POSITION | st.just(math.nan),
+    st.just(math.nan),
+    st.floats(-1.0, 1.0),
 )
 
 

@@ -123,7 +123,7 @@ SAMPLES = st.builds(AxisSample, *[MEASURED] * 7)
         AxisLimits(1.0, 1.0, 1.0),
     ),
     initial_state(0.0),
-    [AxisSample(*[0.0] * 7), AxisSample(*[-0.0] * 7)],
+    [AxisSample(*[0.0] * 8), AxisSample(*[-0.0] * 8)],
 )
 def test_both_outputs_are_those_of_the_tick(
     params: AxisParams, state: AxisState, samples: list[AxisSample]

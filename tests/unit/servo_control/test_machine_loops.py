@@ -21,7 +21,7 @@ def batch(p: AxisParams, state: AxisState, samples: Array, force: Array, velocit
     # the twin's driver: the same kernel inside another
     for k in range(len(samples)):
         s = samples[k]
-        state, command = axis_tick(p, state, AxisSample(s[0], s[1], s[2], s[3], s[4], s[5], s[6]))
+        state, command = axis_tick(p, state, AxisSample(s[0], s[1], s[2], s[3], s[4], s[5], s[6], 0.0))
         force[k] = command.force_n
         velocity[k] = command.motor_velocity_m_s
     return state

@@ -20,10 +20,10 @@ from servo_ctrl.config.freeze import axis_params, with_observer
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
 from servo_ctrl.control.limits import AxisLimits
+from servo_ctrl.control.loop_margins import open_loop
 from servo_ctrl.control.section import filter_blend
 from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
-from servo_ctrl.metrology.loop_margins import open_loop
 
 Response = NDArray[np.complex128]
 
@@ -98,7 +98,7 @@ def _closed_loop(params: AxisParams, mass_kg: float, state: AxisState, load_n: A
     period_s = params.period_s
     for k in range(len(load_n)):
         state, command = axis_tick(
-            params, state, AxisSample(0.0, 0.0, 0.0, 0.0, position_m, position_m, acting_n)
+            params, state, AxisSample(0.0, 0.0, 0.0, 0.0, position_m, position_m, acting_n, 0.0)
         )
         acting_n, commanded_n = commanded_n, command.force_n
         total_n[k] = acting_n + load_n[k]

@@ -30,7 +30,7 @@ def _run(
     out: Array,
 ) -> trapezoidal_pulse.State:
     for k in range(len(command)):
-        sample = AxisSample(command[k], 0.0, acceleration[k], 0.0, 0.0, 0.0, 0.0)
+        sample = AxisSample(command[k], 0.0, acceleration[k], 0.0, 0.0, 0.0, 0.0, 0.0)
         state = advance_pulse(p, state, sample, T)
         out[0, k] = pulse_m_s(p, state)
         out[1, k] = state.age_s

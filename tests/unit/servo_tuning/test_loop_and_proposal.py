@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation import notch
+from servo_ctrl.control.loop_margins import sensitivity_peak
 from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
-from servo_ctrl.metrology.loop_margins import sensitivity_peak
 from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
 from servo_ctrl.tuning.gain_search import EncoderSteps
