@@ -18,7 +18,7 @@ class ContourControl(FileSection):
     """Velocity per contour error, 1/s: added, beside the path, to kp_1_s of the axes."""
     ki_1_s2: NonNegative = 0.0
     """Integral gain, 1/s^2; 0 = no integrator."""
-    limit_mm_s: Positive = 2.0
+    limit_mm_s: Positive = 10.0
     """Limit of the added velocity, and of its integral, mm/s."""
     full_speed_mm_s: Positive = 1.0
     """Commanded speed from which on it acts fully, mm/s; below, its effect falls to 0 at standstill."""

@@ -12,6 +12,7 @@ from hil_sim.config import effect_tables
 from servo_ctrl.config import key_tables
 from studies.compensations.run import markdown
 from studies.compensations.twin_study import Row
+from studies.koren_1991 import contour_tables
 from tests.campaigns.bench import real_page
 from tests.campaigns.pages import claims, dependencies, drive_objects, families, tables
 
@@ -53,6 +54,10 @@ def _compensations(document: str) -> str:
     return between(document, "figures", markdown(found))
 
 
+def _contour_control(document: str) -> str:
+    return between(document, "figures", contour_tables.tables(_figures("docs/contour_control.json")))
+
+
 def _families(document: str) -> str:
     scored, training, rivals = (_figures(source) for source in BLIND)
     return between(document, "figures", families.section(scored, training, rivals["rows"]))
@@ -89,6 +94,7 @@ GENERATED = (
     Generated("docs/blind-trials.md", BLIND, _families),
     Generated("docs/claims.md", ("docs/claims.toml",), _claims),
     Generated("docs/compensations.md", ("docs/compensations.json",), _compensations),
+    Generated("docs/contour_control.md", ("docs/contour_control.json",), _contour_control),
     Generated("docs/drive_objects.md", ("eds/servo_drive.eds", "eds/linear_scale.eds"), _drive_objects),
     Generated("docs/dependencies.md", ("docs/dependencies.json", "docs/dependencies.toml"), _dependencies),
     Generated("docs/machines.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
