@@ -128,6 +128,12 @@ class CycleMemory:
         """Return the parameters of an axis's control law."""
         return self._params[axis]
 
+    def coupled(self) -> tuple[tuple[int, int], float] | None:
+        """Return the axes under contour control and their contour error (m); None where it is off."""
+        for contour in self._contours:
+            return (int(contour["axes"]["first"]), int(contour["axes"]["second"])), float(contour["error_m"])
+        return None
+
     def change_params(self, axis: int, params: AxisParams) -> None:
         """Change the control-law parameters of an axis from the next cycle on; its state stays."""
         self._params[axis] = params

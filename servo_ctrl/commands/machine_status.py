@@ -80,6 +80,16 @@ class ProgramStatus(NamedTuple):
     """The work offsets that were set, and the chosen one."""
 
 
+class ContourStatus(NamedTuple):
+    """Contour control, which couples two axes."""
+
+    axes: tuple[str, ...] = ()
+    """The two axes; empty where it is off."""
+    error_m: float = math.nan
+    """Contour error in the last cycle, positive where the path is left of the table; NaN while the axes stay
+    where they were taken over."""
+
+
 class MachineStatus(NamedTuple):
     """The status of the controller. The fields after `program` go to the page only."""
 
@@ -96,6 +106,7 @@ class MachineStatus(NamedTuple):
     program: ProgramStatus = ProgramStatus()
     setting_up: bool = False
     """Whether nodes boot again before their drives get power."""
+    contour: ContourStatus = ContourStatus()
     time: str = ""
     """When the status was sent, ISO 8601."""
     bus: BusStatus = BusStatus()

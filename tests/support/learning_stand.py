@@ -12,7 +12,7 @@ import pytest
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.learning_status import LearningState
-from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.machine_status import ContourStatus, MachineStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.learning import pulse_learning
@@ -86,6 +86,7 @@ class FakeMachine:
         self.missed_ticks = self.cycles = 0
         self.at_a_switch = ""
         self.setting_up = False
+        self.contour = ContourStatus()
         self.at_m = [0.0] * axes
 
     def set_points_m(self) -> list[float]:

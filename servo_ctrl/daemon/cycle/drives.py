@@ -6,6 +6,7 @@ from typing import NamedTuple
 from kernels.arrays import Array
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.commands.machine_status import ContourStatus
 from servo_ctrl.cyclic import sequence_state
 from servo_ctrl.cyclic.cia402 import DriveState
 from servo_ctrl.cyclic.drive_phases import Phase
@@ -49,6 +50,15 @@ class Drives:
     def hold_positions_m(self) -> list[float]:
         """Positions at which the controller took the axes over."""
         return [servo.hold_m for servo in self._servos]
+
+    @property
+    def contour(self) -> ContourStatus:
+        """Contour control and its error in the last cycle."""
+        found = self._memory.coupled()
+        if found is None:
+            return ContourStatus()
+        axes, error_m = found
+        return ContourStatus(tuple(self._servos[axis].name for axis in axes), error_m)
 
     @property
     def ready(self) -> bool:

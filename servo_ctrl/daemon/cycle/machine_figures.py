@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 from kernels.arrays import Array
 from servo_ctrl.axis.fault_policy import Event
+from servo_ctrl.commands.machine_status import ContourStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.drives import AxisPlace, Drives
 from servo_ctrl.daemon.cycle.event_log import EventLog
@@ -104,6 +105,11 @@ class MachineFigures:
     def program(self) -> Reference | None:
         """The set-point source that the axes follow, or followed last."""
         return self._source.program
+
+    @property
+    def contour(self) -> ContourStatus:
+        """Contour control and its error in the last cycle."""
+        return self._drives.contour
 
     @property
     def setting_up(self) -> bool:

@@ -189,6 +189,7 @@ class ControllerCommandHandler:
             drives=self._operating.drives(),
             program=self._programs.status(),
             setting_up=machine.setting_up,
+            contour=machine.contour,
         )
 
     def _axis_status(self, index: int, axis: AxisCompensation) -> AxisStatus:
