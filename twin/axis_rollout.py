@@ -125,7 +125,8 @@ def _run_axis(
 ) -> int:
     """Fill `rows` and `found_at`; return the encoder counts at the axis's zero."""
     for k in range(len(reference)):
-        origin = latch(axis, wires, p, s, sp, substeps, dt_s, k >= off_cycles, origin)
+        advance_axis(p, s, sp, substeps, dt_s)
+        origin = latch(axis, wires, p, s, sp, k >= off_cycles, origin)
         answer(
             axis, tables, kept, wires, sp, reference[k], k, k >= off_cycles, origin, rows[k], bits, found_at
         )
@@ -133,12 +134,9 @@ def _run_axis(
 
 
 @kernel
-def latch(
-    axis: Any, wires: Wires, p: Any, s: Any, sp: Any, substeps: int, dt_s: float, power: bool, origin: int
-) -> int:
-    """Advance the plant to the next SYNC and latch its inputs; return the encoder counts at the zero."""
+def latch(axis: Any, wires: Wires, p: Any, s: Any, sp: Any, power: bool, origin: int) -> int:
+    """Latch the inputs of a plant that has come to its SYNC; return the encoder counts at the zero."""
     inputs = axis["inputs"]
-    advance_axis(p, s, sp, substeps, dt_s)
     if axis["engaged"] and not wires.immediate:
         _take_effect(axis, wires, sp, origin)
     if power and not axis["engaged"]:

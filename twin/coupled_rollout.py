@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hil_sim.config import Plant, PlantConfig
+from hil_sim.plant.integrate import advance_axis
 from kernels.arrays import Array, Index
 from kernels.jit import threaded_kernel
 from kernels.record_layout import Pool, store
@@ -102,9 +103,8 @@ def _run_axes(
         power = k >= off_cycles
         for axis in range(len(axes)):
             at = places[axis]
-            origins[axis] = latch(
-                axes[axis], wires[axis], p[at], s[at], sp[at], substeps, dt_s, power, origins[axis]
-            )
+            advance_axis(p[at], s[at], sp[at], substeps, dt_s)
+            origins[axis] = latch(axes[axis], wires[axis], p[at], s[at], sp[at], power, origins[axis])
         couple_axes(contours, axes, reference[k], REFERENCE_COLUMNS, True)
         for axis in range(len(axes)):
             first = axis * REFERENCE_COLUMNS

@@ -1,13 +1,16 @@
 """Converts `[contour_control]` to the coupling of the cycle, and refuses one without a margin."""
 
 import math
+from itertools import product
 
 from servo_ctrl.config.contour_model import ContourControl
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.freeze import axis_params, with_observer
 from servo_ctrl.config.model import AxisConfig, MachineConfig
+from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
 from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
 from servo_ctrl.control.contour_control import Params
 from servo_ctrl.control.contour_margin import coupled_sensitivity_peak
+from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.cyclic.contour_coupling import Coupling
 from servo_ctrl.units import MM
 
@@ -57,11 +60,24 @@ def _lacking(name: str, axis: AxisConfig) -> str:
 
 
 def sensitivity_peak_of(machine: MachineConfig, wanted: ContourControl) -> float:
-    """Return Ms of the coupled axes of a machine on the masses of their acceleration feedforward."""
-    first, second = (axis_params(machine, name) for name in wanted.axes)
+    """Return Ms of the coupled axes of a machine on the masses of their acceleration feedforward.
+
+    An observer that the file has may be switched at any time: the largest Ms with it and without it.
+    """
     contour = _params(wanted, machine.period_s)
-    masses_kg = first.feedforward.acceleration_kg, second.feedforward.acceleration_kg
-    return coupled_sensitivity_peak(contour, first, second, *masses_kg)
+    first, second = (_laws(machine, name) for name in wanted.axes)
+    return max(
+        coupled_sensitivity_peak(contour, x, y, x.feedforward.acceleration_kg, y.feedforward.acceleration_kg)
+        for x, y in product(first, second)
+    )
+
+
+def _laws(machine: MachineConfig, name: str) -> list[AxisParams]:
+    """Return the laws that an axis may have while it is coupled."""
+    own = axis_params(machine, name)
+    if machine.axes[name].section(DisturbanceObserverSettings) is None:
+        return [own]
+    return [with_observer(own, enabled=on) for on in (False, True)]
 
 
 def _params(wanted: ContourControl, period_s: float) -> Params:

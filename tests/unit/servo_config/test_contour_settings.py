@@ -29,18 +29,31 @@ def test_it_is_off_without_the_section_and_where_it_is_not_enabled(tmp_path: Pat
 
 
 def test_settings_are_those_of_the_file_in_si_with_the_axes_by_number(tmp_path: Path) -> None:
-    machine = table(tmp_path, 'axes = ["y", "x"]\nkp_1_s = 60.0\nlimit_mm_s = 3.0')
-    law = Params(kp_1_s=60.0, ki_1_s2=0.0, limit_m_s=0.003, full_speed_m_s=0.001, period_s=0.001)
+    machine = table(tmp_path, 'axes = ["y", "x"]\nkp_1_s = 50.0\nlimit_mm_s = 3.0')
+    law = Params(kp_1_s=50.0, ki_1_s2=0.0, limit_m_s=0.003, full_speed_m_s=0.001, period_s=0.001)
     assert couplings(machine) == (Coupling(1, 0, law),)
 
 
 def test_the_largest_gain_that_is_accepted_has_ms_2(tmp_path: Path) -> None:
     machine = load_machine(XY_TABLE)
-    below, above = (ContourControl(axes=["x", "y"], kp_1_s=gain) for gain in (73.0, 75.0))
+    below, above = (ContourControl(axes=["x", "y"], kp_1_s=gain) for gain in (55.0, 57.0))
     assert sensitivity_peak_of(machine, below) < 2.0 < sensitivity_peak_of(machine, above)
-    table(tmp_path, 'axes = ["x", "y"]\nkp_1_s = 73.0')
+    table(tmp_path, 'axes = ["x", "y"]\nkp_1_s = 55.0')
     with pytest.raises(ConfigError, match=r"Ms of the two axes is 2\.0\d on their masses, above 2"):
-        table(tmp_path, 'axes = ["x", "y"]\nkp_1_s = 75.0')
+        table(tmp_path, 'axes = ["x", "y"]\nkp_1_s = 57.0')
+
+
+def test_an_observer_that_may_be_switched_on_counts_and_one_that_the_file_lacks_does_not(
+    tmp_path: Path,
+) -> None:
+    section = 'axes = ["x", "y"]\nkp_1_s = 70.0'
+    with pytest.raises(ConfigError, match="Ms of the two axes is 2"):
+        table(tmp_path, section)
+    without = [
+        (f"[axis.{name}.disturbance_observer]\nenabled = false\nbandwidth_hz = 7.5\nmass_kg = {mass_kg}", "")
+        for name, mass_kg in (("x", 70.0), ("y", 89.6))
+    ]
+    assert len(couplings(table(tmp_path, section, *without))) == 1
 
 
 @pytest.mark.parametrize(

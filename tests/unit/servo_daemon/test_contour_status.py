@@ -12,7 +12,7 @@ from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
 from servo_ctrl.daemon.run.assemble import build_axes
 
-SECTION = '\n[contour_control]\naxes = ["y", "x"]\nkp_1_s = 60.0\n'
+SECTION = '\n[contour_control]\naxes = ["y", "x"]\nkp_1_s = 50.0\n'
 CIRCLE = [2e-3, 0.01, 0.0, 0.0, 3e-3, 0.0, 0.0, 0.0]
 
 
