@@ -72,12 +72,14 @@ def diagnose(
     """
     from rich.console import Console
 
+    from kernels.heap import give_large_arrays_back
     from reconcile.cli.diagnose_progress import show_progress, steps_of
     from reconcile.diagnosis.diagnose import diagnose as run_diagnosis
     from reconcile.formats.mapping import parse_mapping
     from reconcile.nominal_model.model_file import load_model
     from reconcile.report.console import show
 
+    give_large_arrays_back()
     steps = steps_of(list(load_model(model).axes))
     with show_progress(steps, as_json=progress is ProgressFormat.JSON) as on_progress:
         result = run_diagnosis(

@@ -72,15 +72,15 @@ def diagnose(
     loaded = load_recordings(paths, model.axes, mapping, set_aside=set_aside)
     on_progress("checking timing and sensors")
     checked = examine(loaded, model.axes)
+    by_axis = {name: [one for one in checked.recordings if one.axis == name] for name in model.axes}
+    thinned = {name: to_be_thinned(of) for name, of in by_axis.items() if of}
+    at_full_rate = [one for one in checked.recordings if one.axis in controllers]  # for the replay
+    updates, notes = {}, notes_of(checked.findings)
+    del loaded, checked, by_axis  # of long recordings their memory is for the columns
     explanations: dict[str, list[Explanation]] = {}
     proofs: dict[str, list[Proof]] = {}
-    updates, notes = {}, notes_of(checked.findings)
-    for name in model.axes:
-        recordings = [recording for recording in checked.recordings if recording.axis == name]
-        if not recordings:
-            continue
+    for name, (recordings, thinning) in thinned.items():
         release_compiler()  # its 68 MB, which loading kernels has touched, are for the columns
-        recordings, thinning = to_be_thinned(recordings)
         one = diagnose_axis(recordings, model, matters, on_progress, with_proof=with_proof)
         explanations[name], proofs[name], updates[name] = one.explanations, one.proofs, one.sections
         notes += notes_of(thinning)
@@ -89,7 +89,7 @@ def diagnose(
         on_progress("replaying")
     led = [name for name in controllers if name in explanations]
     loops = {name: control_loop(controllers[name], explanations[name]) for name in led}
-    replayed = replay_models(checked.recordings, model, updates, loops)
+    replayed = replay_models(at_full_rate, model, updates, loops)
     notes += replayed.notes
     on_progress("locating")
     analyses = residual_analyses(explanations, model.axes)

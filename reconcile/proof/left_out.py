@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array, Index
+from kernels.compiler_memory import release_compiler
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.explain import Explanation, explain, without
@@ -47,6 +48,7 @@ def prove(
     folds: list[_Fold] = []
     for number, recording in enumerate(recordings, start=1):
         on_progress(f"axis {recording.axis}: {number} of {len(recordings)} recordings left out")
+        release_compiler()  # what the last search has freed is for the columns of the next
         blocks = [_blocks_of(search, recording.source) for search in searches]
         made = [_to_be_kept(explain(search, of)) for search, of in zip(searches, blocks, strict=True)]
         folds.append(_Fold(recording, blocks, made))
