@@ -23,7 +23,7 @@ help:  ## list the targets
 setup: $(STAMP)  ## make the virtual environment from pinned dependencies
 
 # uv takes a sixth of pip's time. It does not read pip's configuration: where it finds no package, pip installs.
-# compileall takes all processors; a file that is not for this Python is left.
+# compileall takes all processors; tests of packages are nobody's, and a file that is not for this Python is left.
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "Python 3.11 or newer is needed; name one with: make PYTHON=/path/to/python3.11"; exit 1; }
@@ -32,7 +32,7 @@ $(STAMP): pyproject.toml constraints.txt
 	$(BIN)/pip install --quiet --no-compile --constraint constraints.txt uv
 	$(BIN)/uv pip install --quiet --python $(BIN)/python $(PINNED_AND_OURS) || \
 	  $(BIN)/pip install --quiet --no-compile $(PINNED_AND_OURS)
-	@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib || true
+	@$(BIN)/python -m compileall -qq -j 0 -x '/(tests?|pip)/' $(VENV)/lib || true
 	@$(BIN)/hil-sim compile --machine machines/xy_table & \
 	  $(BIN)/servo-ctrl compile --machine machines/xy_table && wait $$!  # both sides' kernels, on two processors
 	@touch $@
