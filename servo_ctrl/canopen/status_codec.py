@@ -1,6 +1,6 @@
 """Codec of status fields as numbers, texts and tables of our objects; see `servo_ctrl.commands.field`.
 
-An unsigned number of all ones means that there is no value.
+`DataType.unknown` means that there is no value.
 """
 
 import math
@@ -53,9 +53,13 @@ def encoded(value: Any, entry: Entry, axes: Sequence[str] = ()) -> Value:
 def _number(value: Any, entry: Entry) -> int:
     if entry.names:
         return entry.names.index(value) if value in entry.names else entry.absent
+    if entry.unit and math.isnan(value):
+        return entry.absent
+    if entry.data_type is DataType.I32:
+        return to_integer(value, entry.unit, -_INT32_MAX, _INT32_MAX)
     highest = (1 << entry.data_type.bits) - 1
     if entry.unit:
-        return entry.absent if math.isnan(value) else to_integer(value, entry.unit, 0, highest - 1)
+        return to_integer(value, entry.unit, 0, highest - 1)
     if entry.data_type is DataType.U16:
         return min(int(value), highest)
     return int(value) & highest if entry.data_type is DataType.U32 else int(value)
@@ -72,7 +76,7 @@ def decoded(value: Value, entry: Entry, hint: Any, axes: Sequence[str] = ()) -> 
     if entry.names:
         return entry.names[value] if value < len(entry.names) else None
     if entry.unit:
-        return math.nan if value == (1 << entry.data_type.bits) - 1 else in_si(value, entry.unit)
+        return math.nan if value == entry.data_type.unknown else in_si(value, entry.unit)
     return hint(value)
 
 

@@ -20,6 +20,7 @@ class DataType(IntEnum):
     """Data types of the controller's objects by their CiA 301 code; TABLE is a DOMAIN of INTEGER32 rows."""
 
     I8 = 0x02
+    I32 = 0x04
     U8 = 0x05
     U16 = 0x06
     U32 = 0x07
@@ -29,7 +30,12 @@ class DataType(IntEnum):
     @property
     def bits(self) -> int:
         """Length of a number; 0 for a variable length."""
-        return {"I8": 8, "U8": 8, "U16": 16, "U32": 32}.get(self.name, 0)
+        return {"I8": 8, "I32": 32, "U8": 8, "U16": 16, "U32": 32}.get(self.name, 0)
+
+    @property
+    def unknown(self) -> int:
+        """The number that no quantity has: all ones if unsigned, the least if signed."""
+        return -1 << (self.bits - 1) if self.name.startswith("I") else (1 << self.bits) - 1
 
 
 class PerAxis(Enum):
@@ -65,7 +71,7 @@ class Entry:
     default: int | None = None
     """Value in the EDS; None = `absent`."""
     none: int | None = None
-    """Number that stands for no value; None = all ones for a quantity or a name, else 0."""
+    """Number that stands for no value; None = `DataType.unknown` for a quantity or a name, else 0."""
     pdo: int = 0
     """Place in the status TPDO, from 1; 0 = not mapped."""
 
@@ -80,7 +86,7 @@ class Entry:
         """The number that stands for no value."""
         if self.none is not None:
             return self.none
-        return (1 << self.data_type.bits) - 1 if self.unit or self.names else 0
+        return self.data_type.unknown if self.unit or self.names else 0
 
 
 class Field(NamedTuple):

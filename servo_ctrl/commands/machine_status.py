@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 from servo_ctrl.commands.axis_status import AxisStatus  # the codecs read the types
 from servo_ctrl.commands.bus_status import BusStatus, EmcyEntry, EventEntry, NodeStatus
-from servo_ctrl.commands.field import AXES, DECIMICRON, FIELDS_OF, DataType, Entry, Field, numbered
+from servo_ctrl.commands.field import AXES, DECIMICRON, FIELDS_OF, NM, DataType, Entry, Field, numbered
 from servo_ctrl.commands.learning_status import LearningStatus  # the same
 from servo_ctrl.commands.settings import Settings  # the same
 from servo_ctrl.commands.stage import Stage
 
-U8, U16, U32, TEXT = DataType.U8, DataType.U16, DataType.U32, DataType.TEXT
+I32, U8, U16, U32, TEXT = DataType.I32, DataType.U8, DataType.U16, DataType.U32, DataType.TEXT
 
 
 class DriveStatus(NamedTuple):
@@ -91,7 +91,7 @@ class ContourStatus(NamedTuple):
 
 
 class MachineStatus(NamedTuple):
-    """The status of the controller. The fields after `program` go to the page only."""
+    """The status of the controller. The fields after `program` go to the page only, but `contour.error_m`."""
 
     stage: Stage
     cycles: int
@@ -155,4 +155,12 @@ FIELDS_OF[MachineStatus] = {
     ),
     "learning": Field(),
     "settings": Field(),
+    "contour": Field(),
+}
+FIELDS_OF[ContourStatus] = {
+    "error_m": Field(
+        "Contour error in nm",
+        Entry(0x2005, 0, I32, NM),
+        "Of the axes under contour control, in the last cycle; positive where the path is left of the table.",
+    ),
 }

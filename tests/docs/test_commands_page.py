@@ -11,7 +11,7 @@ from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.tables import files
 
 PAGE = (REPOSITORY / "docs" / "commands.md").read_text(encoding="utf-8")
-TYPES = {"u8": 0x5, "u16": 0x6, "u32": 0x7, "i8": 0x2, "text": 0x9, "table": 0xF}
+TYPES = {"u8": 0x5, "u16": 0x6, "u32": 0x7, "i8": 0x2, "i32": 0x4, "text": 0x9, "table": 0xF}
 OBJECTS = re.compile(
     r"<!-- (?:objects|(?:commands|status): made by commands\.tables) -->\n(.*?)<!-- end -->", re.DOTALL
 )

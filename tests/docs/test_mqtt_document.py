@@ -10,6 +10,7 @@ from fake_command_handler import LEARNED, REVERSAL, SCREW, FakeCommandHandler
 
 from servo_ctrl.commands.command import Command, Refusal, Right
 from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.machine_status import ContourStatus
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.telemetry.mqtt import payloads
 from servo_ctrl.telemetry.mqtt.commands import SETTING_OF, MqttCommands
@@ -34,7 +35,7 @@ def test_the_examples_have_the_shape_of_the_messages() -> None:
     handler.set_axis(
         0, version=3, learned_at="2026-11-20T09:00:00+00:00", learned=LEARNED, last=REVERSAL, screw=SCREW
     )
-    status = handler.status()
+    status = handler.status()._replace(contour=ContourStatus(("x", "y"), 1.25e-6))
     messages = [
         payloads.state_payload(status, 0),
         payloads.reversal_payload(REVERSAL, datetime.now(UTC)),

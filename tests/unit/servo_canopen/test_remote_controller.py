@@ -14,6 +14,7 @@ from servo_ctrl.canopen.remote_controller import RemoteController
 from servo_ctrl.canopen.stack import Network, load_eds
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.machine_status import ContourStatus
 from servo_ctrl.commands.stage import Stage
 
 
@@ -160,3 +161,17 @@ def test_every_status_can_be_read(value: float, count: int, state: LearningState
         assert last.error_mean_m == pytest.approx(value, abs=0.5001e-9)
     if math.isnan(value):
         assert math.isnan(last.error_mean_m)
+
+
+@pytest.mark.parametrize(
+    ("error_m", "number"),
+    [(-3.5e-6, -3500), (2e-9, 2), (math.nan, -(2**31)), (-9.0, -(2**31) + 1), (9.0, 2**31 - 1)],
+)
+def test_the_contour_error_keeps_its_sign_and_says_when_there_is_none(
+    wire: Wire, error_m: float, number: int
+) -> None:
+    handler = wire.bench.handler
+    handler.now = handler.now._replace(contour=ContourStatus(("x", "y"), error_m))
+    assert wire.bench.remote.sdo[0x2005].raw == number
+    read_m = wire.remote.status().contour.error_m
+    assert read_m == pytest.approx(number * 1e-9, abs=1e-15) or (math.isnan(read_m) and math.isnan(error_m))
