@@ -29,6 +29,7 @@ from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
 from servo_ctrl.hmi.shell.parts import configure_elements, notify_unexpected
 from servo_ctrl.hmi.shell.plots import BLUE, GREEN, VERMILION
 from servo_ctrl.hmi.shell.units import unit_system
+from servo_ctrl.hmi.tuning import page as tuning
 
 PAGES: dict[str, ModuleType] = {
     "/": drive,
@@ -37,6 +38,7 @@ PAGES: dict[str, ModuleType] = {
     "/contour": contour,
     "/friction": friction,
     "/reconcile": diagnosis,
+    "/tuning": tuning,
     "/bus": bus,
 }
 """By address, in the order of their links: modules with `TITLE` and `build(page)`."""

@@ -1,4 +1,4 @@
-"""The files that a tuning writes: report.html, tuned.toml, tune.json."""
+"""The files that a tuning writes: report.html, tuned.toml, tune.json, bode.json."""
 
 import json
 import math
@@ -7,13 +7,14 @@ from typing import Any
 
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.report.html_page import page
+from servo_ctrl.tuning.curves import document_of
 from servo_ctrl.tuning.machine_file import section_text
 from servo_ctrl.tuning.modal_model import antiresonances
 from servo_ctrl.tuning.pictures import report_of
 from servo_ctrl.tuning.results import AssessedSetting, TuneResult
 from servo_ctrl.tuning.summary import summary_lines
 
-HTML_FILE, TOML_FILE, JSON_FILE = "report.html", "tuned.toml", "tune.json"
+HTML_FILE, TOML_FILE, JSON_FILE, BODE_FILE = "report.html", "tuned.toml", "tune.json", "bode.json"
 
 
 def write_files(result: TuneResult, out: Path) -> list[Path]:
@@ -24,6 +25,7 @@ def write_files(result: TuneResult, out: Path) -> list[Path]:
         HTML_FILE: page(report_of(result)),
         TOML_FILE: comments + section_text(result.axis, result.sections) + _shaper_text(result),
         JSON_FILE: json.dumps(figures_of(result), indent=2, allow_nan=False) + "\n",
+        BODE_FILE: json.dumps(document_of(result), allow_nan=False) + "\n",
     }
     for name, text in texts.items():
         write_text_whole(out / name, text)

@@ -6,14 +6,11 @@ import numpy as np
 
 from kernels.arrays import Array
 from servo_ctrl.report.content import LevelLine, Report, ReportPicture, ReportSection, ReportTable, Series
-from servo_ctrl.tuning import loop as loops
-from servo_ctrl.tuning.frequency_response import Response
+from servo_ctrl.tuning.curves import loop_curves, plant_curves
 from servo_ctrl.tuning.machine_file import section_text
 from servo_ctrl.tuning.results import AssessedSetting, TuneResult
 from servo_ctrl.tuning.summary import summary_lines, trial_rows
 
-FROM_HZ = 0.5
-"""Lowest frequency in the pictures of the loop."""
 FREQUENCY = "frequency, Hz"
 
 
@@ -95,22 +92,10 @@ def _margin_row(name: str, setting: AssessedSetting) -> tuple[str, ...]:
 
 
 def _plant(result: TuneResult) -> ReportSection:
-    response, model = result.response, result.model
+    response, curves = result.response, plant_curves(result)
+    series = [Series(one.name, one.frequency_hz, one.magnitude * 1e6) for one in curves]
+    angles = [Series(one.name, one.frequency_hz, one.phase_deg) for one in curves]
     hz = response.frequency_hz
-    grid = loops.grid_hz(model)
-    grid = grid[grid >= hz[0]]
-    series = [
-        Series("motor, measured", hz, _size(response.motor)),
-        Series("motor, model", grid, _size(model.motor(grid))),
-        Series("scale, measured", hz, _size(response.scale)),
-        Series("scale, model", grid, _size(model.scale(grid))),
-    ]
-    angles = [
-        Series("motor, measured", hz, _degrees(response.motor)),
-        Series("motor, model", grid, _degrees(model.motor(grid))),
-        Series("scale, measured", hz, _degrees(response.scale)),
-        Series("scale, model", grid, _degrees(model.scale(grid))),
-    ]
     coherence = (
         Series("motor", hz, response.motor_coherence),
         Series("scale", hz, response.scale_coherence),
@@ -141,19 +126,8 @@ def _plant(result: TuneResult) -> ReportSection:
 
 
 def _loops(result: TuneResult) -> ReportSection:
-    before, after, verified = result.before, result.after, result.verified
-    drawn = [
-        ("before", before.plant.frequency_hz, loops.loop_of(before.params, before.plant)),
-        ("after", after.plant.frequency_hz, loops.loop_of(after.params, after.plant)),
-        ("after, measured", verified.frequency_hz, verified.loop),
-        (
-            "velocity loop, after",
-            after.plant.frequency_hz,
-            loops.velocity_loop_of(after.params, after.plant),
-        ),
-    ]
-    shown = [(name, hz[hz >= FROM_HZ], loop[hz >= FROM_HZ]) for name, hz, loop in drawn]
-    sensitivity = [(name, hz, 1.0 / np.abs(1.0 + loop)) for name, hz, loop in shown[:3]]
+    shown = loop_curves(result)
+    sensitivity = [(one.name, one.frequency_hz, 1.0 / np.abs(1.0 + one.response)) for one in shown[:3]]
     return ReportSection(
         "The loop",
         (
@@ -168,11 +142,13 @@ def _loops(result: TuneResult) -> ReportSection:
                 "loop-size",
                 "|L|",
                 "",
-                [Series(name, hz, np.abs(loop)) for name, hz, loop in shown],
+                [Series(one.name, one.frequency_hz, one.magnitude) for one in shown],
                 unity=True,
             ),
             _phase(
-                "loop-phase", "Phase of L", [Series(name, hz, _degrees(loop)) for name, hz, loop in shown]
+                "loop-phase",
+                "Phase of L",
+                [Series(one.name, one.frequency_hz, one.phase_deg) for one in shown],
             ),
             ReportPicture(
                 "sensitivity",
@@ -208,16 +184,6 @@ def _proof(result: TuneResult) -> ReportSection:
 
 def _in_um(trace: tuple[Array, Array]) -> tuple[Array, Array]:
     return trace[0], trace[1] * 1e6
-
-
-def _size(response: Response) -> Array:
-    return np.asarray(np.abs(response) * 1e6)
-
-
-def _degrees(response: Response) -> Array:
-    """Phase, unwrapped, beginning between -360 and 0."""
-    angle = np.degrees(np.unwrap(np.angle(response)))
-    return np.asarray(angle - 360.0 * math.ceil(float(angle[0]) / 360.0))
 
 
 def _bode(name: str, heading: str, label: str, series: list[Series], *, unity: bool = False) -> ReportPicture:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from page_server import Server, Stub
     from playwright.sync_api import BrowserContext, Page
 
-PAGES = ("/", "/motion", "/scope", "/contour", "/friction", "/reconcile", "/bus")
+PAGES = ("/", "/motion", "/scope", "/contour", "/friction", "/reconcile", "/tuning", "/bus")
 
 
 @pytest.mark.parametrize("width", [360, 1280])
@@ -108,7 +108,9 @@ BEYOND_THE_KEYS = f"""() => [...document.querySelectorAll("{CONTROLS}")]
   .map(one => one.outerHTML.slice(0, 160))"""
 
 
-@pytest.mark.parametrize("path", ["/", "/motion", "/scope", "/contour", "/friction", "/reconcile", "/bus"])
+@pytest.mark.parametrize(
+    "path", ["/", "/motion", "/scope", "/contour", "/friction", "/reconcile", "/tuning", "/bus"]
+)
 def test_every_control_is_reached_by_the_keyboard(visit: Callable[..., Page], stub: Stub, path: str) -> None:
     page = visit(path)
     page.get_by_test_id("take-control").click()

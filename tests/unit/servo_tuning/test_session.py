@@ -15,6 +15,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.run.report import RunReport
+from servo_ctrl.hmi.tuning.tunings import read_curves, read_figures
 from servo_ctrl.recording.reader import Recording
 from servo_ctrl.tuning import machine_runs, simulated
 from twin.plant_file import load_plant
@@ -103,6 +104,14 @@ def test_the_command_measures_proposes_and_proves(machines: Path, twin_bus: Twin
     assert figures["after"]["step_peak_m"] < 0.8 * figures["before"]["step_peak_m"]
     assert twin_bus.control[0].feedback == "motor"  # measured on the motor, proved as the file says
     assert twin_bus.control[-1].feedback == "scale"
+    told, curves = read_figures(tmp_path / "out"), read_curves(tmp_path / "out")  # as the page reads them
+    assert (told.axis, told.proved, told.proposed) == ("x", True, figures["proposed"])
+    assert curves is not None
+    loops = {one.name: one for one in curves.loop}
+    for name, setting in (("before", told.before), ("after", told.after)):
+        response = np.array(loops[name].magnitude) * np.exp(1j * np.radians(loops[name].phase_deg))
+        peak = float(np.max(1.0 / np.abs(1.0 + response)))
+        assert setting.sensitivity_peak == pytest.approx(peak, rel=1e-3)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     for part in ("plant-size", "plant-phase", "coherence", "loop-size", "sensitivity", "proof-circle"):
         assert f'id="{part}"' in page

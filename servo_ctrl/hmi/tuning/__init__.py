@@ -1,0 +1,1 @@
+"""The Tuning page: what `servo-ctrl tune` has measured, proposed and proved."""

@@ -1,0 +1,204 @@
+"""The Tuning page: Bode plots with margins, the proposal and its proof, of the last or a chosen tuning."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from nicegui import run, ui
+
+from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.hmi.languages.texts import tr, word
+from servo_ctrl.hmi.shell.live_content import Plot, TextTable, when_connected
+from servo_ctrl.hmi.shell.open_page import OpenPage
+from servo_ctrl.hmi.shell.parts import Pill, card, choice, div, faint, named, note, problem_text
+from servo_ctrl.hmi.shell.units import NO_VALUE
+from servo_ctrl.hmi.tuning.bode import magnitude_figure, phase_figure, sensitivity_figure
+from servo_ctrl.hmi.tuning.tunings import (
+    Curves,
+    Figures,
+    Setting,
+    Tuning,
+    read_curves,
+    read_figures,
+    tunings_below,
+)
+
+TITLE = word("Tuning")
+OUT = Path("out")
+"""Where `servo-ctrl tune` writes unless it is told otherwise, below the directory the controller runs in."""
+INDICATORS = {
+    "step_peak_m": word("step of force, largest deviation"),
+    "step_settling_s": word("step of force, settled to a tenth"),
+    "move_peak_m": word("move, largest deviation"),
+    "move_settling_s": word("move, settled after its end"),
+    "circle_peak_m": word("circle, largest error"),
+    "circle_rms_m": word("circle, RMS error"),
+}
+MARGINS = {
+    "sensitivity_peak": ("Ms", 1.0),
+    "peak_hz": (word("at Hz"), 1.0),
+    "phase_margin_deg": (word("phase margin, degrees"), 1.0),
+    "gain_margin_db": (word("gain margin, dB"), 1.0),
+    "crossover_hz": (word("crossover, Hz"), 1.0),
+    "compliance_m_n": (word("compliance, µm/N"), 1e6),
+}
+"""Heading and factor of each column."""
+
+
+def build(page: OpenPage) -> None:
+    """Build the content of the page."""
+
+    def make(hello: Hello) -> list[Callable[[object], None]]:
+        TuningCards(page, hello)
+        return []
+
+    when_connected(page, make)
+
+
+class TuningCards:
+    """The tunings to choose from, and the chosen one."""
+
+    def __init__(self, page: OpenPage, hello: Hello) -> None:
+        self._page = page
+        self._directories = [page.services.recordings, Path(hello.machine_file).parent, OUT]
+        self._found: dict[str, Tuning] = {}
+        with card(tr("Tunings"), "tunings"):
+            with div("bench-row"):
+                self._choice = choice(
+                    [], tr("Tuning"), "tuning", "flex: 1 1 200px; min-width: 0", on_change=self._show
+                )
+                refresh = ui.button(icon="refresh", on_click=self._search)
+                named(refresh.props("flat"), tr("Look for tunings again"))
+            self._none = note("no-tuning", "")
+            faint(
+                tr(
+                    "A tuning moves the machine as its only controller: stop this one, then "
+                    "servo-ctrl tune --machine … --axis … --bus …"
+                )
+            ).style("overflow-wrap: anywhere")
+        self._place = div("bench-column").mark("tuning-result")
+        ui.timer(0.0, self._search, once=True)
+
+    async def _search(self) -> None:
+        found = await run.io_bound(tunings_below, self._directories) or []
+        self._found = {str(one.directory): one for one in found}
+        labels = {key: f"{one.written:%Y-%m-%d %H:%M} UTC, {one.place}" for key, one in self._found.items()}
+        self._none.set_text(
+            "" if labels else tr("None found below {places}.", places=", ".join(map(str, self._directories)))
+        )
+        value = self._choice.value if self._choice.value in labels else next(iter(labels), None)
+        self._choice.set_options(labels, value=value)
+
+    async def _show(self) -> None:
+        chosen = self._found.get(str(self._choice.value or ""))
+        self._place.clear()
+        if chosen is None:
+            return
+        try:
+            figures = await run.io_bound(read_figures, chosen.directory)
+            curves = await run.io_bound(read_curves, chosen.directory)
+        except Exception as error:  # noqa: BLE001  # a tuning without a result would be taken for none
+            with self._place:
+                note("tuning-problem", "bad").set_text(problem_text(error))
+            return
+        if figures is not None and chosen is self._found.get(str(self._choice.value or "")):
+            self._place.clear()
+            with self._place:
+                _show_proposal(figures, chosen.directory)
+                _show_proof(figures)
+                if curves is None:
+                    faint(tr("Bode plots are in its report.html; an earlier version wrote no bode.json."))
+                else:
+                    self._show_curves(figures, curves)
+
+    def _show_curves(self, figures: Figures, curves: Curves) -> None:
+        look = self._page.look
+        with card(tr("Loop"), "loop"):
+            faint(tr("L at the set point of the amplifier: position and velocity loop, notch and delays."))
+            with div("bench-grid"):
+                for name, label, make in (
+                    ("loop-size", tr("|L|"), partial(magnitude_figure, curves.loop, tr("|L|"), 1.0, look)),
+                    ("loop-phase", tr("Phase of L"), partial(phase_figure, curves.loop, look)),
+                    (
+                        "sensitivity",
+                        tr("Sensitivity |1 / (1 + L)|, cut off at 5"),
+                        partial(sensitivity_figure, curves.loop, figures.stated_ms, look),
+                    ),
+                ):
+                    _plot(name, label, make)
+        unit = look.units.error
+        size = partial(magnitude_figure, curves.plant, f"{unit.unit}/N", unit.factor, look)
+        with card(tr("Plant, from force to position"), "plant"), div("bench-grid"):
+            _plot("plant-size", tr("Magnitude"), size)
+            _plot("plant-phase", tr("Phase"), partial(phase_figure, curves.plant, look))
+
+
+def _plot(mark: str, label: str, make: Callable[[], dict[str, object]]) -> None:
+    with div():
+        ui.label(label).classes("bench-h")
+        Plot(mark, label, 300).show(mark, make)
+
+
+def _show_proposal(figures: Figures, directory: Path) -> None:
+    with card(tr("Axis {axis} of {machine}", axis=figures.axis, machine=figures.machine), "proposal"):
+        with div("bench-row"):
+            state = Pill("tuning-state")
+        if figures.proved:
+            state.show(tr("✓ proved on the machine"), "good")
+        else:
+            state.show(tr("⚠ not proved: do not use it"), "bad")
+        ui.label(
+            tr(
+                "Ms {measured:.2f} was measured with the proposed values, {stated:g} was stated.",
+                measured=figures.measured_ms,
+                stated=figures.stated_ms,
+            )
+        ).mark("tuning-ms")
+        values = {
+            f"{section}.{key}": value
+            for section, keys in figures.proposed.items()
+            for key, value in keys.items()
+        }
+        TextTable("proposed", (tr("key of the machine file"), tr("proposed")), figures=True).show(
+            [(key, _value_text(value)) for key, value in values.items()]
+        )
+        head = (tr("setting"), tr("stable"), *(tr(name) for name, _factor in MARGINS.values()))
+        TextTable("margins", head, figures=True).show(
+            [_margin_row(tr("before"), figures.before), _margin_row(tr("after"), figures.after)]
+        )
+        for text in (figures.before.remark, *figures.notes):
+            if text:
+                faint(text).style("overflow-wrap: anywhere; font-size: 12px")
+        faint(tr("Files: {place}", place=directory)).style("overflow-wrap: anywhere")
+
+
+def _show_proof(figures: Figures) -> None:
+    with card(tr("Proof on the machine"), "proof"):
+        TextTable("indicators", (tr("indicator"), tr("before"), tr("after")), figures=True).show(
+            [
+                (tr(name), _indicator_text(key, figures.before), _indicator_text(key, figures.after))
+                for key, name in INDICATORS.items()
+            ]
+        )
+
+
+def _margin_row(name: str, setting: Setting) -> tuple[str, ...]:
+    values = [(getattr(setting, key), factor) for key, (_name, factor) in MARGINS.items()]
+    return (
+        name,
+        tr("yes") if setting.stable else tr("no"),
+        *(NO_VALUE if value is None else f"{factor * value:.3g}" for value, factor in values),
+    )
+
+
+def _indicator_text(key: str, setting: Setting) -> str:
+    value = getattr(setting, key)
+    if value is None:
+        return NO_VALUE
+    return f"{1e3 * value:.3g} ms" if key.endswith("_s") else f"{1e6 * value:.3g} µm"
+
+
+def _value_text(value: bool | float | str) -> str:
+    if isinstance(value, bool):
+        return tr("yes") if value else tr("no")
+    return f"{value:g}" if isinstance(value, float) else value

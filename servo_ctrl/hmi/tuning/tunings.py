@@ -1,0 +1,150 @@
+"""The files of `servo-ctrl tune`: found below directories, and checked, for another program wrote them."""
+
+import json
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
+from itertools import islice
+from pathlib import Path
+from typing import Annotated, NamedTuple, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+
+from kernels.complaints import plain_complaint
+from servo_ctrl.errors import ServoCtrlError, reason_of
+
+FIGURES, CURVES = "tune.json", "bode.json"
+MAX_FILE_BYTES = 10_000_000
+"""Some 5 kB of figures and 500 kB of curves in a tuning."""
+MAX_TUNINGS, SEARCH_DEPTH = 50, 2
+"""Bounds of the list that a browser gets, and of the levels of directories that are searched."""
+
+Text = Annotated[str, StringConstraints(max_length=4000)]
+Quantity = float | None
+"""None: not finite, or not determined."""
+
+
+class TuningError(ServoCtrlError):
+    """The files of a tuning cannot be used."""
+
+
+class _TuningPart(BaseModel):
+    # keys that the page does not show are ignored, so that later versions may add to them
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class Setting(_TuningPart):
+    """Margins of a setting on the measured plant, and the indicators of its trial."""
+
+    stable: bool
+    sensitivity_peak: Quantity
+    peak_hz: Quantity
+    phase_margin_deg: Quantity
+    gain_margin_db: Quantity
+    crossover_hz: Quantity
+    compliance_m_n: Quantity
+    remark: Text = ""
+    step_peak_m: Quantity = None
+    step_settling_s: Quantity = None
+    move_peak_m: Quantity = None
+    move_settling_s: Quantity = None
+    circle_peak_m: Quantity = None
+    circle_rms_m: Quantity = None
+
+
+class Figures(_TuningPart):
+    """The part of tune.json that the page shows."""
+
+    machine: Text
+    axis: Text
+    stated_ms: float
+    measured_ms: float
+    proved: bool
+    proposed: dict[Text, dict[Text, bool | float | Text]]
+    before: Setting
+    after: Setting
+    notes: Annotated[list[Text], Field(max_length=1000)] = []
+
+
+class Curve(_TuningPart):
+    """A frequency response, (n,) each."""
+
+    name: Text
+    frequency_hz: list[float]
+    magnitude: list[float]
+    phase_deg: list[float]
+
+
+class Curves(_TuningPart):
+    """The content of bode.json."""
+
+    plant: Annotated[list[Curve], Field(max_length=20)]
+    """Position per force, m/N."""
+    loop: Annotated[list[Curve], Field(max_length=20)]
+
+
+Part = TypeVar("Part", Figures, Curves)
+
+
+class Tuning(NamedTuple):
+    """A tuning that was found."""
+
+    directory: Path
+    written: datetime
+
+    @property
+    def place(self) -> str:
+        """The last two parts of its path."""
+        return "/".join(self.directory.parts[-2:])
+
+
+def tunings_below(directories: Sequence[Path]) -> list[Tuning]:
+    """At most MAX_TUNINGS tunings in directories and below them, the newest first."""
+    found = {}
+    for directory in directories:
+        for file in islice(_figures_below(directory, SEARCH_DEPTH), MAX_TUNINGS):
+            try:
+                written = datetime.fromtimestamp(file.stat().st_mtime, UTC)
+            except OSError:
+                continue  # it has just been removed
+            found[file.resolve()] = Tuning(file.parent, written)
+    return sorted(found.values(), key=lambda one: one.written, reverse=True)[:MAX_TUNINGS]
+
+
+def read_figures(directory: Path) -> Figures:
+    """Read tune.json. Raises TuningError."""
+    return _checked(Figures, directory / FIGURES)
+
+
+def read_curves(directory: Path) -> Curves | None:
+    """Read bode.json; None where there is none. Raises TuningError."""
+    return _checked(Curves, directory / CURVES) if (directory / CURVES).exists() else None
+
+
+def _checked(kind: type[Part], path: Path) -> Part:
+    try:
+        with path.open("rb") as file:
+            text = file.read(MAX_FILE_BYTES + 1)
+        if len(text) > MAX_FILE_BYTES:
+            raise TuningError(f"{path}: has more than {MAX_FILE_BYTES} bytes")
+        return kind.model_validate(json.loads(text))
+    except OSError as error:
+        raise TuningError(f"{path}: cannot be read: {reason_of(error)}") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        raise TuningError(f"{path}: {place}: {plain_complaint(first['msg'])}") from None
+    except (ValueError, RecursionError) as error:
+        raise TuningError(f"{path}: is no JSON: {error}") from None
+
+
+def _figures_below(directory: Path, depth: int) -> Iterator[Path]:
+    """The tune.json of a directory and of those below it; symbolic links are not followed."""
+    try:
+        if (directory / FIGURES).is_file():
+            yield directory / FIGURES
+        below = sorted(one for one in directory.iterdir() if one.is_dir() and not one.is_symlink())
+    except OSError:
+        return
+    if depth:
+        for one in below:
+            yield from _figures_below(one, depth - 1)

@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from playwright.sync_api import expect
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from page_server import Stub
+    from playwright.sync_api import Page
+
+MARGINS = {
+    "stable": True,
+    "sensitivity_peak": 1.57,
+    "peak_hz": 31.0,
+    "phase_margin_deg": 41.5,
+    "gain_margin_db": None,
+    "crossover_hz": 12.0,
+    "compliance_m_n": 7.8e-7,
+    "step_peak_m": 4.71e-5,
+    "step_settling_s": None,
+}
+FIGURES = {
+    "machine": "xy_table",
+    "axis": "x",
+    "stated_ms": 2.0,
+    "measured_ms": 2.013,
+    "proved": True,
+    "proposed": {"control": {"kp_1_s": 61.5}, "notch": {"enabled": False}},
+    "before": MARGINS,
+    "after": {**MARGINS, "sensitivity_peak": 1.998, "step_peak_m": 2.49e-5, "step_settling_s": 0.078},
+    "notes": ["with 70 N the coherence is 0.45 only (median over the lines)"],
+}
+HZ = [10.0**exponent for exponent in (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)]
+
+
+def response(name: str, gain: float) -> dict[str, object]:
+    """A double integrator with a delay."""
+    magnitude, phase = [gain / hz**2 for hz in HZ], [-180.0 - 0.3 * hz for hz in HZ]
+    return {"name": name, "frequency_hz": HZ, "magnitude": magnitude, "phase_deg": phase}
+
+
+CURVES = {
+    "plant": [response("motor, measured", 4e-4), response("scale, model", 3e-4)],
+    "loop": [response("before", 80.0), response("after", 200.0), response("after, measured", 210.0)],
+}
+
+
+def write(directory: Path, figures: object, curves: object = None) -> None:
+    directory.mkdir(parents=True)
+    (directory / "tune.json").write_text(json.dumps(figures), encoding="utf-8")
+    if curves is not None:
+        (directory / "bode.json").write_text(json.dumps(curves), encoding="utf-8")
+
+
+def serve_machine(stub: Stub, directory: Path) -> None:
+    stub.link(hello={"machine_file": str(directory / "controller.toml")})
+
+
+def test_the_page_shows_proposal_margins_proof_and_bode_plots(
+    visit: Callable[..., Page], stub: Stub, tmp_path: Path, picture: Callable[[Page, str], None]
+) -> None:
+    write(tmp_path / "tuned" / "x", FIGURES, CURVES)
+    serve_machine(stub, tmp_path)
+    page = visit("/tuning")
+    expect(page.get_by_test_id("tuning-state")).to_contain_text("proved on the machine")
+    expect(page.get_by_test_id("tuning-ms")).to_contain_text("Ms 2.01 was measured")
+    expect(page.get_by_test_id("proposed")).to_contain_text("control.kp_1_s61.5")
+    expect(page.get_by_test_id("proposed")).to_contain_text("notch.enabledno")
+    expect(page.get_by_test_id("margins").get_by_role("row").nth(1)).to_have_text(
+        "beforeyes1.573141.5—120.78"
+    )
+    expect(page.get_by_test_id("indicators").get_by_role("row").nth(2)).to_contain_text("—78 ms")
+    expect(page.get_by_text("the coherence is 0.45 only")).to_be_visible()
+    curves = {"loop-size": 3, "loop-phase": 3, "sensitivity": 3, "plant-size": 2, "plant-phase": 2}
+    for mark, number in curves.items():
+        expect(page.get_by_test_id(mark).locator(".scatterlayer .trace")).to_have_count(number)
+    picture(page, "tuning")
+
+
+def test_a_proposal_that_was_not_proved_warns_and_a_damaged_file_is_named(
+    visit: Callable[..., Page], stub: Stub, tmp_path: Path, picture: Callable[[Page, str], None]
+) -> None:
+    serve_machine(stub, tmp_path)
+    page = visit("/tuning", width=360, dark=True)
+    expect(page.get_by_test_id("no-tuning")).to_contain_text(str(tmp_path))
+    write(tmp_path / "first", {**FIGURES, "proved": False})
+    page.get_by_role("button", name="Look for tunings again").click()
+    expect(page.get_by_test_id("tuning-state")).to_contain_text("not proved")
+    expect(page.get_by_test_id("tuning-result")).to_contain_text("report.html")
+    picture(page, "tuning-narrow")
+    assert page.evaluate("document.documentElement.scrollWidth") == 360
+    (tmp_path / "first" / "tune.json").write_text('{"machine": 3}', encoding="utf-8")
+    page.reload()
+    expect(page.get_by_test_id("tuning-problem")).to_contain_text("tune.json: machine:")
