@@ -17,7 +17,7 @@ DIGITS = 5
 """Significant digits in the file: far more than a picture shows."""
 
 
-class Curve(NamedTuple):
+class ResponseCurve(NamedTuple):
     """A frequency response, (n,) each."""
 
     name: str
@@ -36,34 +36,36 @@ class Curve(NamedTuple):
         return np.asarray(angle - 360.0 * math.ceil(float(angle[0]) / 360.0))
 
 
-def plant_curves(result: TuneResult) -> tuple[Curve, ...]:
+def plant_curves(result: TuneResult) -> tuple[ResponseCurve, ...]:
     """Motor and scale per force, m/N: measured, and by the model."""
     response, model = result.response, result.model
     hz = response.frequency_hz
     grid = loops.grid_hz(model)
     grid = grid[grid >= hz[0]]
     return (
-        Curve("motor, measured", hz, response.motor),
-        Curve("motor, model", grid, model.motor(grid)),
-        Curve("scale, measured", hz, response.scale),
-        Curve("scale, model", grid, model.scale(grid)),
+        ResponseCurve("motor, measured", hz, response.motor),
+        ResponseCurve("motor, model", grid, model.motor(grid)),
+        ResponseCurve("scale, measured", hz, response.scale),
+        ResponseCurve("scale, model", grid, model.scale(grid)),
     )
 
 
-def loop_curves(result: TuneResult) -> tuple[Curve, ...]:
+def loop_curves(result: TuneResult) -> tuple[ResponseCurve, ...]:
     """L before, after and as measured with the proposed values; at last the velocity loop alone."""
     before, after, verified = result.before, result.after, result.verified
     drawn = (
-        Curve("before", before.plant.frequency_hz, loops.loop_of(before.params, before.plant)),
-        Curve("after", after.plant.frequency_hz, loops.loop_of(after.params, after.plant)),
-        Curve("after, measured", verified.frequency_hz, verified.loop),
-        Curve(
+        ("before", before.plant.frequency_hz, loops.loop_of(before.params, before.plant)),
+        ("after", after.plant.frequency_hz, loops.loop_of(after.params, after.plant)),
+        ("after, measured", verified.frequency_hz, verified.loop),
+        (
             "velocity loop, after",
             after.plant.frequency_hz,
             loops.velocity_loop_of(after.params, after.plant),
         ),
     )
-    return tuple(Curve(name, hz[hz >= FROM_HZ], response[hz >= FROM_HZ]) for name, hz, response in drawn)
+    return tuple(
+        ResponseCurve(name, hz[hz >= FROM_HZ], response[hz >= FROM_HZ]) for name, hz, response in drawn
+    )
 
 
 def document_of(result: TuneResult) -> dict[str, list[dict[str, Any]]]:
@@ -71,7 +73,7 @@ def document_of(result: TuneResult) -> dict[str, list[dict[str, Any]]]:
     return {"plant": _listed(plant_curves(result)), "loop": _listed(loop_curves(result))}
 
 
-def _listed(curves: Iterable[Curve]) -> list[dict[str, Any]]:
+def _listed(curves: Iterable[ResponseCurve]) -> list[dict[str, Any]]:
     return [
         {
             "name": one.name,

@@ -6,7 +6,7 @@ from typing import Any
 
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.plots import Look, curve, figure, horizontal_line, plot_layout
-from servo_ctrl.hmi.tuning.tunings import Curve
+from servo_ctrl.hmi.tuning.tunings import BodeCurve
 
 NAMES = {
     "motor, measured": word("motor, measured"),
@@ -26,7 +26,7 @@ SENSITIVITIES = 3
 """Curves of the loop that have one: the velocity loop is only a part of it."""
 
 
-def magnitude_figure(curves: Sequence[Curve], unit: str, factor: float, look: Look) -> dict[str, Any]:
+def magnitude_figure(curves: Sequence[BodeCurve], unit: str, factor: float, look: Look) -> dict[str, Any]:
     """The magnitudes, times `factor`, both axes logarithmic."""
     data = [_drawn(one, number, [factor * y for y in one.magnitude]) for number, one in enumerate(curves)]
     layout = _layout(unit, look)
@@ -34,14 +34,14 @@ def magnitude_figure(curves: Sequence[Curve], unit: str, factor: float, look: Lo
     return figure(data, layout, revision=f"magnitude {unit}")
 
 
-def phase_figure(curves: Sequence[Curve], look: Look) -> dict[str, Any]:
+def phase_figure(curves: Sequence[BodeCurve], look: Look) -> dict[str, Any]:
     """The phases, with a line at -180 degrees."""
     data = [_drawn(one, number, one.phase_deg) for number, one in enumerate(curves)]
     layout = _layout(tr("degrees"), look) | horizontal_line("\N{MINUS SIGN}180", -180.0, look.theme.ink)
     return figure(data, layout, revision="phase")
 
 
-def sensitivity_figure(curves: Sequence[Curve], stated_ms: float, look: Look) -> dict[str, Any]:
+def sensitivity_figure(curves: Sequence[BodeCurve], stated_ms: float, look: Look) -> dict[str, Any]:
     """|1 / (1 + L)| of the loops, with a line at the stated Ms."""
     data = [
         _drawn(
@@ -60,7 +60,7 @@ def _sensitivity(magnitude: float, phase_deg: float) -> float:
     return min(1.0 / max(distance, 1e-9), HIGHEST_SENSITIVITY)
 
 
-def _drawn(one: Curve, number: int, values: Sequence[float]) -> dict[str, Any]:
+def _drawn(one: BodeCurve, number: int, values: Sequence[float]) -> dict[str, Any]:
     name = tr(NAMES[one.name]) if one.name in NAMES else one.name
     return curve(name, one.frequency_hz, values, line={"dash": DASHES[number % len(DASHES)], "width": 1.6})
 

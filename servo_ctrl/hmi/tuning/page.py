@@ -14,10 +14,10 @@ from servo_ctrl.hmi.shell.parts import Pill, card, choice, div, faint, named, no
 from servo_ctrl.hmi.shell.units import NO_VALUE
 from servo_ctrl.hmi.tuning.bode import magnitude_figure, phase_figure, sensitivity_figure
 from servo_ctrl.hmi.tuning.tunings import (
-    Curves,
-    Figures,
-    Setting,
+    BodeCurves,
+    TunedSetting,
     Tuning,
+    TuningFigures,
     read_curves,
     read_figures,
     tunings_below,
@@ -111,7 +111,7 @@ class TuningCards:
                 else:
                     self._show_curves(figures, curves)
 
-    def _show_curves(self, figures: Figures, curves: Curves) -> None:
+    def _show_curves(self, figures: TuningFigures, curves: BodeCurves) -> None:
         look = self._page.look
         with card(tr("Loop"), "loop"):
             faint(tr("L at the set point of the amplifier: position and velocity loop, notch and delays."))
@@ -139,7 +139,7 @@ def _plot(mark: str, label: str, make: Callable[[], dict[str, object]]) -> None:
         Plot(mark, label, 300).show(mark, make)
 
 
-def _show_proposal(figures: Figures, directory: Path) -> None:
+def _show_proposal(figures: TuningFigures, directory: Path) -> None:
     with card(tr("Axis {axis} of {machine}", axis=figures.axis, machine=figures.machine), "proposal"):
         with div("bench-row"):
             state = Pill("tuning-state")
@@ -172,7 +172,7 @@ def _show_proposal(figures: Figures, directory: Path) -> None:
         faint(tr("Files: {place}", place=directory)).style("overflow-wrap: anywhere")
 
 
-def _show_proof(figures: Figures) -> None:
+def _show_proof(figures: TuningFigures) -> None:
     with card(tr("Proof on the machine"), "proof"):
         TextTable("indicators", (tr("indicator"), tr("before"), tr("after")), figures=True).show(
             [
@@ -182,7 +182,7 @@ def _show_proof(figures: Figures) -> None:
         )
 
 
-def _margin_row(name: str, setting: Setting) -> tuple[str, ...]:
+def _margin_row(name: str, setting: TunedSetting) -> tuple[str, ...]:
     values = [(getattr(setting, key), factor) for key, (_name, factor) in MARGINS.items()]
     return (
         name,
@@ -191,7 +191,7 @@ def _margin_row(name: str, setting: Setting) -> tuple[str, ...]:
     )
 
 
-def _indicator_text(key: str, setting: Setting) -> str:
+def _indicator_text(key: str, setting: TunedSetting) -> str:
     value = getattr(setting, key)
     if value is None:
         return NO_VALUE

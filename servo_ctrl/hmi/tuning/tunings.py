@@ -32,7 +32,7 @@ class _TuningPart(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class Setting(_TuningPart):
+class TunedSetting(_TuningPart):
     """Margins of a setting on the measured plant, and the indicators of its trial."""
 
     stable: bool
@@ -51,7 +51,7 @@ class Setting(_TuningPart):
     circle_rms_m: Quantity = None
 
 
-class Figures(_TuningPart):
+class TuningFigures(_TuningPart):
     """The part of tune.json that the page shows."""
 
     machine: Text
@@ -60,12 +60,12 @@ class Figures(_TuningPart):
     measured_ms: float
     proved: bool
     proposed: dict[Text, dict[Text, bool | float | Text]]
-    before: Setting
-    after: Setting
+    before: TunedSetting
+    after: TunedSetting
     notes: Annotated[list[Text], Field(max_length=1000)] = []
 
 
-class Curve(_TuningPart):
+class BodeCurve(_TuningPart):
     """A frequency response, (n,) each."""
 
     name: Text
@@ -74,15 +74,15 @@ class Curve(_TuningPart):
     phase_deg: list[float]
 
 
-class Curves(_TuningPart):
+class BodeCurves(_TuningPart):
     """The content of bode.json."""
 
-    plant: Annotated[list[Curve], Field(max_length=20)]
+    plant: Annotated[list[BodeCurve], Field(max_length=20)]
     """Position per force, m/N."""
-    loop: Annotated[list[Curve], Field(max_length=20)]
+    loop: Annotated[list[BodeCurve], Field(max_length=20)]
 
 
-Part = TypeVar("Part", Figures, Curves)
+Part = TypeVar("Part", TuningFigures, BodeCurves)
 
 
 class Tuning(NamedTuple):
@@ -110,14 +110,14 @@ def tunings_below(directories: Sequence[Path]) -> list[Tuning]:
     return sorted(found.values(), key=lambda one: one.written, reverse=True)[:MAX_TUNINGS]
 
 
-def read_figures(directory: Path) -> Figures:
+def read_figures(directory: Path) -> TuningFigures:
     """Read tune.json. Raises TuningError."""
-    return _checked(Figures, directory / FIGURES)
+    return _checked(TuningFigures, directory / FIGURES)
 
 
-def read_curves(directory: Path) -> Curves | None:
+def read_curves(directory: Path) -> BodeCurves | None:
     """Read bode.json; None where there is none. Raises TuningError."""
-    return _checked(Curves, directory / CURVES) if (directory / CURVES).exists() else None
+    return _checked(BodeCurves, directory / CURVES) if (directory / CURVES).exists() else None
 
 
 def _checked(kind: type[Part], path: Path) -> Part:

@@ -9,7 +9,7 @@ import pytest
 from servo_ctrl.hmi.shell.plots import LIGHT, Look
 from servo_ctrl.hmi.shell.units import MM
 from servo_ctrl.hmi.tuning.bode import HIGHEST_SENSITIVITY, sensitivity_figure
-from servo_ctrl.hmi.tuning.tunings import Curve, TuningError, read_curves, read_figures, tunings_below
+from servo_ctrl.hmi.tuning.tunings import BodeCurve, TuningError, read_curves, read_figures, tunings_below
 
 
 def tuned(directory: Path, time_s: float = 0.0, text: str = "{}") -> Path:
@@ -54,7 +54,7 @@ def test_curves_are_missing_in_a_tuning_of_an_earlier_version(tmp_path: Path) ->
 def test_the_sensitivity_is_that_of_the_loop_and_cut_off() -> None:
 
     # at -180 degrees |1 + L| is 1 - |L|, at -90 degrees its square is 1 + |L|^2
-    curve = Curve(
+    curve = BodeCurve(
         name="after",
         frequency_hz=[1.0, 2.0, 3.0],
         magnitude=[0.5, 0.75, 0.999],
