@@ -9,6 +9,15 @@ from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObse
 from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
 from servo_ctrl.daemon.run.report import Progress
 
+CLOSED_IN_THE_DRIVE = {
+    "csv": "the drive closes the velocity loop with gains of its own, so that kv_n_s_m and ki_n_m, which "
+    "tune sets, have no effect, and the force that it commands, without which plant and loop cannot be told "
+    "apart, stays in the drive. Tune that loop there and kp_1_s by hand, or tune in mode cst",
+    "csp": "the drive closes position and velocity loop with gains of its own, and no gain of the machine "
+    "file acts. Tune both loops in the drive, or tune in mode cst",
+}
+"""Why there is nothing to propose, and what to do, by mode."""
+
 
 class TuneRequest(NamedTuple):
     """What is to be tuned, and who is kept informed."""
@@ -32,7 +41,7 @@ class TuneRequest(NamedTuple):
             return f"{self.machine.machine.name} has no axis {self.axis}, only {', '.join(self.machine.axes)}"
         config = self.machine.axes[self.axis]
         if config.mode != "cst":
-            return f"axis {self.axis}: mode {config.mode}; tune sets the velocity loop, which needs mode cst"
+            return f"axis {self.axis}: mode {config.mode}: {CLOSED_IN_THE_DRIVE[config.mode]}"
         for kind in (FuzzyPdSettings, DisturbanceObserverSettings):
             if config.acts(kind):
                 name = kind.__name__.removesuffix("Settings")
