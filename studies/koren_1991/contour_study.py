@@ -2,7 +2,7 @@
 
 Every machine is measured without and with the coupling, all in the batch twin: as it is, with gains that
 differ between the axes, without velocity feedforward as in the paper, under the conditions of the waveform
-study, with learned waveforms, and on random tables. The gain is the same everywhere; where a machine file
+study, with learned waveforms, and on random tables, without play and with it. The gain is the same everywhere; where a machine file
 with it would be refused, that is told. The rival is simpler: each axis by itself, with kp + kp_c, which has
 the same Ms.
 """
@@ -20,7 +20,7 @@ from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
-from studies.feng_2015.waveform_conditions import Condition, named_conditions, random_tables
+from studies.feng_2015.waveform_conditions import PLAY_M, Condition, named_conditions, random_tables, with_play
 from studies.feng_2015.waveform_learning import with_learned
 from studies.feng_2015.waveform_robustness import learned_of
 from studies.koren_1991.contour_motions import GAIN_1_S, contour_errors, coupled, motions_of
@@ -105,14 +105,16 @@ def main() -> None:
     as_it_is, *others = named_conditions(machine, plant)
     own_gains = [Condition(name, changed, plant) for name, changed in machines(machine)]
     figures: dict[str, Any] = {"made": "batch twin", "gain_1_s": GAIN_1_S, "seed": SEED}
-    figures |= {"machines": [], "tables": []}
+    figures |= {"machines": [], "tables": [], "tables_with_play": []}
     for condition in chain([as_it_is], own_gains, others):
         figures["machines"].append(measured(condition))
         write_figures(options.json, figures)
     learned = as_it_is._replace(name="learned waveforms (LWC)")
     figures["machines"].append(measured(learned, waveforms=True))
     for condition in random_tables(machine, plant, options.tables, SEED):
+        worn = condition._replace(plant=with_play(condition.plant, PLAY_M))
         figures["tables"].append(measured(condition))
+        figures["tables_with_play"].append(measured(worn))
         write_figures(options.json, figures)
 
 

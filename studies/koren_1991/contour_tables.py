@@ -7,8 +7,9 @@ import numpy as np
 
 
 def tables(figures: dict[str, Any]) -> str:
-    """Return both tables in Markdown: machine by machine, and over the random tables."""
-    return f"{by_machine(figures['machines'])}\n{over_tables(figures['tables'])}"
+    """Return the tables in Markdown: machine by machine, and over the random tables without and with play."""
+    drawn, worn = over_tables(figures["tables"]), over_tables(figures["tables_with_play"], ", play 3 um")
+    return "\n".join((by_machine(figures["machines"]), drawn, worn))
 
 
 def by_machine(machines: Sequence[dict[str, Any]]) -> str:
@@ -27,10 +28,10 @@ def by_machine(machines: Sequence[dict[str, Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def over_tables(drawn: Sequence[dict[str, Any]]) -> str:
+def over_tables(drawn: Sequence[dict[str, Any]], state: str = "") -> str:
     """Return how much of the contour error is left with the coupling: median and worst of all tables."""
     lines = _heads(
-        f"{len(drawn)} random tables",
+        f"{len(drawn)} random tables{state}",
         "RMS um, median",
         "RMS um, worst",
         "RMS left %, median, worst",

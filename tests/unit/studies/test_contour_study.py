@@ -43,5 +43,7 @@ def test_the_rival_has_the_gain_of_the_coupling_in_its_own_loop() -> None:
 
 def test_tables_have_a_row_a_machine_and_a_row_a_motion() -> None:
     assert len(by_machine(FIGURES["machines"]).splitlines()) == 2 + len(KEPT)
-    assert len(over_tables(FIGURES["tables"]).splitlines()) == 2 + 3
+    for key, state in (("tables", ""), ("tables_with_play", ", play 3 um")):
+        assert len(over_tables(FIGURES[key], state).splitlines()) == 2 + 3
+        assert len(FIGURES[key]) == 20
     assert "| cycle 2 ms | 2.54 | refused |" in by_machine(FIGURES["machines"])
