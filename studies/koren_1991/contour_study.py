@@ -2,9 +2,9 @@
 
 Every machine is measured without and with the coupling, all in the batch twin: as it is, with gains that
 differ between the axes, without velocity feedforward as in the paper, under the conditions of the waveform
-study, with learned waveforms, and on random tables, without play and with it. The gain is the same everywhere; where a machine file
-with it would be refused, that is told. The rival is simpler: each axis by itself, with kp + kp_c, which has
-the same Ms.
+study, with learned waveforms, and on random tables, without play and with it. The gain is the same
+everywhere; where a machine file with it would be refused, that is told. The rival is simpler: each axis by
+itself, with kp + kp_c, which has the same Ms.
 """
 
 import argparse
@@ -20,7 +20,13 @@ from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
-from studies.feng_2015.waveform_conditions import PLAY_M, Condition, named_conditions, random_tables, with_play
+from studies.feng_2015.waveform_conditions import (
+    PLAY_M,
+    Condition,
+    named_conditions,
+    random_tables,
+    with_play,
+)
 from studies.feng_2015.waveform_learning import with_learned
 from studies.feng_2015.waveform_robustness import learned_of
 from studies.koren_1991.contour_motions import GAIN_1_S, contour_errors, coupled, motions_of
