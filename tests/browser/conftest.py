@@ -77,7 +77,7 @@ class Watched(NamedTuple):
 
 @contextmanager
 def _watched(chromium: Browser, url: str, **options: Any) -> Iterator[Watched]:
-    context = chromium.new_context(**options)
+    context = chromium.new_context(reduced_motion="reduce", **options)
     context.set_default_timeout(LIMIT_MS)
     problems: list[str] = []
     home = urlsplit(url).netloc

@@ -31,6 +31,8 @@ def test_a_circle_is_found_drawn_and_measured(
     about = page.get_by_test_id("contour-about")
     # the stub's circle: R 25 mm in 4 s a turn, and its bumps of 5 um
     expect(about).to_contain_text(re.compile("R 25[.]0000 mm, 2.356[.]2 mm/min, counterclockwise"))
+    coupling = page.get_by_test_id("contour-coupling")
+    expect(coupling).to_have_text("Contour control couples X, Y: contour error now +1.20 µm.")
     for cell in row.get_by_role("cell").all()[:4]:
         assert abs(float(cell.inner_text().replace("\N{MINUS SIGN}", "-"))) > 4.5
     wait_for_frames(page, "path", 5)

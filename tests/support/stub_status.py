@@ -3,7 +3,7 @@
 from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.bus_status import BusStatus, CycleHistogram, EmcyEntry, EventEntry, NodeStatus
 from servo_ctrl.commands.learning_status import LearningStatus
-from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus, ProgramStatus
+from servo_ctrl.commands.machine_status import ContourStatus, DriveStatus, MachineStatus, ProgramStatus
 from servo_ctrl.commands.settings import Settings
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.learning.types import Learned, ReversalReport
@@ -85,6 +85,7 @@ def first_status() -> MachineStatus:
             preparing=False,
             problem="",
         ),
+        contour=ContourStatus(AXES, error_m=1.2e-6),
         settings=Settings(required_m=3e-6, learner="fast", adaptation=False),
         bus=BusStatus(
             load=0.62,

@@ -8,7 +8,7 @@ import numpy as np
 from nicegui import ui
 
 from servo_ctrl.commands.local_messages import Hello
-from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.commands.machine_status import ContourStatus, MachineStatus
 from servo_ctrl.hmi.charts.frames import ChartContents, ChartView, next_frame, payloads_of
 from servo_ctrl.hmi.charts.live_chart import LiveChart, refresh_paced
 from servo_ctrl.hmi.contour.options import path_options
@@ -19,6 +19,7 @@ from servo_ctrl.hmi.link.row_ring import RowRing
 from servo_ctrl.hmi.shell.live_content import Refresh, TextTable, connected_content
 from servo_ctrl.hmi.shell.open_page import OpenPage, PageServices
 from servo_ctrl.hmi.shell.parts import button, choice, div, faint, panel
+from servo_ctrl.hmi.shell.units import UnitSystem
 from servo_ctrl.recording.min_max import bucket_rows, min_max
 
 TITLE = word("Contour")
@@ -106,6 +107,7 @@ class ContourCharts:
                 )
                 button(tr("Forget turns"), self._store.clear, "contour-forget")
             self._description = ui.label().classes("num").mark("contour-about")
+            self._coupling = ui.label().classes("num").mark("contour-coupling")
         with div("bench-grid"):
             self._path = _chart("contour-path", tr("Path of the table"), self._resend_path, "1 / 1")
             self._polar = _chart(
@@ -119,8 +121,9 @@ class ContourCharts:
             self._table = TextTable("contour-table", figures=True)
             faint(tr(LETTERS_MEAN)).style("font-size: 12px").mark("contour-letters")
 
-    async def refresh(self, _status: MachineStatus) -> None:
+    async def refresh(self, status: MachineStatus) -> None:
         """Send what is new to the charts."""
+        self._coupling.set_text(coupling_text(status.contour, self._page.units))
         await self._refresh_path()
         await self._refresh_turns()
 
@@ -218,6 +221,17 @@ class ContourCharts:
 
     def _resend_turns(self) -> None:
         self._turns_drawn = ()
+
+
+def coupling_text(contour: ContourStatus, units: UnitSystem) -> str:
+    """Which axes contour control couples, and their contour error now; "" where it is off."""
+    if not contour.axes:
+        return ""
+    return tr(
+        "Contour control couples {axes}: contour error now {error}.",
+        axes=", ".join(axis.upper() for axis in contour.axes),
+        error=units.error.with_unit(contour.error_m, sign=True),
+    )
 
 
 def _chart(mark: str, label: str, on_lost: Callable[[], None], ratio: str, least: str = "0") -> LiveChart:

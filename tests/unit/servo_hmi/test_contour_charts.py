@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from stub_link import TURN_S, StubLink
 
+from servo_ctrl.commands.machine_status import ContourStatus
 from servo_ctrl.hmi.charts.live_chart import on_drawn
 from servo_ctrl.hmi.contour.options import polar_points
+from servo_ctrl.hmi.contour.page import coupling_text
 from servo_ctrl.hmi.contour.turn_charts import MAX_CACHED, TurnCharts, TurnDisplay, common_range, turn_charts
 from servo_ctrl.hmi.contour.turn_store import TurnStore
 from servo_ctrl.hmi.shell.plots import DARK, LIGHT, Look
@@ -97,3 +99,9 @@ def test_the_cache_is_bounded(store: TurnStore) -> None:
 )
 def test_an_invalid_acknowledgement_is_ignored(arguments: tuple[object, ...]) -> None:
     on_drawn("socket", *arguments)
+
+
+def test_contour_control_is_named_only_where_it_couples_axes() -> None:
+    assert coupling_text(ContourStatus(), MM) == ""
+    assert coupling_text(ContourStatus(AXES), MM).endswith("X, Y: contour error now \N{EM DASH}.")
+    assert coupling_text(ContourStatus(AXES, -1.2e-6), INCH).endswith("\N{MINUS SIGN}47 µin.")
