@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from kernels.complaints import plain_complaint
 from kernels.readable_units import display_unit
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.languages.texts import tr, word
+from servo_ctrl.hmi.shell.json_file import read_json_file
 
 MAX_CHARACTERS = 10_000_000
 """A verdict of three axes has some ten thousand characters."""
@@ -123,23 +123,14 @@ class Improvement(NamedTuple):
 
 def read_verdict(path: Path) -> DiagnosisVerdict:
     """Read the verdict of a diagnosis. Raises VerdictError naming file and key."""
-    try:
-        with path.open(encoding="utf-8") as file:
-            text = file.read(MAX_CHARACTERS + 1)
-        if len(text) > MAX_CHARACTERS:
-            raise VerdictError(f"{path}: has more than {MAX_CHARACTERS} characters")
+
+    def parsed(text: str) -> Any:
         content = json.loads(text, parse_constant=_unknown_value)
         if isinstance(content, dict) and (problem := format_problem(content.get("format"))):
             raise VerdictError(f"{path}: {problem}")
-        return DiagnosisVerdict.model_validate(content)
-    except OSError as error:
-        raise VerdictError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(map(str, first["loc"]))
-        raise VerdictError(f"{path}: {key}: {plain_complaint(first['msg'])}") from None
-    except (ValueError, RecursionError) as error:
-        raise VerdictError(f"{path}: is no JSON: {error}") from None
+        return content
+
+    return read_json_file(DiagnosisVerdict, path, MAX_CHARACTERS, VerdictError, parsed)
 
 
 def improvements(verdict: DiagnosisVerdict) -> Iterator[Improvement]:

@@ -1,19 +1,18 @@
 """The files of `servo-ctrl tune`: found below directories, and checked, for another program wrote them."""
 
-import json
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
-from typing import Annotated, NamedTuple, TypeVar
+from typing import Annotated, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from kernels.complaints import plain_complaint
-from servo_ctrl.errors import ServoCtrlError, reason_of
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hmi.shell.json_file import read_json_file
 
 FIGURES, CURVES = "tune.json", "bode.json"
-MAX_FILE_BYTES = 10_000_000
+MAX_CHARACTERS = 10_000_000
 """Some 5 kB of figures and 500 kB of curves in a tuning."""
 MAX_TUNINGS, SEARCH_DEPTH = 50, 2
 """Bounds of the list that a browser gets, and of the levels of directories that are searched."""
@@ -82,9 +81,6 @@ class BodeCurves(_TuningPart):
     loop: Annotated[list[BodeCurve], Field(max_length=20)]
 
 
-Part = TypeVar("Part", TuningFigures, BodeCurves)
-
-
 class Tuning(NamedTuple):
     """A tuning that was found."""
 
@@ -112,29 +108,13 @@ def tunings_below(directories: Sequence[Path]) -> list[Tuning]:
 
 def read_figures(directory: Path) -> TuningFigures:
     """Read tune.json. Raises TuningError."""
-    return _checked(TuningFigures, directory / FIGURES)
+    return read_json_file(TuningFigures, directory / FIGURES, MAX_CHARACTERS, TuningError)
 
 
 def read_curves(directory: Path) -> BodeCurves | None:
     """Read bode.json; None where there is none. Raises TuningError."""
-    return _checked(BodeCurves, directory / CURVES) if (directory / CURVES).exists() else None
-
-
-def _checked(kind: type[Part], path: Path) -> Part:
-    try:
-        with path.open("rb") as file:
-            text = file.read(MAX_FILE_BYTES + 1)
-        if len(text) > MAX_FILE_BYTES:
-            raise TuningError(f"{path}: has more than {MAX_FILE_BYTES} bytes")
-        return kind.model_validate(json.loads(text))
-    except OSError as error:
-        raise TuningError(f"{path}: cannot be read: {reason_of(error)}") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(map(str, first["loc"]))
-        raise TuningError(f"{path}: {place}: {plain_complaint(first['msg'])}") from None
-    except (ValueError, RecursionError) as error:
-        raise TuningError(f"{path}: is no JSON: {error}") from None
+    path = directory / CURVES
+    return read_json_file(BodeCurves, path, MAX_CHARACTERS, TuningError) if path.exists() else None
 
 
 def _figures_below(directory: Path, depth: int) -> Iterator[Path]:
