@@ -53,19 +53,19 @@ class Series(NamedTuple):
 
 AT_100MM = Series("at_100mm", (100.0,))
 OVER_TRAVEL = Series("over_travel", tuple(STEP_MM * place for place in range(1, TARGETS + 1)))
-IRREGULAR = Series(
-    "irregular",
-    tuple(
-        round(place - shift, 3)
-        for place, shift in zip(
-            OVER_TRAVEL.targets_mm,
-            np.random.default_rng(SEED).uniform(0.0, 4.0, TARGETS).tolist(),
-            strict=True,
-        )
-    ),
-    most_runs=5,
-)
-"""ISO 230-2: five runs, uneven targets. On the even grid every target is a whole turn of the screw."""
+
+
+def irregular(rng: np.random.Generator, most_runs: int = 5) -> Series:
+    """Return the series of ISO 230-2: five runs there, uneven targets.
+
+    On the even grid every target is a whole turn of the screw, and its wobble does not show.
+    """
+    shifts = rng.uniform(0.0, 4.0, TARGETS).tolist()
+    targets = zip(OVER_TRAVEL.targets_mm, shifts, strict=True)
+    return Series("irregular", tuple(round(place - shift, 3) for place, shift in targets), most_runs)
+
+
+IRREGULAR = irregular(np.random.default_rng(SEED))
 SERIES = {series.name: series for series in (AT_100MM, OVER_TRAVEL, IRREGULAR)}
 
 
@@ -99,7 +99,13 @@ def stage_machine(directory: Path, stage: Stage) -> MachineConfig:
             f"{machine.source}: axis.{AXIS}: sampled_dual_loop and screw_compensation are compared; "
             "both sections must be there"
         )
-    sampled = replace(sampled, enabled=stage.sampled, profile="s_curve" if stage.smooth else "trapezoidal")
+    sampled = replace(
+        sampled,
+        enabled=stage.sampled,
+        profile="s_curve" if stage.smooth else "trapezoidal",
+        gain=stage.gain,
+        corrections=stage.corrections,
+    )
     screw = replace(screw, enabled=stage.screw)
     axis = axis.model_copy(update={"sampled_dual_loop": sampled, "screw_compensation": screw})
     return machine.model_copy(update={"axes": {**machine.axes, AXIS: axis}})

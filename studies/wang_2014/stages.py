@@ -16,6 +16,10 @@ class Stage(NamedTuple):
     """Approach every target from below, in both directions of the cycle."""
     sampled: bool = False
     """Sampled dual loop."""
+    gain: float = 1.0
+    """Share of the deviation that a correction takes."""
+    corrections: int = 5
+    """Most corrections at one end point."""
     screw: bool = False
     """Learned screw table and backlash take-up."""
     continuous: bool = False

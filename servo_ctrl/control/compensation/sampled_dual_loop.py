@@ -1,6 +1,6 @@
 """Sampled dual loop: the scale is read at the end point, and the deviation is then added to the command.
 
-    dL = x* - x_scale, after the command has settled;   x_motor = x* + sum dL
+    dL = x* - x_scale, after the command has settled;   x_motor = x* + gain sum dL
 
 Source: Wang et al. 2014, section 2.
 
@@ -35,6 +35,15 @@ class SampledDualLoopSettings:
     ] = 100.0
     tolerance_um: Annotated[float, Key("A deviation up to this is left, micrometres.", above=0.0)] = 0.5
     corrections: Annotated[int, Key("Most corrections at one end point.", at_least=1, at_most=100)] = 3
+    gain: Annotated[
+        float,
+        Key(
+            "Share of the deviation that one correction takes; beside a learned screw table a small one, "
+            "once an end point, follows warmth and leaves the play alone.",
+            above=0.0,
+            at_most=1.0,
+        ),
+    ] = 1.0
     limit_um: Annotated[float, Key("Bound of the correction, micrometres.", above=0.0)] = 100.0
     profile: Annotated[
         Literal["s_curve", "trapezoidal"],
@@ -62,6 +71,7 @@ class Params(NamedTuple):
     """Corrections by a five-phase S curve; else trapezoidal."""
     acceleration_m_s2: Annotated[float, Quantity("m/s2", 0.0, math.inf, "of a correction, > 0")]
     jerk_m_s3: Annotated[float, Quantity("m/s3", 0.0, math.inf, "of a correction, > 0")]
+    gain: Annotated[float, Quantity("", 0.0, 1.0, "share of the deviation that a correction takes")]
 
 
 class State(NamedTuple):
@@ -83,6 +93,7 @@ NEUTRAL = Params(
     smooth=True,
     acceleration_m_s2=1.0,
     jerk_m_s3=1.0,
+    gain=1.0,
 )
 
 
@@ -98,6 +109,7 @@ def params_of(settings: SampledDualLoopSettings, axis: AxisFacts) -> Params:
         smooth=settings.profile == "s_curve",
         acceleration_m_s2=float(acceleration_mm_s2) * MM if acceleration_mm_s2 else axis.acceleration_m_s2,
         jerk_m_s3=float(jerk_mm_s3) * MM if jerk_mm_s3 else axis.jerk_m_s3,
+        gain=float(settings.gain),
     )
 
 
@@ -149,6 +161,6 @@ def advance_sampled(p: Params, state: State, deviation_m: float, moving: bool, p
         return State(rest_s, state.corrections, motion)
     if abs(deviation_m) <= p.tolerance_m + REST_M:  # rounding must not look like a deviation
         return State(rest_s, p.corrections, motion)
-    wanted_m = clamp(motion.to_m + deviation_m, p.limit_m)
+    wanted_m = clamp(motion.to_m + p.gain * deviation_m, p.limit_m)
     motion = rest_to_rest(motion.to_m, wanted_m, p.smooth, p.acceleration_m_s2, p.jerk_m_s3)
     return State(0.0, state.corrections + 1, motion)

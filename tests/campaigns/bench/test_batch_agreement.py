@@ -77,7 +77,7 @@ LEADING: dict[str, Any] = {
         True, np.stack((1e-3 * SCREW_MM, 4e-6 + 3e-6 * np.sin(SCREW_MM) + 2e-6 * SCREW_MM))
     ),
     "take_up": take_up.Params(True, 6e-6, 0.4, 30.0),
-    "sampled": sampled_dual_loop.Params(True, 0.05, 1e-7, 3, 5e-6, True, 0.4, 30.0),
+    "sampled": sampled_dual_loop.Params(True, 0.05, 1e-7, 3, 5e-6, True, 0.4, 30.0, 1.0),
 }
 FUZZY = fuzzy_pd.Params(True, 2e-6, 2e-5, 5e4, 5e4, 30.0, 1.5e-3, 400.0, surface(25))
 LAWS: dict[str, tuple[int, dict[str, Any]]] = {

@@ -19,7 +19,7 @@ T = 1e-3
 ACCELERATION, JERK = 0.5, 50.0
 SCREW = screw_error.Params(True, np.array([[-0.01, 0.0, 0.01], [-6e-6, 0.0, 9e-6]]))
 TAKE_UP = backlash.Params(True, 8e-6, ACCELERATION, JERK)
-SAMPLED = sampled_dual_loop.Params(True, 0.02, 0.5e-6, 3, 20e-6, True, ACCELERATION, JERK)
+SAMPLED = sampled_dual_loop.Params(True, 0.02, 0.5e-6, 3, 20e-6, True, ACCELERATION, JERK, 1.0)
 OFF_SCREW, OFF_TAKE_UP, OFF_SAMPLED = NO_LEADING
 
 
@@ -208,3 +208,14 @@ def test_the_sampled_dual_loop_waits_until_the_play_has_been_taken_up() -> None:
     assert arrived > 100  # longer than the time it settles
     later = int(np.flatnonzero(found.correction_m > 4e-6)[0])
     assert later - arrived >= 19
+
+
+def test_a_sampled_loop_with_a_small_gain_takes_its_share_once_an_end_point() -> None:
+    offset_m, gain = 8e-6, 0.25
+    sampled = SAMPLED._replace(corrections=1, gain=gain)
+    p = params(Output.POSITION, screw=OFF_SCREW, take_up=OFF_TAKE_UP, sampled=sampled)
+    course = moves(0.0, 1e-3, 2e-3, 3e-3)
+    found = run(p, course, scale_m=lambda motor_m: motor_m - offset_m)
+    ends = [k for k in range(len(course) - 1) if course[k] == course[k - 1] != course[k + 1]]
+    for number, end in enumerate([*ends, len(course) - 1], 1):
+        assert found.correction_m[end] == pytest.approx(offset_m * (1.0 - (1.0 - gain) ** number))

@@ -20,7 +20,7 @@ from servo_ctrl.motion import s_curve
 T = 1e-3
 REST = OffsetMotion(0.0, 0.0, 0.0, 0.0, True)
 TAKE_UP = backlash.Params(True, 8e-6, 0.5, 50.0)
-SAMPLED = sampled_dual_loop.Params(True, 0.02, 0.5e-6, 3, 20e-6, True, 0.5, 50.0)
+SAMPLED = sampled_dual_loop.Params(True, 0.02, 0.5e-6, 3, 20e-6, True, 0.5, 50.0, 1.0)
 
 
 @settings(deadline=None)

@@ -50,7 +50,7 @@ def params_of(machine: MachineConfig, axis: str) -> AxisParams:
             ki_1_s2=100.0, kd=0.05, derivative_blend=0.3, scale_feedback=False
         ),
         fuzzy=fuzzy_pd.Params(True, 2e-6, 2e-4, 1e4, 1e4, 20.0, 4e-3, 200.0, surface(13)),
-        sampled=sampled_dual_loop.Params(True, 0.01, 1e-7, 3, 1e-5, True, 5.0, 500.0),
+        sampled=sampled_dual_loop.Params(True, 0.01, 1e-7, 3, 1e-5, True, 5.0, 500.0, 1.0),
     )
     return with_observer(with_pulse(params, LEARNED), enabled=True)
 
