@@ -29,7 +29,7 @@ from servo_ctrl.control.compensation import (
     trapezoidal_pulse,
 )
 from servo_ctrl.control.limits import AxisLimits, clamp
-from servo_ctrl.control.offset_motion import OffsetMotion, offset_m, over, resting, shifted
+from servo_ctrl.control.offset_motion import OffsetMotion, offset_m, over, resting
 from servo_ctrl.control.types import BAD_COMMAND, AxisCommand, AxisSample, Output, Status, sample_status
 
 _OUTPUT_FORCE = int(Output.FORCE)  # plain ints: an enumeration would compile to another type
@@ -102,7 +102,9 @@ def after_bad_sample(
     Pulse and waveform follow time and command, the screw error follows the command. The observer waits for
     complete samples, and the other corrections keep their values. No value that is not finite is passed on.
     """
-    take_up = take_up_with_present_table(params, state)
+    take_up = screw_error.without_table_step(
+        params.screw, state.take_up, state.pulse.position_command_m, state.screw_error_m
+    )
     pulse, waveform = trapezoidal_pulse.older_pulse(state.pulse, params.period_s), state.waveform
     if not status & BAD_COMMAND:
         pulse = trapezoidal_pulse.advance_pulse(params.pulse, state.pulse, sample, params.period_s)
@@ -142,13 +144,6 @@ def after_bad_sample(
 
 
 @kernel
-def take_up_with_present_table(params: AxisParams, state: AxisState) -> OffsetMotion:
-    """The take-up motion; it absorbs the step of a changed screw table, so that the motor does not jump."""
-    now_m = screw_error.screw_error_m(params.screw, state.pulse.position_command_m)
-    return shifted(state.take_up, now_m - state.screw_error_m)
-
-
-@kernel
 def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple[AxisState, AxisCommand]:
     """Compute one SYNC period of one axis: the next state and the commands. Never raises; see `Status`."""
     status = sample_status(sample, params.position_loop.scale_feedback)
@@ -158,7 +153,9 @@ def axis_tick(params: AxisParams, state: AxisState, sample: AxisSample) -> tuple
     moving = abs(sample.position_command_m - state.pulse.position_command_m) >= trapezoidal_pulse.REST_M
     pulse = trapezoidal_pulse.advance_pulse(params.pulse, state.pulse, sample, params.period_s)
     screw_m = screw_error.screw_error_m(params.screw, sample.position_command_m)
-    take_up = take_up_with_present_table(params, state)
+    take_up = screw_error.without_table_step(
+        params.screw, state.take_up, state.pulse.position_command_m, state.screw_error_m
+    )
     take_up = backlash.advance_take_up(params.take_up, take_up, pulse.direction, params.period_s)
     deviation_m = sample.position_command_m - sample.scale_position_m
     sampled = sampled_dual_loop.advance_sampled(

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
+from servo_ctrl.files.tuning_files import VELOCITY_LOOP
 from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.frequency_response import Response
 from servo_ctrl.tuning.results import TuneResult
@@ -58,7 +59,7 @@ def loop_curves(result: TuneResult) -> tuple[ResponseCurve, ...]:
         ("after", after.plant.frequency_hz, loops.loop_of(after.params, after.plant)),
         ("after, measured", verified.frequency_hz, verified.loop),
         (
-            "velocity loop, after",
+            VELOCITY_LOOP,
             after.plant.frequency_hz,
             loops.velocity_loop_of(after.params, after.plant),
         ),

@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from servo_ctrl.files.tuning_files import BODE_FILE, FIGURES_FILE, MACHINE_SECTIONS_FILE, REPORT_FILE
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.report.html_page import page
 from servo_ctrl.tuning.curves import document_of
@@ -14,17 +15,15 @@ from servo_ctrl.tuning.pictures import report_of
 from servo_ctrl.tuning.results import AssessedSetting, TuneResult
 from servo_ctrl.tuning.summary import summary_lines
 
-HTML_FILE, TOML_FILE, JSON_FILE, BODE_FILE = "report.html", "tuned.toml", "tune.json", "bode.json"
-
 
 def write_files(result: TuneResult, out: Path) -> list[Path]:
     """Write the files into `out`, and return their paths. Raises OSError."""
     out.mkdir(parents=True, exist_ok=True)
     comments = "".join(f"# {line}\n" for line in summary_lines(result))
     texts = {
-        HTML_FILE: page(report_of(result)),
-        TOML_FILE: comments + section_text(result.axis, result.sections) + _shaper_text(result),
-        JSON_FILE: json.dumps(figures_of(result), indent=2, allow_nan=False) + "\n",
+        REPORT_FILE: page(report_of(result)),
+        MACHINE_SECTIONS_FILE: comments + section_text(result.axis, result.sections) + _shaper_text(result),
+        FIGURES_FILE: json.dumps(figures_of(result), indent=2, allow_nan=False) + "\n",
         BODE_FILE: json.dumps(document_of(result), allow_nan=False) + "\n",
     }
     for name, text in texts.items():

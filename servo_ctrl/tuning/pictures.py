@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from kernels.arrays import Array
+from servo_ctrl.files.tuning_files import VELOCITY_LOOP
 from servo_ctrl.report.content import LevelLine, Report, ReportPicture, ReportSection, ReportTable, Series
 from servo_ctrl.tuning.curves import loop_curves, plant_curves
 from servo_ctrl.tuning.machine_file import section_text
@@ -127,7 +128,11 @@ def _plant(result: TuneResult) -> ReportSection:
 
 def _loops(result: TuneResult) -> ReportSection:
     shown = loop_curves(result)
-    sensitivity = [(one.name, one.frequency_hz, 1.0 / np.abs(1.0 + one.response)) for one in shown[:3]]
+    sensitivity = [
+        (one.name, one.frequency_hz, 1.0 / np.abs(1.0 + one.response))
+        for one in shown
+        if one.name != VELOCITY_LOOP
+    ]
     return ReportSection(
         "The loop",
         (

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from machine_files import XY_TABLE, text_of, without_sections
+from program_steps import circle, move
 from waveform_examples import example_waveform
 
 from hil_sim.config import load_plant
@@ -31,20 +32,7 @@ IMPOSSIBLE: dict[str, tuple[str, ...]] = {
     "csp": ("disturbance_observer", "friction_compensation", "fuzzy_pd"),
 }
 """Sections that need a set point that the mode does not have."""
-PROGRAM = """
-[[step]]
-kind = "move"
-label = "to the start"
-to_mm = { x = 2.0, y = 0.0 }
-feed_mm_min = 1000.0
-
-[[step]]
-kind = "circle"
-label = "small circle"
-radius_mm = 2.0
-feed_mm_min = 1500.0
-turns = 1.5
-"""
+PROGRAM = move(2.0, 0.0, 1000.0) + circle(2.0, 1500.0, turns=1.5)
 # far too fast for a machine, so that a second shows it
 EFFECTS_IT_LACKS = """
 [axis.x.temperature_dependent_friction]

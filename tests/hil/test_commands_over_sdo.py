@@ -10,6 +10,7 @@ import can
 import canopen
 import pytest
 from learned_examples import LEARNED
+from program_steps import circle
 
 import servo_ctrl
 from servo_ctrl.commands.stage import Stage
@@ -22,14 +23,7 @@ LIMIT_S = 120.0
 READY, RUNNING, DISABLING, OFF = 2, 3, 6, 7
 START, ABORT, PAUSE, RESUME, DISABLE, ROLL_BACK, START_PROGRAM = 1, 2, 3, 4, 6, 9, 10
 IDLE, LEARNS, PAUSED, ABORTED = 0, 1, 3, 5
-CIRCLES = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 10.0
-feed_mm_min = 3000.0
-turns = 4.0
-"""
+CIRCLES = circle(10.0, 3000.0, turns=4.0)
 
 
 class Panel:

@@ -9,6 +9,7 @@ import can
 import canopen
 import numpy as np
 from mosquitto import Message, Mosquitto, needs_mosquitto
+from program_steps import circle, move
 
 from servo_ctrl.recording.reader import load_recording
 
@@ -20,19 +21,7 @@ CYCLES, CONTOUR_ERROR = 0x2002, 0x2005
 RADIUS_M, NM = 0.01, 1e-9
 """Between two cycles the error changes by some 50 nm."""
 SECTION = '\n[contour_control]\naxes = ["x", "y"]\nkp_1_s = 50.0\n'
-PROGRAM = """
-[[step]]
-kind = "move"
-label = "to the circle"
-to_mm = { x = 10.0, y = 0.0 }
-feed_mm_min = 3000.0
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 10.0
-feed_mm_min = 3000.0
-turns = 12.0
-"""
+PROGRAM = move(10.0, 0.0, 3000.0) + circle(10.0, 3000.0, turns=12.0)
 
 
 class BusReader:

@@ -11,6 +11,7 @@ import can
 import canopen
 import numpy as np
 import pytest
+from program_steps import circle, move
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
@@ -19,20 +20,7 @@ from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.reader import Recording, load_recording
 
-PROGRAM = """
-[[step]]
-kind = "move"
-label = "out"
-to_mm = { x = 3.0, y = -1.0 }
-feed_mm_min = 1500.0
-
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 2.0
-feed_mm_min = 2000.0
-turns = 1.25
-"""
+PROGRAM = move(3.0, -1.0, 1500.0, "out") + circle(2.0, 2000.0, turns=1.25)
 
 
 @pytest.fixture

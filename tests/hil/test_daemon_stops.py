@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from eventually import eventually
+from program_steps import circle
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
@@ -18,14 +19,7 @@ from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.reader import load_recording
 
-PROGRAM = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 20.0
-feed_mm_min = 3000.0
-turns = 200.0
-"""
+PROGRAM = circle(20.0, 3000.0, turns=200.0)
 
 
 class Once:

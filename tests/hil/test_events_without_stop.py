@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from consecutive_runs import ConsecutiveRuns, Script
+from program_steps import circle
 
 from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.stage import Stage
@@ -18,14 +19,7 @@ from servo_ctrl.recording.reader import load_recording
 from tests.campaigns.campaign.machine import make_machine
 from tests.campaigns.campaign.stand import ROWS_PER_PART
 
-PROGRAM = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 2.0
-feed_mm_min = 3000.0
-turns = 5.0
-"""
+PROGRAM = circle(2.0, 3000.0, turns=5.0)
 HOUR_S, DISK_LIMIT_S = 3600.0, 20.0
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from fault_bench import BRAKE, POWER_OFF, FaultBench
 from fault_reaction import FAULT_CYCLE, LAST_CYCLE, XY_TABLE, X, Y, assert_reaction_in_time
+from program_steps import circle
 
 from servo_ctrl.axis.fault_bounds import BOUND_CYCLES
 from servo_ctrl.axis.fault_policy import REQUESTS, Event, Reaction, reaction
@@ -15,13 +16,7 @@ from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 
-TOO_FAR = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 49.0
-feed_mm_min = 3000.0
-"""
+TOO_FAR = circle(49.0, 3000.0)
 
 
 @pytest.mark.parametrize("event", sorted(REQUESTS, key=lambda one: one.value))

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from consecutive_runs import ConsecutiveRuns, Script
 from fault_scripts import bus_off, bus_restarts, jogged
+from program_steps import circle, move
 from recovery_rows import NEW_RUN, ROWS, SWITCH_ON, RecoveryRow
 
 from servo_ctrl.commands.command import Command, CommandRequest
@@ -20,27 +21,7 @@ from tests.campaigns.campaign.machine import CampaignMachine, make_machine
 Table = Callable[..., ConsecutiveRuns]
 
 REFUSED = {"program refused"}
-PROGRAM = """
-[[step]]
-kind = "move"
-label = "out"
-to_mm = { x = 3.0, y = -2.0 }
-feed_mm_min = 6000.0
-
-[[step]]
-kind = "move"
-label = "back"
-to_mm = { x = 0.0, y = 0.0 }
-feed_mm_min = 6000.0
-"""
-ROUND = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 2.0
-feed_mm_min = 3000.0
-turns = 1.0
-"""
+PROGRAM = move(3.0, -2.0, 6000.0, "out") + move(0.0, 0.0, 6000.0, "back")
 IN_MOTION = 30
 """Time of the fault in the program, ticks."""
 
@@ -190,7 +171,7 @@ def test_program_that_is_refused_from_where_the_axes_are_is_followed_by_another_
         yield from switched_on(made)
         yield from run_program_to_its_end(made)
 
-    (tmp_path / "far.toml").write_text(ROUND.replace("2.0", "5.0"), encoding="utf-8")
+    (tmp_path / "far.toml").write_text(circle(5.0, 3000.0), encoding="utf-8")
     made.run(aside)
     report = made.run(refused, program=load_program(tmp_path / "far.toml", made.stand.machine.controller))
     assert not report.failed

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from machine_files import text_of
+from program_steps import circle_about_origin
 
 ROOT = Path(__file__).parents[2]
 XY_TABLE = ROOT / "machines" / "xy_table"
@@ -21,27 +22,6 @@ QUICK = {
     "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 1000000.0",
 }
 """Strokes of a second at about the reverse acceleration of the motions below: 100 mm/s^2."""
-CIRCLE = """
-[[step]]
-kind = "move"
-label = "to the start"
-to_mm = {{ x = 25.0, y = 0.0 }}
-feed_mm_min = 6000.0
-
-[[step]]
-kind = "circle"
-label = "F 3000"
-radius_mm = 25.0
-feed_mm_min = 3000.0
-turns = {turns}
-ramp_s = 0.5
-
-[[step]]
-kind = "move"
-label = "home"
-to_mm = {{ x = 0.0, y = 0.0 }}
-feed_mm_min = 6000.0
-"""
 S_SHAPE = """
 [[step]]
 kind = "s_shape"
@@ -51,6 +31,10 @@ distance_mm = 20.0
 velocity_mm_s = 40.0
 acceleration_mm_s2 = 100.0
 """
+
+
+def production_circle(turns: float) -> str:
+    return circle_about_origin(25.0, 3000.0, turns, label="F 3000", ramp_s=0.5, move_mm_min=6000.0)
 
 
 def table(folder: Path, replacements: dict[str, str]) -> Path:
@@ -64,8 +48,8 @@ def table(folder: Path, replacements: dict[str, str]) -> Path:
         )
         (machine / name).write_text(text, encoding="utf-8")
     for name, text in {
-        "circles": CIRCLE.format(turns=1.3),
-        "production": CIRCLE.format(turns=3.0),
+        "circles": production_circle(1.3),
+        "production": production_circle(3.0),
         "s_shapes": S_SHAPE,
     }.items():
         (machine / "programs" / f"{name}.toml").write_text(text, encoding="utf-8")

@@ -7,17 +7,11 @@ from typing import Any
 
 import pytest_asyncio
 from mosquitto import Listener, Message, Mosquitto, needs_mosquitto
+from program_steps import circle
 
 pytestmark = needs_mosquitto
 ROOT = "servo_ctrl/xy_table"
-PROGRAM = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 10.0
-feed_mm_min = 3000.0
-turns = 2.0
-"""
+PROGRAM = circle(10.0, 3000.0, turns=2.0)
 
 
 @pytest_asyncio.fixture

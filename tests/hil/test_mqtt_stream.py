@@ -8,20 +8,14 @@ from typing import Any
 import aiomqtt
 import numpy as np
 from mosquitto import Mosquitto, needs_mosquitto
+from program_steps import circle
 
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.reader import Recording, load_recording
 
 ROOT = "servo_ctrl/xy_table"
-PROGRAM = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 2.0
-feed_mm_min = 2000.0
-turns = 4.0
-"""
+PROGRAM = circle(2.0, 2000.0, turns=4.0)
 HEADER, PAIR = struct.Struct("<4sIIqHH"), struct.Struct("<QII")
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from forked_program import SERVO_CTRL, ForkedProgram
+from program_steps import circle
 
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.cyclic.cia402 import DriveState, drive_state
@@ -18,21 +19,13 @@ from servo_ctrl.io.can_port import BusError
 from servo_ctrl.recording.reader import load_recording
 
 START_LIMIT_S = 60.0
-CIRCLE = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 20.0
-feed_mm_min = 3000.0
-turns = {turns}
-"""
 
 
 @pytest.fixture
 def circles(tmp_path: Path) -> Callable[[float], Path]:
     def make(turns: float) -> Path:
         path = tmp_path / f"circle{turns:g}.toml"
-        path.write_text(CIRCLE.format(turns=turns), encoding="utf-8")
+        path.write_text(circle(20.0, 3000.0, turns), encoding="utf-8")
         return path
 
     return make

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from program_steps import circle
 
 from servo_ctrl.commands.local_messages import Who
 from servo_ctrl.commands.stage import Stage
@@ -24,14 +25,7 @@ from servo_ctrl.recording.reader import load_recording
 
 LIMIT_S = 60.0
 ANNA = Who(user="anna", role="configure", address="192.0.2.7")
-PROGRAM = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 5.0
-feed_mm_min = 3000.0
-turns = 0.75
-"""
+PROGRAM = circle(5.0, 3000.0, turns=0.75)
 FOLLOWING_ERROR_TIME, CONTROLWORD, HEARTBEAT, DEVICE_NAME = 0x6066, 0x6040, 0x1017, 0x1008
 
 

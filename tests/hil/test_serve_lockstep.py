@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from learned_examples import SHORT_STROKES
+from program_steps import circle
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
@@ -18,14 +19,6 @@ from servo_ctrl.learned.store import LearnedStore
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.recording.reversal_log import read_reversals
 
-PROGRAM = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 25.0
-feed_mm_min = 3000.0
-turns = {turns}
-"""
 SDO_REQUEST, EMERGENCY = 0x600 + 127, 0x080 + 127
 START_PROGRAM = bytes.fromhex("2F0021000A000000")
 WRONG_STATE = bytes.fromhex("8000210022000008")
@@ -35,7 +28,7 @@ async def run_circle(
     bench: Any, machine_dir: Path, directory: Path, turns: float, **options: Any
 ) -> RunReport:
     path = machine_dir / "circle.toml"
-    path.write_text(PROGRAM.format(turns=turns), encoding="utf-8")
+    path.write_text(circle(25.0, 3000.0, turns), encoding="utf-8")
     machine = load_machine(machine_dir)
     async with asyncio.timeout(120.0):
         return await run_machine(

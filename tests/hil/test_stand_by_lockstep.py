@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from operator_script import Operator, Script, at, operate
+from program_steps import circle
 
 from servo_ctrl.commands.command import JOG_RENEWAL_S, Command
 from servo_ctrl.commands.machine_status import MachineStatus
@@ -16,14 +17,7 @@ from servo_ctrl.cyclic.cia402 import DriveState, drive_state
 from servo_ctrl.daemon.run import assemble
 
 RADIUS_M = 0.010
-PROGRAM = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 10.0
-feed_mm_min = 3000.0
-turns = 1.0
-"""
+PROGRAM = circle(10.0, 3000.0)
 LIMIT_M_S2 = 2.0
 RENEWAL = round(JOG_RENEWAL_S / 1e-3)
 STANDBY = Stage.STANDBY

@@ -16,6 +16,7 @@ from forked_program import commands_folder
 from live_page import await_connection
 from machine_files import REPOSITORY, XY_TABLE, text_of, write_controller
 from playwright.sync_api import BrowserContext, Page
+from program_steps import circle_about_origin
 
 START_LIMIT_S = 300.0  # on a busy machine, kernels compiled again
 PAGE_LIMIT_S = 300.0
@@ -29,27 +30,8 @@ SHORT_LEARNING = {
     "jerk_mm_s3 = 50000.0": "jerk_mm_s3 = 500000.0",
 }
 """35 strokes of a second around the circle's reverse acceleration; at higher ones the loop itself lags."""
-SHORT_CIRCLE = """
-[[step]]
-kind = "move"
-label = "to the start"
-to_mm = { x = 2.0, y = 0.0 }
-feed_mm_min = 1000.0
-
-[[step]]
-kind = "circle"
-label = "circle"
-radius_mm = 2.0
-feed_mm_min = 660.0  # reverse acceleration 60 mm/s^2
-turns = 6.0  # twelve reversals of each axis: the median is of eight
-ramp_s = 0.1
-
-[[step]]
-kind = "move"
-label = "home"
-to_mm = { x = 0.0, y = 0.0 }
-feed_mm_min = 1000.0
-"""
+# reverse acceleration 60 mm/s^2; twelve reversals of each axis, for the median is of eight
+SHORT_CIRCLE = circle_about_origin(2.0, 660.0, 6.0, label="circle", ramp_s=0.1, move_mm_min=1000.0)
 
 
 def table_directory(directory: Path, changes: Mapping[str, str], programs: Mapping[str, str]) -> Path:

@@ -16,6 +16,7 @@ import numpy as np
 
 from kernels.jit import kernel
 from kernels.record_layout import Table
+from servo_ctrl.control.offset_motion import OffsetMotion, shifted
 from servo_ctrl.control.section import AxisFacts, Key, LawSection, Need
 from servo_ctrl.control.table_lookup import place_of, value_at
 
@@ -75,3 +76,14 @@ def screw_error_m(p: Params, position_m: float) -> float:
     if not p.enabled:
         return 0.0
     return value_at(p.table, 1, place_of(p.table, position_m))
+
+
+@kernel
+def without_table_step(
+    p: Params, take_up: OffsetMotion, position_command_m: float, previous_error_m: float
+) -> OffsetMotion:
+    """The take-up, shifted by the step that a changed table makes at the last position command.
+
+    `previous_error_m`: the error there by the table of the last tick. The motor does not jump.
+    """
+    return shifted(take_up, screw_error_m(p, position_command_m) - previous_error_m)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from servo_ctrl.files.tuning_files import VELOCITY_LOOP
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.plots import Look, curve, figure, horizontal_line, plot_layout
 from servo_ctrl.hmi.tuning.tunings import BodeCurve
@@ -16,14 +17,12 @@ NAMES = {
     "before": word("before"),
     "after": word("after"),
     "after, measured": word("after, measured"),
-    "velocity loop, after": word("velocity loop, after"),
+    VELOCITY_LOOP: word("velocity loop, after"),
 }
 DASHES = ("solid", "dash", "dot", "dashdot")
 """Of the curves, which can be told apart without their colours."""
 HIGHEST_SENSITIVITY = 5.0
 """A loop that is not stable has any: the picture is cut off there."""
-SENSITIVITIES = 3
-"""Curves of the loop that have one: the velocity loop is only a part of it."""
 
 
 def magnitude_figure(curves: Sequence[BodeCurve], unit: str, factor: float, look: Look) -> dict[str, Any]:
@@ -47,7 +46,8 @@ def sensitivity_figure(curves: Sequence[BodeCurve], stated_ms: float, look: Look
         _drawn(
             one, number, [_sensitivity(*point) for point in zip(one.magnitude, one.phase_deg, strict=False)]
         )
-        for number, one in enumerate(curves[:SENSITIVITIES])
+        for number, one in enumerate(curves)
+        if one.name != VELOCITY_LOOP
     ]
     label = tr("stated Ms {ms:g}", ms=stated_ms)
     layout = _layout("", look) | horizontal_line(label, stated_ms, look.theme.ink)

@@ -9,9 +9,9 @@ from typing import Annotated, NamedTuple
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.files.tuning_files import BODE_FILE, FIGURES_FILE
 from servo_ctrl.hmi.shell.json_file import read_json_file
 
-FIGURES, CURVES = "tune.json", "bode.json"
 MAX_CHARACTERS = 10_000_000
 """Some 5 kB of figures and 500 kB of curves in a tuning."""
 MAX_TUNINGS, SEARCH_DEPTH = 50, 2
@@ -108,20 +108,20 @@ def tunings_below(directories: Sequence[Path]) -> list[Tuning]:
 
 def read_figures(directory: Path) -> TuningFigures:
     """Read tune.json. Raises TuningError."""
-    return read_json_file(TuningFigures, directory / FIGURES, MAX_CHARACTERS, TuningError)
+    return read_json_file(TuningFigures, directory / FIGURES_FILE, MAX_CHARACTERS, TuningError)
 
 
 def read_curves(directory: Path) -> BodeCurves | None:
     """Read bode.json; None where there is none. Raises TuningError."""
-    path = directory / CURVES
+    path = directory / BODE_FILE
     return read_json_file(BodeCurves, path, MAX_CHARACTERS, TuningError) if path.exists() else None
 
 
 def _figures_below(directory: Path, depth: int) -> Iterator[Path]:
     """The tune.json of a directory and of those below it; symbolic links are not followed."""
     try:
-        if (directory / FIGURES).is_file():
-            yield directory / FIGURES
+        if (directory / FIGURES_FILE).is_file():
+            yield directory / FIGURES_FILE
         below = sorted(one for one in directory.iterdir() if one.is_dir() and not one.is_symlink())
     except OSError:
         return
