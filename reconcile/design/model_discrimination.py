@@ -95,7 +95,7 @@ class ModelDiscrimination:
                 range(column_count, column_count + one.width)
             )
             column_count += one.width
-        self._own_base = list(found.equations.base)
+        self._own_base = list(found.equations.baseline_is_free)
         self._several_recordings = len(datasets) > 1
         self._recorded = _products(found.equations)
         self._samples = _samples(found.equations)

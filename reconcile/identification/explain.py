@@ -1,7 +1,7 @@
 """Identification of one residual channel of one axis: select terms, refine them, judge on held-out blocks."""
 
 import math
-from collections.abc import Container
+from collections.abc import Container, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.accounted import Accounted, accounted
-from reconcile.identification.findings import IdentifiedEffect
+from reconcile.identification.findings import IdentifiedEffect, ReportedEffects
 from reconcile.identification.payload import payload
 from reconcile.identification.term_search import FoundTerms, TermSearch
 from reconcile.identification.unexplained_residual import unexplained_residual
@@ -56,15 +56,16 @@ class Explanation(NamedTuple):
     rigid: dict[str, float] | None = None
     """Baseline parameters fitted without effects, SI; None in the deviation."""
     accounted: Accounted | None = None
-    """What each part of the model gives; None where nothing was fitted."""
+    """RMS of each part of the model; None where nothing was fitted."""
     withdrawn: tuple[Withdrawn, ...] = ()
-    """Effects that were found and did not predict what was left out."""
+    """Effects that were selected and then rejected, with the reason."""
     found: FoundTerms | None = None
-    """Its inputs, to be refitted without some terms; None once the axis is done."""
+    """The terms and the data that they were found on, for a refit without some of them; None once the axis is
+    done."""
 
 
 def without(explanation: Explanation, effects: Container[str], *, brief: bool = False) -> Explanation:
-    """The explanation without some effects, the rest fitted anew; `unknown` are those without a name."""
+    """The explanation without some effects, the others refitted; `unknown` stands for all unnamed terms."""
     found = explanation.found
     names = [f.effect for f in [*explanation.findings, *explanation.minor]]
     names += [c.effect for c in found.terms] if found else []
@@ -76,10 +77,10 @@ def without(explanation: Explanation, effects: Container[str], *, brief: bool = 
 
 
 def with_terms(explanation: Explanation, found: FoundTerms, *, brief: bool = False) -> Explanation:
-    """The explanation by other terms; a `brief` one is only to be written, its figures stay as they were."""
+    """The explanation by other terms; `brief`: for a model file alone, its figures are not computed again."""
     if not brief:
         return _explained(found)
-    reported = _with_possible_values(found).report(resamples=0)
+    reported = _with_non_negative_baseline(found).report(resamples=0)
     return explanation._replace(
         findings=reported.findings,
         minor=reported.minor,
@@ -91,76 +92,56 @@ def with_terms(explanation: Explanation, found: FoundTerms, *, brief: bool = Fal
 
 
 def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
-    """Identify the effects of one channel, from nothing of the blocks that are left out."""
+    """Identify the effects of one channel, without any use of the blocks that are left out."""
     return _explained(search.found(left_out))
 
 
-def _with_possible_values(found: FoundTerms) -> FoundTerms:
-    """The terms beside no mass or friction that would drive the axis: what was below zero is held at zero.
+def _with_non_negative_baseline(found: FoundTerms) -> FoundTerms:
+    """The terms with a baseline of no negative mass or friction, which would drive the axis.
 
-    The rest is fitted to what is left then, rather than the value cut off behind the fit.
+    A negative coefficient is held at zero and the others are refitted; clipped after the fit, it would bias
+    them.
     """
-    if found.of.channel is not ResidualChannel.FORCE:
+    if found.inputs.channel is not ResidualChannel.FORCE:
         return found
     equations = found.problem.equations
     slots, held = equations.slots(found.terms), list[int]()
     totals = equations.totals(np.concatenate((found.train, found.held_out)))
     while True:
-        values = equations.solve(slots, totals)[: len(equations.base)].tolist()
+        values = equations.solve(slots, totals)[: len(equations.baseline_is_free)].tolist()
         negative = [k for k, value in enumerate(values) if value < 0.0 and k not in held]
         if not negative:
             return found._replace(problem=found.problem._replace(equations=equations))
         held.append(min(negative, key=lambda k: values[k]))
-        equations = found.problem.equations.holding(held)
+        equations = found.problem.equations.held_at_zero(held)
 
 
 def _explained(found: FoundTerms) -> Explanation:
-    axis, channel, rules, sources = found.of
-    possible = _with_possible_values(found)
-    reported = possible.report()
+    """Fit the three models, compare their residuals, and report the effects that are large enough."""
+    axis, channel, rules, sources = found.inputs
+    admissible = _with_non_negative_baseline(found)
+    reported = admissible.report()
     equations, train = found.problem.equations, found.train
-    baseline, totals = equations.slots([]), equations.totals(train)
-    # a lag below a sample is how the channels were sampled, not physics: it is in all three models
-    timing = [c for c in found.terms if reported.timing and c.effect == reported.timing[0]]
-    refitted_theta = equations.solve(equations.slots(timing), totals)
-    size = len(baseline)
-    fitted = equations.denormalised(baseline, refitted_theta[:size])
-    nominal_theta = _nominal(axis, found.problem, fitted) / equations.denormalised(baseline, np.ones(size))
-    models = [
-        (timing, np.append(nominal_theta, refitted_theta[size:])),
-        (timing, refitted_theta),
-        (found.terms, possible.problem.equations.solve(equations.slots(found.terms), totals)),
-    ]
+    models = _models(found, admissible, reported.timing)
     before, refitted, after = (_residual_rms(equations, *model, train, found.held_out) for model in models)
     found_residuals = residuals(found.problem, sources, models, found.held_out)
-    mass_kg, is_force = axis.mass_kg, channel is ResidualChannel.FORCE
-    extra: list[IdentifiedEffect | None] = []
+    mass_kg, added_mass, is_force = axis.mass_kg, None, channel is ResidualChannel.FORCE
     if is_force:
         gains = (1.0 - (r / max(b, 1e-300)) ** 2 for b, r in zip(before, refitted, strict=True))
-        extra.append(payload(reported.base, axis, *gains))
+        added_mass = payload(reported.base, axis, *gains)
         mass_kg = reported.base["mass_kg"].value
-    weights = equations.denormalised(equations.slots(found.terms), models[-1][1])
-    floor = noise_floor(found_residuals, channel, mass_kg).rms
     sizes = accounted(
         found.problem,
         found.terms,
-        weights,
-        noise=floor,
+        equations.denormalised(equations.slots(found.terms), models[-1][1]),
+        noise=noise_floor(found_residuals, channel, mass_kg).rms,
         share=rules.matters,
     )
-    nothing_matters = is_force and rms(found_residuals, "refitted") < sizes.least
-    large = [
-        f
-        for f in reported.findings
-        if sizes.matter(f.effect) and not (f.effect == "unknown" and nothing_matters)
-    ]
-    if not nothing_matters and not any(finding.effect == "unknown" for finding in large):
-        resolution_m = max(axis.encoder_resolution_m or 0.0, axis.scale_resolution_m or 0.0)
-        alone = not large and not any(extra)
-        extra.append(unexplained_residual(found_residuals, channel, sizes, resolution_m, alone=alone))
+    large, beside_terms = _findings(found, reported, found_residuals, sizes, added_mass)
+    rigid = equations.denormalised(equations.slots([]), models[1][1][: len(equations.slots([]))])
     return Explanation(
         channel=channel,
-        findings=[*large, *(finding for finding in extra if finding)],
+        findings=[*large, *beside_terms],
         minor=[*reported.minor, *(f for f in reported.findings if f not in large)],
         before=before,
         refitted=refitted,
@@ -169,14 +150,61 @@ def _explained(found: FoundTerms) -> Explanation:
         timing=reported.timing,
         timing_s=reported.timing_s,
         parameters_matter=_rms_between(before, refitted) >= sizes.matters
-        and refitted.heldout <= before.heldout  # of what was left out the nominal values are not worse
-        and _nominal_values_refuted(equations, *models[0], train, rules),
+        and refitted.heldout <= before.heldout
+        and _nominal_values_are_worse(equations, *models[0], train, rules),
         residuals=found_residuals,
-        rigid=dict(zip(found.problem.baseline_names, fitted.tolist(), strict=True)) if is_force else None,
+        rigid=dict(zip(found.problem.baseline_names, rigid.tolist(), strict=True)) if is_force else None,
         withdrawn=tuple(found.withdrawn),
         accounted=sizes,
         found=found,
     )
+
+
+def _models(
+    found: FoundTerms, admissible: FoundTerms, timing: tuple[str, ShapeParameters] | None
+) -> list[tuple[list[CandidateTerm], Array]]:
+    """Terms and normalised coefficients of the nominal, the refitted and the identified model.
+
+    A lag below a sample is how the channels were sampled, and no physics: all three have it.
+    """
+    equations = found.problem.equations
+    timing_terms = [c for c in found.terms if timing and c.effect == timing[0]]
+    baseline, totals = equations.slots([]), equations.totals(found.train)
+    size = len(baseline)
+    refitted = equations.solve(equations.slots(timing_terms), totals)
+    fitted = equations.denormalised(baseline, refitted[:size])
+    nominal = _nominal(found.inputs.axis, found.problem, fitted)
+    nominal = nominal / equations.denormalised(baseline, np.ones(size))
+    identified = admissible.problem.equations.solve(equations.slots(found.terms), totals)
+    return [
+        (timing_terms, np.append(nominal, refitted[size:])),
+        (timing_terms, refitted),
+        (found.terms, identified),
+    ]
+
+
+def _findings(
+    found: FoundTerms,
+    reported: ReportedEffects,
+    found_residuals: Sequence[Residual],
+    sizes: Accounted,
+    added_mass: IdentifiedEffect | None,
+) -> tuple[list[IdentifiedEffect], list[IdentifiedEffect]]:
+    """The reported effects that are large enough; and the payload and the unexplained residual, if any."""
+    axis, channel = found.inputs.axis, found.inputs.channel
+    nothing_matters = channel is ResidualChannel.FORCE and rms(found_residuals, "refitted") < sizes.least
+    large = [
+        f
+        for f in reported.findings
+        if sizes.matter(f.effect) and not (f.effect == "unknown" and nothing_matters)
+    ]
+    beside_terms = [added_mass] if added_mass else []
+    if not nothing_matters and not any(finding.effect == "unknown" for finding in large):
+        resolution_m = max(axis.encoder_resolution_m or 0.0, axis.scale_resolution_m or 0.0)
+        alone = not large and not beside_terms
+        unexplained = unexplained_residual(found_residuals, channel, sizes, resolution_m, alone=alone)
+        beside_terms += [unexplained] if unexplained else []
+    return large, beside_terms
 
 
 def _rms_between(before: ResidualRms, refitted: ResidualRms) -> float:
@@ -205,16 +233,16 @@ def _residual_rms(
     return ResidualRms(rms(train), rms(held_out))
 
 
-def _nominal_values_refuted(
+def _nominal_values_are_worse(
     equations: BlockNormalEquations,
     timing: list[CandidateTerm],
     nominal: Array,
     train: Index,
     rules: SelectionRules,
 ) -> bool:
-    """Whether refitted values predict held-back blocks better than the nominal ones, beyond chance."""
+    """Whether refitted values predict left-out folds significantly better than the nominal ones."""
     validation = CrossValidation(equations, train)
-    refitted, given = validation.cross_validated_squares(timing), validation.given(timing, nominal)
+    refitted, given = validation.cross_validated_squares(timing), validation.squares_with(timing, nominal)
     t = paired(refitted, given)
     gain = 1.0 - float(refitted.sum()) / max(float(given.sum()), 1e-300)
     return t >= threshold(1, len(train), rules.false_alarm) and gain >= rules.least_parameters

@@ -52,14 +52,14 @@ def estimates(
     equations = problem.equations
     slots = equations.slots(chosen)
 
-    rng, fitted = np.random.default_rng(0), _smallest_alike(problem, slots, blocks)
+    rng, fitted = np.random.default_rng(0), _smallest_equivalent(problem, slots, blocks)
     drawn = [rng.choice(blocks, len(blocks)) for _ in range(resamples)]
     resampled: Sequence[Array] = []
     if drawn:
         resampled = [*equations.denormalised(slots, equations.solve_each(slots, drawn))]
     base = {}
     for place, (column, own) in enumerate(slots):
-        if column < len(equations.base) and own < 1:
+        if column < len(equations.baseline_is_free) and own < 1:
             name, value = problem.baseline_names[column], float(fitted[place])
             interval = _percentile_interval(value, [float(one[place]) for one in resampled], name)
             base[name] = Estimate(value, *interval, "")
@@ -88,11 +88,11 @@ def estimates(
     return Estimates(base, found)
 
 
-def _smallest_alike(problem: RegressionProblem, slots: list[tuple[int, int]], blocks: Index) -> Array:
-    """The smallest coefficients among those that fit alike, within a standard error, before normalisation.
+def _smallest_equivalent(problem: RegressionProblem, slots: list[tuple[int, int]], blocks: Index) -> Array:
+    """Coefficients (k,) by the largest ridge whose fit is worse by at most a standard error, not normalised.
 
-    Columns that are nearly collinear get large coefficients of opposite signs, which cancel in this motion
-    and in no other. Source: the one-standard-error rule of Hastie, Tibshirani and Friedman (2009),
+    Nearly collinear columns get large coefficients of opposite signs, which cancel in this motion and in no
+    other. Source: the one-standard-error rule of Hastie, Tibshirani and Friedman (2009),
     section 7.10, on the largest ridge.
     """
     equations = problem.equations
@@ -105,7 +105,7 @@ def _smallest_alike(problem: RegressionProblem, slots: list[tuple[int, int]], bl
     best = equations.solve(slots, totals)
     most = squares(best) * (1.0 + INDEPENDENT_S / max(kept_s, INDEPENDENT_S))
     for share in RIDGES:
-        theta = equations.ridged(share).solve(slots, totals)
+        theta = equations.with_ridge(share).solve(slots, totals)
         if squares(theta) <= most:
             best = theta
             break

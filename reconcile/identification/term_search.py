@@ -1,7 +1,7 @@
 """The search for terms in one residual channel of one axis, on all recordings or without one of them.
 
 The columns of all candidates are computed once. A search on fewer recordings uses the same columns and only
-the blocks of those, so that names, shapes and coefficients are what these alone tell.
+the blocks of those, so that names, shapes and coefficients come from these recordings alone.
 """
 
 from collections.abc import Container, Sequence
@@ -20,7 +20,7 @@ from reconcile.identification.refinement import refine
 from reconcile.identification.rivals import RivalEffect, compare_rivals
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.model_presliding import regressed_terms
-from reconcile.regression.normal_equations import CandidateTerm, Key, effect_names
+from reconcile.regression.normal_equations import CandidateTerm, TermKey, effect_names
 from reconcile.regression.physical_veto import vetoed
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import RegressionProblem, extended, regression_problem
@@ -38,18 +38,16 @@ NOISE_FLOOR_RATIO = 1.5
 """Residual RMS over the noise floor up to which no unnamed terms are tried."""
 MOST_SEARCHES = 3
 """Searches, each without the effects that were withdrawn after the one before. Chosen."""
-
-
 GRAVITY = GRAVITY_ENTRY.name
 LEAST_MASS_SHARE = 0.3
-"""Mass beside the effects, over that of a rigid model with the weight that was found: less, and an effect
-stands in its place. Chosen: the inertia of a plausible clutter of forces is well below the mass itself."""
+"""Least mass fitted beside the effects, over that of a rigid model with gravity; if less, an effect has
+absorbed the inertia. Chosen: plausible forces take far less from the fitted mass than this."""
 LEAST_NOMINAL_SHARE = 0.01
 """The same over the nominal mass, which may be far off; chosen."""
 
 
-class Searched(NamedTuple):
-    """What was searched."""
+class SearchInputs(NamedTuple):
+    """The axis, channel and recordings of a search, and the rules of selection."""
 
     axis: NominalAxis
     channel: ResidualChannel
@@ -59,10 +57,9 @@ class Searched(NamedTuple):
 
 
 class FoundTerms(NamedTuple):
-    """The terms of a channel, and what they were found on."""
+    """The selected terms of a channel, and the data that they were found on."""
 
-    of: Searched
-
+    inputs: SearchInputs
     problem: RegressionProblem
     """Of these terms alone, with their refined shape parameters."""
     terms: list[CandidateTerm]
@@ -100,7 +97,7 @@ class TermSearch:
     ) -> None:
         self.axis, self.channel, self.rules = axis, channel, rules
         self.sources = [recording.source for recording in recordings]
-        self._of = Searched(axis, channel, rules, self.sources)
+        self._inputs = SearchInputs(axis, channel, rules, self.sources)
         common = set.intersection(*(set(recording.others) for recording in recordings))
         datasets = [
             regression_data(one._replace(others={name: one.others[name] for name in sorted(common)}), axis)
@@ -142,18 +139,20 @@ class TermSearch:
         for _ in range(MOST_SEARCHES):
             chosen = select(validation, self.rules, {one.effect for one in withdrawn})
             refined, terms = refine(problem, chosen, train)
-            terms, more = self._believable(refined, terms, train)
+            terms, more = self._admissible_and_predictive(refined, terms, train)
             withdrawn += more
             if not more:
                 break
         kept = {c.effect for c in terms}
         chosen = [c for c in chosen if c.effect in kept]
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
-        return _Selection(FoundTerms(self._of, refined, terms, train, held_out, rivals, withdrawn), chosen)
+        return _Selection(
+            FoundTerms(self._inputs, refined, terms, train, held_out, rivals, withdrawn), chosen
+        )
 
     def _select_beside(
         self,
-        unnamed: Sequence[Key],
+        unnamed: Sequence[TermKey],
         before: _Selection,
         train: Index,
         held_out: Index,
@@ -168,21 +167,21 @@ class TermSearch:
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
         del validation  # free its memory before the refinement
         refined, terms = refine(wide, chosen, train)
-        terms, more = self._believable(refined, terms, train)
+        terms, more = self._admissible_and_predictive(refined, terms, train)
         withdrawn = [*before.found.withdrawn, *more]
-        return FoundTerms(self._of, refined, terms, train, held_out, rivals, withdrawn)
+        return FoundTerms(self._inputs, refined, terms, train, held_out, rivals, withdrawn)
 
-    def _believable(
+    def _admissible_and_predictive(
         self, refined: RegressionProblem, terms: list[CandidateTerm], train: Index
     ) -> tuple[list[CandidateTerm], list[Withdrawn]]:
-        """The terms that physics admits and that predict what is left out, and the others with the reason."""
+        """The terms that are physically possible and predict what is left out; the others with the reason."""
         withdrawn: list[Withdrawn] = []
         while True:
             equations = refined.equations
             slots = equations.slots(terms)
             weights = equations.denormalised(slots, equations.solve(slots, equations.totals(train)))
             impossible = vetoed(refined, terms, weights, self.axis)
-            impossible = impossible or self._in_place_of_mass(refined, terms, train)
+            impossible = impossible or self._absorbing_mass(refined, terms, train)
             if not impossible:
                 break
             withdrawn += [Withdrawn(effect, why) for effect, why in impossible.items()]
@@ -190,10 +189,10 @@ class TermSearch:
         terms, more = predictive_terms(equations, terms, train)
         return terms, [*withdrawn, *more]
 
-    def _in_place_of_mass(
+    def _absorbing_mass(
         self, refined: RegressionProblem, terms: Sequence[CandidateTerm], train: Index
     ) -> dict[str, str]:
-        """The effect beside which hardly a mass is left, if there is one, and why it is none."""
+        """The effect that has absorbed nearly all of the fitted mass, if there is one, with the reason."""
         if self.channel is not ResidualChannel.FORCE:
             return {}
         equations = refined.equations
@@ -222,9 +221,9 @@ class TermSearch:
         """Whether the residual is no more than the noise of the sensors."""
         equations = found.problem.equations
         theta = equations.solve(equations.slots(found.terms), equations.totals(found.train))
-        left = residuals(found.problem, self.sources, [(found.terms, theta)] * 3, found.held_out)
-        floor = noise_floor(left, self.channel, self.axis.mass_kg).rms
-        return rms(left, "after") <= NOISE_FLOOR_RATIO * floor
+        found_residuals = residuals(found.problem, self.sources, [(found.terms, theta)] * 3, found.held_out)
+        floor = noise_floor(found_residuals, self.channel, self.axis.mass_kg).rms
+        return rms(found_residuals, "after") <= NOISE_FLOOR_RATIO * floor
 
 
 def _name(candidate: CandidateTerm) -> str:
@@ -234,8 +233,7 @@ def _name(candidate: CandidateTerm) -> str:
 def split(problem: RegressionProblem) -> tuple[Index, Index]:
     """Training and held-out blocks: of each recording every fourth stretch is held out.
 
-    Of recordings of less than four stretches all is searched: every block of them is needed to find what is
-    there, and nothing is left to be sure of it.
+    A recording shorter than four stretches has no held-out block: the search needs all of it.
     """
     equations = problem.equations
     train, held_out = [], []

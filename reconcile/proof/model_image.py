@@ -134,7 +134,7 @@ def _image(
     totals, samples = equations.totals(blocks), max(int(equations.samples.sum()), 1)
     slots, base = equations.slots(terms), equations.slots(timing)
     weights = equations.denormalised(slots, equations.solve(slots, totals))
-    sizes = accounted(problem, terms, weights, noise=0.0, share=found.of.rules.matters)
+    sizes = accounted(problem, terms, weights, noise=0.0, share=found.inputs.rules.matters)
     rigid = equations.solve(base, totals)
     given = rigid
     if channel is ResidualChannel.FORCE:

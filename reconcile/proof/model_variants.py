@@ -148,7 +148,7 @@ def _with_textbook(
     found = explanation.found
     if found is None:
         return explanation
-    known = {*(c.effect for c in kept), *found.of.axis.model_effects.effects}
+    known = {*(c.effect for c in kept), *found.inputs.axis.model_effects.effects}
     textbook_shapes = [(entry.name, ()) for entry in (CONSTANT_FORCE, VISCOUS_BY_DIRECTION)]
     more = [(name, shape) for name, shape in [*textbook_shapes, *(beside or [])] if name not in known]
     best: tuple[float, FoundTerms] | None = None
@@ -184,14 +184,14 @@ def _possible(
         only=True,
         model_terms=problem.model_terms,
     )
-    equations = wide.equations.ridged(COLLINEAR_RIDGE)
+    equations = wide.equations.with_ridge(COLLINEAR_RIDGE)
     wide = wide._replace(equations=equations)
     own = equations.by_key
     terms = [own[c.key] for c in kept] + [own[name, shape, False] for name, shape in added]
     while True:
         slots = equations.slots(terms)
         weights = equations.denormalised(slots, equations.solve(slots, equations.totals(found.train)))
-        refused = {*vetoed(wide, terms, weights, found.of.axis)} & {name for name, _ in added}
+        refused = {*vetoed(wide, terms, weights, found.inputs.axis)} & {name for name, _ in added}
         if not refused:
             break
         terms = [c for c in terms if c.effect not in refused]

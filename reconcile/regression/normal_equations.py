@@ -1,8 +1,8 @@
-"""The products of all columns with one another, block by block, so that any model is a small solve.
+"""Normal equations by block: products of all columns with one another, so that any model is a small solve.
 
-A residual channel is modelled as y = X theta + residual. Blocks of consecutive samples are kept apart, for
-what counts is how well a model predicts blocks that it was not fitted on. A term may have coefficients of its
-own in each recording.
+A residual channel is modelled as y = X theta + residual. Blocks of consecutive samples are kept apart,
+because a model is judged by how well it predicts blocks that it was not fitted on. A term may have
+coefficients of its own in each recording.
 """
 
 from collections.abc import Iterable, Sequence
@@ -16,14 +16,14 @@ from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
 
-Key = tuple[str, ShapeParameters, bool]
+TermKey = tuple[str, ShapeParameters, bool]
 
 RIDGE = 1e-10
 """Ridge on the normalised columns, as a share of the target's squares; collinear columns share their part."""
-HELD_RIDGE = 1e12
-"""Ridge on a column whose coefficient is held at zero."""
+ZERO_RIDGE = 1e12
+"""Ridge that holds the coefficient of a column at zero."""
 SMOOTH_RIDGE = 1e-3
-"""Ridge on unnamed terms: what they share with columns of the model is attributed to the model."""
+"""Ridge on unnamed terms: what they share with named terms is attributed to the named ones."""
 
 
 class CandidateTerm(NamedTuple):
@@ -35,7 +35,7 @@ class CandidateTerm(NamedTuple):
     columns: tuple[int, ...]
 
     @property
-    def key(self) -> Key:
+    def key(self) -> TermKey:
         """Identity of the term, the same in any normal equations."""
         return self.effect, self.shape_parameters, self.per_recording
 
@@ -45,19 +45,21 @@ class BlockNormalEquations:
 
     def __init__(
         self,
-        base: Sequence[bool],
+        baseline_is_free: Sequence[bool],
         candidates: list[CandidateTerm],
         recording_of_block: Index,
         spare: int = 0,
     ) -> None:
         self.candidates = candidates
         self.by_key = {c.key: c for c in candidates}
-        self.base = list(base)
-        """By column of every model, which come first: whether it is free in each recording."""
+        self.baseline_is_free = list(baseline_is_free)
+        """By column of the baseline, which come first: whether each recording has its own coefficient."""
         self.recording_of_block = recording_of_block
         self.recordings = int(recording_of_block.max()) + 1
         self.samples = np.zeros(len(recording_of_block), dtype=np.int64)
-        self.columns = max([len(base) - 1, *(place for c in candidates for place in c.columns)]) + 1
+        self.columns = (
+            max([len(baseline_is_free) - 1, *(place for c in candidates for place in c.columns)]) + 1
+        )
         """Number of columns, without `spare` ones that `extended` fills; they have no products before."""
         width = 1 + self.columns + spare
         self.gram = np.zeros((len(recording_of_block), 1 + self.columns, 1 + self.columns))
@@ -86,7 +88,7 @@ class BlockNormalEquations:
     def normalise(self) -> None:
         """Scale target and columns to a root mean square of 1, once all recordings are added.
 
-        The columns of a term without a name have one scale, so that the ridge holds those hardly seen.
+        The columns of an unnamed term have one scale, so that the ridge holds hardly excited ones.
         """
         filled = slice(0, 1 + self.columns)  # the spare rows take no memory until they are
         squares = np.einsum("bii->i", self.gram) / max(int(self.samples.sum()), 1)
@@ -101,17 +103,17 @@ class BlockNormalEquations:
             if c.effect.startswith(PREFIX):
                 places = [place + 1 for place in c.columns]
                 self.unit[places] = self.unit[places].max()
-        self.unit[self.unit == 0.0] = 1.0  # of what was never seen
+        self.unit[self.unit == 0.0] = 1.0  # columns without any excitation
 
-    def holding(self, columns: Sequence[int]) -> "BlockNormalEquations":
-        """The same equations with the coefficients of some columns held at zero."""
+    def held_at_zero(self, columns: Sequence[int]) -> "BlockNormalEquations":
+        """A copy with the coefficients of some columns held at zero."""
         held = copy(self)
         held._ridge = self._ridge.copy()  # noqa: SLF001 its own class
-        held._ridge[[column + 1 for column in columns]] = HELD_RIDGE  # noqa: SLF001 its own class
+        held._ridge[[column + 1 for column in columns]] = ZERO_RIDGE  # noqa: SLF001 its own class
         return held
 
-    def ridged(self, share: float) -> "BlockNormalEquations":
-        """The same equations with at least this ridge on every column, as a share of the target's squares."""
+    def with_ridge(self, share: float) -> "BlockNormalEquations":
+        """A copy with at least this ridge on every column, as a share of the target's squares."""
         held = copy(self)
         held._ridge = np.maximum(self._ridge, share)  # noqa: SLF001 its own class
         return held
@@ -158,7 +160,7 @@ class BlockNormalEquations:
     def slots(self, chosen: Sequence[CandidateTerm]) -> list[tuple[int, int]]:
         """(column, recording) of each coefficient: base columns, then each term's; recording -1 is all."""
         slots: list[tuple[int, int]] = []
-        for column, own in enumerate(self.base):
+        for column, own in enumerate(self.baseline_is_free):
             slots += [(column, recording) for recording in self._recordings(own=own)]
         for candidate in chosen:
             for recording in self._recordings(own=candidate.per_recording):

@@ -34,19 +34,19 @@ CORNER_RAD_S = 2.0 * math.pi * FILTER_HZ
 END_S = 0.02
 """Time at the end that is left out, s: the motion that follows it is unknown."""
 NOISY_HZ = 80.0
-"""Corner of the kinematics from which on downwards the noise of the acceleration is asked for. Chosen."""
-SLOWER_HZ = (30.0, 20.0, 14.0, 10.0, 7.0, 5.0)
-"""Corners below those of the kinematics; a recording of seconds has little below the last."""
-LEAST_OF_MASS = 0.9
-"""Share of the largest mass of all bandwidths that one must show; chosen: a tenth is lost to noise then."""
-COLLINEAR = 1e-5
-"""Singular values of columns of unit size, over the largest, below which a direction is left out."""
-FIRST_EXPONENTS = (0.0, 1.0)
-"""Dahl's exponents of the friction that may build up in the first model's force."""
-BUILDS_UP_SHARE = 0.1
-"""Least share that it explains of what a rigid model leaves."""
-STICK_S = 1e-3
-"""Width of the Gaussian over the force from which the friction of a sticking axis is computed, s."""
+"""Corner of the kinematics at or below which their acceleration may hide the mass, and is checked. Chosen."""
+LOWERED_CORNERS_HZ = (30.0, 20.0, 14.0, 10.0, 7.0, 5.0)
+"""Lower corners to try then, the highest first; a recording of seconds has little below the last."""
+LEAST_MASS_RATIO = 0.9
+"""Least mass behind a low pass over the largest of all low passes; chosen: noise may hide a tenth of it."""
+COLLINEAR_RATIO = 1e-5
+"""Singular value of columns of unit size, over the largest, below which they count as collinear."""
+BUILD_UP_EXPONENTS = (0.0, 1.0)
+"""Dahl's exponents of the presliding that is tried beside the rigid model."""
+LEAST_BUILD_UP_SHARE = 0.1
+"""Least share of the rigid model's squared residual that this presliding explains. Chosen."""
+STICKING_WIDTH_S = 1e-3
+"""Standard deviation, s, of the Gaussian over the force that gives the friction of a sticking axis."""
 
 
 def regression_data(recording: AxisRecording, axis: NominalAxis) -> RegressionData:
@@ -84,22 +84,22 @@ def _motion(recording: AxisRecording) -> Kinematics:
 
     A rigid mass is the same in every bandwidth; noise in its acceleration makes the fitted one smaller, the
     more the wider (errors in variables). Jitter of the stamps, vibration of the frame and gears are such
-    noise, and only the force shows it.
+    noise, and only the force shows it. So the highest corner that shows nearly all of the mass is taken.
     """
     motion = kinematics(recording.motor_m, recording.period_s)
     if motion.corner_hz > NOISY_HZ:
         return motion
-    corners_hz = [motion.corner_hz, *(hz for hz in SLOWER_HZ if hz < motion.corner_hz)]
+    corners_hz = [motion.corner_hz, *(hz for hz in LOWERED_CORNERS_HZ if hz < motion.corner_hz)]
     masses_kg = [_mass_kg(recording, motion, hz) for hz in corners_hz]
     largest_kg = max(masses_kg)
-    if largest_kg <= 0.0 or masses_kg[0] >= LEAST_OF_MASS * largest_kg:
+    if largest_kg <= 0.0 or masses_kg[0] >= LEAST_MASS_RATIO * largest_kg:
         return motion
-    enough = next(k for k, mass_kg in enumerate(masses_kg) if mass_kg >= LEAST_OF_MASS * largest_kg)
+    enough = next(k for k, mass_kg in enumerate(masses_kg) if mass_kg >= LEAST_MASS_RATIO * largest_kg)
     return kinematics(recording.motor_m, recording.period_s, corners_hz[enough])
 
 
 def _mass_kg(recording: AxisRecording, motion: Kinematics, corner_hz: float) -> float:
-    """Mass that the force gives behind a low pass, beside friction and forces at a place."""
+    """Mass (kg) fitted behind a low pass, beside friction and forces that depend on the position."""
     width, period_s = gaussian_width_s(corner_hz) / recording.period_s, recording.period_s
 
     def smooth(values: Array) -> Array:
@@ -111,66 +111,71 @@ def _mass_kg(recording: AxisRecording, motion: Kinematics, corner_hz: float) -> 
     a = np.gradient(v, period_s)
     columns = smooth(np.stack((a, v, motion.direction, np.ones(len(x)), x, np.sin(x), np.cos(x)), axis=1))
     scale = np.linalg.norm(columns, axis=0) + 1e-300
-    theta, *_ = np.linalg.lstsq(columns / scale, smooth(recording.force_n), rcond=COLLINEAR)
+    theta, *_ = np.linalg.lstsq(columns / scale, smooth(recording.force_n), rcond=COLLINEAR_RATIO)
     return float(theta[0] / scale[0])
 
 
 def with_model_force(data: RegressionData) -> RegressionData:
     """Set the force of a rigid model, fitted to this recording, and the direction of friction.
 
-    Where the axis sticks, friction balances the measured force: any share of the Coulomb level, and no step.
+    Where the axis sticks, friction balances the measured force: its direction is a share of the Coulomb
+    level, between -1 and 1.
     """
     m = data.motion
     y, rigid = target_and_baseline(data, ResidualChannel.FORCE)
     used = samples_in_use(data, ResidualChannel.FORCE)
-    places = filtered = np.ones((len(y), 1))
+    forces_at_rest = filtered = np.ones((len(y), 1))
     if gravity.range_rad([data]) >= gravity.LEAST_RANGE_RAD:  # a joint carries a weight
         turning = pair(m.position_m)
-        filtered = np.concatenate((places, low_pass_of(data)(turning)), axis=1)
-        places = np.concatenate((places, turning), axis=1)
+        filtered = np.concatenate((forces_at_rest, low_pass_of(data)(turning)), axis=1)
+        forces_at_rest = np.concatenate((forces_at_rest, turning), axis=1)
     rigid = np.concatenate((rigid, filtered), axis=1)
     fitted, *_ = np.linalg.lstsq(rigid[used], y[used], rcond=None)
     mass_kg, viscous_n_s_m, coulomb_n = (float(value) for value in fitted[:3])
-    weight_n = places @ fitted[3:]
+    weight_n = forces_at_rest @ fitted[3:]
     frictionless_n = mass_kg * m.acceleration_m_s2 + viscous_n_s_m * m.velocity_m_s
     direction = friction_direction(data, frictionless_n + weight_n, max(coulomb_n, 1e-9))
-    # below the level of friction it may be a sensor's offset, or friction that differs by direction
-    borne_n = weight_n if float(np.abs(weight_n).max()) > coulomb_n else np.zeros(len(weight_n))
-    rest = y - rigid @ fitted
-    late_n = _building_up_n(data, rigid, rest, used, direction)
+    # a weight below the level of friction may be a sensor's offset, or friction that differs by direction
+    has_weight = float(np.abs(weight_n).max()) > coulomb_n
+    build_up_n = _build_up_n(data, rigid, y - rigid @ fitted, used, direction)
     return data._replace(
         motion=m._replace(direction=direction),
-        model_force_n=frictionless_n + coulomb_n * direction + late_n + data.presliding_law_n + borne_n,
+        model_force_n=frictionless_n
+        + coulomb_n * direction
+        + build_up_n
+        + data.presliding_law_n
+        + (weight_n if has_weight else 0.0),
         load_n=(mass_kg - data.motor_mass_kg) * m.acceleration_m_s2 + weight_n,
     )
 
 
-def _building_up_n(
-    data: RegressionData, rigid: Array, rest: Array, used: NDArray[np.bool_], direction: Array
+def _build_up_n(
+    data: RegressionData, rigid: Array, residual_n: Array, used: NDArray[np.bool_], direction: Array
 ) -> Array:
-    """Force (n,) of the presliding that explains most of what a rigid model leaves; 0 where that is little.
+    """Force (n,) that presliding adds to a rigid model; 0 where it explains little of the model's residual.
 
-    Without it a delay, or a torque constant, would be sought in a force that jumps where friction builds up.
+    Without it, a delay or a torque constant would be fitted to a model force that jumps where friction builds
+    up. `rigid`: the model's filtered columns (n, k); `residual_n`: its filtered residual (n,).
     """
     kept = np.flatnonzero(used)[:: stride(data.period_s)]
-    base, left = rigid[kept], rest[kept]
-    low_pass, best, found = low_pass_of(data), BUILDS_UP_SHARE * float(left @ left), np.zeros(len(direction))
-    gram = np.linalg.pinv(base.T @ base) @ base.T
-    family = presliding_hysteresis.ENTRY.terms[0]
-    for shape in (shape for shape in family.shapes([data]) if shape[1] in FIRST_EXPONENTS):
+    base, target_n = rigid[kept], residual_n[kept]
+    projection = np.linalg.pinv(base.T @ base) @ base.T
+    low_pass, family = low_pass_of(data), presliding_hysteresis.ENTRY.terms[0]
+    most_explained, build_up_n = LEAST_BUILD_UP_SHARE * float(target_n @ target_n), np.zeros(len(direction))
+    for shape in (shape for shape in family.shapes([data]) if shape[1] in BUILD_UP_EXPONENTS):
         column = family.columns(data, shape)[:, 0]
-        own = low_pass(column)[kept]
-        own = own - base @ (gram @ own)
-        level_n = float(own @ left) / max(float(own @ own), 1e-300)
-        gained = level_n * float(own @ left)
-        if level_n > 0.0 and gained > best:
-            best, found = gained, level_n * (column + data.motion.direction - direction)
-    return found
+        filtered = low_pass(column)[kept]
+        filtered = filtered - base @ (projection @ filtered)
+        level_n = float(filtered @ target_n) / max(float(filtered @ filtered), 1e-300)
+        explained = level_n * float(filtered @ target_n)
+        if level_n > 0.0 and explained > most_explained:
+            most_explained, build_up_n = explained, level_n * (column + data.motion.direction - direction)
+    return build_up_n
 
 
 def friction_direction(data: RegressionData, frictionless_n: Array, level_n: Array | float) -> Array:
     """Direction of friction (n,): of motion; where the axis sticks, the share of `level_n` that holds it."""
-    measured_n = gaussian_filter1d(data.force_n - data.presliding_law_n, STICK_S / data.period_s)
+    measured_n = gaussian_filter1d(data.force_n - data.presliding_law_n, STICKING_WIDTH_S / data.period_s)
     share = np.clip((measured_n - frictionless_n) / level_n, -1.0, 1.0)
     return np.where(data.motion.moving, data.motion.direction, share)
 

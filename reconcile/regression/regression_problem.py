@@ -12,16 +12,16 @@ from reconcile.catalogue.kinds import OWN, SHARED, RegressionData, ResidualChann
 from reconcile.catalogue.registry import ENTRIES, family, has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import columns_of, term
-from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm, Key
+from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm, TermKey
 from reconcile.regression.regression_data import low_pass_of, samples_in_use, stride, target_and_baseline
 from reconcile.regression.resolution import settled_travel_m
 
 BLOCK_S = 0.5
 """Length of a block, s, unless the recordings give fewer than FEWEST_BLOCKS."""
 FEWEST_BLOCKS = 80
-"""So many are made of short recordings, for the validation to have folds."""
+"""Blocks that short recordings are divided into at least, so that cross-validation has its folds."""
 MOST_BLOCKS = 400
-"""Blocks of long recordings, each with its own products of all columns: 130 MB of them."""
+"""Blocks of long recordings at most: each has the products of all columns, 130 MB for this number."""
 BASELINE_PARAMETERS = {
     ResidualChannel.FORCE: ["mass_kg", "viscous_n_s_m", "coulomb_n"],
     ResidualChannel.POSITION_DEVIATION: ["origin_m", "delay_s"],
@@ -54,7 +54,7 @@ class RegressionProblem(NamedTuple):
     block_of: list[Index]
     """(n,) for each recording: the block that a sample is in."""
     model_terms: Sequence[ModelTerm]
-    """Terms that the model has already; their prediction is subtracted from the target."""
+    """Terms of the nominal model; their prediction is subtracted from the target."""
 
     @property
     def baseline_names(self) -> list[str]:
@@ -143,7 +143,7 @@ def regression_problem(
     return RegressionProblem(channel, datasets, equations, terms, used, block_of, model_terms)
 
 
-def extended(problem: RegressionProblem, unnamed: Sequence[Key]) -> RegressionProblem:
+def extended(problem: RegressionProblem, unnamed: Sequence[TermKey]) -> RegressionProblem:
     """The problem with `unnamed` terms in its spare columns.
 
     Columns of the others are not computed again. What was extended before is no longer valid.
@@ -196,7 +196,7 @@ def _terms(
     *,
     only: bool,
 ) -> list[TermColumns]:
-    """All terms to try; shape parameters that any recording can resolve are tried on all."""
+    """Named terms, then unnamed ones. Shape parameters that any recording can resolve are tried on all."""
     terms = []
     for effect in ENTRIES:
         if of := family(effect, channel):

@@ -20,7 +20,7 @@ from scipy.signal.windows import hann
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.recording.kinematics import gaussian_width_s
-from reconcile.regression.regression_data import CORNER_RAD_S, FILTER_HZ, SLOWER_HZ
+from reconcile.regression.regression_data import CORNER_RAD_S, FILTER_HZ, LOWERED_CORNERS_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import ORDER
 from reconcile.regression.whiteness import LAGS, Whiteness
@@ -68,7 +68,7 @@ def noise_floor(residuals: Sequence[Residual], channel: ResidualChannel, mass_kg
 def _passed(residuals: Sequence[Residual], frequency_hz: Array) -> Array:
     """Power that the low pass of noisy recordings leaves beside the state filter; 1 without one."""
     corner_hz = max(residual.data.motion.corner_hz for residual in residuals)
-    if corner_hz > SLOWER_HZ[0]:
+    if corner_hz > LOWERED_CORNERS_HZ[0]:
         return np.ones_like(frequency_hz)
     passed: Array = np.exp(-((2.0 * math.pi * gaussian_width_s(corner_hz) * frequency_hz) ** 2))
     return passed

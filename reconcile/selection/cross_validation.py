@@ -70,7 +70,7 @@ class Score(NamedTuple):
     """Cross-validated squares with the term, by short block."""
 
     def beyond_chance(self, candidates: int, false_alarm: float) -> bool:
-        """Whether chance does not explain the best score of this number of `candidates`."""
+        """Whether the score is significant as the best one of this number of `candidates`."""
         if self.gain >= RARE_EVENT_GAIN and self.summed >= RARE_EVENT_SUM:
             return True
         by_ratio = self.t >= threshold(candidates, self.blocks, false_alarm)
@@ -142,8 +142,8 @@ class CrossValidation:
         """The gain that `compare` would find of the last terms."""
         return 1.0 - self.total_squares(chosen) / max(float(before.sum()), 1e-300)
 
-    def given(self, chosen: Sequence[CandidateTerm], theta: Array) -> Array:
-        """Sum of squared residuals of each short block with normalised coefficients `theta`."""
+    def squares_with(self, chosen: Sequence[CandidateTerm], theta: Array) -> Array:
+        """Sum of squared residuals of each short block with these normalised coefficients."""
         return self._squares(self.equations.slots(chosen), np.concatenate(([1.0], -theta)), first=0)
 
     def _squares(self, slots: list[tuple[int, int]], weights: Array, first: int) -> Array:

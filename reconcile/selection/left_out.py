@@ -21,16 +21,16 @@ PARTS_OF_ONE = 3
 STRETCH_BLOCKS = 4
 """Blocks of a stretch of a left-out recording, by which its own coefficients are fitted and judged."""
 MOST_LEVERAGE = 20.0
-"""Mean leverage of a block over that of the blocks that predict it, above which it lies beyond what they have
-seen: an axis at 45 K is not foretold by one at 20 to 24 K. Alike motions stay below 10. Chosen."""
+"""Mean leverage of a block over that of the blocks that predict it, above which its prediction is an
+extrapolation, as from 24 K of warming to 45 K. Similar motions stay below 10. Chosen."""
 LEAST_JUDGED = 0.2
-"""Share of blocks within reach of the others, below which an effect is judged on thirds of each recording."""
+"""Share of blocks that are no extrapolation, below which an effect is judged on thirds of each recording."""
 LEAST_GAIN = 0.01
 """Least share of the left-out squares that an effect removes: that of a term in `SelectionRules`."""
 
 
 class Withdrawn(NamedTuple):
-    """An effect that fitted, and is not named."""
+    """An effect that was selected, but does not predict what was left out, or is physically impossible."""
 
     effect: str
     why: str
@@ -51,9 +51,9 @@ def left_out_squares_by_block(
 ) -> Array:
     """Squared residuals of each block, predicted from the other parts, in the order of the parts.
 
-    What a recording has of its own (an origin, a phase, a level) is fitted on every other stretch of it, and
-    predicts those in between; a recording of one block has none, and is predicted without. Its own curves
-    without a name are fitted on all of it: no name is at stake.
+    Coefficients that a recording has of its own (an origin, a phase, a level) are fitted on every other
+    stretch of it, and predict those in between; a recording of one block is predicted without them. Those of
+    unnamed terms are fitted on all of the recording, because no name depends on them.
     """
     named = [c for c in chosen if not c.effect.startswith(PREFIX)]
     slots = equations.slots([*named, *(c for c in chosen if c not in named)])
@@ -82,8 +82,8 @@ def predictive_terms(
 ) -> tuple[list[CandidateTerm], list[Withdrawn]]:
     """The terms without the effects that do not predict what is left out, the worst withdrawn first.
 
-    Terms without a name must predict it too, and are dropped without a word: what they leave is said as such.
-    What each recording has of its own without a name is no prediction.
+    Unnamed terms must predict it too. They are dropped without a reason for the report, which states the
+    unexplained residual as such. Unnamed terms that each recording has of its own are exempt.
     """
     kept, withdrawn = list(chosen), []
     parts = left_out_parts(equations, blocks)
@@ -96,13 +96,14 @@ def predictive_terms(
             others = [c for c in kept if c.effect != effect]
             if effect.startswith(PREFIX) and any(c.per_recording for c in kept if c.effect == effect):
                 continue
-            seen = _seen(equations, kept, effect, parts)
-            if seen.mean() >= LEAST_JUDGED:
+            predictable = _predictable_blocks(equations, kept, effect, parts)
+            if predictable.mean() >= LEAST_JUDGED:
                 with_it, without = whole, left_out_squares_by_block(equations, others, parts)
             else:
                 with_it, without = (left_out_squares_by_block(equations, of, thirds) for of in (kept, others))
-                seen = np.ones(len(without), dtype=np.bool_)
-            gains[effect] = 1.0 - float(with_it[seen].sum()) / max(float(without[seen].sum()), 1e-300)
+                predictable = np.ones(len(without), dtype=np.bool_)
+            squares, squares_without = (float(of[predictable].sum()) for of in (with_it, without))
+            gains[effect] = 1.0 - squares / max(squares_without, 1e-300)
         worst = min(gains, key=lambda effect: gains[effect], default=None)
         if worst is None or gains[worst] >= LEAST_GAIN:
             break
@@ -112,19 +113,19 @@ def predictive_terms(
     return kept, withdrawn
 
 
-def _seen(
+def _predictable_blocks(
     equations: BlockNormalEquations, chosen: Sequence[CandidateTerm], effect: str, parts: Sequence[Index]
 ) -> NDArray[np.bool_]:
-    """Whether the other parts excite an effect as each block does (blocks,), beside all other terms.
+    """Blocks (blocks,) in which an effect is excited no more than in the other parts, by their leverage.
 
-    The others need not predict terms that each recording has separately.
+    All of them, where each recording has coefficients of its own.
     """
     own = [c for c in chosen if c.effect == effect]
     blocks = np.concatenate(parts)
     if any(c.per_recording for c in own):
         return np.ones(len(blocks), dtype=np.bool_)
     columns = [1 + place for c in own for place in c.columns]
-    beside = [1 + place for place in range(len(equations.base))]
+    beside = [1 + place for place in range(len(equations.baseline_is_free))]
     beside += [1 + place for c in chosen if c.effect != effect for place in c.columns]
     places = np.array([*beside, *columns])
     found: list[NDArray[np.bool_]] = []

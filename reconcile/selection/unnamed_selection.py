@@ -6,21 +6,21 @@ from kernels.arrays import Index
 from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import other_shapes
-from reconcile.regression.normal_equations import CandidateTerm, Key
+from reconcile.regression.normal_equations import CandidateTerm, TermKey
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.stepwise_selection import TIED_GAIN_RATIO, initial_squares
 from reconcile.selection.unnamed_screening import promising_curves, promising_moments
 
 RINGING = PREFIX + "ringing"
-NEIGHBOURS = 1.3
-"""Ratio of frequencies within which a ringing without a name is that of a named spring; chosen: its resonator
+SAME_MODE_RATIO = 1.3
+"""Ratio of frequencies within which an unnamed ringing is that of a named spring; chosen: its resonator
 covers a tenth to either side, as the flank of the spring does."""
 
 
 def select_unnamed(
     final: RegressionProblem, chosen: Sequence[CandidateTerm], train: Index, rules: SelectionRules
-) -> list[Key]:
+) -> list[TermKey]:
     """Select at most `rules.most_unknown` unnamed terms beside the `chosen` ones."""
     tried = [
         *((c.effect, c.shape_parameters) for c in chosen),
@@ -68,4 +68,4 @@ def is_of_spring(unnamed: CandidateTerm, named: CandidateTerm) -> bool:
     if unnamed.effect != RINGING or named.effect != DRIVE_COMPLIANCE.name or not named.shape_parameters:
         return False
     ratio = unnamed.shape_parameters[0] / named.shape_parameters[0]
-    return 1.0 / NEIGHBOURS < ratio < NEIGHBOURS
+    return 1.0 / SAME_MODE_RATIO < ratio < SAME_MODE_RATIO

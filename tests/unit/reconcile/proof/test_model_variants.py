@@ -83,8 +83,8 @@ def test_nothing_without_a_name_is_reported_where_a_rigid_model_leaves_less_than
     share = explanation.refitted.train / explanation.accounted.measured
 
     def reported(matters: float) -> set[str]:
-        of = found.of._replace(rules=SelectionRules(matters=matters))
-        nameless = found.without({c.effect for c in found.terms})._replace(of=of)
+        inputs = found.inputs._replace(rules=SelectionRules(matters=matters))
+        nameless = found.without({c.effect for c in found.terms})._replace(inputs=inputs)
         return {f.effect for f in with_terms(explanation, nameless).findings}
 
     assert reported(0.9 * share) == {"unknown"}

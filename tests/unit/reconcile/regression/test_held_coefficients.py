@@ -26,7 +26,7 @@ def test_the_others_are_those_of_a_fit_without_its_column() -> None:
     slots = found.equations.slots(chosen)
 
     def fitted(held: bool) -> Array:
-        equations = found.equations.holding([VISCOUS]) if held else found.equations
+        equations = found.equations.held_at_zero([VISCOUS]) if held else found.equations
         return equations.denormalised(slots, equations.solve(slots, equations.totals(blocks)))
 
     assert fitted(held=False)[VISCOUS] == pytest.approx(-40.0, abs=3.0)
