@@ -13,6 +13,7 @@ from servo_ctrl.config import key_tables
 from studies.compensations.run import markdown
 from studies.compensations.twin_study import Row
 from studies.koren_1991 import contour_tables
+from studies.xia_fuzzy_pd import random_figures
 from tests.campaigns.bench import real_page
 from tests.campaigns.pages import claims, dependencies, drive_objects, families, tables
 
@@ -58,6 +59,10 @@ def _contour_control(document: str) -> str:
     return between(document, "figures", contour_tables.tables(_figures("docs/contour_control.json")))
 
 
+def _fuzzy_pd(document: str) -> str:
+    return between(document, "figures", random_figures.over_tables(_figures("docs/fuzzy_pd_random.json")))
+
+
 def _families(document: str) -> str:
     scored, training, rivals = (_figures(source) for source in BLIND)
     return between(document, "figures", families.section(scored, training, rivals["rows"]))
@@ -97,6 +102,7 @@ GENERATED = (
     Generated("docs/contour_control.md", ("docs/contour_control.json",), _contour_control),
     Generated("docs/drive_objects.md", ("eds/servo_drive.eds", "eds/linear_scale.eds"), _drive_objects),
     Generated("docs/dependencies.md", ("docs/dependencies.json", "docs/dependencies.toml"), _dependencies),
+    Generated("docs/fuzzy_pd.md", ("docs/fuzzy_pd_random.json",), _fuzzy_pd),
     Generated("docs/machines.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
     Generated("docs/plant.md", ("hil_sim/config/effect_tables.py",), effect_tables.filled),
     Generated("docs/programs.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
