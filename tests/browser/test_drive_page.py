@@ -114,6 +114,28 @@ def test_positions_follow_the_units(visit: Callable[..., Page], stub: Stub) -> N
     expect(page.get_by_test_id("axis-x")).to_contain_text("3.93701")
 
 
+RENDERINGS_WHILE_IT_MOVES = """async () => {
+  let renderings = 0;
+  const position = document.querySelector("[data-testid=position-x]");
+  window.socket.on("update", () => renderings++);
+  for (let changes = 0; changes < 5; changes++) {
+    const shown = position.textContent;
+    while (position.textContent === shown) await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+  return renderings;
+}"""
+
+
+def test_positions_follow_the_machine_without_rendering_the_page_anew(visit: Callable[..., Page]) -> None:
+    page = visit()
+    cycles = page.get_by_test_id("cycle-count")
+    expect(cycles).to_contain_text("cycle")
+    assert page.evaluate(RENDERINGS_WHILE_IT_MOVES) == 0
+    page.reload()  # somebody who comes later sees them too
+    expect(cycles).to_contain_text("cycle")
+    expect(page.get_by_test_id("position-x")).to_have_text(re.compile(r"\d"))
+
+
 @pytest.mark.parametrize(("width", "dark"), [(1280, False), (1280, True), (360, False), (360, True)])
 def test_it_fits_its_width(
     visit: Callable[..., Page], stub: Stub, picture: Callable[[Page, str], None], width: int, dark: bool

@@ -11,6 +11,7 @@ from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus
 from servo_ctrl.hmi.drive.step_jog import StepButtons, StepChoice
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.channel_names import PHASES, drive_state
+from servo_ctrl.hmi.shell.live_elements import LiveLabel, LivePlace
 from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.hmi.shell.offered import explain, why_not
 from servo_ctrl.hmi.shell.open_page import OpenPage, refusal_text
@@ -47,10 +48,10 @@ class AxisMotionCard:
                     self._state = Pill(f"drive-state-{axis.name}")
                     self._standard = faint().style("font-size: 11px").mark(f"drive-standard-{axis.name}")
                 with div("bench-row").style("align-items: baseline; gap: 0; margin-left: auto"):
-                    self._position = ui.label().classes("bench-figure").mark(f"position-{axis.name}")
+                    self._position = LiveLabel().classes("bench-figure").mark(f"position-{axis.name}")
                     self._unit = ui.label().classes("bench-unit")
             with div("bench-travel").props("aria-hidden=true"):
-                self._pointer = ui.element("i")
+                self._pointer = LivePlace()
                 ui.element("b").style(f"left: {self._travel_percent(0.0):.2f}%")
             with div("bench-row apart bench-faint num").style("font-size: 12px"):
                 self._lowest, self._homed, self._highest = ui.label(), ui.label(), ui.label()
@@ -74,10 +75,10 @@ class AxisMotionCard:
             position_m = drive.position_m if drive else math.nan
         self._position.set_text(units.length.text(math.nan if position_unknown(drive) else position_m))
         self._unit.set_text(units.length.unit)
-        known = math.isfinite(position_m) and not position_unknown(drive)
-        self._pointer.set_visibility(known)
-        if known:
-            self._pointer.style(f"left: {self._travel_percent(position_m):.2f}%")
+        if math.isfinite(position_m) and not position_unknown(drive):
+            self._pointer.show(self._travel_percent(position_m))
+        else:
+            self._pointer.hide()
         for label, travel_m in zip((self._lowest, self._highest), self._axis.travel_m, strict=True):
             label.set_text(f"{travel_m * units.length.factor:.6g}".replace("-", MINUS))
         self._error.set_text(units.error.with_unit(self._newest("position_error_m"), sign=True))

@@ -8,6 +8,7 @@ from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.motion.path_picture import PathPicture, path_picture
 from servo_ctrl.hmi.motion.programs import Preview
 from servo_ctrl.hmi.shell.live_content import Rebuilt
+from servo_ctrl.hmi.shell.live_elements import LivePlace
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, captioned, card, div, named
 
@@ -22,7 +23,7 @@ class PathPreview:
         self._page = page
         self._preview: Preview | None = None
         self._picture: PathPicture | None = None
-        self._ring: ui.element | None = None
+        self._ring: LivePlace | None = None
         self._plane = (0, 0)
         self._number = 0
         with card(tr("Path from home"), "preview"):
@@ -60,7 +61,7 @@ class PathPreview:
                     ui.label(tick.text).classes("bench-tick up num").style(f"top: {tick.percent:.2f}%")
                 for tick in picture.horizontal:
                     ui.label(tick.text).classes("bench-tick across num").style(f"left: {tick.percent:.2f}%")
-                self._ring = ui.element("i").classes("bench-here").style("display: none")
+                self._ring = LivePlace().classes("bench-here")
             with div("bench-row apart bench-faint").style("font-size: 12px"):
                 names = [preview.axes[axis] for axis in self._plane]
                 ui.label(
@@ -98,9 +99,9 @@ class PathPreview:
         x_m, y_m = (rows.newest(f"{preview.axes[axis]}.motor_position_m") for axis in self._plane)
         place = picture.place_of(x_m, y_m)
         if place is None:
-            self._ring.style("display: none")
+            self._ring.hide()
         else:
-            self._ring.style(f"display: block; left: {place[0]:.2f}%; top: {place[1]:.2f}%")
+            self._ring.show(*place)
 
 
 def drawn_plane(preview: Preview) -> tuple[int, int]:

@@ -25,6 +25,7 @@ from servo_ctrl.hmi.scope.set_controls import MathFields, SetFields
 from servo_ctrl.hmi.scope.spectrum import spectrum_figure
 from servo_ctrl.hmi.scope.stream import CapturedRows, ScopeStream, clock_text, missing_cycles
 from servo_ctrl.hmi.shell.live_content import REFRESH_S, Plot, connected_content
+from servo_ctrl.hmi.shell.live_elements import LiveLabel
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Pill, button, card, div, errors_notified, faint, note, panel
 from servo_ctrl.hmi.shell.plots import Look
@@ -90,8 +91,8 @@ class Scope:
                 self._arm = button(tr("Arm"), self._rearm, "scope-arm", icon="adjust")
                 button(tr("Save what is seen"), self._save, "scope-save", icon="save")
                 self._state = Pill("scope-state")
-                self._rate = faint().classes("num").mark("scope-rate")
-                self._clock = faint().classes("num").mark("scope-clock")
+                self._rate = LiveLabel().classes("bench-faint num").mark("scope-rate")
+                self._clock = LiveLabel().classes("bench-faint num").mark("scope-clock")
                 button(tr("Whole picture"), self._end_zoom, "scope-whole", look="flat")
             add_sets(page, choices)
             MathFields(hello, choices, self._on_math)

@@ -13,6 +13,7 @@ from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import LANGUAGE_COOKIE, LANGUAGES, tr, word
 from servo_ctrl.hmi.shell.event_texts import when
 from servo_ctrl.hmi.shell.live_content import REFRESH_S
+from servo_ctrl.hmi.shell.live_elements import LiveLabel
 from servo_ctrl.hmi.shell.machine_stage import shown_stage
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.overload import RecentShare, overload_text
@@ -52,8 +53,8 @@ class PageFrame:
             self._build_head(path, titles)
         with ui.footer(bordered=False).classes("bench-foot"):
             self._event = ui.label().mark("last-event")
-            self._cycles = ui.label().classes("num bench-optional").mark("cycle-count")
-            self._beat = ui.element("span").props("id=bench-beat data-beat=0").style("display: none")
+            self._cycles = LiveLabel().classes("num bench-optional").mark("cycle-count")
+            self._beat = LiveLabel("0").classes("bench-beat").style("display: none")
         self.refresh()
 
     def _build_head(self, path: str, titles: Mapping[str, str]) -> None:
@@ -111,8 +112,7 @@ class PageFrame:
                 ui.navigate.to(LOGIN)
                 ui.timer(LEAVE_TIME_S, self._client.delete, once=True)
             return
-        self._beat.props["data-beat"] = next(self._beats)
-        self._beat.update()
+        self._beat.set_text(str(next(self._beats)))
         self._machine.set_text(hello.machine if hello else "servo_ctrl")
         self._unlinked.set_visibility(not link.connected)
         if link.connected != self._shown_connected:

@@ -12,6 +12,7 @@ from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.languages.texts import tr
+from servo_ctrl.hmi.shell.live_elements import LiveHtml
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, confirmed, div, named
 
@@ -146,7 +147,7 @@ class TextTable:
     def __init__(self, mark: str, head: Sequence[str] = (), *, figures: bool = False) -> None:
         """`figures`: the first cell of a row names it, the others are numbers."""
         self._head, self._figures = head, figures
-        self._html = ui.html("", sanitize=False).classes("bench-scroll").mark(mark)
+        self._html = LiveHtml().classes("bench-scroll").mark(mark)
         self._html.style("max-height: 360px; overflow: auto")
 
     def show(self, rows: Sequence[Sequence[str]], head: Sequence[str] | None = None) -> None:

@@ -16,6 +16,7 @@ from nicegui.events import GenericEventArguments
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr
+from servo_ctrl.hmi.shell.live_elements import LiveLabel
 from servo_ctrl.hmi.shell.machine_stage import Tone
 
 ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
@@ -172,11 +173,11 @@ def pairs(names: Mapping[str, str], mark: str) -> dict[str, ui.label]:
     return labels
 
 
-def captioned(name: str, text: str = "") -> ui.label:
+def captioned(name: str, text: str = "") -> LiveLabel:
     """A value below its name in small letters."""
     with div():
         faint(name).style("font-size: 12px")
-        return ui.label(text)
+        return LiveLabel(text)
 
 
 def progress_bar(label: str, mark: str) -> ui.linear_progress:

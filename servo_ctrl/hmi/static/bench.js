@@ -135,7 +135,7 @@
       linkInView = true;
       link.scrollIntoView({ inline: "center", block: "nearest" });
     }
-    const now = document.getElementById("bench-beat")?.dataset.beat ?? null;
+    const now = document.querySelector(".bench-beat")?.textContent ?? null;
     if (now !== beat || document.hidden) {
       beat = now;
       beatAt = performance.now();

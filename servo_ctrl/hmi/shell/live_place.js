@@ -1,0 +1,18 @@
+// A mark that is moved by its style: Vue renders nothing when it moves.
+export default {
+  template: "<i></i>",
+  props: { place: Object },
+  mounted() {
+    this.move(this.place);
+  },
+  watch: {
+    place(place) {
+      this.move(place);
+    },
+  },
+  methods: {
+    move(place) {
+      Object.assign(this.$el.style, place ? { display: "", ...place } : { display: "none" });
+    },
+  },
+};
