@@ -1,0 +1,62 @@
+"""A machine of the repository, recorded over the bus, is consistent with its own plant file.
+
+Short programs are the hard ones: few reversals and seconds of motion tell mass and friction to a few percent
+only, and presliding, the rounding of the current and its hold are a large part of what is left.
+"""
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import pytest
+from machine_files import REPOSITORY, text_of
+
+from reconcile.diagnosis.diagnose import diagnose
+from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.hil_rig.simulated_machine import simulated_machine
+
+MACHINES = REPOSITORY / "machines"
+PROGRAMS = (
+    ("xy_table", "first_move.toml"),
+    ("xy_table", "star_inch.nc"),
+    ("fuzzy_table", "velocity_step.toml"),
+)
+"""Machine and program; the programs that take longer are held against their plants by hand."""
+
+
+def recorded(folder: Path, program_name: str, out: Path) -> Path:
+    """Record a program of a machine, run by the daemon on a simulator of the machine's own plant."""
+    machine = load_machine(folder)
+    program = load_program(folder / "programs" / program_name, machine)
+
+    async def run() -> None:
+        async with asyncio.timeout(300.0), simulated_machine(folder / "plant.toml", "lockstep") as bus:
+            report = await run_machine(machine, program, bus, "lockstep", out)
+        assert report.completed, report.reason
+
+    asyncio.run(run())
+    return out
+
+
+def diagnosed(recording: Path, model: Path) -> dict[str, Any]:
+    out = recording.parent / f"{model.stem}_verdict"
+    return diagnose([recording], model, out, with_report=False, with_next=False).verdict
+
+
+@pytest.mark.parametrize(("name", "program"), PROGRAMS)
+def test_machine_against_its_own_plant_is_consistent(name: str, program: str, tmp_path: Path) -> None:
+    recording = recorded(MACHINES / name, program, tmp_path / "recording")
+    verdict = diagnosed(recording, MACHINES / name / "plant.toml")
+    assert (verdict["verdict"], verdict["findings"]) == ("consistent", [])
+
+
+def test_first_move_against_a_lighter_table_shows_its_parameters(tmp_path: Path) -> None:
+    """So short a motion is enough to refute a mass: consistent is not all that it can say."""
+    recording = recorded(MACHINES / "xy_table", "first_move.toml", tmp_path / "recording")
+    text = text_of(MACHINES / "xy_table" / "plant.toml", {"mass_kg = 45.0": "mass_kg = 35.0"})
+    lighter = tmp_path / "lighter.toml"
+    lighter.write_text(text, encoding="utf-8")
+    verdict = diagnosed(recording, lighter)
+    assert verdict["verdict"] == "parameters"
+    assert verdict["fit"]["x"]["force"]["values"]["mass_kg"] == pytest.approx(70.0, rel=0.03)
