@@ -51,6 +51,7 @@ def read_directory(path: Path) -> Table:
         recording = load_recording(path)
         channels = recording.header.get("channels", {}).items()
         units = {name: str(channel["unit"]) for name, channel in channels}
+        modes = {name: str(mode) for name, mode in recording.header.get("modes", {}).items()}
     except RecordingError as error:
         raise ReconcileError(path, "", str(error).removeprefix(f"{path}: ")) from error
     except (KeyError, TypeError, AttributeError) as error:
@@ -59,4 +60,4 @@ def read_directory(path: Path) -> Table:
         name: Column(values.astype(np.float64), units.get(name, ""))
         for name, values in recording.columns.items()
     }
-    return Table(str(path), columns)
+    return Table(str(path), columns, modes=modes)

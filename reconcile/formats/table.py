@@ -1,6 +1,6 @@
 """The table into which every format is read: columns as they are in the file."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from kernels.arrays import Array
@@ -25,6 +25,8 @@ class Table(NamedTuple):
     """Names that the format could not convert to columns."""
     skipped: str = ""
     """Which other contents of the file were not used, as text."""
+    modes: Mapping[str, str] = {}
+    """Axis -> the mode in which its drive was led (`csp`, `csv`, `cst`), where the file says so."""
 
     def row(self, index: int) -> str:
         """Return the row of a sample, for messages."""

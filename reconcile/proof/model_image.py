@@ -28,6 +28,7 @@ from reconcile.regression.normal_equations import effect_names
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import regression_problem
 from reconcile.regression.residual import rms
+from reconcile.replay.along_reference import along_reference
 from reconcile.replay.model_along_motion import along_motion
 from reconcile.selection.left_out import Withdrawn
 
@@ -53,7 +54,7 @@ def recordings_of_model(recordings: Sequence[AxisRecording], model: NominalModel
         plant = load_plant(model.file)
     except ConfigError:
         return []
-    made = [along_motion(one, plant) for one in recordings]
+    made = [along_reference(one, plant) or along_motion(one, plant) for one in recordings]
     return made if all(np.isfinite(one.force_n).all() for one in made) else []
 
 

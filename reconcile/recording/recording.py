@@ -62,6 +62,8 @@ class AxisRecording(NamedTuple):
     """Role -> the column of its channel."""
     samples_in_a_mean: int = 1
     """Samples averaged into one of these; more than one to save memory."""
+    mode: str = ""
+    """In which the drive was led (`csp`, `csv`, `cst`); empty where nothing says so."""
 
 
 def load_recordings(
@@ -105,6 +107,7 @@ def _load(path: Path, model: ByName[str, NominalAxis], mapping: Mapping) -> list
         reason = f"holds none of the model's axes ({short_list(model)}); it has {present}"
         raise ReconcileError(path, "", reason, "name the columns: --map position=NAME,force=NAME")
     found = [one for name in axes_present for one in _axis_recordings(table, channels, name, model[name])]
+    found = [one._replace(mode=table.modes.get(one.axis, "")) for one in found]
     if table.skipped:
         found[0] = found[0]._replace(findings=(*found[0].findings, _skipped(table)))
     return found

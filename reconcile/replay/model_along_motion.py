@@ -52,15 +52,16 @@ def along_motion(recording: AxisRecording, plant: PlantConfig) -> AxisRecording:
     _follow(params, state, substeps, period_s / substeps, track, gains, rows)
     scale_m = None
     if recording.scale_m is not None:
-        scale_m = _rounded(rows[1], recording.scale_m)
+        scale_m = rounded_like(rows[1], recording.scale_m)
     return recording._replace(
-        motor_m=_rounded(rows[2], recording.motor_m),
-        force_n=_rounded(rows[0], recording.force_n),
+        motor_m=rounded_like(rows[2], recording.motor_m),
+        force_n=rounded_like(rows[0], recording.force_n),
         scale_m=scale_m,
     )
 
 
-def _rounded(values: Array, like: Array) -> Array:
+def rounded_like(values: Array, like: Array) -> Array:
+    """Return values (n,) in the steps of a measured channel, as they are where it has none."""
     if size := quantum(like):
         rounded: Array = np.rint(values / size) * size
         return rounded

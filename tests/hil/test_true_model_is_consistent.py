@@ -1,18 +1,26 @@
 """A machine of the repository, recorded over the bus, is consistent with its own plant file.
 
 Short programs are the hard ones: few reversals and seconds of motion tell mass and friction to a few percent
-only, and presliding, the rounding of the current and its hold are a large part of what is left.
+only, and presliding, the rounding of the current and its hold are a large part of what is left. Where the
+drive closes the position loop, its current is sampled in step with the jumps of its set points.
 """
 
 import asyncio
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from machine_files import REPOSITORY, text_of
 
+from hil_sim.config import load_plant
 from reconcile.diagnosis.diagnose import diagnose
+from reconcile.nominal_model.model_file import load_model
+from reconcile.recording.recording import load_recordings
+from reconcile.replay.along_reference import along_reference
+from reconcile.sensing.channel import quantum
 from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.daemon.learning.pulse_compensation import Compensation
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 
@@ -21,18 +29,21 @@ PROGRAMS = (
     ("xy_table", "first_move.toml"),
     ("xy_table", "star_inch.nc"),
     ("fuzzy_table", "velocity_step.toml"),
+    ("precision_stage", "first_move.toml"),
 )
 """Machine and program; the programs that take longer are held against their plants by hand."""
 
 
-def recorded(folder: Path, program_name: str, out: Path) -> Path:
+def recorded(
+    folder: Path, program_name: str, out: Path, compensation: Compensation = "as configured"
+) -> Path:
     """Record a program of a machine, run by the daemon on a simulator of the machine's own plant."""
     machine = load_machine(folder)
     program = load_program(folder / "programs" / program_name, machine)
 
     async def run() -> None:
         async with asyncio.timeout(300.0), simulated_machine(folder / "plant.toml", "lockstep") as bus:
-            report = await run_machine(machine, program, bus, "lockstep", out)
+            report = await run_machine(machine, program, bus, "lockstep", out, compensation=compensation)
         assert report.completed, report.reason
 
     asyncio.run(run())
@@ -60,3 +71,17 @@ def test_first_move_against_a_lighter_table_shows_its_parameters(tmp_path: Path)
     verdict = diagnosed(recording, lighter)
     assert verdict["verdict"] == "parameters"
     assert verdict["fit"]["x"]["force"]["values"]["mass_kg"] == pytest.approx(70.0, rel=0.03)
+
+
+def test_plant_led_along_the_set_points_gives_the_current_that_was_recorded(tmp_path: Path) -> None:
+    """The drive's set points act one cycle after they are recorded; else nothing differs but rounding."""
+    plant = MACHINES / "precision_stage" / "plant.toml"
+    recording = recorded(plant.parent, "first_move.toml", tmp_path / "recording", compensation="off")
+    [own] = load_recordings([recording], load_model(plant).axes)
+    assert own.mode == "csp"
+    image = along_reference(own, load_plant(plant))
+    assert image is not None
+    step_n, count_m = quantum(own.force_n), quantum(own.motor_m)
+    assert np.abs(image.force_n[:-1] - own.force_n[1:]).max() < 1.01 * step_n
+    assert np.abs(image.motor_m[:-1] - own.motor_m[1:]).max() < 1.01 * count_m
+    assert along_reference(own._replace(mode="cst"), load_plant(plant)) is None

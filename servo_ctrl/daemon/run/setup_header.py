@@ -14,13 +14,17 @@ from servo_ctrl.units import MM
 
 
 def setup_header(machine: MachineConfig) -> dict[str, Any]:
-    """Return the keys `nodes` and `limits` of recording.json."""
+    """Return the keys `nodes`, `modes` and `limits` of recording.json."""
     nodes = [_node("controller", machine.controller.node_id, machine.controller.eds.name)]
     for name, axis in machine.axes.items():
         nodes.append(_node(f"axis.{name}.drive", axis.drive.node_id, axis.drive.eds.name))
         if axis.scale is not None:
             nodes.append(_node(f"axis.{name}.scale", axis.scale.node_id, axis.scale.eds.name))
-    return {"nodes": nodes, "limits": {name: _limits(axis) for name, axis in machine.axes.items()}}
+    return {
+        "nodes": nodes,
+        "modes": {name: axis.mode for name, axis in machine.axes.items()},
+        "limits": {name: _limits(axis) for name, axis in machine.axes.items()},
+    }
 
 
 def in_use_header(machine: MachineConfig, status: MachineStatus) -> dict[str, Any]:

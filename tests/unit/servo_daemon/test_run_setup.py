@@ -37,6 +37,7 @@ def test_a_recording_lists_nodes_limits_and_active_compensation(tmp_path: Path) 
         ("axis.y.drive", 2),
         ("axis.y.scale", 12),
     ]
+    assert header["modes"] == {"x": "cst", "y": "cst"}
     assert header["limits"]["y"]["force_n"] == 600.0
     assert header["limits"]["x"]["position_m"] == pytest.approx([-0.1, 0.1])
     assert header["monitoring"] == {"required_m": 3e-6, "window_s": 0.194}
