@@ -52,6 +52,19 @@ def uncached_kernel(function: F) -> F:
     return cast("F", numba.njit(error_model="numpy")(function))
 
 
+def ready_for(function: F, *arguments: Any) -> F:
+    """Compile a kernel for the types of these arguments, or load it; return it for calls with such arguments.
+
+    A call of the kernel itself looks at the type of each argument first, which takes as long as the work of a
+    cycle. This one does not, and reads an array of another type as if it were of this one: it is for callers
+    that pass memory of their own, whose types never change.
+    """
+    if _SETTINGS.DISABLE_JIT:
+        return function
+    dispatcher = cast("Any", function)
+    return cast("F", dispatcher.compile(tuple(map(dispatcher.typeof_pyval, arguments))))
+
+
 def signatures(function: Callable[..., Any]) -> int:
     """Return for how many combinations of argument types a kernel is compiled; it should be one."""
     return len(cast("Any", function).signatures)

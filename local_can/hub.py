@@ -62,7 +62,7 @@ class Hub:
         self._heads: dict[Party, deque[bytes]] = {}  # packets that each client sends, in order of arrival
         self._due: list[Party] = []  # clients that got frames in this turn and need a flush
         self._contended = False  # whether the frames read next waited during the previous frame
-        self._routes: dict[tuple[Party, bytes], Route] = {}  # by sender and the headers of the packet
+        self._routes: dict[tuple[Party, tuple[int, ...]], Route] = {}  # by sender and headers of the packet
         self._listener = listen_at(path)
         self._inode = path.stat().st_ino
         self._epoll = select.epoll()
@@ -170,7 +170,7 @@ class Hub:
             headers = headers_of(packet)
             route = routes.get((sender, headers))
             if route is None:
-                route = self._find_route(sender, headers, packet)
+                route = self._find_route(sender, headers)
             for receiver, places in route:
                 receiver.deliver(b"".join([_frame(packet, at) for at in places]) if places else packet)
                 if receiver not in due:
@@ -181,18 +181,17 @@ class Hub:
                     sender.deliver(frame[:5] + bytes((MARK_OWN,)) + frame[6:])
             due.append(sender)
 
-    def _find_route(self, sender: Party, headers: bytes, packet: bytes) -> Route:
+    def _find_route(self, sender: Party, headers: tuple[int, ...]) -> Route:
         """Return the other clients and which of the frames pass their filters, in order of their connection.
 
         The route is kept until a filter or a client changes, so that many filters cost no time per packet.
         """
-        own = [HEADER.unpack_from(frame)[0] for frame in split(packet)]
         route = []
         for party in self._parties:
             if party.attached and party is not sender:
-                places = tuple(at for at, header in enumerate(own) if passes(header, party.filters))
+                places = tuple(at for at, header in enumerate(headers) if passes(header, party.filters))
                 if places:
-                    route.append((party, () if len(places) == len(own) else places))
+                    route.append((party, () if len(places) == len(headers) else places))
         if len(self._routes) >= _MOST_ROUTES:
             self._routes.clear()
         self._routes[sender, headers] = tuple(route)

@@ -83,7 +83,7 @@ class SimulatedMachine:
         self._scales.read()
         none = PdoTables((), self._numbers, (), self._in_step.slaves)
         self._in_step.exchange(none)
-        BurstServer(self._in_step, self._scales, none, self.frames.kinds).warm_up()
+        BurstServer(self._in_step, self._scales, none, self.frames.kinds)
 
     def _lay_out(self) -> None:
         """Put records and process objects of all devices side by side, for the compiled tick."""

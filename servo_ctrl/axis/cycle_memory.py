@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.arrays import Array, Index
+from kernels.jit import ready_for
 from kernels.record_layout import store
 from servo_ctrl.axis.axis_parts import output_places
 from servo_ctrl.canopen.pdo import PdoCodec
@@ -29,6 +30,8 @@ PDO_BYTES = 8
 class CycleMemory:
     """Holds the axis records, the `inputs` TPDOs of a cycle, and its outputs; `rpdos`: codecs by axis.
 
+    Making it compiles the kernels before the first SYNC, which takes seconds, or loads them.
+
     `couplings`: pairs of axes under contour control.
 
     Raises:
@@ -45,13 +48,13 @@ class CycleMemory:
     ) -> None:
         count = len(parts)
         self._contours = contour_records(couplings)
-        self.axes, self._tables, self._kept = cycle_records(parts)
+        self.axes, self._tables, kept = cycle_records(parts)
         self.row: Array = np.full(MACHINE_COLUMNS + count * AXIS_COLUMNS, math.nan)
         """The recorded row of the last cycle."""
         self._params = [part.params for part in parts]
         codecs = [(axis, codec) for axis, own in enumerate(rpdos) for codec in own]
-        self._axis_of: Index = np.array([axis for axis, _codec in codecs], np.int64)
-        self._outputs: Index = np.stack([output_places(codec) for _axis, codec in codecs])
+        axis_of: Index = np.array([axis for axis, _codec in codecs], np.int64)
+        outputs: Index = np.stack([output_places(codec) for _axis, codec in codecs])
         self._inputs = np.zeros((inputs, PDO_BYTES), np.uint8)
         self._received: NDArray[np.bool_] = np.zeros(inputs, np.bool_)
         self._reference: Array = np.zeros(count * REFERENCE_COLUMNS)
@@ -65,14 +68,10 @@ class CycleMemory:
             for start, (_axis, codec) in zip(range(0, self._payloads.size, PDO_BYTES), codecs, strict=True)
         ]
         self._payload_bytes = self._payloads.reshape(-1).data
-
-    def warm_up(self) -> None:
-        """Compile or load the kernels before the first SYNC, because that takes seconds."""
-        axes = self.axes.copy()
-        given = self._kept.copy(), self._axis_of, self._outputs, self._inputs, self._received, self._reference
-        made = self.row.copy(), self._payloads.copy()
-        step_axes(axes, self._contours.copy(), self._tables, *given, False, 0.0, 0, 0, *made)
-        begin_watch(axes[0], 0.0)
+        self._memory = kept, axis_of, outputs, self._inputs, self._received, self._reference
+        before, after = (self.axes, self._contours, self._tables), (self.row, self._payloads)
+        self._step_axes = ready_for(step_axes, *before, *self._memory, False, 0.0, 0, 0, *after)
+        begin_watch(self.axes.copy()[0], 0.0)
 
     def step(
         self,
@@ -97,16 +96,11 @@ class CycleMemory:
             start += PDO_BYTES
         if reference is not None:
             self._put_reference(self._reference_bytes, 0, *reference)
-        return step_axes(
+        return self._step_axes(
             self.axes,
             self._contours,
             self._tables,
-            self._kept,
-            self._axis_of,
-            self._outputs,
-            self._inputs,
-            self._received,
-            self._reference,
+            *self._memory,
             reference is not None,
             time_s,
             cycle,

@@ -58,7 +58,7 @@ class StatusTpdo:
 
     def reset(self) -> None:
         """Return to the default settings."""
-        self._settings, self._since_cycles = self._defaults, 0
+        self._use(self._defaults)
 
     def read(self, subindex: int) -> int:
         """Read an entry of 1800h."""
@@ -72,7 +72,12 @@ class StatusTpdo:
             case "transmission_type" if value > SYNCHRONOUS_MAX and value not in EVENT_DRIVEN:
                 raise SdoAbort(AbortCode.INVALID_VALUE)
             case name:
-                self._settings, self._since_cycles = self._settings._replace(**{name: value}), 0
+                self._use(self._settings._replace(**{name: value}))
+
+    def _use(self, settings: TpdoSettings) -> None:
+        self._settings, self._since_cycles = settings, 0
+        self._inhibit_cycles = round(settings.inhibit_time * INHIBIT_UNIT_S / self._period_s)
+        self._timer_cycles = max(round(settings.event_timer_ms * TIMER_UNIT_S / self._period_s), 1)
 
     def announce(self) -> None:
         """Announce a change: send with the next cycle, unless the type is a number of SYNCs."""
@@ -80,15 +85,13 @@ class StatusTpdo:
 
     def count_cycles(self, elapsed: int) -> None:
         """Count a SYNC, `elapsed` periods after the last one; send the TPDO if it is due."""
-        cob_id, kind, inhibit_time, timer_ms = self._settings
+        cob_id, kind, _, timer_ms = self._settings
         if cob_id & COB_ID_INVALID:
             return
         if kind in EVENT_DRIVEN:
             self._since_cycles += elapsed
-            inhibit_cycles = round(inhibit_time * INHIBIT_UNIT_S / self._period_s)
-            timer_cycles = max(round(timer_ms * TIMER_UNIT_S / self._period_s), 1)
-            due = self._changed and self._since_cycles >= inhibit_cycles
-            due = due or (timer_ms > 0 and self._since_cycles >= timer_cycles)
+            due = self._changed and self._since_cycles >= self._inhibit_cycles
+            due = due or (timer_ms > 0 and self._since_cycles >= self._timer_cycles)
         elif kind == SYNCHRONOUS_ACYCLIC:
             due = self._changed
         else:

@@ -48,7 +48,6 @@ def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPla
         parts.append(axis_parts(axis, axis_params(config, name), rpdos[-1], inputs, scale_input))
         nodes.append((drive, scale, axis.limits.acceleration_mm_s2 * MM, tuple(others)))
     memory = CycleMemory(parts, rpdos, len(plans) + len(further), couplings(config))
-    memory.warm_up()
     return [
         AxisPlace(AxisServo(name, axis, memory, place), *nodes[place])
         for place, (name, axis) in enumerate(config.axes.items())
