@@ -76,7 +76,17 @@ class PdoConfiguration:
         event_timer_us = 1000 * value(index, 5) if (index, 5) in variables else 0
         sync_start = value(index, SYNC_START) if (index, SYNC_START) in variables else 0
         cob_id, remote = value(index, 1) & 0x7FF, not value(index, 1) & NOT_ON_REQUEST
-        yield PdoSettings(cob_id, value(index, 2), inhibit_us, event_timer_us, sync_start, remote), mapping
+        yield (
+            PdoSettings(
+                cob_id=cob_id,
+                transmission_type=value(index, 2),
+                inhibit_us=inhibit_us,
+                event_timer_us=event_timer_us,
+                sync_start=sync_start,
+                remote=remote,
+            ),
+            mapping,
+        )
 
     def _usable_mapping(self, index: int) -> list[MappedObject]:
         """The mapping; empty if an entry of a stored one is no longer in the EDS."""

@@ -10,14 +10,14 @@ from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
 
-SHARES = (0.5, 1.0, 2.0, 4.0)
-"""Widths to scan, in a quarter of the median force."""
+WIDTH_SHARES = (0.125, 0.25, 0.5, 1.0)
+"""Widths of the transition to scan, as shares of the median force."""
 BY_ZERO_FORCE = "a dead zone shows where the force is zero, friction where the speed is"
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     typical_n = float(np.median(np.abs(np.concatenate([data.model_force_n for data in datasets]))))
-    return [(share * 0.25 * typical_n,) for share in SHARES if typical_n > 0.0]
+    return [(share * typical_n,) for share in WIDTH_SHARES if typical_n > 0.0]
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:

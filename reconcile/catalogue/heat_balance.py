@@ -1,4 +1,4 @@
-"""Lumped heat balances, C dT/dt = P - T / R, P the friction power: what the effects of warming share."""
+"""Lumped heat balance C dT/dt = P - T / R, P the friction power: shared by the thermal effects."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,12 +11,11 @@ from reconcile.catalogue.conversion import IdentifiedTerms, NotInAPlant
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters
 
 LEAST_CHANGE_K = 2.0
-"""Change of a recorded temperature from which on something can have changed with it; chosen."""
+"""Least change of a recorded temperature for a thermal effect to be tried; chosen."""
 LEAST_NOISE_RATIO = 10.0
 """The same in standard deviations of the sensor's noise."""
-
 MOST_TIME_RATIO = 10.0
-"""Time constant over the longest recording; of a longer one a tenth is seen, a line over time."""
+"""Largest time constant over the longest recording: a longer one shows a tenth, which is a line over time."""
 
 
 class Balance(NamedTuple):

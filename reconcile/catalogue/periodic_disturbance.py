@@ -24,32 +24,32 @@ SEGMENT_PERIODS = 2.0
 LEAST_COHERENCE = 0.6
 """Share of the squared amplitudes of the segments that one phase and amplitude have; a random force of one
 recording exceeds it in 0.2 % of the cases (Beta distribution of 1 and 7)."""
-MOTION_LINE_S = 2.0
-"""Half width of a line of the motion, in inverse lengths of the recording: a Hann window's."""
-MOST_OF_MOTION = 0.05
-"""Share of the power of the velocity in a line from which on the motion has it: what acts at that frequency
-may follow from the motion. Chosen."""
+LINE_HALF_WIDTH = 2.0
+"""Half width of a spectral line, in inverse lengths of the recording: that of a Hann window."""
+LEAST_MOTION_SHARE = 0.05
+"""Share of the velocity's power in a line from which on it is a line of the motion, so that a force at that
+frequency may follow from the motion. Chosen."""
 COMB_RANGE = 3.0
 """Factor about a frequency within which lines of the motion are sought; chosen."""
-COMB_HEIGHT, COMB_ABOVE = 0.02, 30.0
-"""Height of such a line, of that at the frequency and of the median about it: a random spectrum exceeds the
-median thirtyfold in one of 1e9 places."""
+LEAST_LINE_RATIO, LEAST_MEDIAN_RATIO = 0.02, 30.0
+"""Least power of such a line over that at the frequency, and over the median about it: a random spectrum
+exceeds its median thirtyfold in one of 1e9 places."""
 TEETH, FEWEST_TEETH = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0]), 4
-"""Places of a comb's lines about a frequency in their distance, and how many make a comb."""
+"""Offsets of a comb's lines from a frequency, in their spacing, and the number of lines that make a comb."""
 PLAUSIBLE_HZ = 7.3
 """No multiple of a motion's frequency."""
 PEAKS = 8
-"""Frequencies to try: those that stand out most."""
-FINER = 4
-"""Times finer than the longest recording resolves."""
-SURROUNDINGS = 101
-"""Frequencies that a peak is compared with."""
+"""Frequencies to try: the highest peaks over the spectrum around them."""
+ZERO_PADDING = 4
+"""Length of the transform over that of the longest recording."""
+NEIGHBOURS = 101
+"""Resolved frequencies around a peak whose median it is compared with."""
 WAVE = Wave("frequency_hz", "Hz", "amplitude_n", "N")
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     period_s = datasets[0].period_s
-    length = FINER * max(len(data.time_s) for data in datasets)
+    length = ZERO_PADDING * max(len(data.time_s) for data in datasets)
     power = np.zeros(length // 2 + 1)
     residuals_n = []
     for data in datasets:
@@ -58,7 +58,7 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
         residuals_n.append(residual_n)
         power += np.abs(np.fft.rfft(residual_n * np.hanning(len(residual_n)), length)) ** 2
     frequency_hz = np.fft.rfftfreq(length, period_s)
-    height = power / np.maximum(median_filter(power, FINER * SURROUNDINGS, mode="nearest"), 1e-300)
+    height = power / np.maximum(median_filter(power, ZERO_PADDING * NEIGHBOURS, mode="nearest"), 1e-300)
     highest_hz = min(HIGHEST_HZ, NYQUIST_SHARE * 0.5 / period_s)
     height[(frequency_hz < LOWEST_HZ) | (frequency_hz > highest_hz)] = 0.0
     peaks = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
@@ -70,10 +70,10 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
 def _is_apart_from_motion(
     datasets: Sequence[RegressionData], residuals_n: Sequence[Array], frequency_hz: float
 ) -> bool:
-    """Whether a frequency is coherent in all recordings, and in those of which the motion does not have it.
+    """Whether a frequency is coherent in all recordings together, and in those without it in the motion.
 
-    A disturbance moves an axis that is held softly. Where it does so in one recording and is there without a
-    line of the motion in another, the motion is not what makes it.
+    A disturbance moves a softly controlled axis, so its frequency may be in the motion too. If it is also
+    there in a recording without it in the motion, then the motion is not its cause.
     """
     free_n = [
         residual_n
@@ -85,22 +85,24 @@ def _is_apart_from_motion(
 
 
 def _moves_at(data: RegressionData, frequency_hz: float) -> bool:
-    """Whether the motion itself has a line at a frequency, or it is one of a comb of them, as in a multisine.
+    """Whether the motion has a spectral line at a frequency, alone or in a comb, as of a multisine.
 
-    Lines beside it at one distance from each other are a comb: what answers to it has its frequencies.
+    Evenly spaced lines are a comb: the axis responds to it at the comb's frequencies.
     """
     velocity_m_s = data.motion.velocity_m_s
     power = np.abs(np.fft.rfft(velocity_m_s * np.hanning(len(velocity_m_s)))) ** 2
     hertz = np.fft.rfftfreq(len(velocity_m_s), data.period_s)
-    width_hz = MOTION_LINE_S / (len(velocity_m_s) * data.period_s)
+    width_hz = LINE_HALF_WIDTH / (len(velocity_m_s) * data.period_s)
     line = np.abs(hertz - frequency_hz) <= width_hz
-    if power[line].sum() > MOST_OF_MOTION * power.sum():
+    if power[line].sum() > LEAST_MOTION_SHARE * power.sum():
         return True
     inner = power[1:-1]
     around = (hertz > frequency_hz / COMB_RANGE) & (hertz < frequency_hz * COMB_RANGE)
     if not around.any():
         return False
-    least = max(COMB_HEIGHT * float(power[line].max()), COMB_ABOVE * float(np.median(power[around])))
+    least = max(
+        LEAST_LINE_RATIO * float(power[line].max()), LEAST_MEDIAN_RATIO * float(np.median(power[around]))
+    )
     peaks = np.flatnonzero((inner > power[:-2]) & (inner > power[2:]) & around[1:-1] & (inner > least)) + 1
     lines_hz = hertz[peaks[~line[peaks]]]
     spacings_hz = np.abs(lines_hz - frequency_hz)

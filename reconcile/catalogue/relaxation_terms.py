@@ -1,8 +1,8 @@
 """Linear dynamics behind the motion that no entry of the catalogue has: ringing and relaxation.
 
 Ringing is a mass that hangs on the axis by a spring (a tank, a cable, a machine bed): excited by the table's
-acceleration, it pulls with its own frequency. Dying away is a spring in series with a damper (a hose, a
-cover, an elastomer), Maxwell's element: excited by the velocity.
+acceleration, it pulls at its own frequency. Relaxation is a spring in series with a damper (a hose, a cover,
+an elastomer), Maxwell's element: excited by the velocity.
 """
 
 import math
@@ -17,12 +17,14 @@ from kernels.quantities import section_of
 from reconcile.catalogue.conversion import NotInAPlant, PlantValues
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, UnnamedTerm
 
-DAMPING = 0.06
-"""Damping ratio of the resonators: each covers a tenth of its frequency to either side."""
+RESONATOR_DAMPING_RATIO = 0.06
+"""Each resonator covers a tenth of its frequency to either side."""
 LEAST_IN_PHASE = 0.7
 """Share of the response in phase, which a carried mass has wholly but for its damping; chosen."""
 FREQUENCIES_HZ = tuple(float(f) for f in np.geomspace(4.0, 50.0, 20))
+"""To scan, 14 % apart: the resonators cover all between. Below, gravity and friction look like springs."""
 TIMES_S = (0.03, 0.06, 0.12, 0.25, 0.5, 1.0)
+"""Time constants to scan, a factor of two apart."""
 
 
 def _ringing(data: RegressionData, shape: ShapeParameters) -> Array:
@@ -31,7 +33,7 @@ def _ringing(data: RegressionData, shape: ShapeParameters) -> Array:
     A second shape parameter is the damping ratio of a plant's mode; then the acceleration itself is a third
     column, for the mass that a model's baseline has.
     """
-    w, damping = 2.0 * math.pi * shape[0], shape[1] if len(shape) > 1 else DAMPING
+    w, damping = 2.0 * math.pi * shape[0], shape[1] if len(shape) > 1 else RESONATOR_DAMPING_RATIO
     pole = np.exp(data.period_s * complex(-damping * w, w * math.sqrt(1.0 - damping**2)))
     # a complex pole of unit gain at zero frequency; its real and imaginary parts span the responses
     acceleration = data.motion.acceleration_m_s2
@@ -48,7 +50,11 @@ def _lagging_velocity(data: RegressionData, shape: ShapeParameters) -> Array:
 def _carried_mass(p: Mapping[str, float]) -> PlantValues:
     if p["in_phase_kg"] < LEAST_IN_PHASE * p["mass_kg"]:
         raise NotInAPlant("what rings follows the acceleration otherwise than a carried mass does")
-    return {"mass_kg": p["in_phase_kg"], "frequency_hz": p["frequency_hz"], "damping_ratio": DAMPING}
+    return {
+        "mass_kg": p["in_phase_kg"],
+        "frequency_hz": p["frequency_hz"],
+        "damping_ratio": RESONATOR_DAMPING_RATIO,
+    }
 
 
 RINGING = UnnamedTerm(

@@ -44,7 +44,7 @@ class SplineCoordinate(NamedTuple):
     """Decades below the largest value over which the knots are spaced logarithmically; 0 = evenly."""
     knots: tuple[int, ...] = (COARSE_KNOTS,)
     """Numbers of knots to try."""
-    of_one: bool = False
+    per_recording: bool = False
     """Each recording has a curve of its own, with a mean."""
 
 
@@ -71,7 +71,7 @@ QUANTITIES = {
 COORDINATES = {
     **{
         f"run_time{end}{one}": SplineCoordinate(
-            "s", lambda data: data.time_s, of, knots=KNOTS, of_one=bool(one)
+            "s", lambda data: data.time_s, of, knots=KNOTS, per_recording=bool(one)
         )
         for one in ("", IN_A_RECORDING)
         for end, of in QUANTITIES.items()
@@ -95,10 +95,11 @@ COORDINATES = {
 def _columns(over: SplineCoordinate, data: RegressionData, shape: ShapeParameters) -> Array:
     """The rise of a linear spline from each knot to the next, (n, knots - 1), held beyond the knots.
 
-    Coefficients are rises, so that the ridge on them carries a curve level over knots where little was seen.
-    The mean over the knots is taken off: constant_force has that. The shape is the first knot, the last and
-    their number, and WITH_MEAN of a plant's table and of one recording: its first column is the first height.
-    With AT_A_PLACE the curve is zero at both ends and beyond, and the columns are the triangles in between.
+    Coefficients are rises, so that the ridge on them keeps a curve level over knots with little excitation.
+    The mean over the knots is subtracted, because constant_force has it. Shape parameters: the first knot,
+    the last one and their number. A fourth one is WITH_MEAN for a plant's table and for a curve of one
+    recording, whose first column is the first height; with AT_A_PLACE the curve is zero at both ends and
+    beyond, and the columns are the triangles in between.
     """
     values, low, high, count = over.values(data), shape[0], shape[1], int(shape[2])
     if over.decades:
@@ -136,7 +137,7 @@ def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:
         if over.decades:
             high = max(float(values.max()), 1e-12)
             low = high * 10.0**-over.decades
-        if over.of_one:
+        if over.per_recording:
             return [(low, high, float(k), WITH_MEAN) for k in over.knots] if len(datasets) > 1 else []
         return [(low, high, float(k)) for k in over.knots]
 
@@ -160,7 +161,11 @@ def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:
         )
 
     unnamed = UnnamedTerm(
-        knots, partial(_columns, over), parameters, finding, per_recording=OWN if over.of_one else SHARED
+        knots,
+        partial(_columns, over),
+        parameters,
+        finding,
+        per_recording=OWN if over.per_recording else SHARED,
     )
     table = TABLES.get(name)
     return unnamed._replace(section=table.section, to_plant=table.to_plant) if table else unnamed

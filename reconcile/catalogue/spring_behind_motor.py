@@ -26,16 +26,19 @@ an eleventh of it."""
 NYQUIST_SHARE = 0.5
 """Highest antiresonance over the Nyquist frequency: the bilinear transform is off by a quarter there."""
 LEAST_EXCITED = 0.1
-"""Least share of the acceleration's power within a factor `AROUND` of an antiresonance; chosen: the low pass
-of the kinematics leaves noise at most a quarter of a per cent, and a multisine has nearly all there."""
-AROUND = 1.5
+"""Least share of the acceleration's power near an antiresonance; chosen: the low pass of the kinematics
+leaves noise at most a quarter of a per cent, and a multisine has nearly all there."""
+NEAR_RATIO = 1.5
+"""Factor about an antiresonance that counts as near to it."""
 RATIO_OF_SCAN = 1.06
-"""Ratio of neighbouring frequencies of the scan, half the width of a dip with `START_RATIO`."""
-START_RATIO = 0.06
-RATIO_BOUNDS = (1e-3, 0.7)
+"""Ratio of neighbouring frequencies of the scan, half the width of a dip with `FIRST_DAMPING_RATIO`."""
+FIRST_DAMPING_RATIO = 0.06
+"""Damping ratio of the scan; the search after it changes it."""
+DAMPING_RATIO_BOUNDS = (1e-3, 0.7)
 LONGEST_S = 20.0
 """Length of recordings that frequency and damping are sought on, s; more adds cost and little information."""
 MOST_EVALUATIONS = 120
+"""Bounds the work of the search for frequency and damping."""
 LOW_PASS_HZ = 60.0
 """Corner of the low pass that force and columns have alike, that of the state filter."""
 SETTLED_S, END_S = 0.3, 0.02
@@ -44,12 +47,13 @@ LEAST_GAIN = 0.2
 """Least share of the rigid model's squares that the spring explains, for it to be tried at all."""
 
 
-def column(position_m: Array, period_s: float, frequency_hz: float, ratio: float) -> Array:
+def column(position_m: Array, period_s: float, frequency_hz: float, damping_ratio: float) -> Array:
     """Return the force of the motor per kilogram of load, beside that of a rigid load (n,)."""
     w = 2.0 * math.pi * frequency_hz
-    b, a = bilinear([1.0, 0.0, 0.0], [1.0, 2.0 * ratio * w, w * w], 1.0 / period_s)
+    b, a = bilinear([1.0, 0.0, 0.0], [1.0, 2.0 * damping_ratio * w, w * w], 1.0 / period_s)
     deflection_m = lfilter(b, a, position_m - position_m[0])
-    spring: Array = w * w * deflection_m + 2.0 * ratio * w * np.gradient(deflection_m, period_s)
+    damper = 2.0 * damping_ratio * w * np.gradient(deflection_m, period_s)
+    spring: Array = w * w * deflection_m + damper
     return spring - _acceleration(position_m, period_s)
 
 
@@ -74,38 +78,39 @@ def shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     excited = [data for data in datasets if _excited_share(data, LOWEST_HZ, top_hz) >= LEAST_EXCITED]
     if top_hz <= LOWEST_HZ:
         return []
-    parts, left_s = [], LONGEST_S
+    parts, remaining_s = [], LONGEST_S
     for data in excited:
-        count = min(len(data.time_s), int(left_s / period_s))
+        count = min(len(data.time_s), int(remaining_s / period_s))
         if count * period_s >= 1.0:
-            parts.append(_Part(data, count))
-        left_s -= count * period_s
+            parts.append(_SmoothedStart(data, count))
+        remaining_s -= count * period_s
     if not parts:
         return []
 
-    def left(place: Array) -> float:
-        frequency_hz, ratio = np.exp(place)
-        if not LOWEST_HZ < frequency_hz < top_hz or not RATIO_BOUNDS[0] < ratio < RATIO_BOUNDS[1]:
+    def mean_square(logarithms: Array) -> float:
+        frequency_hz, damping_ratio = (float(value) for value in np.exp(logarithms))
+        lowest, highest = DAMPING_RATIO_BOUNDS
+        if not LOWEST_HZ < frequency_hz < top_hz or not lowest < damping_ratio < highest:
             return math.inf
-        return _fitted([one.with_spring(float(frequency_hz), float(ratio)) for one in parts])[0]
+        return _fitted([one.with_spring(frequency_hz, damping_ratio) for one in parts])[0]
 
     count = math.ceil(math.log(top_hz / LOWEST_HZ) / math.log(RATIO_OF_SCAN))
     grid_hz = np.geomspace(LOWEST_HZ, top_hz, count)
-    starts = [np.log([hz, START_RATIO]) for hz in grid_hz[1:-1]]
+    starts = [np.log([hz, FIRST_DAMPING_RATIO]) for hz in grid_hz[1:-1]]
     best = minimize(
-        left,
-        min(starts, key=left),
+        mean_square,
+        min(starts, key=mean_square),
         method="Nelder-Mead",
         options={"maxfev": MOST_EVALUATIONS, "xatol": 1e-4, "fatol": 1e-12},
     )
-    frequency_hz, ratio = (float(value) for value in np.exp(best.x))
-    squares, theta = _fitted([one.with_spring(frequency_hz, ratio) for one in parts])
+    frequency_hz, damping_ratio = (float(value) for value in np.exp(best.x))
+    squares, theta = _fitted([one.with_spring(frequency_hz, damping_ratio) for one in parts])
     rigid_squares, _ = _fitted([one.rigid() for one in parts])
     whole_kg, load_kg = theta[0], theta[-1]
-    seen = max(_excited_share(data, frequency_hz / AROUND, frequency_hz * AROUND) for data in excited)
-    if squares > (1.0 - LEAST_GAIN) * rigid_squares or not 0.0 < load_kg < whole_kg or seen < LEAST_EXCITED:
-        return []
-    return [(frequency_hz, ratio)]
+    low_hz, high_hz = frequency_hz / NEAR_RATIO, frequency_hz * NEAR_RATIO
+    is_excited = max(_excited_share(data, low_hz, high_hz) for data in excited) >= LEAST_EXCITED
+    explains = squares <= (1.0 - LEAST_GAIN) * rigid_squares
+    return [(frequency_hz, damping_ratio)] if explains and 0.0 < load_kg < whole_kg and is_excited else []
 
 
 def _excited_share(data: RegressionData, low_hz: float, high_hz: float) -> float:
@@ -116,8 +121,8 @@ def _excited_share(data: RegressionData, low_hz: float, high_hz: float) -> float
     return float(power[(hertz >= low_hz) & (hertz <= high_hz)].sum()) / whole if whole > 0.0 else 0.0
 
 
-class _Part:
-    """The smoothed force and rigid columns of the beginning of a recording, and what a spring adds."""
+class _SmoothedStart:
+    """Smoothed force and columns of the first `count` samples of a recording: rigid, and with a spring."""
 
     def __init__(self, data: RegressionData, count: int) -> None:
         self._position_m, self._period_s = data.motion.position_m[:count], data.period_s
@@ -139,15 +144,17 @@ class _Part:
         return smooth
 
     def rigid(self) -> tuple[Array, Array]:
+        """Force (m,) and columns (m, 4) of a rigid axis."""
         return self._force_n, self._rigid
 
-    def with_spring(self, frequency_hz: float, ratio: float) -> tuple[Array, Array]:
-        spring = self._smooth(column(self._position_m, self._period_s, frequency_hz, ratio))
+    def with_spring(self, frequency_hz: float, damping_ratio: float) -> tuple[Array, Array]:
+        """Force (m,) and columns (m, 5) with a load on a spring; the last column is the load's."""
+        spring = self._smooth(column(self._position_m, self._period_s, frequency_hz, damping_ratio))
         return self._force_n, np.column_stack((self._rigid, spring))
 
 
 def _fitted(parts: Sequence[tuple[Array, Array]]) -> tuple[float, Array]:
-    """Mean square that least squares leaves of all parts, and the coefficients."""
+    """Mean square residual of a least-squares fit to all parts, and its coefficients (k,)."""
     y = np.concatenate([target for target, _ in parts])
     x = np.concatenate([columns for _, columns in parts])
     theta, *_ = np.linalg.lstsq(x, y, rcond=None)

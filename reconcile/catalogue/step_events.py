@@ -19,12 +19,12 @@ from reconcile.catalogue.kinds import (
     UnnamedTerm,
 )
 
-EVERY_S = 0.5
-"""Distance of the instants to try, s; more where MOST_INSTANT_SECONDS bounds their number."""
+SPACING_S = 0.5
+"""Distance of the instants to try, s; larger where MOST_INSTANT_SECONDS bounds their number."""
 MOST_INSTANT_SECONDS = 5000.0
 """Instants to try times recorded seconds: bounds the memory, so long recordings have fewer instants."""
 LEAST_CHANGE_SHARE = 0.2
-"""Change over the mean of a recording below which the recording as a whole is said to differ; chosen."""
+"""Change over the mean of a recording below which the mean is reported in place of the change; chosen."""
 MARGIN = 0.05
 """Share of the run at either end without instants: too few samples lie beyond them."""
 
@@ -41,7 +41,7 @@ IN_A_PLANT = {
 def _instants(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     longest_s = max(float(data.time_s[-1]) for data in datasets)
     whole_s = sum(float(data.time_s[-1]) for data in datasets)
-    count = min(int(longest_s * (1.0 - 2.0 * MARGIN) / EVERY_S), int(MOST_INSTANT_SECONDS / whole_s))
+    count = min(int(longest_s * (1.0 - 2.0 * MARGIN) / SPACING_S), int(MOST_INSTANT_SECONDS / whole_s))
     return [(float(t),) for t in np.linspace(MARGIN, 1.0 - MARGIN, max(count, 2)) * longest_s]
 
 
@@ -81,7 +81,7 @@ def _before_and_after(
 
 
 def _step_in_a_recording(name: str, unit: str, per_unit: Callable[[RegressionData], Array]) -> UnnamedTerm:
-    """A step in one recording, whose mean may be another than that of the others: no plant file has it."""
+    """A step in one recording, which may have a mean of its own; no plant file can hold it."""
 
     def columns(data: RegressionData, shape: ShapeParameters) -> Array:
         """The step and the mean of the recording, (n, 2)."""

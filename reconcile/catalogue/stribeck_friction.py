@@ -12,10 +12,10 @@ from kernels.arrays import Array
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily, continued
 
-LEAST_S = 0.3
-"""Time that the axis must have moved as slowly as a speed for it to be tried."""
+LEAST_SLOW_S = 0.3
+"""Least time that the axis moved no faster than about a Stribeck speed, for that speed to be tried."""
 PASSING_S = 5e-3
-"""What lasts shorter is a reversal to the filters, and no speed."""
+"""Time within which an axis that accelerates past a speed only passes it: the filters see a reversal."""
 LOW_SPEED_M_S = 5e-3
 """Of the indicator: the bump of friction towards standstill."""
 SPEEDS_M_S = (0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.014, 0.02, 0.03, 0.05)
@@ -28,18 +28,18 @@ of tables."""
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     fastest = max(float(np.abs(data.motion.velocity_m_s).max()) for data in datasets)
     speeds = continued(SPEEDS_M_S, FASTEST_SHARE * fastest if datasets[0].rotary else 0.0)
-    return [(v,) for v in speeds if _seen_s(datasets, v) > LEAST_S]
+    return [(v,) for v in speeds if _slow_s(datasets, v) > LEAST_SLOW_S]
 
 
-def _seen_s(datasets: Sequence[RegressionData], speed_m_s: float) -> float:
-    """How long the axis moved as slowly as that, without only passing through on its way to another speed."""
-    seen_s = 0.0
+def _slow_s(datasets: Sequence[RegressionData], speed_m_s: float) -> float:
+    """Time (s) in which the axis moved below 1.5 times a speed, without only passing it."""
+    slow_s = 0.0
     for data in datasets:
         m = data.motion
         slow = m.moving & (np.abs(m.velocity_m_s) < 1.5 * speed_m_s)
         steady = np.abs(m.acceleration_m_s2) * PASSING_S < speed_m_s
-        seen_s += data.period_s * float(np.count_nonzero(slow & steady))
-    return seen_s
+        slow_s += data.period_s * float(np.count_nonzero(slow & steady))
+    return slow_s
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:

@@ -23,11 +23,13 @@ from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, S
 
 TIMES_S = (5.0, 15.0, 50.0, 200.0)
 WARM_K = 10.0
-"""Rise of the lubricant's temperature at most: only its ratio to `warmth_scale_k` counts."""
-LEAST_BEND, MOST_LEFT = 0.1, 0.95
-"""Change over the scale of the rise: as small as the change that was found allows, so that it is linear."""
-SEEN = 1.0 / 3.0
-"""Share of the time constant; the term is not tried for one that the recordings see less of."""
+"""Largest rise of the written plant: only its ratio to the plant's `warmth_scale_k` matters."""
+LEAST_SATURATION = 0.1
+"""Least saturation 1 - exp(-rise / scale) of the written plant, whose law is nearly linear up to there."""
+MOST_LOSS = 0.95
+"""Largest share of the cold friction that the written plant loses by warming."""
+LEAST_COVERED = 1.0 / 3.0
+"""Least duration of a recording over the time constant of a term that is tried."""
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
@@ -36,7 +38,7 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
         return [(0.0, start_k)] if temperature_changes(datasets) else []
     longest_s = max(float(data.time_s[-1]) for data in datasets)
     times_s = [time for time in TIMES_S if time < 3.0 * longest_s]
-    # the temperature at the start of each recording is unknown: one level each
+    # each recording may start at another, unknown temperature: one level each
     own = [(time, 0.0, 1.0) for time in times_s] if len(datasets) > 1 else []
     return [*((time, 0.0) for time in times_s), *own]
 
@@ -72,20 +74,21 @@ def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
         cold = found.base["coulomb_n" if key == "level_n" else key]
         change = term[key] * per_kelvin
         share[key] = change / cold if cold > 0.0 else 0.0
-        if share[key] < -MOST_LEFT:
+        if share[key] < -MOST_LOSS:
             notes.append(
                 f"{ENTRY.name}.{key} was found to be {term[key]:.4g}, of {cold:.4g}; it is "
-                f"written as {100.0 * MOST_LEFT:.0f} % of that"
+                f"written as {100.0 * MOST_LOSS:.0f} % of that"
             )
-            share[key] = -MOST_LEFT
+            share[key] = -MOST_LOSS
     if not any(share.values()):
         raise NotInAPlant("there is no friction that could change")
     highest_share = bounds["warm_level_share"].upper - 1.0
-    bend = max(LEAST_BEND, -min(share.values()), max(share.values()) / highest_share)
+    # no more saturation than these changes need within the plant's bounds
+    saturation = max(LEAST_SATURATION, -min(share.values()), max(share.values()) / highest_share)
     return {
-        "warm_level_share": 1.0 + share["level_n"] / bend,
-        "warm_damping_share": 1.0 + share["viscous_n_s_m"] / bend,
-        "warmth_scale_k": -rise_k / math.log1p(-bend),
+        "warm_level_share": 1.0 + share["level_n"] / saturation,
+        "warm_damping_share": 1.0 + share["viscous_n_s_m"] / saturation,
+        "warmth_scale_k": -rise_k / math.log1p(-saturation),
         "heat_capacity_j_k": balance.heat_capacity_j_k / scale,
         "resistance_k_w": balance.resistance_k_w * scale,
     }
@@ -103,7 +106,7 @@ class _Drift(NamedTuple):
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    """The plant's law bends as it warms; the term is the straight line to the warmest place."""
+    """The plant's law saturates as it warms; the term is the straight line to its warmest point."""
     p, drift = of.params, _drift(of)
     if drift.column <= 0.0:
         return []
@@ -122,7 +125,7 @@ def _drift(of: ModelEffect) -> _Drift:
     start_k = recorded_start_k(of.datasets)
     if start_k is None or data.temperature_k is None:
         longest_s = max(float(one.time_s[-1]) for one in of.datasets)
-        share = 1.0 if longest_s >= SEEN * time_s else -math.expm1(-longest_s / time_s)
+        share = 1.0 if longest_s >= LEAST_COVERED * time_s else -math.expm1(-longest_s / time_s)
         return _Drift((time_s, 0.0), share, float(power_w.mean()) * p.resistance_k_w * share)
     kept = math.exp(-data.period_s / time_s)
     plant_k = lfilter([0.0, p.resistance_k_w * (1.0 - kept)], [1.0, -kept], power_w)

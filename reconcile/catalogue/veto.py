@@ -1,9 +1,9 @@
-"""The veto of physics: why what was fitted cannot be the effect that it is named for.
+"""The physical veto: reasons why fitted terms cannot be the effect that they are named after.
 
-Cross-validation asks what predicts; it does not ask what is possible. A term that only a negative friction, a
-temperature below absolute zero or a share of a turn could explain predicts something else, which has no name.
-Bounds and units are those of the effect's own file in hil_sim; what one effect alone knows (which sign, how
-large a change of temperature) is declared by its entry.
+Cross-validation tests whether a term predicts, not whether its values are possible. A negative friction, a
+temperature below absolute zero or a ripple fitted to a part of one turn may predict well, but is another
+effect. Bounds and units are those of the effect's own file in hil_sim; conditions of one effect (its sign,
+the least change of temperature) are declared by its entry.
 """
 
 import math
@@ -23,13 +23,13 @@ from reconcile.catalogue.registry import CATALOGUE, ENTRIES, has_levels
 from reconcile.formats.nominal_axis import NominalAxis
 
 MOST_COLLINEAR = 0.995
-"""Multiple correlation with the baseline from which on a term is it: 10 % of its height is its own."""
+"""Largest multiple correlation of a term with the baseline: 10 % of its amplitude is its own then."""
 PUSHING_SHARE = 0.05
 """Share of the moving samples in which friction may push, at the edges of what was recorded; chosen."""
 PUSHING_LEVEL = 0.1
 """Share of the Coulomb friction below which a friction that pushes is scatter; chosen."""
-LEAST_NOTED = 1e-9
-"""Relative excess over a bound that is rounding."""
+ROUNDING = 1e-9
+"""Relative excess over a bound that is no violation of it."""
 OPPOSES_MOTION = {
     Kind.FRICTION_LEVEL,
     Kind.FRICTION_SPEED,
@@ -43,7 +43,7 @@ OPPOSES_MOTION = {
 
 
 class VetoContext(NamedTuple):
-    """What a term is held against."""
+    """Model and recordings by which terms are judged."""
 
     datasets: Sequence[RegressionData]
     """At least one."""
@@ -73,7 +73,14 @@ def veto(entry: CatalogueEntry, terms: Sequence[ModelTerm], context: VetoContext
     if entry.timing and abs(parameters[0]["time_s"]) < period_s:
         return ""  # how the channels were sampled, and no physics
     channel = terms[0].channel
-    found = IdentifiedTerms(entry.name, channel, parameters, context.datasets, context.base, context.axis)
+    found = IdentifiedTerms(
+        effect=entry.name,
+        channel=channel,
+        terms=parameters,
+        datasets=context.datasets,
+        base=context.base,
+        axis=context.axis,
+    )
     reasons = (
         *(_sign(entry, of) for of in coefficients),
         entry.refused(found),
@@ -123,7 +130,7 @@ def _frequency(parameters: Mapping[str, float], context: VetoContext) -> str:
 
 
 def _bounds(entry: CatalogueEntry, found: IdentifiedTerms) -> str:
-    """A value that no plant takes; what no plant has at all may be true nevertheless."""
+    """A value outside the plant's bounds; effects that no plant has are not judged by them."""
     try:
         values = entry.to_plant(found, [])
     except NotInAPlant:
@@ -133,7 +140,7 @@ def _bounds(entry: CatalogueEntry, found: IdentifiedTerms) -> str:
         if given is None or isinstance(given, str):
             continue
         for value in given if isinstance(given, list) else [given]:
-            margin = LEAST_NOTED * max(abs(quantity.lower), abs(quantity.upper))
+            margin = ROUNDING * max(abs(quantity.lower), abs(quantity.upper))
             if not quantity.lower - margin <= value <= quantity.upper + margin:
                 unit = quantity.file_unit or quantity.unit
                 low, high, own = (quantity.from_si(one) for one in (quantity.lower, quantity.upper, value))
@@ -142,7 +149,7 @@ def _bounds(entry: CatalogueEntry, found: IdentifiedTerms) -> str:
 
 
 def _pushes(entry: CatalogueEntry, context: VetoContext) -> str:
-    """Friction takes energy: all of it together, wherever the axis moved."""
+    """Friction dissipates: all of it together must oppose the motion wherever the axis moved."""
     if entry.physics.KIND not in OPPOSES_MOTION or not context.base:
         return ""
     friction = [

@@ -26,8 +26,8 @@ SPEED_SHARES = (0.8, 0.9, 1.05, 1.3, 1.7, 2.5)
 """Speed without load, in the highest speed of the recordings."""
 LEAST_CHANGE = 0.1
 """Standard deviation of the speed, in its maximum; at one speed only a limit of the force could be seen."""
-MISSING = (0.5, 1.5)
-"""Share of what is asked for beyond the limit that is missing: most of it, and no more than all."""
+MISSING_SHARE = (0.5, 1.5)
+"""Bounds of the missing share of the force that is commanded beyond the limit: most of it, about all."""
 STANDS_OUT = 3.0
 """What is missing, RMS, over what a rigid model leaves below the limit and off the limit above it; chosen: a
 force from outside has 1."""
@@ -155,7 +155,7 @@ ENTRY = CatalogueEntry(
         f"{p['stall_n'] / p['free_m_s']:.0f} N per m/s is missing: the amplifier runs out of voltage; a "
         "saturating torque constant would lose it at low speed too"
     ),
-    physical=MISSING,
+    physical=MISSING_SHARE,
     continuous_shape_parameters=2,
     to_plant=_to_plant,
     from_plant=_from_plant,

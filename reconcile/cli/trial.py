@@ -53,7 +53,7 @@ def trial(
 
     is_proof = claimed(generator, seed, cases)
     seeds = range(seed, seed + cases)
-    for row in trials(seeds, generator, processes, print_seal, keep, beside):
+    for row in trials(seeds, generator, processes=processes, on_sealed=print_seal, keep=keep, beside=beside):
         rows.append(row)
         console.print(f"[{len(rows)}/{cases}] {line(row)}", markup=False)
     content: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""One axis of a diagnosis: its channels explained, held against what was left out, and written."""
+"""One axis of a diagnosis: its channels are explained, tested on left-out recordings, and written."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from reconcile.identification.unexplained_residual import is_misfit
 from reconcile.model_update.axis_update import update_axis
 from reconcile.model_update.shared_values import Sections
 from reconcile.nominal_model.model_file import NominalModel
-from reconcile.proof.left_out import prove, proven, to_be_written, written_explanations
+from reconcile.proof.left_out import best_predicting, prove, without_dropped, written_explanations
 from reconcile.proof.model_image import recordings_of_model, without_image
 from reconcile.proof.model_variants import AS_FOUND
 from reconcile.proof.model_variants import NOTES as VARIANT_NOTES
@@ -24,14 +24,13 @@ from reconcile.regression.residual import rms
 from reconcile.selection.cross_validation import SelectionRules
 
 DEVIATION_LEAST_GAIN = 0.2
-"""Least share of squares that a term explains in the deviation: the wander of a scale resembles a term.
-
-Chosen; no calibration of its own is recorded.
+"""Least share of squares that a term explains in the deviation, where the drift of a scale resembles a term.
+Chosen; not calibrated.
 """
 
 
 class AxisDiagnosis(NamedTuple):
-    """What was found of an axis."""
+    """Results of the diagnosis of one axis."""
 
     explanations: list[Explanation]
     """One for each residual channel."""
@@ -50,7 +49,10 @@ def diagnose_axis(
     *,
     with_proof: bool,
 ) -> AxisDiagnosis:
-    """Explain each channel of an axis, prove it, and write what holds; `recordings` are all of one axis."""
+    """Explain each channel of an axis, test the model on left-out recordings, and make its file's sections.
+
+    `recordings` are all of one axis.
+    """
     name = recordings[0].axis
     axis = model.axes[name]
     on_progress(f"axis {name}: force")
@@ -62,24 +64,26 @@ def diagnose_axis(
         rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
         searches.append(TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
         found.append(explain(searches[1]))
-        found = [_beside(one, found, axis) for one in found]
-    of_model = recordings_of_model(recordings, model) if any(_asks(one) for one in found) else []
-    found = [without_image(one, of_model, axis) for one in found]
+        found = [_without_cross_channel_misfit(one, found, axis) for one in found]
+    simulated = recordings_of_model(recordings, model) if any(map(_may_be_of_the_model, found)) else []
+    found = [without_image(one, simulated, axis) for one in found]
     proofs: list[Proof] = []
     if with_proof:
         on_progress(f"axis {name}: proof")
         proofs = prove(recordings, searches, found, model)
-    del searches  # the same
+    del searches  # their columns take most of the memory
     dropped = [proof.dropped for proof in proofs] or [() for _ in found]
-    named = [proven(one, proof) for one, proof in zip(found, proofs, strict=True)] if proofs else found
-    named = [without_image(one, of_model, axis) for one in named]
-    held = [to_be_written(one, proof) for one, proof in zip(found, proofs, strict=True)] if proofs else found
-    held, sections = written_explanations(held, model, name)
-    held = [without_image(one, of_model, axis) for one in held]
-    updated = update_axis(held, model, name)
+    reported, written = found, found
+    if proofs:
+        reported = [without_dropped(one, proof) for one, proof in zip(found, proofs, strict=True)]
+        written = [best_predicting(one, proof) for one, proof in zip(found, proofs, strict=True)]
+    reported = [without_image(one, simulated, axis) for one in reported]
+    written, sections = written_explanations(written, model, name)
+    written = [without_image(one, simulated, axis) for one in written]
+    updated = update_axis(written, model, name)
     explanations = [
-        _named_too(one, whole)._replace(found=None)  # its columns take most of the memory
-        for one, whole in zip(updated.explanations, named, strict=True)
+        _with_unwritten_findings(one, whole)._replace(found=None)  # its columns take most of the memory
+        for one, whole in zip(updated.explanations, reported, strict=True)
     ]
     left_out = [note for effect, note in sections.left_out.items() if note not in updated.notes]
     notes = [
@@ -92,14 +96,14 @@ def diagnose_axis(
     return AxisDiagnosis(explanations, proofs, updated.sections, [*updated.notes, *left_out, *notes])
 
 
-def _asks(explanation: Explanation) -> bool:
-    """Whether there is anything that may be the model's own."""
+def _may_be_of_the_model(explanation: Explanation) -> bool:
+    """Whether there is a finding that a simulation of the model might show as well."""
     sizes = explanation.accounted
     return bool(explanation.findings) or explanation.parameters_matter or not (sizes and sizes.is_noise)
 
 
-def _named_too(written: Explanation, whole: Explanation) -> Explanation:
-    """The explanation that is written, with the findings that no file holds."""
+def _with_unwritten_findings(written: Explanation, whole: Explanation) -> Explanation:
+    """The explanation that is written, with the findings of the `whole` one that are not in the file."""
     own = {f.effect for f in [*written.findings, *written.minor]}
     return written._replace(
         findings=[*written.findings, *(f for f in whole.findings if f.effect not in own)],
@@ -108,11 +112,13 @@ def _named_too(written: Explanation, whole: Explanation) -> Explanation:
     )
 
 
-def _beside(one: Explanation, found: Sequence[Explanation], axis: NominalAxis) -> Explanation:
-    """The explanation without what effects named in another channel leave in this one.
+def _without_cross_channel_misfit(
+    one: Explanation, found: Sequence[Explanation], axis: NominalAxis
+) -> Explanation:
+    """The explanation without the traces in this channel of effects that are named in another one.
 
-    That is a residual which is their misfit; and what a spring or a play between the motor and the scale, of
-    the model or newly named, does to the motor's force after each reversal: it ends where presliding would.
+    These are an unexplained residual that is their misfit; and, where the model has or another channel names
+    a spring or backlash, the unnamed term after each reversal: the motor's force there resembles presliding.
     """
     named = {f.effect for other in found if other is not one for f in other.findings} - {"unknown"}
     findings, minor = list(one.findings), list(one.minor)

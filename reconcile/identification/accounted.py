@@ -1,4 +1,4 @@
-"""Every newton accounted for: rigid model, each effect, terms without a name, sensor noise, unexplained."""
+"""The RMS of a channel by its parts: rigid model, each effect, unnamed terms, sensor noise, unexplained."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.sensing.channel import quantum
 
 NOISE_RATIO = 1.5
-"""RMS of a residual over the noise floor up to which it is noise: what the floor's spectrum does not show."""
+"""RMS of a residual over the noise floor up to which it counts as noise: the floor is estimated."""
 UNNAMED = "unnamed terms"
 
 
@@ -22,37 +22,37 @@ class Accounted(NamedTuple):
     measured: float
     """The channel itself, behind the filter."""
     rigid: float
-    """What mass, viscous and Coulomb friction give; of the deviation, origin and delay."""
+    """Of the baseline: mass, viscous and Coulomb friction; in the deviation, origin and delay."""
     effects: dict[str, float]
-    """What each effect gives beside the others; all terms without a name together are `UNNAMED`."""
-    left: float
-    """What no part of the model explains."""
+    """Of each effect beside the others; all unnamed terms together are `UNNAMED`."""
+    residual: float
+    """Of what no part of the model explains."""
     noise: float
     """Noise floor of the sensors."""
     matters: float
-    """Negligible below this: a share of the measured force; of the deviation, the rounding."""
+    """An effect below this is negligible: a share of the measured force; in the deviation, the rounding."""
     rounding: float = 0.0
-    """Of the sensors, before any filter."""
+    """Of the sensors' quantisation, before any filter."""
 
     @property
     def unexplained(self) -> float:
-        """What is left beside the noise, N or m."""
-        return math.sqrt(max(self.left**2 - self.noise**2, 0.0))
+        """RMS of the residual without the noise, N or m."""
+        return math.sqrt(max(self.residual**2 - self.noise**2, 0.0))
 
     @property
     def is_noise(self) -> bool:
-        """Whether what is left is sensor noise, rounding, or less than matters."""
-        return self.left <= max(NOISE_RATIO * self.noise, self.least)
+        """Whether the residual is sensor noise, rounding, or negligible."""
+        return self.residual <= max(NOISE_RATIO * self.noise, self.least_reported)
 
     @property
-    def least(self) -> float:
-        """Below this nothing without a name is spoken of: what matters, or the rounding, N or m."""
+    def least_reported(self) -> float:
+        """Least RMS of an unnamed term or residual that is reported, N or m."""
         return max(self.matters, self.rounding)
 
-    def matter(self, effect: str) -> bool:
-        """Whether an effect of the catalogue gives as much as matters, `unknown` as much as rounding too."""
+    def is_relevant(self, effect: str) -> bool:
+        """Whether an effect is large enough to be reported; `unknown` stands for all unnamed terms."""
         if effect == "unknown":
-            return self.effects.get(UNNAMED, math.inf) >= self.least
+            return self.effects.get(UNNAMED, math.inf) >= self.least_reported
         return self.effects.get(effect, math.inf) >= self.matters
 
     def as_json(self, unit: str) -> dict[str, Any]:
@@ -63,7 +63,7 @@ class Accounted(NamedTuple):
             "unit": unit,
             "measured": self.measured,
             "parts": {name: {"rms": rms, "share": (rms / size) ** 2} for name, rms in rows.items()},
-            "left": self.left,
+            "left": self.residual,
             "unexplained_floors": self.unexplained / max(self.noise, 1e-300),
             "matters": self.matters,
             "rounding": self.rounding,
@@ -79,7 +79,11 @@ def accounted(
     noise: float,
     share: float,
 ) -> Accounted:
-    """Split what was measured; `weights` before normalisation, `share` of the measured RMS that matters."""
+    """Split the channel into its parts.
+
+    `weights` (k,): coefficients before normalisation; `noise`: noise floor, N or m; `share`: of the measured
+    RMS, below which an effect is negligible.
+    """
     slots = problem.equations.slots(terms)
     places: dict[str, list[int]] = {"": [*range(len(problem.equations.slots([])))]}
     first = len(places[""])
@@ -88,18 +92,18 @@ def accounted(
         count = problem.equations.coefficients(candidate)
         places.setdefault(name, []).extend(range(first, first + count))
         first += count
-    squares = dict.fromkeys((*places, "measured", "left"), 0.0)
+    squares = dict.fromkeys((*places, "measured", "residual"), 0.0)
     samples = 0
     for recording in range(problem.equations.recordings):
         used = problem.used[recording]
-        left, samples = problem.target(recording)[used], samples + int(used.sum())
-        squares["measured"] += float(left @ left)
+        residual, samples = problem.target(recording)[used], samples + int(used.sum())
+        squares["measured"] += float(residual @ residual)
         for name, own in places.items():
             here = [(slots[i][0], float(weights[i])) for i in own if slots[i][1] in (-1, recording)]
             part = problem.prediction(recording, here)[used]
             squares[name] += float(part @ part)
-            left -= part
-        squares["left"] += float(left @ left)
+            residual -= part
+        squares["residual"] += float(residual @ residual)
     rounding = _rounding(problem)
     rms = {name: math.sqrt(value / max(samples, 1)) for name, value in squares.items()}
     named = {name: rms[name] for name in (*effect_names(terms), UNNAMED) if name in places}
@@ -107,7 +111,7 @@ def accounted(
         measured=rms["measured"],
         rigid=rms[""],
         effects=named,
-        left=rms["left"],
+        residual=rms["residual"],
         noise=noise,
         matters=share * rms["measured"] if problem.channel is ResidualChannel.FORCE else rounding,
         rounding=rounding,
@@ -115,7 +119,7 @@ def accounted(
 
 
 def _rounding(problem: RegressionProblem) -> float:
-    """RMS of the sensors' rounding, N or m: of slow motion the filter takes nothing away."""
+    """RMS of the sensors' quantisation, N or m, unfiltered: in slow motion the filter does not reduce it."""
     datasets = problem.datasets
     if problem.channel is ResidualChannel.FORCE:
         steps = [max(quantum(data.force_n) for data in datasets)]

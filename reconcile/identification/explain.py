@@ -192,11 +192,13 @@ def _findings(
 ) -> tuple[list[IdentifiedEffect], list[IdentifiedEffect]]:
     """The reported effects that are large enough; and the payload and the unexplained residual, if any."""
     axis, channel = found.inputs.axis, found.inputs.channel
-    nothing_matters = channel is ResidualChannel.FORCE and rms(found_residuals, "refitted") < sizes.least
+    nothing_matters = (
+        channel is ResidualChannel.FORCE and rms(found_residuals, "refitted") < sizes.least_reported
+    )
     large = [
         f
         for f in reported.findings
-        if sizes.matter(f.effect) and not (f.effect == "unknown" and nothing_matters)
+        if sizes.is_relevant(f.effect) and not (f.effect == "unknown" and nothing_matters)
     ]
     beside_terms = [added_mass] if added_mass else []
     if not nothing_matters and not any(finding.effect == "unknown" for finding in large):

@@ -66,64 +66,101 @@ def report_findings(
 ) -> ReportedEffects:
     """Report each effect with parameters, rivals and held-out gain, unless it is below the resolution.
 
-    What is left out of the fit judges it; the parameters are then those of all blocks.
+    Held-out blocks judge the fit to the training blocks; the parameters are then those of a fit to all
+    blocks.
     """
-    equations = problem.equations
     everything = np.sort(np.concatenate((train, held_out_blocks)))
-    values, totals = estimates(problem, chosen, everything, resamples), equations.totals(train)
+    values = estimates(problem, chosen, everything, resamples)
+    judge = _HeldOutJudge(problem, chosen, train, held_out_blocks)
     period_s, resolvable_m = problem.datasets[0].period_s, reversal_travel_m(problem.datasets)
-
-    def squares_held_out(model: Sequence[CandidateTerm]) -> float:
-        slots = equations.slots(model)
-        return float(equations.squares(slots, equations.solve(slots, totals), held_out_blocks).sum())
-
-    kept_s = stride(period_s) * period_s
-    held_out_s = float(equations.samples[held_out_blocks].sum()) * kept_s
-    best, unexplained = squares_held_out(chosen), squares_held_out([])
     found: list[IdentifiedEffect] = []
     timing, timing_s = None, 0.0
     for effect in effect_names(chosen):
         own = [c for c in chosen if c.effect == effect]
-        first = {key: estimate.value for key, estimate in values.of[own[0]].items()}
-        if effect in TIMING and abs(first["time_s"]) < period_s:
-            timing, timing_s = (effect, own[0].shape_parameters), first["time_s"]
-            continue
-        unnamed = effect.startswith(PREFIX)
-        ends_with_reversal = not unnamed and ENTRIES[effect].ends_with_reversal
-        if ends_with_reversal and max(c.shape_parameters[0] for c in own) < resolvable_m:
-            continue
-        gain, others = rivals[effect]
-        indistinguishable = [r.effect for r in others if r.confidence > norm.sf(RIVAL_STANDARD_ERRORS)]
-        parameters = {}
-        for number, candidate in enumerate(own, start=1):
-            end = f"_{number}" if len(own) > 1 else ""
-            parameters.update({key + end: estimate for key, estimate in values.of[candidate].items()})
-        heldout_gain = 1.0 - best / max(squares_held_out([c for c in chosen if c.effect != effect]), 1e-300)
-        # what has no name may have changed within a held-out stretch, so its gain counts too
-        judged_gain = max(gain, heldout_gain) if unnamed else heldout_gain
-        meaning = meaning_of(effect)
-        found.append(
-            IdentifiedEffect(
-                effect="unknown" if unnamed else effect,
-                channel=problem.channel.value,
-                confidence=confidence(
-                    max([r.confidence for r in others], default=0.0), judged_gain, held_out_s
-                ),
-                equivalent=[*dict.fromkeys([*meaning.equivalent, *indistinguishable])],
-                rivals=others,
-                candidates=own,
-                parameters=parameters,
-                gain=gain,
-                heldout_gain=heldout_gain,
-                explanation=meaning.sentence(first),
-                share=1.0 - squares_held_out(own) / max(unexplained, 1e-300),
-            )
-        )
-    minor = [
-        f
-        for f in found
-        if f.confidence < LEAST_CONFIDENCE
-        or max(f.heldout_gain, f.gain if f.effect == "unknown" else 0.0) < LEAST_REPORTED_GAIN
-    ]
-    named = [f for f in found if f not in minor]
-    return ReportedEffects(named, minor, values.base, timing, timing_s)
+        if effect in TIMING and abs(values.of[own[0]]["time_s"].value) < period_s:
+            timing, timing_s = (effect, own[0].shape_parameters), values.of[own[0]]["time_s"].value
+        elif not _is_step_at_reversal(own, resolvable_m):
+            found.append(_identified_effect(own, [values.of[c] for c in own], rivals[effect], judge))
+    minor = [f for f in found if _is_minor(f)]
+    return ReportedEffects([f for f in found if f not in minor], minor, values.base, timing, timing_s)
+
+
+class _HeldOutJudge:
+    """Held-out squares of models with the chosen terms, fitted to the training blocks."""
+
+    def __init__(
+        self,
+        problem: RegressionProblem,
+        chosen: Sequence[CandidateTerm],
+        train: Index,
+        held_out_blocks: Index,
+    ) -> None:
+        self.channel = problem.channel
+        self._equations, self._chosen, self._blocks = problem.equations, chosen, held_out_blocks
+        self._totals = problem.equations.totals(train)
+        period_s = problem.datasets[0].period_s
+        samples = float(problem.equations.samples[held_out_blocks].sum())
+        self.duration_s = samples * (stride(period_s) * period_s)
+        """Duration of the held-out blocks in motion."""
+        self._best, self._baseline = self._squares(chosen), self._squares([])
+
+    def gain(self, effect: str) -> float:
+        """Share of the squares of a model without an effect that the effect removes."""
+        without = self._squares([c for c in self._chosen if c.effect != effect])
+        return 1.0 - self._best / max(without, 1e-300)
+
+    def share(self, own: Sequence[CandidateTerm]) -> float:
+        """Share of the squares of a model without any term that these terms remove alone."""
+        return 1.0 - self._squares(own) / max(self._baseline, 1e-300)
+
+    def _squares(self, model: Sequence[CandidateTerm]) -> float:
+        slots = self._equations.slots(model)
+        theta = self._equations.solve(slots, self._totals)
+        return float(self._equations.squares(slots, theta, self._blocks).sum())
+
+
+def _is_step_at_reversal(own: Sequence[CandidateTerm], resolvable_m: float) -> bool:
+    """Whether an effect that ends after a distance is too short for the recordings to resolve."""
+    effect = own[0].effect
+    if effect.startswith(PREFIX) or not ENTRIES[effect].ends_with_reversal:
+        return False
+    return max(c.shape_parameters[0] for c in own) < resolvable_m
+
+
+def _identified_effect(
+    own: list[CandidateTerm],
+    values: Sequence[dict[str, Estimate]],
+    rivals: tuple[float, list[RivalEffect]],
+    judge: _HeldOutJudge,
+) -> IdentifiedEffect:
+    """An effect with the `values` of each of its `own` terms."""
+    effect, (gain, others) = own[0].effect, rivals
+    parameters = {}
+    for number, of_term in enumerate(values, start=1):
+        end = f"_{number}" if len(own) > 1 else ""
+        parameters.update({key + end: estimate for key, estimate in of_term.items()})
+    unnamed, heldout_gain = effect.startswith(PREFIX), judge.gain(effect)
+    # an unnamed term may have changed within a held-out stretch, so its cross-validated gain counts too
+    judged_gain = max(gain, heldout_gain) if unnamed else heldout_gain
+    best_rival = max([r.confidence for r in others], default=0.0)
+    indistinguishable = [r.effect for r in others if r.confidence > norm.sf(RIVAL_STANDARD_ERRORS)]
+    meaning = meaning_of(effect)
+    return IdentifiedEffect(
+        effect="unknown" if unnamed else effect,
+        channel=judge.channel.value,
+        confidence=confidence(best_rival, judged_gain, judge.duration_s),
+        equivalent=[*dict.fromkeys([*meaning.equivalent, *indistinguishable])],
+        rivals=others,
+        candidates=own,
+        parameters=parameters,
+        gain=gain,
+        heldout_gain=heldout_gain,
+        explanation=meaning.sentence({key: estimate.value for key, estimate in values[0].items()}),
+        share=judge.share(own),
+    )
+
+
+def _is_minor(finding: IdentifiedEffect) -> bool:
+    """Whether an effect is too uncertain, or explains too little of the held-out blocks, to be reported."""
+    gain = max(finding.heldout_gain, finding.gain if finding.effect == "unknown" else 0.0)
+    return finding.confidence < LEAST_CONFIDENCE or gain < LEAST_REPORTED_GAIN

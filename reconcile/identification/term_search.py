@@ -15,6 +15,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import KNOTS, PREFIX
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.findings import ReportedEffects, report_findings
+from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.parameter_estimates import RESAMPLES
 from reconcile.identification.refinement import refine
 from reconcile.identification.rivals import RivalEffect, compare_rivals
@@ -31,9 +32,6 @@ from reconcile.selection.left_out import Withdrawn, predictive_terms
 from reconcile.selection.stepwise_selection import select, select_beside_unnamed
 from reconcile.selection.unnamed_selection import select_unnamed
 
-STRETCH_BLOCKS, HELD_OUT_EVERY = 4, 4
-"""Blocks of a stretch, and the period of held-out stretches: 25 % of the blocks judge the final model
-only."""
 NOISE_FLOOR_RATIO = 1.5
 """Residual RMS over the noise floor up to which no unnamed terms are tried."""
 MOST_SEARCHES = 3
@@ -76,7 +74,14 @@ class FoundTerms(NamedTuple):
 
     def report(self, resamples: int = RESAMPLES) -> ReportedEffects:
         """Parameters, rivals and confidence of each effect; without `resamples` no intervals."""
-        return report_findings(self.problem, self.terms, self.rivals, self.train, self.held_out, resamples)
+        return report_findings(
+            problem=self.problem,
+            chosen=self.terms,
+            rivals=self.rivals,
+            train=self.train,
+            held_out_blocks=self.held_out,
+            resamples=resamples,
+        )
 
 
 class _Selection(NamedTuple):
@@ -107,7 +112,7 @@ class TermSearch:
         self.problem = regression_problem(
             datasets, channel, model_terms=model_terms, spare=rules.most_unknown * max(KNOTS)
         )
-        self._train, self._held_out = split(self.problem)
+        self._train, self._held_out = training_and_held_out(self.problem)
 
     def release(self) -> None:
         """Give the columns' memory back; only the blocks of samples are still known."""
@@ -125,7 +130,7 @@ class TermSearch:
         unnamed = select_unnamed(one.found.problem, one.found.terms, train, self.rules)
         if not unnamed:
             return one.found
-        beside = self._select_beside(unnamed, one, train, held_out)
+        beside = self._select_beside(unnamed, one)
         named, before = (
             {f.effect for f in found.report(resamples=0).findings} for found in (beside, one.found)
         )
@@ -147,17 +152,21 @@ class TermSearch:
         chosen = [c for c in chosen if c.effect in kept]
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
         return _Selection(
-            FoundTerms(self._inputs, refined, terms, train, held_out, rivals, withdrawn), chosen
+            FoundTerms(
+                inputs=self._inputs,
+                problem=refined,
+                terms=terms,
+                train=train,
+                held_out=held_out,
+                rivals=rivals,
+                withdrawn=withdrawn,
+            ),
+            chosen,
         )
 
-    def _select_beside(
-        self,
-        unnamed: Sequence[TermKey],
-        before: _Selection,
-        train: Index,
-        held_out: Index,
-    ) -> FoundTerms:
+    def _select_beside(self, unnamed: Sequence[TermKey], before: _Selection) -> FoundTerms:
         """Select named terms once more beside the `unnamed` ones."""
+        train = before.found.train
         wide = extended(self.problem, unnamed)
         validation = CrossValidation(wide.equations, train)
         own = wide.equations.by_key
@@ -169,7 +178,7 @@ class TermSearch:
         refined, terms = refine(wide, chosen, train)
         terms, more = self._admissible_and_predictive(refined, terms, train)
         withdrawn = [*before.found.withdrawn, *more]
-        return FoundTerms(self._inputs, refined, terms, train, held_out, rivals, withdrawn)
+        return before.found._replace(problem=refined, terms=terms, rivals=rivals, withdrawn=withdrawn)
 
     def _admissible_and_predictive(
         self, refined: RegressionProblem, terms: list[CandidateTerm], train: Index
@@ -228,18 +237,3 @@ class TermSearch:
 
 def _name(candidate: CandidateTerm) -> str:
     return "unknown" if candidate.effect.startswith(PREFIX) else candidate.effect
-
-
-def split(problem: RegressionProblem) -> tuple[Index, Index]:
-    """Training and held-out blocks: of each recording every fourth stretch is held out.
-
-    A recording shorter than four stretches has no held-out block: the search needs all of it.
-    """
-    equations = problem.equations
-    train, held_out = [], []
-    for recording in range(equations.recordings):
-        own = np.flatnonzero((equations.recording_of_block == recording) & (equations.samples > 0))
-        is_held_out = np.arange(len(own)) // STRETCH_BLOCKS % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
-        train.append(own[~is_held_out])
-        held_out.append(own[is_held_out])
-    return np.concatenate(train), np.concatenate(held_out)

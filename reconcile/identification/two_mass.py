@@ -73,8 +73,8 @@ def identify_two_mass(
 ) -> TwoMassModel | None:
     """Fit the whole plant; None where it does not improve on the starting values significantly.
 
-    `play`: it was found, and is fitted too; `free_spring`: no stiffness was; `own_rotor`: the model tells the
-    rotor's mass.
+    `play`: backlash was identified, and is fitted too; `free_spring`: no stiffness was identified, so it is
+    searched widely; `own_rotor`: the model has the rotor's mass, which is not fitted.
     """
     axis = plant.axes[name]
     if not SENSOR_EFFECTS.isdisjoint(axis.effects):
@@ -129,7 +129,7 @@ def _free_parameters(
     for key, step, fine in ((COULOMB, 0.005, 0.0003), (VISCOUS, 0.02, 0.001)):
         value = float(getattr(axis.effects.get(key[0]), key[1], 0.0))
         if value > 0.0:
-            found.append(_around(key, value, 0.3, 3.0, step, fine))
+            found.append(_around(key, value, least=0.3, most=3.0, step=step, fine=fine))
     return found
 
 
@@ -137,7 +137,7 @@ def _around(
     name: tuple[str, str], start: float, least: float, most: float, step: float, fine: float
 ) -> FreeParameter:
     """A parameter between `least` and `most` times its start."""
-    return FreeParameter(name, start, least * start, most * start, step, fine)
+    return FreeParameter(name=name, start=start, low=least * start, high=most * start, step=step, fine=fine)
 
 
 def plant_sections(found: TwoMassModel, lead_m: float) -> dict[str, dict[str, Any]]:
@@ -213,7 +213,14 @@ def _force_residual_n(found: TwoMassModel, residual: Residual) -> Array:
     data, motor_m = residual.data, residual.data.motion.position_m
     plant = build_plant(found.plant)
     inputs = DrivingInputs(data.period_s, data.force_n, motor_m)
-    run = respond(plant, found.axis, found.fit.values, inputs, found.fit.delay_periods, found.plant.dt_s)
+    run = respond(
+        plant,
+        found.axis,
+        values=found.fit.values,
+        driven=inputs,
+        delay_periods=found.fit.delay_periods,
+        dt_s=found.plant.dt_s,
+    )
     low_pass = StateFilter(data.period_s, FILTER_HZ)
     motor_kg = float(plant.params[found.axis]["mechanics"]["motor_mass_kg"])
     # at the middle of the period, like the mean force

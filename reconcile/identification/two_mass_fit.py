@@ -112,7 +112,9 @@ class _Search:
         found = []
         for one in self.recordings:
             plant = build_plant(self.plant)
-            run = respond(plant, self.index, values, one.driven, delay_periods, dt_s)
+            run = respond(
+                plant, self.index, values=values, driven=one.driven, delay_periods=delay_periods, dt_s=dt_s
+            )
             found.append(short_block_errors(one, run))
         return found
 

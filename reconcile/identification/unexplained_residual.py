@@ -1,4 +1,4 @@
-"""Unexplained residual: above the noise floor and above what matters, and explained by no term."""
+"""Unexplained residual: above the noise floor, not negligible, and explained by no term."""
 
 from collections.abc import Sequence
 
@@ -16,15 +16,15 @@ BESIDE_EFFECTS = {
     ResidualChannel.FORCE: ((3.0, 0.25), (20.0, 0.05)),
     ResidualChannel.POSITION_DEVIATION: ((20.0, 0.25),),
 }
-"""Beside named effects: least RMS in noise floors, and least share of what the refitted model leaves, in
-squares. Any pair will do; less is the misfit of what was named, which `accounted` states. Chosen; of the
-deviation more, for the scale's noise is far below what a wrong shape of an effect leaves."""
+"""Beside named effects, pairs of the least RMS in noise floors and the least share of the squares of the
+refitted residual; either pair suffices. Less is the misfit of the named effects, which `accounted` states.
+Chosen; larger in the deviation, where the scale's noise is far below the misfit of a wrong shape."""
 LEAST_COUNTS = 4.0
-"""Least RMS of a deviation in counts: a scale's interpolation wanders by some of them. Chosen."""
+"""Least RMS of a deviation in counts: the interpolation of a scale drifts by some counts. Chosen."""
 LEAST_COLOUR = 40.0
-"""Least Ljung-Box statistic over its degrees of freedom; white noise has 1."""
+"""Least Ljung-Box statistic over its degrees of freedom; that of white noise is 1. Chosen."""
 MOST_CONFIDENT = 0.99
-"""Of a residual far above the noise: the floor itself is estimated."""
+"""Confidence in a residual far above the noise: the floor itself is estimated."""
 
 
 def unexplained_residual(
@@ -39,7 +39,7 @@ def unexplained_residual(
 
     A deviation within LEAST_COUNTS of `resolution_m`, a count of the coarser sensor, is none.
     """
-    after, refitted, floor = sizes.left, rms(residuals, "refitted"), sizes.noise
+    after, refitted, floor = sizes.residual, rms(residuals, "refitted"), sizes.noise
     is_force = channel is ResidualChannel.FORCE
     if sizes.is_noise or (not is_force and after < LEAST_COUNTS * (resolution_m or 0.0)):
         return None
@@ -71,8 +71,8 @@ def unexplained_residual(
 
 
 def is_misfit(channel: ResidualChannel, sizes: Accounted, refitted: float) -> bool:
-    """Whether what is left beside named effects is their misfit; `refitted`: RMS without any effect."""
+    """Whether the residual beside named effects is their misfit; `refitted`: RMS without any effect."""
     return all(
-        sizes.left < floors * sizes.noise or sizes.left**2 < share * refitted**2
+        sizes.residual < floors * sizes.noise or sizes.residual**2 < share * refitted**2
         for floors, share in BESIDE_EFFECTS[channel]
     )

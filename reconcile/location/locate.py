@@ -145,7 +145,19 @@ def _levels(in_use: Samples, channel: ResidualChannel) -> tuple[Samples, list[Lo
         levels = [share(in_use, everywhere, 1, signed_by_direction=signed) for signed in remaining]
         level = max(levels, key=lambda one: one.share)
         name, peak = remaining.pop(level.by_direction), float(level.mean[0])
-        found.append(LocatedResidual(name, "", channel, 0.0, 0.0, level.share, level.by_direction, peak, 0.0))
+        found.append(
+            LocatedResidual(
+                coordinate=name,
+                unit="",
+                channel=channel,
+                low=0.0,
+                high=0.0,
+                share=level.share,
+                by_direction=level.by_direction,
+                peak=peak,
+                peak_at=0.0,
+            )
+        )
         if level.share > 0.0:
             direction = in_use.direction if level.by_direction else 1.0
             in_use = in_use._replace(values=in_use.values - level.mean[0] * direction)
@@ -155,7 +167,16 @@ def _levels(in_use: Samples, channel: ResidualChannel) -> tuple[Samples, list[Lo
 def _line(name: str, unit: str, channel: ResidualChannel, line: Line, label: str = "") -> LocatedResidual:
     low, high = max(line.cycles - line.width, 0.0), line.cycles + line.width
     return LocatedResidual(
-        name, unit, channel, low, high, line.share, False, line.amplitude, line.cycles, label=label
+        coordinate=name,
+        unit=unit,
+        channel=channel,
+        low=low,
+        high=high,
+        share=line.share,
+        by_direction=False,
+        peak=line.amplitude,
+        peak_at=line.cycles,
+        label=label,
     )
 
 

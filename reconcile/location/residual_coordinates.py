@@ -47,7 +47,15 @@ def analyse_residuals(
     """Analyse one channel; `mass_kg` as identified."""
     located, floor = locate(residuals, channel, axis), noise_floor(residuals, channel, mass_kg)
     white = {model: whiteness(residuals, residuals_of_model(residuals, model)) for model in MODELS}
-    return ResidualAnalysis(name, channel, residuals, located, floor, white, axis)
+    return ResidualAnalysis(
+        axis=name,
+        channel=channel,
+        residuals=residuals,
+        located=located,
+        floor=floor,
+        whiteness_by_model=white,
+        nominal=axis,
+    )
 
 
 def residuals_of_model(residuals: Sequence[Residual], model: str) -> list[Array]:

@@ -144,7 +144,13 @@ class _Rounds:
             async with asyncio.timeout(bound_s):
                 pacing, show = self._options.pacing, self._on_progress
                 return await run_machine(
-                    self._machine, program, bus, pacing, recording, show, compensation="off"
+                    self._machine,
+                    program,
+                    bus,
+                    pacing=pacing,
+                    record_dir=recording,
+                    on_progress=show,
+                    compensation="off",
                 )
         except TimeoutError:
             raise ReconcileError(file, "", f"the run was not over after {bound_s:.0f} s") from None

@@ -127,7 +127,14 @@ def _identified(
 ) -> IdentifiedTerms:
     channel = ResidualChannel(finding.channel)
     datasets = [residual.data for residual in explanation.residuals]
-    return IdentifiedTerms(finding.effect, channel, _terms_of(finding), datasets, base, axis)
+    return IdentifiedTerms(
+        effect=finding.effect,
+        channel=channel,
+        terms=_terms_of(finding),
+        datasets=datasets,
+        base=base,
+        axis=axis,
+    )
 
 
 def plant_values(

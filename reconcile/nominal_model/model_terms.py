@@ -23,7 +23,15 @@ def terms_of_model(axis: NominalAxis, datasets: Sequence[RegressionData]) -> lis
     for effect, params in given.effects.items():
         if effect not in CATALOGUE:
             continue
-        of = ModelEffect(effect, params, given.effects, given.other, axis, base, datasets)
+        of = ModelEffect(
+            effect=effect,
+            params=params,
+            effects=given.effects,
+            other=given.other,
+            axis=axis,
+            base=base,
+            datasets=datasets,
+        )
         for one in CATALOGUE[effect].model_terms(of):
             same = one.effect, one.shape_parameters, one.channel
             before = sums.get(same, (0.0,) * len(one.coefficients))

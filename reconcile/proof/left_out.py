@@ -1,6 +1,6 @@
-"""Each recording left out in turn: what the others tell, written, loaded, and compared with it.
+"""Leave-one-recording-out: the model file that the other recordings give is written, loaded and tested.
 
-An only recording is judged on its last third by what the first two thirds tell.
+Of an only recording the last third is left out, and predicted from the first two thirds.
 """
 
 import math
@@ -39,50 +39,71 @@ def prove(
     model: NominalModel,
     on_progress: Callable[[str], None] = lambda _text: None,
 ) -> list[Proof]:
-    """Leave each recording of an axis out in turn; a proof for each channel that was searched.
+    """Leave each recording of an axis out in turn; return a proof for each channel that was searched.
 
-    `explanations`, of all recordings, in the order of the searches: effects that make the written model
-    predict worse than the rigid one are dropped, the one that is worth least first. Then the variants of it
-    compete. Nothing can be searched after it.
+    `explanations`: of all recordings, in the order of the searches. Releases the searches' columns.
     """
     folds: list[_Fold] = []
     for number, recording in enumerate(recordings, start=1):
         on_progress(f"axis {recording.axis}: {number} of {len(recordings)} recordings left out")
         release_compiler()  # what the last search has freed is for the columns of the next
         blocks = [_blocks_of(search, recording.source) for search in searches]
-        made = [_to_be_kept(explain(search, of)) for search, of in zip(searches, blocks, strict=True)]
-        folds.append(_Fold(recording, blocks, made))
+        of_others = [
+            _without_samples(explain(search, of)) for search, of in zip(searches, blocks, strict=True)
+        ]
+        folds.append(_Fold(recording, blocks, of_others))
     for search in searches:
         search.release()
-    written = {search.channel: _Written((), AS_FOUND) for search in searches}
-    proofs: list[Proof] = []
-    for place, (search, explanation) in enumerate(zip(searches, explanations, strict=True)):
-        of_all = sorted(_in_the_file(explanation), key=lambda f: f.heldout_gain)
-        of_folds = [f for fold in folds for f in _in_the_file(fold.made[place])]
-        known = [f.effect for f in of_all]
-        remaining = [*(f.effect for f in of_folds if f.effect not in known), *known]
-        remaining = list(dict.fromkeys(remaining))
-        if has_own(explanation) and not any(has_own(fold.made[place]) for fold in folds):
-            # too few recordings tell whether the rest is better fitted beside it
-            written[search.channel] = _Written((), OF_ALL_RECORDINGS)
-        judged = partial(_proof, folds, place, search, model, written)
-        while not (proof := judged()).improves and remaining:
-            own = written[search.channel]
-            written[search.channel] = own._replace(dropped=(*own.dropped, remaining.pop(0)))
-        for variant in variants_of(explanation):
-            before = written[search.channel]
-            written[search.channel] = before._replace(variant=variant)
-            other = judged()
-            if other.written < LEAST_BETTER * proof.written:
-                proof = other
-            else:
-                written[search.channel] = before
-        proofs.append(proof)
-    return proofs
+    choices = {search.channel: _ModelChoice((), AS_FOUND) for search in searches}
+    return [
+        _chosen_proof(folds, place, search, explanation, model=model, choices=choices)
+        for place, (search, explanation) in enumerate(zip(searches, explanations, strict=True))
+    ]
 
 
-def _to_be_kept(explanation: Explanation) -> Explanation:
-    """What is written of a part: its names and values, without the traces over time."""
+def _chosen_proof(
+    folds: Sequence["_Fold"],
+    place: int,
+    search: TermSearch,
+    explanation: Explanation,
+    *,
+    model: NominalModel,
+    choices: dict[ResidualChannel, "_ModelChoice"],
+) -> Proof:
+    """Choose the model of a channel that predicts best, set it in `choices`, and return its proof.
+
+    Effects are dropped, the least valuable first, until the written model predicts better than the rigid one.
+    Then each variant replaces it if it predicts clearly better.
+    """
+    channel, of_folds = search.channel, [fold.of_others[place] for fold in folds]
+    if has_own(explanation) and not any(map(has_own, of_folds)):
+        # the folds have too few recordings to test a fit beside terms of one recording
+        choices[channel] = _ModelChoice((), OF_ALL_RECORDINGS)
+    assess = partial(_proof, folds, place, search, model, choices)
+    droppable = _least_valuable_first(explanation, of_folds)
+    while not (proof := assess()).improves and droppable:
+        own = choices[channel]
+        choices[channel] = own._replace(dropped=(*own.dropped, droppable.pop(0)))
+    for variant in variants_of(explanation):
+        before = choices[channel]
+        choices[channel] = before._replace(variant=variant)
+        other = assess()
+        if other.written < LEAST_BETTER * proof.written:
+            proof = other
+        else:
+            choices[channel] = before
+    return proof
+
+
+def _least_valuable_first(explanation: Explanation, of_folds: Sequence[Explanation]) -> list[str]:
+    """Effects in the order in which they are dropped: those that only folds have, then by held-out gain."""
+    of_all = [f.effect for f in sorted(_writable(explanation), key=lambda f: f.heldout_gain)]
+    only_in_folds = [f.effect for one in of_folds for f in _writable(one) if f.effect not in of_all]
+    return list(dict.fromkeys([*only_in_folds, *of_all]))
+
+
+def _without_samples(explanation: Explanation) -> Explanation:
+    """The terms and values of an explanation, without the columns and residuals over time."""
     if explanation.found is not None:
         explanation.found.problem.equations.rows.clear()
     return explanation._replace(residuals=[without_traces(one) for one in explanation.residuals])
@@ -93,16 +114,16 @@ def _proof(
     place: int,
     search: TermSearch,
     model: NominalModel,
-    written: Mapping[ResidualChannel, "_Written"],
+    choices: Mapping[ResidualChannel, "_ModelChoice"],
 ) -> Proof:
-    """What the written model leaves of each recording that was left out."""
-    parts = [_judged(fold, place, search, model, written) for fold in folds if len(fold.blocks[place])]
-    own = written[search.channel]
+    """Errors of the written and of the rigid model on each recording that was left out."""
+    parts = [_errors(fold, place, search, model, choices) for fold in folds if len(fold.blocks[place])]
+    own = choices[search.channel]
     return Proof(search.channel, parts, len(search.sources) == 1, own.dropped, own.variant)
 
 
-def _in_the_file(explanation: Explanation) -> list[IdentifiedEffect]:
-    """What was found, but for what each recording has of its own without a name: no file has it."""
+def _writable(explanation: Explanation) -> list[IdentifiedEffect]:
+    """The findings that a model file can hold: all but unnamed terms that each recording has of its own."""
     return [
         f
         for f in [*explanation.findings, *explanation.minor]
@@ -110,15 +131,15 @@ def _in_the_file(explanation: Explanation) -> list[IdentifiedEffect]:
     ]
 
 
-def to_be_written(explanation: Explanation, proof: Proof) -> Explanation:
-    """The model of the explanation that predicted best."""
-    return _Written(proof.dropped, proof.variant).of(explanation, brief=False)
+def best_predicting(explanation: Explanation, proof: Proof) -> Explanation:
+    """The explanation as the model that predicted best: without dropped effects, in the chosen variant."""
+    return _ModelChoice(proof.dropped, proof.variant).applied_to(explanation, brief=False)
 
 
-def proven(explanation: Explanation, proof: Proof) -> Explanation:
+def without_dropped(explanation: Explanation, proof: Proof) -> Explanation:
     """The explanation without the effects that the proof dropped, which are withdrawn.
 
-    An effect with a phase of its own in each recording keeps its name: no file can hold its phase.
+    An effect with a phase of its own in each recording is still reported: no file can hold its phase.
     """
     own_phase = {
         finding.effect
@@ -133,23 +154,26 @@ def proven(explanation: Explanation, proof: Proof) -> Explanation:
     return kept._replace(withdrawn=(*explanation.withdrawn, *more))
 
 
-class _Written(NamedTuple):
-    """What of a channel is written."""
+class _ModelChoice(NamedTuple):
+    """Which model of a channel is written."""
 
     dropped: tuple[str, ...]
+    """Effects that it does without."""
     variant: str
+    """A key of VARIANTS."""
 
-    def of(self, explanation: Explanation, *, brief: bool = True) -> Explanation:
+    def applied_to(self, explanation: Explanation, *, brief: bool = True) -> Explanation:
         return VARIANTS[self.variant](without(explanation, self.dropped, brief=brief), brief)
 
 
 class _Fold(NamedTuple):
-    """One recording left out, and what the others tell."""
+    """One recording left out, and the explanations of the others."""
 
     recording: AxisRecording
     blocks: list[Index]
-    """By channel: what is left out."""
-    made: list[Explanation]
+    """By channel: the blocks that are left out."""
+    of_others: list[Explanation]
+    """By channel: identified without those blocks."""
 
 
 def _blocks_of(search: TermSearch, source: str) -> Index:
@@ -162,61 +186,60 @@ def _blocks_of(search: TermSearch, source: str) -> Index:
 
 
 def written_explanations(
-    made: Sequence[Explanation], model: NominalModel, name: str, *, brief: bool = False
+    explanations: Sequence[Explanation], model: NominalModel, name: str, *, brief: bool = False
 ) -> tuple[list[Explanation], AxisSections]:
-    """The explanations fitted anew without what no file can hold, and the sections that they make."""
-    sections = axis_sections(made, model, name)
+    """The explanations refitted without the effects that no file can hold, and their sections of the file."""
+    sections = axis_sections(explanations, model, name)
     if not sections.left_out:
-        return list(made), sections
-    held = [without(one, sections.left_out, brief=brief) for one in made]
-    return held, axis_sections(held, model, name)._replace(left_out=sections.left_out)
+        return list(explanations), sections
+    writable = [without(one, sections.left_out, brief=brief) for one in explanations]
+    return writable, axis_sections(writable, model, name)._replace(left_out=sections.left_out)
 
 
-def _written_axis(made: Sequence[Explanation], model: NominalModel, name: str) -> NominalAxis:
-    """The axis of the model file that the explanations make, written and read again."""
-    sections = written_explanations(made, model, name, brief=True)[1].sections
+def _written_axis(explanations: Sequence[Explanation], model: NominalModel, name: str) -> NominalAxis:
+    """The axis as read from the model file that is written from the explanations."""
+    sections = written_explanations(explanations, model, name, brief=True)[1].sections
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.toml"
         write_model(model, {name: sections}, file)
         return load_model(file).axes[name]
 
 
-def _judged(
+def _errors(
     fold: _Fold,
     place: int,
     search: TermSearch,
     model: NominalModel,
-    written_of: Mapping[ResidualChannel, _Written],
+    choices: Mapping[ResidualChannel, _ModelChoice],
 ) -> LeftOut:
-    """The residuals of both models in the blocks that were left out."""
-    recording, blocks = fold.recording, fold.blocks[place]
-    kept = [written_of[made.channel].of(made) for made in fold.made]
-    written, rigid = _written_axis(kept, model, recording.axis), model.axes[recording.axis]
-    if values := fold.made[place].rigid:
-        rigid = _with_base(rigid, values)
-    ours, theirs = (
-        written_residual(recording, axis, search.channel, fold.made[place].timing_s)
-        for axis in (written, rigid)
+    """Errors of the written and of the rigid model in the blocks that were left out."""
+    recording, blocks, of_channel = fold.recording, fold.blocks[place], fold.of_others[place]
+    chosen = [choices[one.channel].applied_to(one) for one in fold.of_others]
+    written, rigid = _written_axis(chosen, model, recording.axis), model.axes[recording.axis]
+    if of_channel.rigid:
+        rigid = _with_base(rigid, of_channel.rigid)
+    of_written, of_rigid = (
+        written_residual(recording, axis, search.channel, of_channel.timing_s) for axis in (written, rigid)
     )
     number = search.sources.index(recording.source)
-    used = ours.used & np.isin(search.problem.block_of[number], blocks)
+    used = of_written.used & np.isin(search.problem.block_of[number], blocks)
     return LeftOut(
         source=recording.source,
         channel=search.channel,
         samples=int(used.sum()),
-        measured=_rms(ours.measured[used]),
-        rigid=_rms(theirs.left[used]),
-        written=_rms(ours.left[used]),
+        measured=_rms(of_written.measured[used]),
+        rigid=_rms(of_rigid.residual[used]),
+        written=_rms(of_written.residual[used]),
     )
 
 
 def _with_base(axis: NominalAxis, values: Mapping[str, float]) -> NominalAxis:
-    """The axis with mass and friction as fitted; effects of the model that carry some of either keep it."""
-    held = baseline_parameters(axis)
+    """The axis with mass and friction as fitted, less the part of each that effects of the model carry."""
+    of_model = baseline_parameters(axis)
     return axis._replace(
-        mass_kg=axis.mass_kg + values["mass_kg"] - held["mass_kg"],
+        mass_kg=axis.mass_kg + values["mass_kg"] - of_model["mass_kg"],
         viscous_n_s_m=values["viscous_n_s_m"],
-        coulomb_n=axis.coulomb_n + values["coulomb_n"] - held["coulomb_n"],
+        coulomb_n=axis.coulomb_n + values["coulomb_n"] - of_model["coulomb_n"],
     )
 
 

@@ -1,8 +1,8 @@
-"""What a regression finds in the nominal model itself, simulated along the same motion.
+"""Terms that a regression finds in the nominal model itself, simulated along the same motion.
 
-A plant with a soft spring, play or a mass that swings is no sum of columns. Held against its own plant file a
-true recording leaves what the columns miss of it, and names live in that. The plant tells: where it shows a
-term as large as the recording does, the term is nothing that the model lacks.
+A plant with a soft spring, backlash or a swinging mass is no sum of columns. A recording of that very plant
+has a residual where the columns miss it, and terms can be fitted to this misfit. Fitted to a simulation of
+the model, the same terms are as large; so a term that the simulation shows too is none that the model lacks.
 """
 
 import math
@@ -33,19 +33,19 @@ from reconcile.replay.model_along_motion import along_motion
 from reconcile.selection.left_out import Withdrawn
 
 IMAGE_SHARE = 0.5
-"""Size in the model's own motion over that in the recording from which on a term is the model's. Chosen: an
-effect that the model lacks is not in it at all."""
-MOST_LEFT = 1.3
-"""What a rigid model leaves of the model's own motion, over that of the recording, above which it tells
-nothing: no plant is rougher than itself. Chosen."""
+"""Size of a term in the simulation over that in the recording, from which on it is the model's own. Chosen:
+an effect that the model lacks is not in the simulation at all."""
+MOST_RESIDUAL_RATIO = 1.3
+"""Residual of a rigid model on the simulation over that on the recording, above which the simulation is not
+used: the true plant would not leave more there than in the recording. Chosen."""
 SPRING = DRIVE_COMPLIANCE.name
-"""A spring that the model has is not found again from the motor alone: there it is no column."""
+"""A spring that the model has already is not named again from the motor alone: no column is exact there."""
 LONGEST_S = 300.0
-"""Motion that is simulated, s, of all recordings of an axis; longer ones are judged without."""
+"""Longest motion that is simulated, s, in all recordings of an axis; beyond it no term is compared."""
 
 
 def recordings_of_model(recordings: Sequence[AxisRecording], model: NominalModel) -> list[AxisRecording]:
-    """What the model itself would have given; empty where it is rigid, or hil_sim does not simulate it."""
+    """Simulations of the model along the recordings; empty where it is rigid, or hil_sim refuses it."""
     axis = model.axes[recordings[0].axis]
     lasting_s = sum(len(one.time_s) * one.period_s for one in recordings)
     if not axis.model_effects.effects or lasting_s > LONGEST_S:
@@ -59,10 +59,11 @@ def recordings_of_model(recordings: Sequence[AxisRecording], model: NominalModel
 
 
 class _Image(NamedTuple):
-    """RMS in the model's own motion, N or m."""
+    """RMS in the simulation of the model, N or m."""
 
     effects: dict[str, float]
-    left: float
+    residual: float
+    """With the terms fitted."""
     refitted: float
     """Residual after refitting mass and friction."""
     refitting: float
@@ -72,13 +73,13 @@ class _Image(NamedTuple):
 def without_image(
     explanation: Explanation, recordings: Sequence[AxisRecording], axis: NominalAxis
 ) -> Explanation:
-    """The explanation without what the `recordings` of the model itself show as well."""
+    """The explanation without the terms that `recordings`, simulated with the model, show as well."""
     sizes = explanation.accounted
     found = explanation.found
     if not recordings or found is None or sizes is None:
         return explanation
     image = _image(found, explanation.channel, recordings, axis)
-    if image.refitted > MOST_LEFT * rms(explanation.residuals, "refitted"):
+    if image.refitted > MOST_RESIDUAL_RATIO * rms(explanation.residuals, "refitted"):
         return explanation
     terms = found.terms
     own = [
@@ -95,13 +96,13 @@ def without_image(
         fitted = fitted._replace(withdrawn=(*fitted.withdrawn, *more))
         return without_image(fitted, recordings, axis)
     findings = list(explanation.findings)
-    if image.left >= IMAGE_SHARE * sizes.left:
+    if image.residual >= IMAGE_SHARE * sizes.residual:
         findings = [f for f in findings if f.effect != "unknown" or f.candidates]
     before, refitted = explanation.before.train, explanation.refitted.train
     removed = math.sqrt(max(before**2 - refitted**2, 0.0))
     return explanation._replace(
         findings=findings,
-        accounted=sizes._replace(noise=min(math.hypot(sizes.noise, image.left), sizes.left)),
+        accounted=sizes._replace(noise=min(math.hypot(sizes.noise, image.residual), sizes.residual)),
         parameters_matter=explanation.parameters_matter and image.refitting < IMAGE_SHARE * removed,
     )
 
@@ -118,7 +119,7 @@ def _row(effect: str) -> str:
 def _image(
     found: FoundTerms, channel: ResidualChannel, recordings: Sequence[AxisRecording], axis: NominalAxis
 ) -> _Image:
-    """Fit the terms that were found in a channel to the recordings of the model."""
+    """Fit the terms that were found in a channel to the simulated `recordings`."""
     if channel is ResidualChannel.POSITION_DEVIATION:
         recordings = [one for one in recordings if one.scale_m is not None]
     data = [regression_data(one, axis) for one in recordings]
@@ -144,5 +145,5 @@ def _image(
         given = np.append(nominal / equations.denormalised(base, np.ones(len(base)))[:size], rigid[size:])
     squares = [float(equations.squares(base, theta, blocks).sum()) / samples for theta in (given, rigid)]
     return _Image(
-        sizes.effects, sizes.left, math.sqrt(squares[1]), math.sqrt(max(squares[0] - squares[1], 0.0))
+        sizes.effects, sizes.residual, math.sqrt(squares[1]), math.sqrt(max(squares[0] - squares[1], 0.0))
     )

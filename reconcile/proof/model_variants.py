@@ -1,8 +1,8 @@
-"""Other models of the same recordings that may be written in place of what was found.
+"""Variants of the model that may be written in place of the identified effects.
 
-A search on few recordings finds what these have in common, and some of it is theirs alone. What is written is
-what predicts the recordings that were left out best, and least squares with an engineer's friction is a model
-that it must not lose to. Names are not at stake: what a variant adds is in the file, and is not reported.
+A search on few recordings also finds what is particular to them. The model that is written is the one that
+predicts left-out recordings best, and it must not lose to least squares with textbook friction. What a
+variant adds is in the file only; it is not reported as a finding.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,46 +27,46 @@ FAST_PERCENTILE = 95.0
 OVER_TRAVEL = "position"
 """The smooth term that a plant's table of force is."""
 COLLINEAR_RIDGE = 1e-3
-"""Ridge on the columns of an engineer's friction and weight: a direction of which the motion shows less than
-a thirtieth is not fitted. With a tenth of it a cobot's weight was predicted up to three times worse in other
-motions. Calibrated on the measured machines kinova, kuka and bam."""
+"""Ridge on the columns of textbook friction and weight: directions with less than a thirtieth of the
+excitation are not fitted. With a tenth of this ridge a cobot's weight was predicted up to three times worse
+in other motions. Calibrated on the measured machines kinova, kuka and bam."""
 
 Variant = Callable[[Explanation, bool], Explanation]
-"""Makes a model of an explanation, briefly if told so; the explanation itself where it has no such one."""
+"""Turns an explanation and `brief` (see `with_terms`) into the variant; unchanged where it does not apply."""
 
 
 def as_found(explanation: Explanation, _brief: bool) -> Explanation:
-    """What was found."""
+    """The identified effects."""
     return explanation
 
 
 def of_all_recordings(explanation: Explanation, brief: bool) -> Explanation:
-    """What was found, and the rest fitted without what each recording has of its own without a name."""
+    """The identified effects, refitted without the unnamed terms that each recording has of its own."""
     found = explanation.found
     own = {c.effect for c in found.terms if _is_own(c)} if found else set()
     return without(explanation, own, brief=brief)
 
 
 def beside_textbook(explanation: Explanation, brief: bool) -> Explanation:
-    """What was found, beside an engineer's friction."""
+    """The identified effects and textbook friction."""
     found = explanation.found
     kept = [c for c in found.terms if not _is_own(c)] if found else []
     return _with_textbook(explanation, kept, brief=brief)
 
 
 def textbook(explanation: Explanation, brief: bool) -> Explanation:
-    """An engineer's friction in place of what was found."""
+    """Textbook friction in place of the identified effects."""
     return _with_textbook(explanation, [], brief=brief)
 
 
 def textbook_and_weight(explanation: Explanation, brief: bool) -> Explanation:
-    """An engineer's friction and, on a joint, the weight that it carries."""
+    """Textbook friction and, on a joint, the weight that it carries."""
     weight = _weight(explanation)
     return _with_textbook(explanation, [], weight, brief=brief) if weight else explanation
 
 
 def textbook_and_table(explanation: Explanation, brief: bool) -> Explanation:
-    """An engineer's friction, the weight on a joint, and a table of force over the travel."""
+    """Textbook friction, the weight on a joint, and a table of force over the travel."""
     return _with_textbook(explanation, [], _weight(explanation) + _table(explanation), brief=brief)
 
 
@@ -91,20 +91,20 @@ NOTES = {
     WITH_WEIGHT: f"with {TEXTBOOK} and a weight on the joint in place of what was found it {BETTER}",
     WITH_TABLE: f"with {TEXTBOOK} and a table over the travel in place of what was found it {BETTER}",
 }
-"""What is said of a variant that is written."""
+"""Note of the verdict on a variant that is written."""
 
 
 def has_own(explanation: Explanation) -> bool:
-    """Whether a recording has something of its own without a name."""
+    """Whether unnamed terms have coefficients of their own in each recording."""
     return explanation.found is not None and any(_is_own(c) for c in explanation.found.terms)
 
 
 def variants_of(explanation: Explanation) -> Mapping[str, Variant]:
-    """The variants that may differ from what was found; of noise there are none.
+    """The variants to compare with the identified effects; none where the residual is noise.
 
-    Nor where an effect has its phase in each recording, which no recording that is left out can judge. A
-    force over the places takes other recordings to be judged: the last third of one motion is much like the
-    rest of it.
+    Nor where a named effect has its own phase in each recording, which no left-out recording can test. Forces
+    over the position are compared only with several recordings: the last third of a motion covers the same
+    positions as the rest of it.
     """
     found = explanation.found
     if found is not None and any(c.per_recording and not _is_own(c) for c in found.terms):
@@ -113,8 +113,8 @@ def variants_of(explanation: Explanation) -> Mapping[str, Variant]:
     sizes = explanation.accounted
     if found is None or not is_force or sizes is None or sizes.is_noise:
         return {}
-    over_places = () if len(found.problem.datasets) > 1 else (WITH_WEIGHT, WITH_TABLE)
-    return {name: of for name, of in VARIANTS.items() if of is not as_found and name not in over_places}
+    over_position = () if len(found.problem.datasets) > 1 else (WITH_WEIGHT, WITH_TABLE)
+    return {name: of for name, of in VARIANTS.items() if of is not as_found and name not in over_position}
 
 
 def _is_own(candidate: CandidateTerm) -> bool:
@@ -122,7 +122,7 @@ def _is_own(candidate: CandidateTerm) -> bool:
 
 
 Shapes = list[tuple[str, ShapeParameters]]
-"""Terms by their effect and their shape."""
+"""Effects, each with its shape parameters."""
 
 
 def _weight(explanation: Explanation) -> Shapes:
@@ -143,7 +143,7 @@ def _with_textbook(
 ) -> Explanation:
     """`kept` terms with a constant force, viscous friction by direction, Stribeck friction and `beside`.
 
-    Those that the model has already, or that physics refuses beside the others, are left away.
+    Those that the model has already, or that are physically impossible beside the others, are left out.
     """
     found = explanation.found
     if found is None:
@@ -164,15 +164,15 @@ def _with_textbook(
         return explanation
     made = with_terms(explanation, best[1], brief=brief)
     own = {f.effect for f in explanation.findings}
-    unsaid = [f for f in made.findings if f.effect not in own and (f.candidates or f.effect != "unknown")]
-    findings = [f for f in made.findings if f not in unsaid]
-    return made._replace(findings=findings, minor=[*made.minor, *unsaid])
+    unreported = [f for f in made.findings if f.effect not in own and (f.candidates or f.effect != "unknown")]
+    findings = [f for f in made.findings if f not in unreported]
+    return made._replace(findings=findings, minor=[*made.minor, *unreported])
 
 
 def _possible(
     found: FoundTerms, kept: list[CandidateTerm], more: Shapes, stribeck: ShapeParameters | None
 ) -> FoundTerms:
-    """The terms fitted together, without those of the textbook that physics refuses."""
+    """The terms fitted together, without physically impossible ones among the added."""
     added = list(more)
     if stribeck is not None:
         added.append((STRIBECK.name, stribeck))

@@ -1,4 +1,4 @@
-"""What two models leave of recordings that took no part in them."""
+"""Prediction errors of the written and of a rigid model on recordings that took no part in them."""
 
 import math
 from collections.abc import Sequence
@@ -8,12 +8,11 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.proof.model_variants import AS_FOUND
 
 LEAST_BETTER = 0.98
-"""RMS of the written model over that of the rigid refit from which on it counts as no better: within 2 % no
-reader would see it. Chosen."""
+"""RMS error of a model over that of another, below which it counts as better; chosen."""
 
 
 class LeftOut(NamedTuple):
-    """What two models leave of a recording that took no part in them, RMS, N or m."""
+    """Errors of two models on a recording that took no part in them, RMS, N or m."""
 
     source: str
     channel: ResidualChannel
@@ -23,20 +22,20 @@ class LeftOut(NamedTuple):
     rigid: float
     """Mass, viscous and Coulomb friction, refitted on the others."""
     written: float
-    """The model file that a diagnosis of the others writes."""
+    """The model file that a diagnosis of the other recordings writes."""
 
 
 class Proof(NamedTuple):
-    """All that was left out of one axis in one channel."""
+    """The errors on all that was left out of one axis in one channel."""
 
     channel: ResidualChannel
     parts: list[LeftOut]
     last_third: bool
     """There is one recording, and its last third was left out."""
     dropped: tuple[str, ...] = ()
-    """Effects that the written model does without: with them it predicted worse than the rigid one."""
+    """Effects that the written model does without, because with them it predicted worse than a rigid one."""
     variant: str = AS_FOUND
-    """Which of the models that the recordings tell is written: the one that predicted best."""
+    """Which of VARIANTS is written: the one that predicted best."""
 
     @property
     def rigid(self) -> float:

@@ -22,11 +22,11 @@ from reconcile.regression.regression_problem import regression_problem
 
 
 class ModelResidual(NamedTuple):
-    """What a model leaves of one recording in one channel; arrays (n,), N or m."""
+    """Residual of a model on one recording in one channel; arrays (n,), N or m."""
 
     measured: Array
     """The filtered channel itself."""
-    left: Array
+    residual: Array
     used: NDArray[np.bool_]
     """Samples that count."""
 
@@ -48,8 +48,8 @@ def written_residual(
         data = with_identified_force(problem, 0, slots, np.array(base))
     whole = regression_problem([data], channel, only=True, model_terms=terms)
     target, columns = whole.target_and_columns(0)
-    left = target - columns @ np.array(base)
+    residual = target - columns @ np.array(base)
     used = samples_in_use(data, channel)
     if channel is ResidualChannel.POSITION_DEVIATION:
-        left = left - left[used].mean()
-    return ModelResidual(target_and_baseline(data, channel)[0], left, used)
+        residual = residual - residual[used].mean()
+    return ModelResidual(target_and_baseline(data, channel)[0], residual, used)

@@ -85,7 +85,9 @@ def pieces_of(
     for first, last in itertools.pairwise(edges):
         for start, stop in _stretches(valid[first:last]):
             rows = slice(first + start, first + stop)
-            pieces.append(_piece(source_rows, rows, stamps, repaired, valid, findings))
+            pieces.append(
+                _piece(source_rows, rows, stamps=stamps, repaired=repaired, valid=valid, found=findings)
+            )
     return pieces
 
 
@@ -132,12 +134,14 @@ def _piece(
     holes = int(np.count_nonzero(~valid[rows]))
     if holes:
         first, last = rows.start, rows.stop - 1
-        hole = source_rows.finding("hole", "", first, last, float(holes), "samples")
+        hole = source_rows.finding("hole", "", first=first, last=last, size=float(holes), unit="samples")
         own_findings.append(
             hole._replace(severity="note", message=f"{holes} rows without a value were filled in")
         )
     if even_grid.jitter > NOTED_JITTER or even_grid.resampled:
-        jitter = source_rows.finding("jitter", "", rows.start, rows.stop - 1, 100.0 * even_grid.jitter, "%")
+        jitter = source_rows.finding(
+            "jitter", "", first=rows.start, last=rows.stop - 1, size=100.0 * even_grid.jitter, unit="%"
+        )
         what = "the channels were resampled" if even_grid.resampled else "the samples were taken to be even"
         message = f"the time stamps are uneven by {100.0 * even_grid.jitter:.2g} % of a sample time; {what}"
         own_findings.append(jitter._replace(severity="note", message=message))
@@ -146,7 +150,7 @@ def _piece(
 
 def _gap(source_rows: _AxisChannels, stamps: Stamps, row: int) -> SensorFinding:
     lost = stamps.missing(row)
-    finding = source_rows.finding("gap", "", row - 1, row, float(lost), "samples")
+    finding = source_rows.finding("gap", "", first=row - 1, last=row, size=float(lost), unit="samples")
     what = "filled in" if lost <= FILLED else "the recording is split there"
     message = f"{lost} samples are missing after {finding.start_s:.4f} s; {what}"
     return finding._replace(severity="note" if lost <= FILLED else "warning", message=message)
@@ -165,7 +169,7 @@ def _jumps(
         raise ReconcileError(source_rows.source, where, reason, remedy)
     findings = []
     for row, size_m in zip(found.jumps.tolist(), found.jump_m.tolist(), strict=True):
-        finding = source_rows.finding("jump", role, row - 1, row, size_m, "m")
+        finding = source_rows.finding("jump", role, first=row - 1, last=row, size=size_m, unit="m")
         message = (
             f"jumps by {size_m * 1e3:.6g} mm at {finding.end_s:.4f} s{_wrap(source_rows.model, role, size_m)}"
         )
@@ -175,7 +179,7 @@ def _jumps(
     repaired = source_rows.channels[role].copy()
     repaired[found.spikes] = np.nan
     for row, size_m in zip(found.spikes.tolist(), found.spike_m.tolist(), strict=True):
-        finding = source_rows.finding("spike", role, row, row, size_m, "m")
+        finding = source_rows.finding("spike", role, first=row, last=row, size=size_m, unit="m")
         message = f"one sample is off by {size_m * 1e3:.6g} mm at {finding.start_s:.4f} s; it was filled in"
         findings.append(finding._replace(message=message))
     return findings, found.jumps.tolist(), repaired

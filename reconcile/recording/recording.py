@@ -131,7 +131,7 @@ def _axis_recordings(table: Table, channels: Channels, axis: str, model: Nominal
     if "position" not in roles or "force" not in roles:
         raise missing(roles, axis, table)
     stamps = time_column.read_time_column(channels.time_s, table.source, table.first_row)
-    pieces = pieces_of(table.source, axis, channels.time_s, stamps, roles, model)
+    pieces = pieces_of(table.source, axis, time_s=channels.time_s, stamps=stamps, channels=roles, model=model)
     lasting_s = [
         float(np.ptp(p.grid.time_s)) if len(p.grid.time_s) >= FEWEST_SAMPLES else 0.0 for p in pieces
     ]

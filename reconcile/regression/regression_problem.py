@@ -140,7 +140,15 @@ def regression_problem(
             rows[1 + number] = column[kept]
         equations.add(rows, block[kept], settled_travel_m(data)[kept])
     equations.normalise()
-    return RegressionProblem(channel, datasets, equations, terms, used, block_of, model_terms)
+    return RegressionProblem(
+        channel=channel,
+        datasets=datasets,
+        equations=equations,
+        terms=terms,
+        used=used,
+        block_of=block_of,
+        model_terms=model_terms,
+    )
 
 
 def extended(problem: RegressionProblem, unnamed: Sequence[TermKey]) -> RegressionProblem:

@@ -62,7 +62,16 @@ def residuals(
         before, refitted, after = by_model
         held_out = np.isin(found.block_of[index], held_out_blocks)
         found_residuals.append(
-            Residual(source, data, y, before, refitted, after, found.used[index], held_out)
+            Residual(
+                source=source,
+                data=data,
+                measured=y,
+                before=before,
+                refitted=refitted,
+                after=after,
+                used=found.used[index],
+                held_out=held_out,
+            )
         )
     return found_residuals
 

@@ -197,7 +197,9 @@ class CrossValidation:
             after, before, where = np.where(among, after, 0.0), np.where(among, before, 0.0), where & among
         gain = 1.0 - float(after.sum()) / max(float(before.sum()), 1e-300)
         t, total = paired(after, before, where), summed(after, before, where)
-        return Score(chosen[-1], gain, t, total, int(where.sum()), after)
+        return Score(
+            candidate=chosen[-1], gain=gain, t=t, summed=total, blocks=int(where.sum()), squares=after
+        )
 
     def _informative(self, chosen: Sequence[CandidateTerm], terms: int) -> NDArray[np.bool_]:
         """Short blocks to which the last `terms` contribute, rightly or wrongly."""

@@ -75,17 +75,23 @@ class Judge(NamedTuple):
         if travel_m < max(LEAST_TRAVEL_M, 10.0 * (self.model.encoder_resolution_m or 0.0), noise_m):
             message = f"the motor moves by {travel_m * 1e6:.3g} um in all: there is no motion to compare"
             remedy = "is it the right column, and is its unit the right one?"
-            yield self.finding("constant", "unusable", "motor_m", travel_m, "m", message, remedy)
+            yield self.finding(
+                "constant", "unusable", "motor_m", size=travel_m, unit="m", message=message, remedy=remedy
+            )
         if swing_n == 0.0:
             message = f"the force is {self.recording.force_n[0]:.6g} N throughout"
             remedy = "is it the right column, and was the drive on?"
-            yield self.finding("constant", "unusable", "force_n", 0.0, "N", message, remedy)
+            yield self.finding(
+                "constant", "unusable", "force_n", size=0.0, unit="N", message=message, remedy=remedy
+            )
         scale_m = self.recording.scale_m
         if scale_m is not None and np.ptp(scale_m) < 0.01 * travel_m:
             message = (
                 f"the scale stands still while the motor moves by {travel_m * 1e3:.4g} mm; it is left out"
             )
-            yield self.finding("constant", "warning", "scale_m", float(np.ptp(scale_m)), "m", message)
+            yield self.finding(
+                "constant", "warning", "scale_m", size=float(np.ptp(scale_m)), unit="m", message=message
+            )
 
     def rate(self) -> Iterator[SensorFinding]:
         """Yield a finding where the sample rate is too low for much of the physics."""
@@ -98,7 +104,7 @@ class Judge(NamedTuple):
                 "ripples at speed may hide"
             )
             remedy = "record at 1 kHz to tell them"
-            yield self.finding("rate", "note", "", rate_hz, "Hz", message, remedy)
+            yield self.finding("rate", "note", "", size=rate_hz, unit="Hz", message=message, remedy=remedy)
 
     def frozen(self) -> Iterator[SensorFinding]:
         """Yield findings of channels that are constant for a while although the axis moves."""
@@ -119,7 +125,16 @@ class Judge(NamedTuple):
             span = f"{self.at_s(first):.3f} to {self.at_s(last):.3f} s"
             message = f"does not change from {span} while the axis moves by {travel_m * 1e3:.4g} mm"
             remedy = "cut that stretch out: a sensor or its bus failed"
-            yield self.finding("frozen", "warning", channel, travel_m, "m", message, remedy, (first, last))
+            yield self.finding(
+                "frozen",
+                "warning",
+                channel,
+                size=travel_m,
+                unit="m",
+                message=message,
+                remedy=remedy,
+                rows=(first, last),
+            )
 
     def clipped(self, channel: str, clips: Sequence[Clip]) -> Iterator[SensorFinding]:
         """Yield findings of a force at its limit, or of a position that stops abruptly at an extreme."""
@@ -133,7 +148,16 @@ class Judge(NamedTuple):
             )
             remedy = "the true value may be beyond: leave such stretches out, or raise the range"
             size, rows = float(clip.samples), (clip.first, clip.last)
-            yield self.finding("clipped", "warning", channel, size, "samples", message, remedy, rows)
+            yield self.finding(
+                "clipped",
+                "warning",
+                channel,
+                size=size,
+                unit="samples",
+                message=message,
+                remedy=remedy,
+                rows=rows,
+            )
 
     def _stops_abruptly(self, channel: str, row: int) -> bool:
         step_m = np.abs(np.diff(getattr(self.recording, channel)))
@@ -147,7 +171,9 @@ class Judge(NamedTuple):
                 f"each value is repeated, {samples:.3g} samples on average: it is new every {new_ms:.3g} ms"
             )
             remedy = "record it at its own rate or faster; held values are late by half of that"
-            yield self.finding("hold", "warning", channel, samples, "samples", message, remedy)
+            yield self.finding(
+                "hold", "warning", channel, size=samples, unit="samples", message=message, remedy=remedy
+            )
 
     def resolution(self, channel: str, values: Array, step_m: float) -> Iterator[SensorFinding]:
         """Yield findings where the step of a position differs from the resolution in the model file."""
@@ -161,13 +187,17 @@ class Judge(NamedTuple):
         if step_m == 0.0:
             message = f"its values lie on no grid, although a count is {stated_um:.4g} um: it was treated"
             remedy = "record the counts themselves: what was filtered or rescaled is late or smoothed"
-            yield self.finding("resolution", "note", channel, 0.0, "m", message, remedy)
+            yield self.finding(
+                "resolution", "note", channel, size=0.0, unit="m", message=message, remedy=remedy
+            )
         elif abs(step_m / stated_m - 1.0) >= 0.05:
             message = (
                 f"it comes in steps of {step_um:.4g} um; by the model file a count is {stated_um:.4g} um"
             )
             remedy = "correct the model file, or record with more digits"
-            yield self.finding("resolution", "warning", channel, step_m, "m", message, remedy)
+            yield self.finding(
+                "resolution", "warning", channel, size=step_m, unit="m", message=message, remedy=remedy
+            )
 
     def filtered(self, channel: str, roll_off: RollOff | None, against: str = "") -> Iterator[SensorFinding]:
         """Yield a finding of a low pass in a channel."""
@@ -181,7 +211,9 @@ class Judge(NamedTuple):
         severity: Severity = "warning" if channel == "force_n" and against else "note"
         if channel == "scale_m" and against:
             remedy = "the drive train yields (compliance), or the scale was filtered: is it recorded raw?"
-        yield self.finding("filter", severity, channel, roll_off.corner_hz, "Hz", message, remedy)
+        yield self.finding(
+            "filter", severity, channel, size=roll_off.corner_hz, unit="Hz", message=message, remedy=remedy
+        )
 
     def delayed(self, delay: Delay | None, damaged: set[str]) -> Iterator[SensorFinding]:
         """Yield findings of a delay against another channel, and of a gain if the force is not `damaged`."""
@@ -198,8 +230,12 @@ class Judge(NamedTuple):
             remedy = "shift it, or record both latched by the same clock"
             if is_force and samples < 0.0:
                 remedy = f"are both exchanged? --map {self.exchanged('force_n', 'force_command_n')}"
-            yield self.finding("delay", severity, delay.second, delay.late_s, "s", message, remedy)
+            yield self.finding(
+                "delay", severity, delay.second, size=delay.late_s, unit="s", message=message, remedy=remedy
+            )
         if is_force and "force_n" not in damaged and abs(delay.gain - 1.0) > 0.1:
             message = f"is {delay.gain:.3g} times its command"
             remedy = "check the force constant of the model file"
-            yield self.finding("gain", "warning", "force_n", delay.gain, "1", message, remedy)
+            yield self.finding(
+                "gain", "warning", "force_n", size=delay.gain, unit="1", message=message, remedy=remedy
+            )

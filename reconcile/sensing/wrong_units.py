@@ -55,13 +55,13 @@ def _position_slope(judge: Judge, channel: str, noted: float) -> Iterator[Sensor
     if ratio < 0.0:
         message = f"goes the other way than motor_m ({ratio:.4g} m per m)"
         remedy = _turned(judge, channel)
-        yield judge.finding("sign", severity, channel, ratio, "m/m", message, remedy)
+        yield judge.finding("sign", severity, channel, size=ratio, unit="m/m", message=message, remedy=remedy)
         return
     message = f"moves by {ratio:.6g} m per metre of motor_m"
     remedy = f"check the lead ({judge.model.lead_m * 1e3:.6g} mm), the counts and the unit of each"
     if refused:
         remedy += f": --map {judge.entry(channel, 1.0 / ratio)} if the motor is right"
-    yield judge.finding("unit", severity, channel, ratio, "m/m", message, remedy)
+    yield judge.finding("unit", severity, channel, size=ratio, unit="m/m", message=message, remedy=remedy)
 
 
 def _ahead_of_command(judge: Judge) -> Iterator[SensorFinding]:
@@ -77,7 +77,9 @@ def _ahead_of_command(judge: Judge) -> Iterator[SensorFinding]:
         f"are command and actual position exchanged? --map {judge.exchanged('motor_m', 'reference_m')}; "
         "or the command was recorded late"
     )
-    yield judge.finding("exchanged", "warning", "motor_m", late_s, "s", message, remedy)
+    yield judge.finding(
+        "exchanged", "warning", "motor_m", size=late_s, unit="s", message=message, remedy=remedy
+    )
 
 
 def _force(judge: Judge) -> Iterator[SensorFinding]:
@@ -90,7 +92,9 @@ def _force(judge: Judge) -> Iterator[SensorFinding]:
         message = "position and force are exchanged: what was read as the position pushes the other"
         first = judge.entry("motor_m", factor, "force_n")
         remedy = f"map each to its column: --map {first},{judge.entry('force_n', 1.0 / factor, 'motor_m')}"
-        yield judge.finding("exchanged", "unusable", "motor_m", factor, "1", message, remedy)
+        yield judge.finding(
+            "exchanged", "unusable", "motor_m", size=factor, unit="1", message=message, remedy=remedy
+        )
         return
     if is_unsigned(columns):
         message = "the force has no sign, though the axis is driven both ways: it is a magnitude"
@@ -99,7 +103,9 @@ def _force(judge: Judge) -> Iterator[SensorFinding]:
             "map the signed current or torque: --map "
             f"{judge.entry('force_n', 1.0).partition('=')[0]}=NAME (columns not used: {unused})"
         )
-        yield judge.finding("unsigned", "unusable", "force_n", 0.0, "", message, remedy)
+        yield judge.finding(
+            "unsigned", "unusable", "force_n", size=0.0, unit="", message=message, remedy=remedy
+        )
         return
     fit = rigid_fit(columns)
     certain = abs(fit.mass_kg) > LEAST_STANDARD_ERRORS * fit.error_kg
@@ -112,7 +118,9 @@ def _force(judge: Judge) -> Iterator[SensorFinding]:
         if not sure:
             remedy += ", unless another axis or a load drives this one"
         sign_severity: Severity = "unusable" if sure else "warning"
-        yield judge.finding("sign", sign_severity, "force_n", fit.mass_kg, "kg", message, remedy)
+        yield judge.finding(
+            "sign", sign_severity, "force_n", size=fit.mass_kg, unit="kg", message=message, remedy=remedy
+        )
         return
     ratio = fit.mass_kg / model.mass_kg
     if certain and fit.mass_kg > 0.0 and not 1.0 / LARGEST_MASS_RATIO < ratio < LARGEST_MASS_RATIO:
@@ -126,7 +134,7 @@ def _force(judge: Judge) -> Iterator[SensorFinding]:
         remedy = "check the units of force and position, and the mass"
         if remedies:
             remedy = f"perhaps {', or '.join(remedies)}"
-        yield judge.finding("unit", severity, "force_n", ratio, "1", message, remedy)
+        yield judge.finding("unit", severity, "force_n", size=ratio, unit="1", message=message, remedy=remedy)
 
 
 def _is_another_unit(ratio: float) -> bool:

@@ -87,7 +87,9 @@ def tune(
         console.print(text, highlight=False, markup=False, soft_wrap=True)
 
     with progress_bar() as show:
-        request = TuneRequest(config, axis, out, ms, force_n, show, tell)
+        request = TuneRequest(
+            machine=config, axis=axis, out=out, ms=ms, force_n=force_n, show=show, tell=tell
+        )
         result = asyncio.run(tune_axis(request, bus, pacing.value))
     for line in summary_lines(result):
         typer.echo(line)

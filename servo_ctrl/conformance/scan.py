@@ -55,7 +55,15 @@ def _described(dialogue: Dialogue, profile: int) -> FoundNode:
         name = dialogue.read(0x1008).rstrip(b"\0").decode("ascii", "replace")
     except (Refused, Failed):
         name = ""
-    return FoundNode(dialogue.node_id, profile, vendor, product, revision, serial, name)
+    return FoundNode(
+        node_id=dialogue.node_id,
+        profile=profile,
+        vendor=vendor,
+        product=product,
+        revision=revision,
+        serial=serial,
+        name=name,
+    )
 
 
 def _number(dialogue: Dialogue, subindex: int) -> int | None:

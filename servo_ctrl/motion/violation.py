@@ -62,7 +62,15 @@ def first_violation(
                 row, axis, limit = found
                 time_s = (segment.first_sample + row + 1) * period_s
                 value = float(values[row, axis])
-                return Violation(segment.step, segment.label, axis, quantity, value, limit, time_s)
+                return Violation(
+                    step=segment.step,
+                    label=segment.label,
+                    axis=axis,
+                    quantity=quantity,
+                    value=value,
+                    limit=limit,
+                    time_s=time_s,
+                )
         position_m, velocity_m_s, acceleration_m_s2 = x[-1:], v[-1:], a[-1:]
     return None
 

@@ -75,7 +75,13 @@ class MachineRuns:
         steps = [*steps, *self._return_steps(machine, steps)]
         program = ProgramConfig.model_validate({"source": self._out / f"{name}.toml", "step": steps})
         report = await run_machine(
-            machine, program, self._bus, self._pacing, directory, self._show, compensation="off"
+            machine,
+            program,
+            self._bus,
+            pacing=self._pacing,
+            record_dir=directory,
+            on_progress=self._show,
+            compensation="off",
         )
         recording = load_recording(directory) if report.cycles else None
         if recording is not None:

@@ -77,7 +77,15 @@ def plan_measurement(machine: MachineConfig, axis: str, amplitude_n: float, peri
         travels.append(one._replace(position_m=at_m + one.position_m))
         at_m = float(travels[-1].position_m[-1])
     start_m = 0.5 * (low_m + high_m) - 0.5 * length_m
-    return Plan(axis, start_m, speed_m_s, excitation, periods, amplitude_n, tuple(travels))
+    return Plan(
+        axis=axis,
+        start_m=start_m,
+        speed_m_s=speed_m_s,
+        excitation=excitation,
+        periods=periods,
+        amplitude_n=amplitude_n,
+        travels=tuple(travels),
+    )
 
 
 def _ramp_s(config: AxisConfig, speed_m_s: float) -> float:

@@ -28,7 +28,14 @@ async def learn_over_bus(machine: Path, store: Path, on_progress: Callable[[Prog
     request = LearningRequest(learner="fast", fresh=True)
     async with simulated_machine(machine, "lockstep") as bus:
         report = await run_machine(
-            config, None, bus, "lockstep", None, on_progress, learned_dir=store, learn=request
+            config,
+            None,
+            bus,
+            pacing="lockstep",
+            record_dir=None,
+            on_progress=on_progress,
+            learned_dir=store,
+            learn=request,
         )
     if report.failed or not report.completed:
         raise RunError(f"learning was not completed: {report.reason}")

@@ -60,7 +60,13 @@ async def position_over_bus(
     target = new_recording(out, plan.program.source.name)
     async with simulated_machine(directory, "lockstep") as bus:
         report = await run_machine(
-            machine, plan.program, bus, "lockstep", target, on_progress, learned_dir=learned
+            machine,
+            plan.program,
+            bus,
+            pacing="lockstep",
+            record_dir=target,
+            on_progress=on_progress,
+            learned_dir=learned,
         )
     if report.failed or not report.completed:
         raise RunError(f"{stage.name}: the run was not completed: {report.reason}")

@@ -83,7 +83,9 @@ async def _run(
     motion = load_program(machine / program, config)
     directory = new_recording(out, f"{config.source.stem}-{motion.source.stem}")
     async with simulated_machine(machine, "lockstep") as bus:
-        report = await run_machine(config, motion, bus, "lockstep", directory, on_progress)
+        report = await run_machine(
+            config, motion, bus, pacing="lockstep", record_dir=directory, on_progress=on_progress
+        )
     if report.failed or not report.completed:
         raise RunError(f"the run was not completed: {report.reason}")
     return load_recording(directory)

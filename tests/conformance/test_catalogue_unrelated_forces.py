@@ -12,8 +12,8 @@ from reconcile.catalogue.registry import ENTRIES, family
 from reconcile.catalogue.unnamed_terms import term
 from reconcile.diagnosis.axis_diagnosis import DEVIATION_LEAST_GAIN
 from reconcile.identification.findings import report_findings
+from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.rivals import compare_rivals
-from reconcile.identification.term_search import split
 from reconcile.regression.normal_equations import effect_names
 from reconcile.regression.regression_problem import SINCE_REVERSAL, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
@@ -41,7 +41,7 @@ def named(effect: str, channel: ResidualChannel, kind: str, seed: int) -> list[s
     tried = [(effect, shape) for shape in shapes]
     tried += [(SINCE_REVERSAL, shape) for shape in term(SINCE_REVERSAL).shapes(datasets)]
     problem = regression_problem(datasets, channel, tried, only=True)
-    train, held_out = split(problem)
+    train, held_out = training_and_held_out(problem)
     validation = CrossValidation(problem.equations, train)
     chosen = select(validation, RULES[channel])
     rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}

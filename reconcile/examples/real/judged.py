@@ -61,7 +61,9 @@ def _judged(recording: AxisRecording, nominal: Path) -> Judged:
     force_n, rigid = target_and_baseline(data, ResidualChannel.FORCE)
     position_m = low_pass_of(data)(data.motion.position_m)
     used = samples_in_use(data, ResidualChannel.FORCE)
-    return Judged(recording, data, force_n, rigid, position_m, used)
+    return Judged(
+        recording=recording, data=data, force_n=force_n, rigid=rigid, position_m=position_m, used=used
+    )
 
 
 def left_by_model_n(model: Path, one: Judged) -> Array:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.identification.term_search import split
+from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import load_recordings
 from reconcile.regression.model_presliding import regressed_terms
@@ -42,7 +42,7 @@ def rms_left(paths: Sequence[Path], model_file: Path) -> dict[str, float]:
             continue
         terms = regressed_terms(axis, datasets, channel)
         problem = regression_problem(datasets, channel, only=True, model_terms=terms)
-        equations, (train, held) = problem.equations, split(problem)
+        equations, (train, held) = problem.equations, training_and_held_out(problem)
         slots = equations.slots([])
         theta = equations.solve(slots, equations.totals(train))
         squares = float(equations.squares(slots, theta, held).sum())

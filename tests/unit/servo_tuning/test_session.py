@@ -35,9 +35,8 @@ class TwinBus:
         machine: MachineConfig,
         program: ProgramConfig,
         _bus: str,
-        _pacing: str,
-        directory: Path,
-        _show: object,
+        *,
+        record_dir: Path,
         **_options: object,
     ) -> RunReport:
         self.control.append(machine.axes["x"].control)
@@ -52,7 +51,7 @@ class TwinBus:
         columns = rollout(machine, self.plant, params, reference)
         columns["segment"] = np.concatenate([np.full(len(p.position_m), p.step) for p in pieces])
         header = {"axes": names, "segments": [{"label": step.label} for step in program.steps]}
-        self.recordings[directory] = Recording(directory, header, columns)
+        self.recordings[record_dir] = Recording(record_dir, header, columns)
         return RunReport(
             machine=machine.machine.name,
             completed=True,
@@ -66,7 +65,7 @@ class TwinBus:
             wall_s=1.0,
             spans=(),
             lateness=None,
-            recording=directory,
+            recording=record_dir,
             learning=None,  # type: ignore[arg-type]  # not read
             outcomes=(),
         )

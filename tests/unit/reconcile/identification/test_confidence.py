@@ -4,7 +4,14 @@ import math
 
 import pytest
 
-from reconcile.identification.confidence import GAIN_MARGIN, INTERCEPT, SLOPE, confidence, largest, true_share
+from reconcile.identification.confidence import (
+    GAIN_MARGIN,
+    INTERCEPT,
+    SLOPE,
+    confidence,
+    largest_confidence,
+    true_share,
+)
 
 
 def test_half_of_the_held_out_variance_has_the_level_of_the_curve() -> None:
@@ -29,7 +36,7 @@ def test_a_rival_takes_its_probability_away() -> None:
 
 
 def test_seconds_of_data_give_no_certainty_and_minutes_do() -> None:
-    assert largest(0.0) == 0.5
+    assert largest_confidence(0.0) == 0.5
     assert confidence(0.0, 0.999, 0.25 * 3.0) == pytest.approx(1.0 - 1.0 / 17.0)
     assert confidence(0.0, 0.999, 0.25 * 100.0) > 0.99
     assert confidence(0.0, 0.1, 25.0) == true_share(0.1)

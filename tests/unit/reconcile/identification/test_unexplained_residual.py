@@ -31,7 +31,12 @@ def unexplained(
     channel = ResidualChannel.FORCE if matters else ResidualChannel.POSITION_DEVIATION
     noise = noise_floor(left, channel, MASS_KG).rms
     sizes = Accounted(
-        measured=100.0 * matters, rigid=0.0, effects={}, left=rms(left, "after"), noise=noise, matters=matters
+        measured=100.0 * matters,
+        rigid=0.0,
+        effects={},
+        residual=rms(left, "after"),
+        noise=noise,
+        matters=matters,
     )
     return unexplained_residual(left, channel, sizes, resolution_m, alone=alone)
 
