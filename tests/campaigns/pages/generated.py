@@ -13,6 +13,7 @@ from servo_ctrl.config import key_tables
 from studies.compensations.run import markdown
 from studies.compensations.twin_study import Row
 from studies.koren_1991 import contour_tables
+from studies.wang_2014 import random_table
 from studies.xia_fuzzy_pd import random_figures
 from tests.campaigns.bench import real_page
 from tests.campaigns.pages import claims, dependencies, drive_objects, families, tables
@@ -63,6 +64,10 @@ def _fuzzy_pd(document: str) -> str:
     return between(document, "figures", random_figures.over_tables(_figures("docs/fuzzy_pd_random.json")))
 
 
+def _positioning(document: str) -> str:
+    return between(document, "figures", random_table.tables(_figures("docs/positioning_random.json")))
+
+
 def _families(document: str) -> str:
     scored, training, rivals = (_figures(source) for source in BLIND)
     return between(document, "figures", families.section(scored, training, rivals["rows"]))
@@ -105,6 +110,7 @@ GENERATED = (
     Generated("docs/fuzzy_pd.md", ("docs/fuzzy_pd_random.json",), _fuzzy_pd),
     Generated("docs/machines.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
     Generated("docs/plant.md", ("hil_sim/config/effect_tables.py",), effect_tables.filled),
+    Generated("docs/positioning_study.md", ("docs/positioning_random.json",), _positioning),
     Generated("docs/programs.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
     Generated("docs/reconcile_real.md", ("docs/reconcile_real.json",), _measured_axes),
     *_tables(),
