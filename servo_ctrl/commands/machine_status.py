@@ -89,9 +89,14 @@ class ContourStatus(NamedTuple):
     """Contour error in the last cycle, positive where the path is left of the table; NaN while the axes stay
     where they were taken over."""
 
+    @property
+    def coupled(self) -> str:
+        """The two axes in a text such as "x, y"; "" where it is off."""
+        return ", ".join(self.axes)
+
 
 class MachineStatus(NamedTuple):
-    """The status of the controller. The fields after `program` go to the page only, but `contour.error_m`."""
+    """The status of the controller. The fields after `program` go to the page only, but `contour`."""
 
     stage: Stage
     cycles: int
@@ -158,6 +163,13 @@ FIELDS_OF[MachineStatus] = {
     "contour": Field(),
 }
 FIELDS_OF[ContourStatus] = {
+    "coupled": Field(
+        "Axes under contour control",
+        Entry(0x2006, 0, TEXT),
+        'The two axes, such as "x, y"; "" where contour control is off.',
+        local=False,
+        null=True,
+    ),
     "error_m": Field(
         "Contour error in nm",
         Entry(0x2005, 0, I32, NM),

@@ -17,7 +17,7 @@ pytestmark = needs_mosquitto
 ROOT = "servo_ctrl/xy_table"
 NODE_ID = 127
 EDS = Path(__file__).parents[2] / "eds" / "servo_ctrl.eds"
-CYCLES, CONTOUR_ERROR = 0x2002, 0x2005
+CYCLES, CONTOUR_ERROR, COUPLED = 0x2002, 0x2005, 0x2006
 RADIUS_M, NM = 0.01, 1e-9
 """Between two cycles the error changes by some 50 nm."""
 SECTION = '\n[contour_control]\naxes = ["x", "y"]\nkp_1_s = 50.0\n'
@@ -37,6 +37,10 @@ class BusReader:
         """The cycles before, the contour error in nm, the cycles after."""
         before, error_nm, after = (self._node.sdo[index].raw for index in (CYCLES, CONTOUR_ERROR, CYCLES))
         return before, error_nm, after
+
+    def coupled(self) -> str:
+        """The coupled axes."""
+        return str(self._node.sdo[COUPLED].raw)
 
     def close(self) -> None:
         self._network.disconnect()
@@ -60,12 +64,14 @@ async def test_object_and_mqtt_tell_the_contour_error_of_their_cycle(bench: Any,
         while stage == "running":
             read.append(await asyncio.to_thread(reader.read))
             stage = (await listener.until("/state")).content["stage"]
+        coupled = await asyncio.to_thread(reader.coupled)
         reader.close()
         run.send_signal(signal.SIGTERM)
         await listener.until("/online", lambda online: online.payload == "offline")
         states: list[Message] = [one for one in listener.received if one.topic.endswith("/state")]
         await asyncio.to_thread(run.wait, 60.0)
 
+    assert {coupled, *(state.content["contour"]["coupled"] for state in states)} == {"x, y"}
     error_m = distance_from_the_circle_m(load_recording(record).columns)
     told = [(state.content["cycle"], state.content["contour"]["error_um"]) for state in states]
     over_mqtt = [(cycle, cycle, 1e-6 * error_um) for cycle, error_um in told if cycle - 2 in error_m]

@@ -173,5 +173,6 @@ def test_the_contour_error_keeps_its_sign_and_says_when_there_is_none(
     handler = wire.bench.handler
     handler.now = handler.now._replace(contour=ContourStatus(("x", "y"), error_m))
     assert wire.bench.remote.sdo[0x2005].raw == number
+    assert wire.bench.remote.sdo[0x2006].raw == "x, y"
     read_m = wire.remote.status().contour.error_m
     assert read_m == pytest.approx(number * 1e-9, abs=1e-15) or (math.isnan(read_m) and math.isnan(error_m))

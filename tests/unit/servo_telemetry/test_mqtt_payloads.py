@@ -49,7 +49,7 @@ def test_the_published_state_before_learning() -> None:
             "step_um": 100.0,
             "work_offset": "G54",
         },
-        "contour": {"error_um": None},
+        "contour": {"coupled": None, "error_um": None},
         "reversals_dropped": 0,
     }
 
