@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_sim.physics.transmission import backlash as physics
-from kernels.arrays import Array
+from kernels.arrays import Array, compiled_layout
 from kernels.jit import kernel
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
@@ -71,7 +71,8 @@ def _free_table(
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     m = data.motion
-    return (_free_table(m.position_m, m.velocity_m_s, data.period_s, *shape) / shape[0])[:, None]
+    less_motor_m = _free_table(compiled_layout(m.position_m), m.velocity_m_s, data.period_s, *shape)
+    return (less_motor_m / shape[0])[:, None]
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:

@@ -17,7 +17,7 @@ from hil_sim.config import Plant
 from hil_sim.plant import step
 from hil_sim.plant.measured_point import measured_point_m
 from hil_sim.plant.presence import presence_of
-from kernels.arrays import Array
+from kernels.arrays import Array, compiled_layout
 from kernels.jit import kernel
 from reconcile.recording.first_sample import set_initial_motion
 
@@ -71,7 +71,8 @@ def respond(
     pole = math.exp(-2.0 * math.pi * min(OBSERVER_HZ * driven.period_s, MOST_CYCLES_PER_SAMPLE))
     gains = (1.0 - pole**3, 1.5 * (1.0 - pole) ** 2 * (1.0 + pole), (1.0 - pole) ** 3)
     rows, step_s = np.zeros((3, len(driven.motor_m))), driven.period_s / substeps
-    _respond(params, state, substeps, step_s, delay_periods, driven.force_n, driven.motor_m, gains, rows)
+    force_n, motor_m = compiled_layout(driven.force_n), compiled_layout(driven.motor_m)
+    _respond(params, state, substeps, step_s, delay_periods, force_n, motor_m, gains, rows)
     return ModelResponse(*rows)
 
 

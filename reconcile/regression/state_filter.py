@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 from scipy.signal import bilinear
 
-from kernels.arrays import Array
+from kernels.arrays import Array, compiled_layout
 from kernels.jit import kernel
 
 ORDER = 3
@@ -38,7 +38,7 @@ class StateFilter:
 
     def __call__(self, signal: Array, derivative: int = 0) -> Array:
         """Filter a signal (n,) or (n, k), or its derivative, as if constant before the first sample."""
-        columns = np.ascontiguousarray(signal, np.float64).reshape(len(signal), -1)
+        columns = compiled_layout(signal).reshape(len(signal), -1)
         filtered = np.empty_like(columns)
         _filter(*self._taps[derivative], columns, derivative == 0, filtered)
         return filtered.reshape(signal.shape)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernels.arrays import Array
+from kernels.arrays import Array, compiled_layout
 from kernels.jit import kernel
 from servo_ctrl.learning.performance import Indices
 
@@ -96,7 +96,8 @@ def _relaxed(position_m: Array, slip_m: float) -> Array:
 
 def presliding_states(loop: LoopModel, position_m: Array) -> Array:
     """States D_i of presliding along a commanded motion, (n, elements); 0 before it."""
-    return np.column_stack([_relaxed(position_m, slip_m) for slip_m in loop.slip_m])
+    path_m = compiled_layout(position_m)
+    return np.column_stack([_relaxed(path_m, slip_m) for slip_m in loop.slip_m])
 
 
 def missing_force_n(loop: LoopModel, error_m: Array, filter_hz: float = FILTER_HZ) -> Array:
