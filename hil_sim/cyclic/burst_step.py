@@ -1,7 +1,7 @@
-"""Frames in, frames out, in one call: the set points of all nodes and the SYNC, up to their TPDOs.
+"""One communication cycle in one compiled call: from received RPDOs and the SYNC to the TPDOs of all nodes.
 
-What is rare is left to the caller: the call ends in front of a frame that is none of the cycle's, and tells
-where a tick or a set point has something to act on.
+Rare cases are left to the caller: the call returns at a frame that is not part of the cycle, after a tick
+with a finding (a switch, a following error), and where a drive must act on a new object value first.
 """
 
 from typing import Any
@@ -17,13 +17,13 @@ from hil_sim.plant.integrate import advance
 from kernels.arrays import Array, Index
 from kernels.jit import kernel
 
-NOBODYS, OTHER, SYNC, FIRST_RPDO = 0, 1, 2, 3
-"""Kinds of an identifier; an RPDO's is `FIRST_RPDO` and its place."""
-USED_UP, OTHERS_FRAME, SERVED, FOUND, ACTS = 0, 1, 2, 3, 4
-"""How a call ends: no frame left; at a frame that is not for it; at a SYNC, served; with a tick that has
-found something; with drives that have something to act on before they answer."""
+NO_RECEIVER, BY_CALLER, SYNC, FIRST_RPDO = 0, 1, 2, 3
+"""Kinds of an identifier: no node receives it; the caller handles it; SYNC; RPDO number n: FIRST_RPDO + n."""
+BURST_DONE, FRAME_FOR_CALLER, SYNC_DONE, TICK_HAS_FINDING, DRIVES_MUST_ACT = 0, 1, 2, 3, 4
+"""How a call ends: all frames are served; at a frame that the caller handles; behind a SYNC with its TPDOs;
+after a tick with a finding; at a SYNC, before drives act on new object values and the TPDOs are filled."""
 NO_SYNC = -1
-"""As `substeps`: a SYNC is not for this call."""
+"""As `substeps`: the caller handles a SYNC."""
 SIZE_AT = 4
 
 
@@ -39,14 +39,14 @@ def serve_burst(
     kinds: Index,
     sizes: Index,
     data: Bytes,
-    came: NDArray[np.bool_],
+    arrived: NDArray[np.bool_],
     params: Any,
     state: Any,
     setpoint: Any,
     axes: Any,
     objects: Any,
-    words: Index,
-    found: Index,
+    statuswords: Index,
+    findings: Index,
     scales: Any,
     scale_objects: Any,
     numbers: Array,
@@ -61,37 +61,39 @@ def serve_burst(
     """Serve the frames from number `first` to `count` of `burst`, up to the first SYNC.
 
     A SYNC advances time by `substeps` in `ticks`. `kinds` (2048,) are those of the identifiers, `sizes`
-    (RPDOs,) the bytes of each, negative where another length is not settled; `words` (2,) the statuswords of
-    `follow_axes`; the other arrays are those of `exchange` and of the ticks. Returns how it ended, the number
-    of the frame, and as a third: `SERVED` how many `frames` there are, `FOUND` how many ticks are over.
+    (RPDOs,) the bytes of each, negative while a wrong length is reported; `statuswords` (2,) those of
+    `follow_axes`; the other arrays are those of `exchange` and of the ticks.
+
+    Returns how it ended, the number of the frame, and a count: for SYNC_DONE that of the filled `frames`, for
+    TICK_HAS_FINDING that of the completed ticks.
     """
     for number in range(first, count):
         at = number * FRAME_BYTES
         header, size = 0, int(burst[at + SIZE_AT])
         for byte in range(4):  # of a small-endian machine, as `frame.HEADER` reads it there
             header |= int(burst[at + byte]) << (8 * byte)
-        kind = kinds[header] if header <= LARGEST_STANDARD else OTHER
-        if kind == NOBODYS:
+        kind = kinds[header] if header <= LARGEST_STANDARD else BY_CALLER
+        if kind == NO_RECEIVER:
             continue
         if kind >= FIRST_RPDO and sizes[kind - FIRST_RPDO] == size:
             for byte in range(size):
                 data[kind - FIRST_RPDO, byte] = burst[at + DATA_AT + byte]
-            came[kind - FIRST_RPDO] = True
+            arrived[kind - FIRST_RPDO] = True
             continue
         if kind != SYNC or size or substeps == NO_SYNC:
-            return OTHERS_FRAME, number, 0
+            return FRAME_FOR_CALLER, number, 0
         for tick in range(ticks):
             own = substeps * (tick + 1) // ticks - substeps * tick // ticks
             dt_us = own * substep_us
             dt_s = dt_us * 1e-6
             lead_axes(axes, objects, setpoint, dt_s, dt_us / cycle_us)
             advance(params, state, setpoint, own, substep_us * 1e-6)
-            anything = follow_axes(axes, objects, state, dt_s, words[0], words[1], found)
+            has_finding = follow_axes(axes, objects, state, dt_s, statuswords[0], statuswords[1], findings)
             read_scales(scales, scale_objects, state)
-            if anything:
-                return FOUND, number, tick + 1
-        made = exchange(
-            numbers, axes, objects, received, data, came, drive_of, acts, sent, headers, turns, frames
+            if has_finding:
+                return TICK_HAS_FINDING, number, tick + 1
+        filled = exchange(
+            numbers, axes, objects, received, data, arrived, drive_of, acts, sent, headers, turns, frames
         )
-        return (ACTS, number, 0) if made == DRIVES_ACT else (SERVED, number, made)
-    return USED_UP, count, 0
+        return (DRIVES_MUST_ACT, number, 0) if filled == DRIVES_ACT else (SYNC_DONE, number, filled)
+    return BURST_DONE, count, 0

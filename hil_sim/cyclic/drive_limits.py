@@ -38,11 +38,11 @@ def clip_position(axes: Any, objects: Any, index: int, wanted: float) -> float:
 @kernel
 def clip_step(axes: Any, index: int, before: float, wanted: float, dt_s: float) -> float:
     """The next of a sequence of position demands, within the speed of the motor, 6080h."""
-    way = axes[index]["motor_speed"] * dt_s
-    if -way <= wanted - before <= way:
+    longest_step = axes[index]["motor_speed"] * dt_s
+    if -longest_step <= wanted - before <= longest_step:
         return wanted
     axes[index]["clipped"] = True
-    return before + math.copysign(way, wanted - before)
+    return before + math.copysign(longest_step, wanted - before)
 
 
 @kernel

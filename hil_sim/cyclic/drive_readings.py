@@ -1,4 +1,4 @@
-"""What a drive reads behind a movement of the plant: actual values, digital inputs and the following error.
+"""What a drive reads after the plant has moved: actual values, digital inputs and the following error.
 
 Arguments as in `drive_step`; `states` (n,) are the plant's.
 """
@@ -20,8 +20,8 @@ def read_axis(axes: Any, objects: Any, states: Any, index: int) -> bool:
     axis, own, state = axes[index], objects[index], states[index]
     velocity_m_s = axis["velocity_sign"] * state["encoder_velocity_m_s"]
     current_a = axis["torque_sign"] * state["current_measured_a"]
-    seen_m_s = state["carried_velocity_m_s"] if axis["carried"] else state["table_velocity_m_s"]
-    if not math.isfinite(velocity_m_s + current_a + seen_m_s):
+    scale_m_s = state["carried_velocity_m_s"] if axis["carried"] else state["table_velocity_m_s"]
+    if not math.isfinite(velocity_m_s + current_a + scale_m_s):
         return False
     position = axis["origin"] + axis["position_sign"] * state["encoder_counts"]
     axis["position"] = position
@@ -31,7 +31,7 @@ def read_axis(axes: Any, objects: Any, states: Any, index: int) -> bool:
     own["torque_actual_value"] = round(current_a * axis["torque_per_a"])
     if axis["scale_counts_per_m"]:
         own["additional_position_actual_value"] = state["scale_counts"]
-        own["additional_velocity_actual_value"] = round(seen_m_s * axis["scale_counts_per_m"])
+        own["additional_velocity_actual_value"] = round(scale_m_s * axis["scale_counts_per_m"])
     return True
 
 

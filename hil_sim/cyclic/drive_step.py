@@ -1,4 +1,4 @@
-"""The tick of drives in a cyclic mode: set points before the plant moves, readings behind it.
+"""The tick of drives in a cyclic mode: set points before the plant moves, readings after it.
 
 `axes` (n,) are `DriveRecord`s, `objects` (n,) the process objects of each drive as records of float64 (every
 one is a whole number far below 2^53), `setpoints` and `state` (n,) the plant's. Python calls parts of it for
@@ -124,9 +124,10 @@ def command_position(
 def follow_axes(
     axes: Any, objects: Any, state: Any, dt_s: float, word: int, limited_word: int, found: Index
 ) -> bool:
-    """Read and supervise axes that cyclic modes lead; `found` (n,) is what, true where any has something.
+    """Read and supervise axes in cyclic modes; return whether any has a finding, which `found` (n,) gets.
 
-    The statusword is `word`, or `limited_word` where a limit is active; with a finding the caller makes it.
+    Sets the statusword to `word`, or to `limited_word` where a limit is active; the caller sets that of an
+    axis with a finding.
     """
     anything = False
     for index in range(len(axes)):
@@ -143,7 +144,7 @@ def follow_axes(
 
 @kernel
 def finding(axes: Any, objects: Any, states: Any, index: int, dt_s: float) -> int:
-    """Read an axis; what there is that the compiled tick has no answer to."""
+    """Read an axis; return a finding that the caller must handle, or 0."""
     if not read_axis(axes, objects, states, index):
         return NOT_FINITE
     if inputs_of(axes, states, index) != objects[index]["digital_inputs"]:

@@ -16,7 +16,7 @@ from kernels.record_layout import record_type, store
 
 Bytes = NDArray[np.uint8]
 DRIVES_ACT = -1
-"""No frame is made yet."""
+"""Returned in place of a count: drives must act on new object values before TPDOs are filled."""
 
 
 class MappedPlace(NamedTuple):
@@ -45,7 +45,7 @@ def exchange(
     objects: Any,
     received: Any,
     data: Bytes,
-    came: NDArray[np.bool_],
+    arrived: NDArray[np.bool_],
     drive_of: Index,
     acts: NDArray[np.bool_],
     sent: Any,
@@ -53,25 +53,26 @@ def exchange(
     turns: Index,
     frames: Bytes,
 ) -> int:
-    """Let RPDOs `data` (RPDOs, 8) take effect where they `came` (RPDOs,), once, then do as `fill` does.
+    """Write the `data` (RPDOs, 8) of `arrived` RPDOs (RPDOs,) to the process objects, then fill the TPDOs.
 
-    `drive_of` (RPDOs,) says whose each is, -1 of no drive. Returns how many frames there are; `DRIVES_ACT`
-    where a drive has something to act on first (`must_act`), as `acts` (drives,) says of each.
+    `arrived` is cleared. `drive_of` (RPDOs,): the drive that each RPDO belongs to, -1: none. Returns the
+    number of filled frames; DRIVES_ACT where a drive must act first (`must_act`): `acts` (drives,) marks
+    each.
     """
     for entry in range(len(received)):
         at = received[entry]
-        if came[at["pdo"]]:
+        if arrived[at["pdo"]]:
             value = integer(data[at["pdo"]], at)
             if at["low"] <= value <= at["high"]:
                 numbers[at["place"]] = value
     acts[:] = False
-    anything = False
+    any_acts = False
     for rpdo in range(len(drive_of)):
         drive = drive_of[rpdo]
-        if came[rpdo] and drive >= 0 and must_act(axes[drive], objects[drive]):
-            acts[drive] = anything = True
-    came[:] = False
-    return DRIVES_ACT if anything else fill(numbers, sent, headers, turns, frames)
+        if arrived[rpdo] and drive >= 0 and must_act(axes[drive], objects[drive]):
+            acts[drive] = any_acts = True
+    arrived[:] = False
+    return DRIVES_ACT if any_acts else fill(numbers, sent, headers, turns, frames)
 
 
 @kernel
@@ -87,7 +88,7 @@ def integer(data: Bytes, at: Any) -> int:
 
 @kernel
 def must_act(axis: Any, own: Any) -> bool:
-    """Whether a drive has objects that it did not act on yet; set points it reads in its tick."""
+    """Whether a drive has new object values to act on, beside the set points, which it reads in its tick."""
     return bool(
         own["controlword"] != axis["acted_controlword"]
         or axis["state"] != axis["acted_state"]
@@ -105,10 +106,10 @@ def must_act(axis: Any, own: Any) -> bool:
 
 @kernel
 def fill(numbers: Array, sent: Any, headers: Bytes, turns: Index, frames: Bytes) -> int:
-    """Put the TPDOs of this SYNC one behind the other into `frames` (TPDOs, 16); return how many there are.
+    """Put the TPDOs of this SYNC one behind the other into `frames` (TPDOs, 16); return their number.
 
-    `headers` (TPDOs, 8) begin them. `turns` (TPDOs, 2): each goes out at every how many SYNCs, and how many
-    have passed. A value that does not fit wraps, as a counter does.
+    `headers` (TPDOs, 8) begin them. `turns` (TPDOs, 2): the number of SYNCs from one transmission to the
+    next, and the number since the last one. A value that does not fit wraps, as a counter does.
     """
     count, last = 0, -1
     due = False

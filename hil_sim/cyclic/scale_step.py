@@ -22,7 +22,7 @@ class ScaleRecord(NamedTuple):
     mark: int = 0
     """Counts of the head at the reference mark."""
     raw: int = 0
-    """Counts of the head as they were last."""
+    """Counts of the head at the last reading."""
     sign: int = 1
     offset: int = 0
     frozen: bool = False
@@ -55,6 +55,6 @@ def read_scale(scale: Any, own: Any, state: Any) -> None:
             own["position_value_at_reference_mark"] = scale["sign"] * mark + scale["offset"]
         scale["raw"] = raw
     own["position_value"] = own["position_value_channel_1"] = scale["sign"] * raw + scale["offset"]
-    seen_m_s = state["carried_velocity_m_s"] if scale["carried"] else state["table_velocity_m_s"]
-    speed = round(scale["sign"] * seen_m_s / SPEED_UNIT_M_S)
+    head_m_s = state["carried_velocity_m_s"] if scale["carried"] else state["table_velocity_m_s"]
+    speed = round(scale["sign"] * head_m_s / SPEED_UNIT_M_S)
     own["speed_value_channel_1"] = max(-LARGEST_I16, min(LARGEST_I16, speed))

@@ -10,7 +10,7 @@ import numpy as np
 
 from can_frames.frame import FRAME, FRAME_BYTES, pack_frame
 from hil_sim.config import PlantConfig, build_plant
-from hil_sim.cyclic.burst_step import FOUND, NO_SYNC, OTHERS_FRAME, SERVED, USED_UP
+from hil_sim.cyclic.burst_step import BURST_DONE, FRAME_FOR_CALLER, NO_SYNC, SYNC_DONE, TICK_HAS_FINDING
 from hil_sim.drive.amplifier_device import Drive
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.drives_in_step import DrivesInStep
@@ -174,14 +174,14 @@ class SimulatedMachine:
         while self._server is not None and start < len(burst):
             substeps = self._substeps_of_sync()
             ticks = self._ticks_of(substeps)
-            how, start, made = self._server.serve(
+            ending, start, number = self._server.serve(
                 burst, start, substeps, ticks, self.substep_us, float(self.cycle_us)
             )
-            if how == OTHERS_FRAME:
+            if ending == FRAME_FOR_CALLER:
                 break
-            if how != USED_UP:
+            if ending != BURST_DONE:
                 start += FRAME_BYTES
-                self._finish_sync(self._server.tables, how, made, substeps)
+                self._finish_sync(self._server.tables, ending, number, substeps)
         return start
 
     def _substeps_of_sync(self) -> int:
@@ -192,21 +192,21 @@ class SimulatedMachine:
         end_us = int((self._substeps + substeps) * self.substep_us)
         return NO_SYNC if end_us >= self._faults.due_us else substeps
 
-    def _finish_sync(self, tables: PdoTables, how: int, made: int, substeps: int) -> None:
-        """Do what is left of a SYNC; `how` and `made` are of `serve_burst`."""
-        if how == FOUND:
+    def _finish_sync(self, tables: PdoTables, ending: int, number: int, substeps: int) -> None:
+        """Complete a SYNC after `serve_burst`, which returned `ending` and this number of frames or ticks."""
+        if ending == TICK_HAS_FINDING:
             ticks = self._ticks_of(substeps)
-            over = substeps * made // ticks
-            self._pass(over)
-            self._in_step.look((over - substeps * (made - 1) // ticks) * self.substep_us * 1e-6)
-            for tick in range(made, ticks):
+            done = substeps * number // ticks
+            self._pass(done)
+            self._in_step.look((done - substeps * (number - 1) // ticks) * self.substep_us * 1e-6)
+            for tick in range(number, ticks):
                 self._tick(substeps * (tick + 1) // ticks - substeps * tick // ticks)
             self.on_advanced()
             self.synchronise(self.slaves)
         else:
             self._pass(substeps)
             self.on_advanced()
-            self.send_burst(tables.made(made) if how == SERVED else self._in_step.act(tables))
+            self.send_burst(tables.made(number) if ending == SYNC_DONE else self._in_step.act(tables))
             self.run_timers()
         self.on_synced(substeps)
 

@@ -23,9 +23,9 @@ def make_devices(
     targets: dict[str, FaultTarget] = {}
     for index, (name, axis) in enumerate(config.axes.items()):
         with _eds_of(axis.drive.eds, f"axis.{name}.drive.eds"):
-            own = axis, plant, index, host
-            ways = axis.drive.personality
-            drive = Drive(*own) if ways is None else PersonalDrive(ways, *own)
+            arguments = axis, plant, index, host
+            personality = axis.drive.personality
+            drive = Drive(*arguments) if personality is None else PersonalDrive(personality, *arguments)
         devices.append(drive)
         scale = None
         if axis.scale is not None:

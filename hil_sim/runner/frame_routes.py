@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from can_frames.frame import LARGEST_STANDARD
-from hil_sim.cyclic.burst_step import FIRST_RPDO, NOBODYS, OTHER, SYNC
+from hil_sim.cyclic.burst_step import BY_CALLER, FIRST_RPDO, NO_RECEIVER, SYNC
 from hil_sim.node import lss_slave
 from hil_sim.node.pdo import Rpdo
 from hil_sim.node.pdo_tables import PdoTables
@@ -17,7 +17,7 @@ Handler = Callable[[bytes], None]
 
 
 class FrameRoutes:
-    """Handlers of identifiers; `on_sync(listeners)` serves a SYNC, `on_async` precedes what has a time."""
+    """Handlers of identifiers; `on_sync(listeners)` serves a SYNC, `on_async` precedes a timed frame."""
 
     def __init__(self, slaves: Sequence[Slave]) -> None:
         self._slaves = tuple(slaves)
@@ -55,14 +55,14 @@ class FrameRoutes:
             listeners = [slave for slave in hearing if slave.sync_id == sync_id]
             watched = any(slave.supervision.sync.watches for slave in listeners)
             routes[sync_id] = [partial(self._watched_sync if watched else self._sync, listeners)]
-            kinds[sync_id] = OTHER if watched else SYNC
+            kinds[sync_id] = BY_CALLER if watched else SYNC
         routes[lss_slave.REQUEST] = [slave.lss.on_request for slave in hearing]
         for slave in hearing:
             remote.setdefault(slave.nmt.cob_id, []).append(slave.on_guarding)
             for tpdo in slave.pdos.on_request:
                 remote.setdefault(tpdo.cob_id, []).append(tpdo.on_request)
             for can_id, take in slave.supervision.routes():
-                routes.setdefault(can_id, []).append(partial(self._timely, take))
+                routes.setdefault(can_id, []).append(partial(self._at_its_time, take))
             routes.setdefault(slave.sdo.request_id, []).append(partial(self._sdo, slave))
             for rpdo in slave.pdos.rpdos:
                 routes.setdefault(rpdo.cob_id, []).append(partial(self._rpdo, slave, rpdo))
@@ -73,10 +73,10 @@ class FrameRoutes:
                 routes.setdefault(0x700 + node, []).append(partial(self._heartbeat, slave, node))
         self.routes = {can_id: single(handlers) for can_id, handlers in routes.items()}
         self.remote = remote
-        self.kinds[:] = NOBODYS
+        self.kinds[:] = NO_RECEIVER
         for can_id, handlers in routes.items():
             alone = tables is not None and len(handlers) == 1
-            self.kinds[can_id] = kinds.get(can_id, OTHER) if alone else OTHER
+            self.kinds[can_id] = kinds.get(can_id, BY_CALLER) if alone else BY_CALLER
 
     def _nmt(self, data: bytes) -> None:
         for slave in self._slaves:
@@ -98,8 +98,8 @@ class FrameRoutes:
         for slave in listeners:
             slave.supervision.on_sync()
 
-    def _timely(self, take: Callable[[bytes], None], data: bytes) -> None:
-        self.on_async()  # as for a heartbeat: the time of the frame is now
+    def _at_its_time(self, take: Callable[[bytes], None], data: bytes) -> None:
+        self.on_async()  # as for a heartbeat: its time is now, not that of the last SYNC
         take(data)
 
     def _sdo(self, slave: Slave, data: bytes) -> None:

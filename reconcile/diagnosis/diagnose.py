@@ -1,7 +1,7 @@
 """`reconcile diagnose`: from recordings and a model to a verdict, an updated model and a report."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from collections.abc import Mapping as ByName
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,16 +16,17 @@ from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.formats.rotary_units import sentence_of
 from reconcile.identification.explain import Explanation
 from reconcile.location.residual_coordinates import ResidualAnalysis, residual_analyses
-from reconcile.nominal_model.model_file import load_model, write_model
+from reconcile.nominal_model.model_file import NominalModel, load_model, write_model
 from reconcile.proof.proof import Proof
-from reconcile.recording.recording import load_recordings
-from reconcile.recording.sensor_finding import notes_of
+from reconcile.recording.recording import AxisRecording, load_recordings
+from reconcile.recording.sensor_finding import SensorFinding, notes_of
 from reconcile.regression.thinning import to_be_thinned
 from reconcile.replay.controller import load_controllers
 from reconcile.replay.model_replays import control_loop, replay_models
 from reconcile.report.report import write_report
 from reconcile.selection.cross_validation import SelectionRules
 from reconcile.sensing.checks import examine
+from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE, VERDICT_FILE
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
 
 
@@ -68,18 +69,13 @@ def diagnose(
     """
     model = load_model(model_file)
     controllers = load_controllers(model.file)
-    on_progress("reading")
-    loaded = load_recordings(paths, model.axes, mapping, set_aside=set_aside)
-    on_progress("checking timing and sensors")
-    checked = examine(loaded, model.axes)
-    by_axis = {name: [one for one in checked.recordings if one.axis == name] for name in model.axes}
-    thinned = {name: to_be_thinned(of) for name, of in by_axis.items() if of}
-    at_full_rate = [one for one in checked.recordings if one.axis in controllers]  # for the replay
-    updates, notes = {}, notes_of(checked.findings)
-    del loaded, checked, by_axis  # of long recordings their memory is for the columns
+    usable = _usable_recordings(
+        paths, model, mapping, on_progress, at_full_rate=controllers, set_aside=set_aside
+    )
+    updates, notes = {}, list(usable.notes)
     explanations: dict[str, list[Explanation]] = {}
     proofs: dict[str, list[Proof]] = {}
-    for name, (recordings, thinning) in thinned.items():
+    for name, (recordings, thinning) in usable.by_axis.items():
         release_compiler()  # its 68 MB, which loading kernels has touched, are for the columns
         one = diagnose_axis(recordings, model, matters, on_progress, with_proof=with_proof)
         explanations[name], proofs[name], updates[name] = one.explanations, one.proofs, one.sections
@@ -89,7 +85,7 @@ def diagnose(
         on_progress("replaying")
     led = [name for name in controllers if name in explanations]
     loops = {name: control_loop(controllers[name], explanations[name]) for name in led}
-    replayed = replay_models(at_full_rate, model, updates, loops)
+    replayed = replay_models(usable.at_full_rate, model, updates, loops)
     notes += replayed.notes
     on_progress("locating")
     analyses = residual_analyses(explanations, model.axes)
@@ -103,21 +99,54 @@ def diagnose(
         following=following.content,
     )
     out.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(content, indent=1) + "\n"
-    file, plant = out / "verdict.json", out / "model.toml"
-    write_text_whole(file, text)
+    write_text_whole(out / VERDICT_FILE, json.dumps(content, indent=1) + "\n")
     write_program(following.program, following.content.get("why", ""), out)
-    write_whole(plant, lambda temporary: write_model(model, updates, temporary))
-    page = out / "report.html" if with_report else None
+    write_whole(out / MODEL_FILE, lambda temporary: write_model(model, updates, temporary))
+    page = out / REPORT_FILE if with_report else None
     if page is not None:
         on_progress("report")
         write_report(content, analyses, page, replayed.comparisons)
     return WrittenDiagnosis(
         verdict=content,
-        verdict_file=file,
-        model_file=plant,
+        verdict_file=out / VERDICT_FILE,
+        model_file=out / MODEL_FILE,
         explanations=explanations,
         residual_analyses=analyses,
         report_file=page,
         next_experiment=following,
+    )
+
+
+class _UsableRecordings(NamedTuple):
+    """What the checks of timing and sensors have left to explain."""
+
+    by_axis: dict[str, tuple[list[AxisRecording], list[SensorFinding]]]
+    """At most as many samples as memory allows, and the notes about that; without axes that have none."""
+    at_full_rate: list[AxisRecording]
+    """Of the axes that are replayed."""
+    notes: list[str]
+
+
+def _usable_recordings(
+    paths: Sequence[Path],
+    model: NominalModel,
+    mapping: Mapping,
+    on_progress: Callable[[str], None],
+    *,
+    at_full_rate: Container[str],
+    set_aside: bool,
+) -> _UsableRecordings:
+    """Read and check the recordings; the others are released, because the columns need their memory.
+
+    `at_full_rate`: axes whose recordings are needed with all samples too.
+    """
+    on_progress("reading")
+    loaded = load_recordings(paths, model.axes, mapping, set_aside=set_aside)
+    on_progress("checking timing and sensors")
+    checked = examine(loaded, model.axes)
+    by_axis = {name: [one for one in checked.recordings if one.axis == name] for name in model.axes}
+    return _UsableRecordings(
+        {name: to_be_thinned(of) for name, of in by_axis.items() if of},
+        [one for one in checked.recordings if one.axis in at_full_rate],
+        notes_of(checked.findings),
     )

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from reconcile.errors import ReconcileError
+from servo_ctrl.files.diagnosis_files import REPORT_FILE
 from servo_ctrl.files.whole_file import write_text_whole
 
 CHECKOUT = Path(__file__).resolve().parents[2]
@@ -62,5 +63,5 @@ def write_figures(out: Path, values: dict[str, Any]) -> Path:
 
 def reports(*verdict_files: Path) -> list[Path]:
     """Return the reports of diagnoses, or their verdicts where there is no report."""
-    pages = [file.with_name("report.html") for file in verdict_files]
+    pages = [file.with_name(REPORT_FILE) for file in verdict_files]
     return [page if page.exists() else file for page, file in zip(pages, verdict_files, strict=True)]

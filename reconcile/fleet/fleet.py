@@ -13,8 +13,9 @@ from reconcile.fleet.dataset import list_dataset
 from reconcile.fleet.models import FleetModels
 from reconcile.fleet.rows import Row, row_of_failure
 from reconcile.fleet.store import PAGE, make_out, result_key, store_result, stored_row, write_table
-from reconcile.fleet.task import MODEL, REPORT, VERDICT, AxisTask, diagnose_axis, program_version
+from reconcile.fleet.task import AxisTask, diagnose_axis, program_version
 from reconcile.formats.mapping import NO_MAPPING, Mapping
+from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE, VERDICT_FILE
 
 
 class FleetOptions(NamedTuple):
@@ -44,7 +45,7 @@ def plan_fleet(dataset: str, model_dir: Path, out: Path, options: FleetOptions) 
     rows: dict[tuple[str, str], Row] = {}
     tasks: list[AxisTask] = []
     reused = 0
-    wanted = (VERDICT, MODEL, REPORT) if options.with_reports else (VERDICT, MODEL)
+    wanted = (VERDICT_FILE, MODEL_FILE, REPORT_FILE) if options.with_reports else (VERDICT_FILE, MODEL_FILE)
     version = program_version()
     for data in listing.axes:
         name = data.machine, data.axis

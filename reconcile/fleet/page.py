@@ -11,6 +11,7 @@ from reconcile.fleet.summary import DIAGNOSED, FleetSummary, ParameterSpread, Sh
 from reconcile.formats.table import short_list
 from reconcile.report.html_page import HtmlPage, answer, bar, grid, note, section
 from reconcile.report.words import display_name, join_words, parameter_names, percent, quantity
+from servo_ctrl.files.diagnosis_files import REPORT_FILE, VERDICT_FILE
 from servo_ctrl.report.html_file import escape, table
 
 MAX_ROWS, MAX_GROUPS = 500, 60
@@ -146,7 +147,7 @@ def _axes(found: FleetSummary, out: Path) -> str:
 def _axis(row: Row, out: Path) -> list[str]:
     folder = axis_folder(row["machine"], row["axis"])
     name = escape(f"{row['machine']}/{row['axis']}")
-    for file in ("report.html", "verdict.json"):
+    for file in (REPORT_FILE, VERDICT_FILE):
         if (out / folder / file).is_file():
             # the percent signs are part of the folder's name, not an escape of the URL
             name = f'<a href="{escape(folder.replace("%", "%25"))}/{file}">{name}</a>'

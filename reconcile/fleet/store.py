@@ -18,6 +18,7 @@ from reconcile.errors import ReconcileError
 from reconcile.fleet.dataset import AxisData
 from reconcile.fleet.rows import COLUMNS, TRANSIENT, Row
 from reconcile.formats.arrow_files import write_records
+from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE, VERDICT_FILE
 from servo_ctrl.files.whole_file import write_whole
 
 RESULT, TABLE, PAGE = "result.json", "results.parquet", "fleet.html"
@@ -52,7 +53,7 @@ def store_result(out: Path, row: Row, files: Mapping[str, bytes]) -> None:
     directory = out / axis_folder(row["machine"], row["axis"])
     directory.mkdir(parents=True, exist_ok=True)
     (directory / RESULT).unlink(missing_ok=True)  # while the other files change, they are not complete
-    for name in ("verdict.json", "model.toml", "report.html"):
+    for name in (VERDICT_FILE, MODEL_FILE, REPORT_FILE):
         if name in files:
             _write(directory / name, files[name])
         else:

@@ -19,10 +19,10 @@ from reconcile.fleet.rows import Row, row_of_failure, row_of_verdict
 from reconcile.formats.mapping import Mapping
 from reconcile.formats.toml_file import document_of, toml_text, with_absolute_paths
 from servo_ctrl.errors import reason_of
+from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE, VERDICT_FILE
 
 OTHER_ROOMS = ("api/", "fleet/", "cli/", "trials/", "watch/", "loop/", "examples/", "runner/")
 """Directories with sources on which no verdict depends."""
-VERDICT, MODEL, REPORT = "verdict.json", "model.toml", "report.html"
 
 
 class AxisTask(NamedTuple):
@@ -102,11 +102,13 @@ def _diagnose(task: AxisTask, scratch: Path) -> AxisResult:
             bad.append({"file": _relative(task, culprit, scratch), "reason": _reason(error)})
         else:
             break
-    text = (out / VERDICT).read_text(encoding="utf-8").replace(str(scratch / "recordings"), task.data.root)
+    text = (
+        (out / VERDICT_FILE).read_text(encoding="utf-8").replace(str(scratch / "recordings"), task.data.root)
+    )
     row = row_of_verdict(task.data, task.key, json.loads(text), bad, recordings=len(paths))
-    files = {VERDICT: text.encode(), MODEL: _with_absolute_paths(out / MODEL)}
+    files = {VERDICT_FILE: text.encode(), MODEL_FILE: _with_absolute_paths(out / MODEL_FILE)}
     if task.with_report:
-        files[REPORT] = (out / REPORT).read_bytes()
+        files[REPORT_FILE] = (out / REPORT_FILE).read_bytes()
     return AxisResult(row, files)
 
 

@@ -15,6 +15,7 @@ from reconcile.recording.recording import AxisRecording, load_recordings
 from reconcile.sensing.checks import examine
 from reconcile.watch.compare import ChangeProfile, compare
 from reconcile.watch.memory import Memory
+from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE
 
 RECORDINGS_PER_SIDE = 4
 """Recordings before and after the change, nearest to it; more cost time. Chosen, not calibrated."""
@@ -99,8 +100,8 @@ class ChangeDiagnosis:
         return {
             "verdict": found.verdict["verdict"],
             "findings": own,
-            "model": str((folder / "after" / "model.toml").relative_to(self._out)),
-            "report": str((folder / "after" / "report.html").relative_to(self._out)),
+            "model": str((folder / "after" / MODEL_FILE).relative_to(self._out)),
+            "report": str((folder / "after" / REPORT_FILE).relative_to(self._out)),
         }
 
 

@@ -141,12 +141,14 @@ def _sine(amplitude_m: float, frequency_hz: float, cycles: int) -> Array:
     return amplitude_m * swell**3 * (10.0 - 15.0 * swell + 6.0 * swell**2) * np.sin(2.0 * np.pi * turns)
 
 
-def _there_and_back(way_m: float, speed_m_s: float, acceleration_m_s2: float) -> Array:
+def _there_and_back(stroke_m: float, speed_m_s: float, acceleration_m_s2: float) -> Array:
     """Return a stroke there and back at constant speed with smooth ramps, 50 ms of standstill after each."""
     ramp_cycles = max(round(speed_m_s / acceleration_m_s2 / PERIOD_S), 2)
     ramp = np.full(ramp_cycles, 1.0 / ramp_cycles)
-    cruise = np.full(max(round(abs(way_m) / speed_m_s / PERIOD_S), 1), np.sign(way_m) * speed_m_s * PERIOD_S)
-    cruise *= abs(way_m) / abs(cruise.sum())
+    cruise = np.full(
+        max(round(abs(stroke_m) / speed_m_s / PERIOD_S), 1), np.sign(stroke_m) * speed_m_s * PERIOD_S
+    )
+    cruise *= abs(stroke_m) / abs(cruise.sum())
     smooth_m = np.cumsum(np.convolve(np.convolve(cruise, ramp), np.ones(10) / 10.0))
     rest = np.full(50, smooth_m[-1])
     return np.concatenate((smooth_m, rest, smooth_m[-1] - smooth_m, 0.0 * rest))

@@ -87,10 +87,10 @@ class FaultBench:
         self.cycle = connect(
             self.config,
             self.plans,
-            places,
-            self.machine,
-            self,  # type: ignore[arg-type]  # as far as a port is asked for
-            node,
+            places=places,
+            machine=self.machine,
+            port=self,  # type: ignore[arg-type]  # as far as a port is asked for
+            node=node,
             lockstep=True,
             on_end=self._on_end,
         )

@@ -62,7 +62,16 @@ def residual(
     used = ~given.motion.standing_still
     used[: low_pass.settled] = False
     held_out = np.arange(N) >= 3 * N // 4
-    return Residual(source, given, before, before, before, after, used, held_out)
+    return Residual(
+        source=source,
+        data=given,
+        measured=before,
+        before=before,
+        refitted=before,
+        after=after,
+        used=used,
+        held_out=held_out,
+    )
 
 
 def problem(

@@ -40,7 +40,9 @@ def trace(label: str) -> ErrorTrace:
 
 def _indicators(figures_um: tuple[float, ...]) -> Indicators:
     contour, mean, peak, rms = (value * 1e-6 for value in figures_um)
-    return Indicators(0, 1, contour, peak, rms, mean)
+    return Indicators(
+        reversal=0, direction=1, contour_peak_m=contour, error_peak_m=peak, error_rms_m=rms, error_mean_m=mean
+    )
 
 
 def variant(share: float, feeds: tuple[int, ...] = (500, 3000)) -> VariantResult:
@@ -49,12 +51,12 @@ def variant(share: float, feeds: tuple[int, ...] = (500, 3000)) -> VariantResult
     angle = np.linspace(0.0, 2.0 * np.pi, 100)
     circles = [
         CircleResult(
-            f"F {feed}",
-            feed,
-            0.025,
-            {axis: _indicators(figures) for axis in ("x", "y")},
-            {axis: trace(f"F {feed}") for axis in ("x", "y")},
-            ContourTrace(f"F {feed}", angle, 1e-5 * share * np.cos(angle)),
+            label=f"F {feed}",
+            feed_mm_min=feed,
+            radius_m=0.025,
+            indicators={axis: _indicators(figures) for axis in ("x", "y")},
+            error_traces={axis: trace(f"F {feed}") for axis in ("x", "y")},
+            contour=ContourTrace(f"F {feed}", angle, 1e-5 * share * np.cos(angle)),
         )
         for feed in feeds
     ]
@@ -75,4 +77,12 @@ def study(pulse: float = 0.15, observer: float = 0.6) -> FrictionStudy:
         "WFC_single": variant(0.5),
     }
     repeated = [RepeatedStroke("x", STROKE, 1e-6, 1e-6)]
-    return FrictionStudy(results, twin(0.8e-6, 1600), twin(0.7e-6, 65), repeated, 2015, None, 200.0)
+    return FrictionStudy(
+        results=results,
+        paper=twin(0.8e-6, 1600),
+        fast=twin(0.7e-6, 65),
+        repeated=repeated,
+        seed=2015,
+        bus=None,
+        wall_s=200.0,
+    )

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from machine_files import XY_TABLE, text_of, without_sections, write_controller
+from program_steps import circle, dwell
 
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.plan import plan_machine
@@ -27,18 +28,7 @@ from servo_ctrl.motion.move import Dwell, Move
 PERIOD_S = 0.001
 COUNT_M = 0.010 / 2**20
 SCALE_COUNT_M = 1e-7
-ROUND = """
-[[step]]
-kind = "circle"
-label = "round"
-radius_mm = 5.0
-feed_mm_min = 3000.0
-turns = 1.0
-[[step]]
-kind = "dwell"
-label = "rest"
-seconds = 0.05
-"""
+ROUND = circle(5.0, 3000.0) + dwell(0.05)
 AWAY = Move("away", (0.002, 0.001), 0.02, np.inf, trapezoidal=False)
 
 

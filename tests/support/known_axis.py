@@ -22,7 +22,14 @@ T = 1e-3
 MASS_KG, VISCOUS_N_S_M, COULOMB_N = 50.0, 100.0, 12.0
 COUNT_M = 5e-9
 NOISE_N = 0.3
-LIMITS = AxisLimits(-0.04, 0.04, 0.15, 1.5, 75.0, 0.0)
+LIMITS = AxisLimits(
+    min_position_m=-0.04,
+    max_position_m=0.04,
+    velocity_m_s=0.15,
+    acceleration_m_s2=1.5,
+    jerk_m_s3=75.0,
+    home_m=0.0,
+)
 AXIS = NominalAxis(
     lead_m=5e-3,
     force_constant_n_a=500.0,
@@ -53,7 +60,16 @@ def regression_data_of(
     force_n = MASS_KG * motion.acceleration_m_s2 + VISCOUS_N_S_M * motion.velocity_m_s
     force_n = force_n + COULOMB_N * motion.direction
     data = RegressionData(
-        T, np.arange(len(position_m)) * T, motion, force_n, force_n, AXIS.lead_m, 0.0, None, None, {}
+        period_s=T,
+        time_s=np.arange(len(position_m)) * T,
+        motion=motion,
+        force_n=force_n,
+        model_force_n=force_n,
+        lead_m=AXIS.lead_m,
+        motor_mass_kg=0.0,
+        scale_m=None,
+        temperature_k=None,
+        others={},
     )
     for one in more:
         columns = ENTRIES[one.effect].terms[0].columns(data, one.candidates[0].shape_parameters)
@@ -72,16 +88,16 @@ def identified_effect(
 ) -> IdentifiedEffect:
     """An identified effect whose `gain` is its coefficient."""
     return IdentifiedEffect(
-        effect,
-        "force",
-        0.9,
-        list(equivalent),
-        [RivalEffect(name, doubt, 0.9) for name, doubt in rivals],
-        [CandidateTerm(effect, shape, False, (0,))],
-        {},
-        coefficient,
-        0.5,
-        "",
+        effect=effect,
+        channel="force",
+        confidence=0.9,
+        equivalent=list(equivalent),
+        rivals=[RivalEffect(name, doubt, 0.9) for name, doubt in rivals],
+        candidates=[CandidateTerm(effect, shape, False, (0,))],
+        parameters={},
+        gain=coefficient,
+        heldout_gain=0.5,
+        explanation="",
     )
 
 

@@ -60,7 +60,14 @@ class ShortRun:
     def outlook(self) -> Outlook:
         done = len(self._scores)
         stage = self.stroke.stage if self.stroke is not None else "done"
-        return Outlook(stage, done, len(STROKES), float(len(STROKES) - done), 0.9, 1e-6)
+        return Outlook(
+            stage=stage,
+            strokes_done=done,
+            strokes_total=len(STROKES),
+            remaining_s=float(len(STROKES) - done),
+            acceleration_m_s2=0.9,
+            best_m=1e-6,
+        )
 
     @property
     def learned(self) -> Learned | None:

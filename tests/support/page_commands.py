@@ -64,12 +64,12 @@ def groups() -> list[Group]:
     found: list[dict[str, Any]] = tomllib.loads(GROUPS.read_text(encoding="utf-8"))["group"]
     return [
         Group(
-            entry["name"],
-            entry["when"],
-            entry["run"],
-            [(command, ready) for command, ready in entry.get("beside", [])],
-            entry.get("needs", ""),
-            entry.get("why", ""),
+            name=entry["name"],
+            when=entry["when"],
+            run=entry["run"],
+            beside=[(command, ready) for command, ready in entry.get("beside", [])],
+            needs=entry.get("needs", ""),
+            why=entry.get("why", ""),
         )
         for entry in found
     ]

@@ -24,6 +24,11 @@ def circle(
     )
 
 
+def dwell(seconds: float, label: str = "rest") -> str:
+    """A standstill."""
+    return f'\n[[step]]\nkind = "dwell"\nlabel = "{label}"\nseconds = {seconds}\n'
+
+
 def circle_about_origin(
     radius_mm: float, feed_mm_min: float, turns: float, *, label: str, ramp_s: float, move_mm_min: float
 ) -> str:

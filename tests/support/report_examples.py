@@ -1,4 +1,4 @@
-"""Inputs of a report: two views with known effects, two replays with known errors."""
+"""Inputs of a report: two analysed residuals with known effects, two replays with known errors."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ table.mass_kg = 50.0
 """
 
 
-def two_views(folder: Path) -> list[ResidualAnalysis]:
+def two_analyses(folder: Path) -> list[ResidualAnalysis]:
     """Return the force residuals of two recordings with a ripple, and a deviation with 3 um of backlash."""
     file = folder / "model.toml"
     file.write_text(MODEL, encoding="utf-8")
@@ -31,9 +31,9 @@ def two_views(folder: Path) -> list[ResidualAnalysis]:
         return np.sin(2.0 * np.pi * s.motion.position_m / LEAD_M)
 
     ripple = [residual(ripple_n, seed=seed, source=f"{HOSTILE}{seed}") for seed in (0, 1)]
-    way = data()
-    play_m = 1.5e-6 * way.motion.last_direction
-    with_scale = way._replace(scale_m=way.motion.position_m - play_m)
+    moved = data()
+    play_m = 1.5e-6 * moved.motion.last_direction
+    with_scale = moved._replace(scale_m=moved.motion.position_m - play_m)
     noise = residual(of=with_scale, noise=1e-7)
     deviation = noise._replace(measured=noise.after - play_m, before=noise.after - play_m)
     return [
@@ -51,15 +51,15 @@ def two_replays() -> list[ReplayComparison]:
 
     def run(number: int, wrong_n: NDArray[np.float64], wrong_m: float) -> Replay:
         return Replay(
-            f"{HOSTILE}{number}",
-            time_s,
-            force_n,
-            force_n + wrong_n,
-            place_m,
-            place_m + wrong_m,
-            None,
-            None,
-            0.0,
+            source=f"{HOSTILE}{number}",
+            time_s=time_s,
+            force_n=force_n,
+            replayed_force_n=force_n + wrong_n,
+            motor_m=place_m,
+            replayed_motor_m=place_m + wrong_m,
+            scale_m=None,
+            replayed_scale_m=None,
+            origin_m=0.0,
         )
 
     return [ReplayComparison("x", run(k, missed_n, 2.8e-6), run(k, 0.1 * missed_n, 7.7e-7)) for k in (0, 1)]

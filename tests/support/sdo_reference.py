@@ -4,7 +4,7 @@ The file is read with configparser; sizes, access, limits and the order of refus
 (7.2.4.3.17 and table 22).
 """
 
-from configparser import RawConfigParser
+from configparser import RawConfigParser, SectionProxy
 from pathlib import Path
 from typing import NamedTuple
 
@@ -79,19 +79,26 @@ class ReferenceDictionary:
         return NO_SUBINDEX if any(known == index for known, _ in self.entries) else NO_OBJECT
 
 
-def _entry(section: object, node_id: int) -> Entry:
+def _entry(section: SectionProxy, node_id: int) -> Entry:
     def number(key: str) -> int | None:
-        text = section.get(key, "")  # type: ignore[attr-defined]
+        text = section.get(key, "")
         return (
             sum(int(part, 0) for part in text.replace("$NODEID", str(node_id)).split("+")) if text else None
         )
 
-    kind = int(section["DataType"], 0)  # type: ignore[index]
+    kind = int(section["DataType"], 0)
     size, signed = BYTES.get(kind), kind in SIGNED
     default = None
     if size is not None:
         given = number("DefaultValue")
         default = None if given is None else given.to_bytes(size, "little", signed=signed)
     elif kind == 0x9:
-        default = section.get("DefaultValue", "").encode()  # type: ignore[attr-defined]
-    return Entry(size, signed, section["AccessType"], number("LowLimit"), number("HighLimit"), default)  # type: ignore[index]
+        default = section.get("DefaultValue", "").encode()
+    return Entry(
+        size=size,
+        signed=signed,
+        access=section["AccessType"],
+        low=number("LowLimit"),
+        high=number("HighLimit"),
+        default=default,
+    )

@@ -51,7 +51,7 @@ def data(folder: Path, *, warm: bool = False) -> RegressionData:
     speed = np.abs(np.gradient(x, PERIOD_S))
     decay = math.exp(-PERIOD_S / 10.0)  # C = 2 J/K, R C = 10 s
     friction_w = speed * (BASE["coulomb_n"] + BASE["viscous_n_s_m"] * speed)
-    warmth_k = lfilter([PERIOD_S / 2.0], [1.0, -decay], friction_w)
+    temperature_rise_k = lfilter([PERIOD_S / 2.0], [1.0, -decay], friction_w)
     recording = AxisRecording(
         source="made up",
         axis="x",
@@ -61,7 +61,7 @@ def data(folder: Path, *, warm: bool = False) -> RegressionData:
         force_n=100.0 * np.gradient(np.gradient(x, PERIOD_S), PERIOD_S),
         scale_m=x,
         reference_m=None,
-        temperature_k=START_K + warmth_k if warm else None,
+        temperature_k=START_K + temperature_rise_k if warm else None,
         others={"y": 0.05 * np.cos(t), "z": 0.001 * np.sin(t)},
     )
     return regression_data(recording, load_model(model_file(folder)).axes["x"])
@@ -76,7 +76,18 @@ def finding(effect: str, channel: ResidualChannel, terms: Sequence[dict[str, flo
         for key, value in term.items()
     }
     candidates = [CandidateTerm(effect, (float(k),), False, (k,)) for k in range(len(terms))]
-    return IdentifiedEffect(effect, channel.value, 1.0, [], [], candidates, parameters, 0.5, 0.5, "")
+    return IdentifiedEffect(
+        effect=effect,
+        channel=channel.value,
+        confidence=1.0,
+        equivalent=[],
+        rivals=[],
+        candidates=candidates,
+        parameters=parameters,
+        gain=0.5,
+        heldout_gain=0.5,
+        explanation="",
+    )
 
 
 def explanations(
@@ -89,7 +100,13 @@ def explanations(
     }
     residuals = [SyntheticResidual("made up", seen)]
     return [
-        SyntheticExplanation(one, findings if one is channel else [], dict(base), False, residuals)
+        SyntheticExplanation(
+            channel=one,
+            findings=findings if one is channel else [],
+            base=dict(base),
+            parameters_matter=False,
+            residuals=residuals,
+        )
         for one, base in bases.items()
     ]
 

@@ -9,8 +9,9 @@ from nicegui import app
 from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response  # FastAPI reads it
 
 from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE
 from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs, Job, JobState
-from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, MODEL, REPORT, accept_model, log_action
+from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, accept_model, log_action
 from servo_ctrl.hmi.languages.report_page import translated_report
 from servo_ctrl.hmi.languages.texts import ENGLISH, LANGUAGES
 
@@ -41,7 +42,7 @@ class Diagnoses:
 
     async def accept(self, job: Job, target: Path, who: Who) -> Path | None:
         """Copy the repaired model into use; return the path of the old one, None without one."""
-        kept = await asyncio.to_thread(accept_model, job.directory / MODEL, target, who.user)
+        kept = await asyncio.to_thread(accept_model, job.directory / MODEL_FILE, target, who.user)
         await self._log_action(who, "accept", job, target=str(target), kept=str(kept or ""))
         return kept
 
@@ -57,7 +58,7 @@ class Diagnoses:
         if path is None or not path.is_file():
             return PlainTextResponse("there is no such file", 404)
         headers = {"cache-control": "no-store"}
-        if name == REPORT and language != ENGLISH and language in LANGUAGES:
+        if name == REPORT_FILE and language != ENGLISH and language in LANGUAGES:
             headers["content-disposition"] = f'attachment; filename="{name}"'
             return HTMLResponse(translated_report(path.read_text("utf-8"), language), headers=headers)
         return FileResponse(path, media_type=media_type, filename=name, headers=headers)

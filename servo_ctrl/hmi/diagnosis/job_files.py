@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 
 from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.errors import ServoCtrlError, reason_of
+from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE, VERDICT_FILE
 from servo_ctrl.files.directory import locked
 from servo_ctrl.files.toml_text import toml_text
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.recording.command_log import append_line
 from servo_ctrl.recording.recorder import HEADER_FILE
 
-REPORT, VERDICT, MODEL = "report.html", "verdict.json", "model.toml"
-MEDIA_TYPES = {REPORT: "text/html", VERDICT: "application/json", MODEL: "text/plain"}
+MEDIA_TYPES = {REPORT_FILE: "text/html", VERDICT_FILE: "application/json", MODEL_FILE: "text/plain"}
 """The files of a diagnosis that a browser may download."""
 MAX_MODEL_BYTES = 1_000_000
 """A model of three axes has some 5000 bytes."""

@@ -11,10 +11,11 @@ from typing import Any
 from nicegui import run, ui
 
 from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.files.diagnosis_files import REPORT_FILE, VERDICT_FILE
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses
 from servo_ctrl.hmi.diagnosis.job import Job
-from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, REPORT, VERDICT
+from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES
 from servo_ctrl.hmi.diagnosis.verdict import (
     SENTENCES,
     DiagnosisVerdict,
@@ -84,7 +85,7 @@ class DiagnosisResult:
         if job is None:
             return
         try:
-            verdict = await run.io_bound(read_verdict, job.directory / VERDICT)
+            verdict = await run.io_bound(read_verdict, job.directory / VERDICT_FILE)
         except Exception as error:  # noqa: BLE001  # a diagnosis without a result would be taken for none
             with self._place:
                 note("verdict-problem", "bad").set_text(problem_text(error))
@@ -153,7 +154,7 @@ class DiagnosisResult:
             frame.props('sandbox="allow-scripts"')
             frame.props["title"] = tr("Report of the diagnosis")
             frame.style(f"width: 100%; height: {REPORT_HEIGHT_PX}px; border: 0; background: white")
-            address = json.dumps(self._diagnoses.address(job, REPORT, self._page.language))
+            address = json.dumps(self._diagnoses.address(job, REPORT_FILE, self._page.language))
             ui.run_javascript(LOAD_REPORT % {"frame": frame.id, "address": address})
             with div("bench-row"):
                 for name in MEDIA_TYPES:

@@ -78,13 +78,6 @@ class Proposals(NamedTuple):
     """Optimiser, terms, and the sum of squares left over that of the base alone."""
 
 
-def peer_names(
-    recordings: Sequence[AxisRecording], axis: NominalAxis, rules: Rules = RULES
-) -> list[tuple[str, float]]:
-    """Effects with their shares."""
-    return diagnose(recordings, axis, rules).named
-
-
 def diagnose(recordings: Sequence[AxisRecording], axis: NominalAxis, rules: Rules = RULES) -> Peer:
     """Both senses of an axis."""
     return chosen(proposals(recordings, axis, rules), rules)

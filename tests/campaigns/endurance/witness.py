@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 
 from servo_ctrl.daemon.run.report import RunReport
 
-SYNC, OWN_EMCY = "080", "0FF"
+SYNC = "080"
 
 
 class Books(NamedTuple):

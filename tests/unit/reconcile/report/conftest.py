@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from report_examples import HOSTILE, two_replays, two_views
+from report_examples import HOSTILE, two_analyses, two_replays
 
 from reconcile.location.residual_coordinates import ResidualAnalysis, verdict_noise, verdict_places
 from reconcile.replay.model_replays import ReplayComparison, replays_json
@@ -13,7 +13,7 @@ from reconcile.report.report import write_report
 
 @pytest.fixture(scope="module")
 def views(tmp_path_factory: pytest.TempPathFactory) -> list[ResidualAnalysis]:
-    return two_views(tmp_path_factory.mktemp("model"))
+    return two_analyses(tmp_path_factory.mktemp("model"))
 
 
 @pytest.fixture(scope="module")
