@@ -11,7 +11,7 @@ from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.accounted import Accounted, accounted
 from reconcile.identification.findings import IdentifiedEffect, ReportedEffects
-from reconcile.identification.payload import payload
+from reconcile.identification.payload import mass_bias_kg, payload
 from reconcile.identification.term_search import FoundTerms, TermSearch
 from reconcile.identification.unexplained_residual import unexplained_residual
 from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
@@ -125,11 +125,8 @@ def _explained(found: FoundTerms) -> Explanation:
     models = _models(found, admissible, reported.timing)
     before, refitted, after = (_residual_rms(equations, *model, train, found.held_out) for model in models)
     found_residuals = residuals(found.problem, sources, models, found.held_out)
-    mass_kg, added_mass, is_force = axis.mass_kg, None, channel is ResidualChannel.FORCE
-    if is_force:
-        gains = (1.0 - (r / max(b, 1e-300)) ** 2 for b, r in zip(before, refitted, strict=True))
-        added_mass = payload(reported.base, axis, *gains)
-        mass_kg = reported.base["mass_kg"].value
+    is_force = channel is ResidualChannel.FORCE
+    mass_kg = reported.base["mass_kg"].value if is_force else axis.mass_kg
     sizes = accounted(
         found.problem,
         found.terms,
@@ -137,6 +134,11 @@ def _explained(found: FoundTerms) -> Explanation:
         noise=noise_floor(found_residuals, channel, mass_kg).rms,
         share=rules.matters,
     )
+    added_mass = None
+    if is_force:
+        gains = (1.0 - (r / max(b, 1e-300)) ** 2 for b, r in zip(before, refitted, strict=True))
+        bias_kg = mass_bias_kg(found.problem, sizes.unexplained)
+        added_mass = payload(reported.base, axis, *gains, bias_kg)
     large, beside_terms = _findings(found, reported, found_residuals, sizes, added_mass)
     rigid = equations.denormalised(equations.slots([]), models[1][1][: len(equations.slots([]))])
     return Explanation(

@@ -1,16 +1,20 @@
 """Payload: the identified mass exceeds the nominal one while friction is unchanged.
 
 A wrong force constant or wrong data sheet values would change friction too; the verdict then is `parameters`.
+A force that nothing explains biases the mass as far as it follows the acceleration by chance. An added mass
+is therefore told only where its own force is the larger one.
 """
 
 from collections.abc import Mapping
 
+import numpy as np
 from scipy.special import ndtr
 
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.confidence import confidence
 from reconcile.identification.findings import IdentifiedEffect
 from reconcile.identification.parameter_estimates import Estimate
+from reconcile.regression.regression_problem import RegressionProblem
 
 LEAST_EXCESS = 0.04
 """Least excess over the nominal mass, as a share of it."""
@@ -20,15 +24,31 @@ FRICTION_CHANGE_RATIO = 0.4
 """Largest relative change of friction over that of the mass."""
 
 
+def mass_bias_kg(problem: RegressionProblem, unexplained_n: float) -> float:
+    """Return the mass whose force is as large as an unexplained one, both RMS in the samples in use."""
+    used = zip(problem.datasets, problem.used, strict=True)
+    acceleration_m_s2 = np.concatenate([data.motion.acceleration_m_s2[samples] for data, samples in used])
+    return unexplained_n / max(float(np.sqrt(np.mean(acceleration_m_s2**2))), 1e-300)
+
+
 def payload(
-    values: Mapping[str, Estimate], axis: NominalAxis, gain: float, heldout_gain: float
+    values: Mapping[str, Estimate],
+    axis: NominalAxis,
+    gain: float,
+    heldout_gain: float,
+    bias_kg: float,
 ) -> IdentifiedEffect | None:
-    """The payload, if the identified baseline `values` show one; `gain`: share explained by refitting."""
+    """The payload, if the identified baseline `values` show one; `gain`: share explained by refitting.
+
+    `bias_kg`: the mass that has as large a force as what nothing explains.
+    """
     nominal = baseline_parameters(axis)
     mass, nominal_kg = values["mass_kg"], nominal["mass_kg"]
     excess = mass.value / nominal_kg - 1.0
     least_kg = nominal_kg * (1.0 + 0.5 * LEAST_EXCESS)
     if gain < LEAST_GAIN or excess < LEAST_EXCESS or mass.low < least_kg:
+        return None
+    if mass.value - nominal_kg < bias_kg:
         return None
     for key in ("viscous_n_s_m", "coulomb_n"):
         friction, fitted = nominal[key], values[key]
