@@ -138,7 +138,7 @@ def _explained(found: FoundTerms) -> Explanation:
     if is_force:
         gains = (1.0 - (r / max(b, 1e-300)) ** 2 for b, r in zip(before, refitted, strict=True))
         bias_kg = mass_bias_kg(found.problem, sizes.unexplained)
-        added_mass = payload(reported.base, axis, *gains, bias_kg)
+        added_mass = payload(reported.base, axis, *gains, bias_kg=bias_kg)
     large, beside_terms = _findings(found, reported, found_residuals, sizes, added_mass)
     rigid = equations.denormalised(equations.slots([]), models[1][1][: len(equations.slots([]))])
     return Explanation(

@@ -36,6 +36,7 @@ def payload(
     axis: NominalAxis,
     gain: float,
     heldout_gain: float,
+    *,
     bias_kg: float,
 ) -> IdentifiedEffect | None:
     """The payload, if the identified baseline `values` show one; `gain`: share explained by refitting.

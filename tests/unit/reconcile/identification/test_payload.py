@@ -30,7 +30,7 @@ def fitted(axis: NominalAxis, mass: float, friction: float, *, spread: float = 0
 
 
 def test_a_wrong_mass_alone_is_a_payload(axis: NominalAxis) -> None:
-    found = payload(fitted(axis, 1.1, 1.0), axis, GAIN, 0.4, 0.0)
+    found = payload(fitted(axis, 1.1, 1.0), axis, GAIN, 0.4, bias_kg=0.0)
     assert found is not None
     nominal_kg = baseline_parameters(axis)["mass_kg"]
     added = found.parameters["mass_kg"]
@@ -58,16 +58,16 @@ def test_a_wrong_mass_alone_is_a_payload(axis: NominalAxis) -> None:
 def test_other_differences_are_no_payload(
     axis: NominalAxis, mass: float, friction: float, spread: float, gain: float
 ) -> None:
-    assert payload(fitted(axis, mass, friction, spread=spread), axis, gain, 0.4, 0.0) is None
+    assert payload(fitted(axis, mass, friction, spread=spread), axis, gain, 0.4, bias_kg=0.0) is None
 
 
 def test_friction_may_differ_by_a_share_of_the_mass_difference(axis: NominalAxis) -> None:
-    assert payload(fitted(axis, 1.1, 1.039), axis, GAIN, 0.4, 0.0) is not None
-    assert payload(fitted(axis, 1.1, 1.041), axis, GAIN, 0.4, 0.0) is None
+    assert payload(fitted(axis, 1.1, 1.039), axis, GAIN, 0.4, bias_kg=0.0) is not None
+    assert payload(fitted(axis, 1.1, 1.041), axis, GAIN, 0.4, bias_kg=0.0) is None
 
 
 def test_a_mass_whose_force_is_less_than_what_nothing_explains_is_no_payload(axis: NominalAxis) -> None:
     values = fitted(axis, 1.1, 1.0)
     added_kg = 0.1 * baseline_parameters(axis)["mass_kg"]
-    assert payload(values, axis, GAIN, 0.4, 0.99 * added_kg) is not None
-    assert payload(values, axis, GAIN, 0.4, 1.01 * added_kg) is None
+    assert payload(values, axis, GAIN, 0.4, bias_kg=0.99 * added_kg) is not None
+    assert payload(values, axis, GAIN, 0.4, bias_kg=1.01 * added_kg) is None
