@@ -82,6 +82,15 @@ MqttOption = Annotated[
         "its section stays."
     ),
 ]
+
+
+class ProgressFormat(StrEnum):
+    """`--progress`."""
+
+    TEXT = "text"
+    JSON = "json"
+
+
 OutOption = Annotated[Path, typer.Option(help="Folder for pictures and recordings; made if absent.")]
 TableOption = Annotated[
     Path,

@@ -1,9 +1,12 @@
 """Progress and events of a run on standard error: a bar on a terminal, else a line for each step."""
 
 import contextlib
+import itertools
+import json
 import math
 from collections.abc import Callable, Iterator
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
@@ -11,6 +14,8 @@ from servo_ctrl.commands.learning_status import ACTIVE
 from servo_ctrl.daemon.run.report import Progress as RunProgress
 
 Show = Callable[[RunProgress], None]
+FORMAT = 1
+"""Version of the lines of JSON; a reader of another version must refuse them."""
 
 
 @contextlib.contextmanager
@@ -29,6 +34,25 @@ def progress_bar() -> Iterator[Show]:
             show_step(progress)
 
         yield show
+
+
+def ignored(_progress: RunProgress) -> None:
+    """Show nothing."""
+
+
+def json_steps(usual: int) -> Callable[[str], None]:
+    """Return what prints a line of JSON on standard error for each step: step, done, of.
+
+    `usual`: number of steps; where there are more, the last one takes them all.
+    """
+    counted = itertools.count()
+
+    def tell(step: str) -> None:
+        done = min(next(counted), usual - 1)
+        line = json.dumps({"format": FORMAT, "step": step, "done": done, "of": usual})
+        typer.echo(line, err=True)
+
+    return tell
 
 
 @contextlib.contextmanager

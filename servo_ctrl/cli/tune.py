@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from servo_ctrl.cli.options import MachineOption, PacingChoice, PacingOption
+from servo_ctrl.cli.options import MachineOption, PacingChoice, PacingOption, ProgressFormat
 
 
 def tune(
@@ -37,6 +37,10 @@ def tune(
             min=0.0, help="Peak of the excitation, N; without it, derived from the reaction to a weak one."
         ),
     ] = None,
+    progress: Annotated[
+        ProgressFormat,
+        typer.Option(help="text, or a line of JSON per step on standard error, for another program."),
+    ] = ProgressFormat.TEXT,
     apply: Annotated[
         bool,
         typer.Option(
@@ -69,24 +73,27 @@ def tune(
     servo-ctrl tune --machine mine --axis x --bus socketcan:can0 --ms 1.6 --out out/tune
     """
     import asyncio
+    import contextlib
 
     from rich.console import Console
 
-    from servo_ctrl.cli.progress import progress_bar
+    from servo_ctrl.cli.progress import ignored, json_steps, progress_bar
     from servo_ctrl.config.load import load_machine
     from servo_ctrl.tuning.files import write_files
     from servo_ctrl.tuning.machine_file import apply_to_file
-    from servo_ctrl.tuning.request import TuneRequest
+    from servo_ctrl.tuning.request import NOT_PROVED, STEPS, TuneRequest
     from servo_ctrl.tuning.simulated import tune_axis
     from servo_ctrl.tuning.summary import summary_lines
 
     config = load_machine(machine)
+    as_json = progress is ProgressFormat.JSON
     console = Console(stderr=True)
 
-    def tell(text: str) -> None:
+    def print_line(text: str) -> None:
         console.print(text, highlight=False, markup=False, soft_wrap=True)
 
-    with progress_bar() as show:
+    tell = json_steps(STEPS) if as_json else print_line
+    with contextlib.nullcontext(ignored) if as_json else progress_bar() as show:
         request = TuneRequest(
             machine=config, axis=axis, out=out, ms=ms, force_n=force_n, show=show, tell=tell
         )
@@ -96,7 +103,7 @@ def tune(
     for file in write_files(result, out):
         typer.echo(f"written: {file}")
     if not result.proved:
-        typer.echo("servo-ctrl: the proposal was not proved; nothing was applied", err=True)
+        typer.echo(f"servo-ctrl: {NOT_PROVED}", err=True)
         raise typer.Exit(1)
     if apply:
         kept = apply_to_file(config.source, axis, result.sections)

@@ -50,6 +50,7 @@ def figures_of(result: TuneResult) -> dict[str, Any]:
         "stated_ms": result.ms,
         "measured_ms": result.measured_ms,
         "proved": result.proved,
+        "simulated": result.simulated,
         "excitation_n": result.plan.amplitude_n,
         "speed_m_s": result.plan.speed_m_s,
         "plant": {

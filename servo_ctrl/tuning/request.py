@@ -17,6 +17,9 @@ CLOSED_IN_THE_DRIVE = {
     "file acts. Tune both loops in the drive, or tune in mode cst",
 }
 """Why there is nothing to propose, and what to do, by mode."""
+NOT_PROVED = "the proposal was not proved; nothing was applied"
+STEPS = 6
+"""Lines of `tell` in a tuning on the simulator whose first gains and first proposal are good enough."""
 
 
 class TuneRequest(NamedTuple):

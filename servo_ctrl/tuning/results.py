@@ -50,6 +50,8 @@ class TuneResult(NamedTuple):
     proposal: Proposal
     sections: Sections
     notes: tuple[str, ...]
+    simulated: bool = False
+    """On hil-sim instead of the machine."""
 
     @property
     def proved(self) -> bool:

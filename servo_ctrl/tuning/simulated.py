@@ -15,5 +15,7 @@ async def tune_axis(request: TuneRequest, bus: str | None, pacing: Pacing) -> Tu
     if bus is not None:
         return await TuneRun(request, bus, pacing).run()
     request.tell("starting hil-sim (the first start compiles the kernels) ...")
+    # the broker of the machine file is told of the machine, not of its model
+    request = request._replace(machine=request.machine.model_copy(update={"mqtt": None}))
     async with simulated_machine(request.machine.source.parent, "lockstep") as spec:
-        return await TuneRun(request, spec, "lockstep").run()
+        return (await TuneRun(request, spec, "lockstep").run())._replace(simulated=True)

@@ -24,6 +24,7 @@ from servo_ctrl.hmi.access.control_right import ControlRight
 from servo_ctrl.hmi.app import serve
 from servo_ctrl.hmi.diagnosis import job
 from servo_ctrl.hmi.shell.open_page import PageServices
+from servo_ctrl.hmi.tuning import job as tuning_job
 
 LONGEST_SILENCE_S = 120.0
 """Of a browser or this process, which wait for a processor; on a machine it is 6 s, and the websocket's 20 s.
@@ -68,7 +69,9 @@ def steer(link: StubLink, control: ControlRight) -> None:
 if __name__ == "__main__":
     port, out = int(sys.argv[1]), Path(sys.argv[2])
     access, certificate, key = [Path(name) for name in sys.argv[3:]] or [None, None, None]
-    job.installed_command = lambda: (sys.executable, str(Path(__file__).with_name("diagnosis_stand_in.py")))
+    here = Path(__file__)
+    job.installed_command = lambda: (sys.executable, str(here.with_name("diagnosis_stand_in.py")))
+    tuning_job.installed_command = lambda: (sys.executable, str(here.with_name("tuning_stand_in.py")))
     stub = StubLink()
     right = ControlRight()
     steer(stub, right)

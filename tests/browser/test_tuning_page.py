@@ -96,3 +96,51 @@ def test_a_proposal_that_was_not_proved_warns_and_a_damaged_file_is_named(
     (tmp_path / "first" / "tune.json").write_text('{"machine": 3}', encoding="utf-8")
     page.reload()
     expect(page.get_by_test_id("tuning-problem")).to_contain_text("tune.json: machine:")
+
+
+def simulated_machine(stub: Stub, directory: Path) -> None:
+    for name in ("controller.toml", "plant.toml"):
+        (directory / name).write_text("", encoding="utf-8")
+    serve_machine(stub, directory)
+
+
+def test_a_tuning_on_the_simulator_shows_its_steps_and_then_its_result(
+    visit: Callable[..., Page], stub: Stub, tmp_path: Path, picture: Callable[[Page, str], None]
+) -> None:
+    simulated_machine(stub, tmp_path)
+    page = visit("/tuning")
+    page.get_by_test_id("tune-ms").fill("1.5")
+    page.get_by_test_id("run-tuning").click()
+    expect(page.get_by_test_id("job-step")).to_have_text("starting hil-sim")
+    (tmp_path / "step0").touch()
+    expect(page.get_by_test_id("job-step")).to_have_text("plant: 50 kg")
+    expect(page.get_by_test_id("job-progress")).to_have_attribute("aria-valuenow", "0.5")
+    picture(page, "tuning-on-the-simulator")
+    (tmp_path / "step1").touch()
+    expect(page.get_by_test_id("job-state")).to_contain_text("done")
+    expect(page.get_by_test_id("tuning-state")).to_contain_text("proved on the simulator")
+    expect(page.get_by_test_id("tuning-ms")).to_contain_text("1.5 was stated")
+    assert stub.requests() == [], "the controller was asked for nothing"
+
+
+def test_a_tuning_on_the_simulator_can_be_cancelled_by_another_browser(
+    visit: Callable[..., Page], stub: Stub, tmp_path: Path
+) -> None:
+    simulated_machine(stub, tmp_path)
+    page, other = visit("/tuning"), visit("/tuning")
+    page.get_by_test_id("run-tuning").click()
+    expect(other.get_by_test_id("job-state")).to_contain_text("running")
+    other.get_by_test_id("run-tuning").click()
+    expect(other.get_by_text("a tuning is running already")).to_be_visible()
+    other.get_by_test_id("job-cancel").click()
+    expect(page.get_by_test_id("job-state")).to_contain_text("cancelled")
+
+
+def test_without_a_model_of_the_machine_nothing_is_tuned(
+    visit: Callable[..., Page], stub: Stub, tmp_path: Path
+) -> None:
+    simulated_machine(stub, tmp_path)
+    (tmp_path / "plant.toml").unlink()
+    page = visit("/tuning")
+    page.get_by_test_id("run-tuning").click()
+    expect(page.get_by_text("plant.toml: there is no such file, so nothing can be simulated")).to_be_visible()

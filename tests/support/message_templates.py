@@ -31,6 +31,11 @@ SOURCES = (
     ROOM / "cyclic" / "drive_phases.py",
     ROOM / "cyclic" / "sequence.py",
     ROOM / "hmi" / "diagnosis" / "job.py",
+    ROOM / "hmi" / "shell" / "program_jobs.py",
+    ROOM / "hmi" / "tuning" / "job.py",
+    ROOM / "tuning" / "request.py",
+    ROOM / "tuning" / "session.py",
+    ROOM / "tuning" / "simulated.py",
     ROOM / "hmi" / "link" / "machine_link.py",
 )
 """Sources of events, reasons and refusals."""

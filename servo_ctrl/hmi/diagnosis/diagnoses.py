@@ -10,10 +10,12 @@ from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, R
 
 from servo_ctrl.commands.local_messages import Who
 from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE
-from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs, Job, JobState
-from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, accept_model, log_action
+from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs
+from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, accept_model
 from servo_ctrl.hmi.languages.report_page import translated_report
 from servo_ctrl.hmi.languages.texts import ENGLISH, LANGUAGES
+from servo_ctrl.hmi.shell.action_log import log_action
+from servo_ctrl.hmi.shell.program_jobs import Job, JobState
 
 DIRECTORY, LOG_FILE = "diagnoses", "reconcile.jsonl"
 ADDRESS = "/diagnosis"

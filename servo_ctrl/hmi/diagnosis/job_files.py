@@ -9,13 +9,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE, VERDICT_FILE
 from servo_ctrl.files.directory import locked
 from servo_ctrl.files.toml_text import toml_text
 from servo_ctrl.files.whole_file import write_text_whole
-from servo_ctrl.recording.command_log import append_line
 from servo_ctrl.recording.recorder import HEADER_FILE
 
 MEDIA_TYPES = {REPORT_FILE: "text/html", VERDICT_FILE: "application/json", MODEL_FILE: "text/plain"}
@@ -145,18 +143,6 @@ def accept_model(source: Path, target: Path, who: str) -> Path | None:
     except OSError as error:
         raise FilesError(f"{target}: cannot be written: {reason_of(error)}") from None
     return kept
-
-
-def log_action(log: Path, who: str, what: str, details: dict[str, object]) -> None:
-    """Append to a log who did what and when, one JSON object a line. Raises OSError."""
-    moment = datetime.now(UTC).isoformat(timespec="milliseconds")
-    entry = {"format": FORMAT, "time": moment, "who": who, "what": what, **details}
-    log.parent.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(log, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o600)
-    try:
-        append_line(descriptor, json.dumps(entry, default=str).encode() + b"\n")
-    finally:
-        os.close(descriptor)
 
 
 def _keep_old(target: Path) -> Path | None:

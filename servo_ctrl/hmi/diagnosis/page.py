@@ -10,17 +10,15 @@ from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses, diagnoses_of
-from servo_ctrl.hmi.diagnosis.job import ENDED, Job, JobState
 from servo_ctrl.hmi.diagnosis.job_files import FoundRecording, models_in, recordings_below
 from servo_ctrl.hmi.diagnosis.recording_lines import recording_text, telling_text
 from servo_ctrl.hmi.diagnosis.result import DiagnosisResult
-from servo_ctrl.hmi.languages.controller_messages import controller_text, diagnosis_text
+from servo_ctrl.hmi.languages.controller_messages import diagnosis_text
 from servo_ctrl.hmi.languages.texts import tr, word
+from servo_ctrl.hmi.shell.job_view import STATES, JobView
 from servo_ctrl.hmi.shell.live_content import Rebuilt, when_connected
-from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import (
-    Pill,
     button,
     card,
     choice,
@@ -28,21 +26,10 @@ from servo_ctrl.hmi.shell.parts import (
     errors_notified,
     faint,
     named,
-    note,
-    progress_bar,
 )
-from servo_ctrl.hmi.shell.units import duration_text
+from servo_ctrl.hmi.shell.program_jobs import Job, JobState
 
 TITLE = word("Reconcile")
-STATES: dict[JobState, tuple[str, Tone]] = {
-    JobState.RUNNING: (word("\N{BLACK RIGHT-POINTING TRIANGLE} running"), "good"),
-    JobState.CANCELLING: (word("… being cancelled"), "warn"),
-    JobState.DONE: (word("✓ done"), "good"),
-    JobState.CANCELLED: (word("\N{BLACK SQUARE} cancelled"), "calm"),
-    JobState.FAILED: (word("⚠ failed"), "bad"),
-}
-SHOWN_LINES = 8
-"""The last lines of a diagnosis that is running or has failed."""
 BOX_STYLE = "width: 100%; min-height: 44px; overflow-wrap: anywhere"
 
 
@@ -68,16 +55,7 @@ class DiagnosisCards:
         self._result = DiagnosisResult(page, hello, diagnoses)
 
     def _build_job(self) -> None:
-        with div("bench-row apart"):
-            self._state = Pill("job-state")
-            self._time = faint().classes("num").mark("job-time")
-        self._bar = progress_bar(tr("Progress of the diagnosis"), "job-progress")
-        self._step = ui.label().mark("job-step").style("overflow-wrap: anywhere")
-        self._reason = note("job-reason").props("role=alert")
-        self._lines = faint().mark("job-lines")
-        self._lines.style("white-space: pre-wrap; overflow-wrap: anywhere; font-size: 12px")
-        with div("bench-row"):
-            self._cancel_button = button(tr("Cancel"), self._cancel, "job-cancel", icon="stop")
+        self._view = JobView(tr("Progress of the diagnosis"), diagnosis_text, self._cancel)
         self._others = Rebuilt(div("bench-column").mark("jobs"), self._show_others)
 
     def refresh(self, _status: MachineStatus | None = None) -> None:
@@ -86,20 +64,9 @@ class DiagnosisCards:
         if jobs and jobs[-1] is not self._newest:  # a new one is shown to everybody
             self._newest = self._shown = jobs[-1]
         job = self._shown
-        self._cancel_button.set_visibility(self._diagnoses.jobs.running is not None)
-        self._bar.set_visibility(job is not None)
+        self._view.show(job, running=self._diagnoses.jobs.running is not None)
         if job is None:
-            self._state.show(tr("none yet"), "calm")
             return
-        shown, tone = STATES[job.state]
-        self._state.show(tr(shown), tone)
-        self._time.set_text(
-            tr("{elapsed}, started by {who}", elapsed=duration_text(job.elapsed_s), who=job.who)
-        )
-        self._bar.set_value(round(job.progress, 3))
-        self._step.set_text("" if job.state in ENDED else diagnosis_text(tr(job.step)))
-        self._reason.set_text(controller_text(job.reason))
-        self._lines.set_text("" if job.state is JobState.DONE else "\n".join(job.lines[-SHOWN_LINES:]))
         if (job.key, job.state) != self._shown_result:
             self._shown_result = (job.key, job.state)
             self._others.show([(other, other.state) for other in reversed(jobs) if other is not job])
@@ -108,7 +75,7 @@ class DiagnosisCards:
     def _show_others(self, jobs: Sequence[tuple[Job, JobState]]) -> None:
         for job, state in jobs:
             text = (
-                f"{job.started:%Y-%m-%d %H:%M} {tr(STATES[state][0])}, {recordings_text(len(job.recordings))}"
+                f"{job.started:%Y-%m-%d %H:%M} {tr(STATES[state][0])}, {recordings_text(len(job.subjects))}"
             )
             ui.button(text, on_click=partial(self._open, job)).props("flat align=left dense")
 

@@ -14,7 +14,6 @@ from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.files.diagnosis_files import REPORT_FILE, VERDICT_FILE
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses
-from servo_ctrl.hmi.diagnosis.job import Job
 from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES
 from servo_ctrl.hmi.diagnosis.verdict import (
     SENTENCES,
@@ -44,6 +43,7 @@ from servo_ctrl.hmi.shell.parts import (
     problem_text,
 )
 from servo_ctrl.hmi.shell.plots import Theme, figure, plot_layout
+from servo_ctrl.hmi.shell.program_jobs import Job
 
 MODELS = (word("nominal"), word("refitted"), word("with the effects"))
 """The models whose residuals are compared, in the order of `Improvement.levels`."""

@@ -7,12 +7,15 @@ from pathlib import Path
 from nicegui import run, ui
 
 from servo_ctrl.commands.local_messages import Hello
+from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.live_content import Plot, TextTable, when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Pill, card, choice, div, faint, named, note, problem_text
 from servo_ctrl.hmi.shell.units import NO_VALUE
 from servo_ctrl.hmi.tuning.bode import magnitude_figure, phase_figure, sensitivity_figure
+from servo_ctrl.hmi.tuning.simulator_card import SimulatorCard
 from servo_ctrl.hmi.tuning.tunings import (
     BodeCurves,
     TunedSetting,
@@ -48,9 +51,8 @@ MARGINS = {
 def build(page: OpenPage) -> None:
     """Build the content of the page."""
 
-    def make(hello: Hello) -> list[Callable[[object], None]]:
-        TuningCards(page, hello)
-        return []
+    def make(hello: Hello) -> list[Callable[[MachineStatus], None]]:
+        return [TuningCards(page, hello).simulator.refresh]
 
     when_connected(page, make)
 
@@ -72,10 +74,11 @@ class TuningCards:
             self._none = note("no-tuning", "")
             faint(
                 tr(
-                    "A tuning moves the machine as its only controller: stop this one, then "
+                    "On the machine itself a tuning is the only controller: stop this one, then "
                     "servo-ctrl tune --machine … --axis … --bus …"
                 )
             ).style("overflow-wrap: anywhere")
+        self.simulator = SimulatorCard(page, hello, self._search)
         self._place = div("bench-column").mark("tuning-result")
         ui.timer(0.0, self._search, once=True)
 
@@ -144,7 +147,8 @@ def _show_proposal(figures: TuningFigures, directory: Path) -> None:
         with div("bench-row"):
             state = Pill("tuning-state")
         if figures.proved:
-            state.show(tr("✓ proved on the machine"), "good")
+            place = tr("✓ proved on the simulator") if figures.simulated else tr("✓ proved on the machine")
+            state.show(place, "calm" if figures.simulated else "good")
         else:
             state.show(tr("⚠ not proved: do not use it"), "bad")
         ui.label(
@@ -168,12 +172,13 @@ def _show_proposal(figures: TuningFigures, directory: Path) -> None:
         )
         for text in (figures.before.remark, *figures.notes):
             if text:
-                faint(text).style("overflow-wrap: anywhere; font-size: 12px")
+                faint(controller_text(text)).style("overflow-wrap: anywhere; font-size: 12px")
         faint(tr("Files: {place}", place=directory)).style("overflow-wrap: anywhere")
 
 
 def _show_proof(figures: TuningFigures) -> None:
-    with card(tr("Proof on the machine"), "proof"):
+    title = tr("Proof on the simulator") if figures.simulated else tr("Proof on the machine")
+    with card(title, "proof"):
         TextTable("indicators", (tr("indicator"), tr("before"), tr("after")), figures=True).show(
             [
                 (tr(name), _indicator_text(key, figures.before), _indicator_text(key, figures.after))

@@ -58,6 +58,8 @@ class TuningFigures(_TuningPart):
     stated_ms: float
     measured_ms: float
     proved: bool
+    simulated: bool = False
+    """On a simulator instead of the machine."""
     proposed: dict[Text, dict[Text, bool | float | Text]]
     before: TunedSetting
     after: TunedSetting

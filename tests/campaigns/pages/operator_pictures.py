@@ -29,8 +29,9 @@ from simulated_table import (  # noqa: E402
 from servo_ctrl.files.toml_text import toml_text  # noqa: E402
 
 LIMIT_MS = 240_000
+TUNING_LIMIT_MS = 1_200_000
 HEIGHT_PX = 830
-WHOLE = {"drive", "motion"}
+WHOLE = {"drive", "motion", "tuning"}
 """Pages that are shown down to their end."""
 DRAWN_MS = 1500
 """Time for plots to fit themselves to another width."""
@@ -101,6 +102,13 @@ def diagnose(page: Page, url: str) -> None:
     expect(page.get_by_test_id("verdict-sentence")).to_be_visible(timeout=LIMIT_MS)
 
 
+def tune(page: Page, url: str) -> None:
+    """Tune the first axis on the simulator."""
+    go(page, f"{url}/tuning")
+    page.get_by_test_id("run-tuning").click()
+    expect(page.get_by_test_id("tuning-ms")).to_be_visible(timeout=TUNING_LIMIT_MS)
+
+
 def take(page: Page, url: str, out: Path) -> None:
     """Operate the table, and keep the pages on the way."""
     page.get_by_test_id("take-control").click()
@@ -121,6 +129,8 @@ def take(page: Page, url: str, out: Path) -> None:
     expect(page.get_by_test_id("stage")).to_contain_text("Ready", timeout=LIMIT_MS)
     diagnose(page, url)
     shoot(page, "reconcile", out)
+    tune(page, url)
+    shoot(page, "tuning", out)
     load(page, url, "bracket.ngc")
     shoot(page, "motion", out)
     go(page, url)

@@ -13,12 +13,12 @@ from servo_ctrl.hmi.diagnosis.job_files import (
     AxisMotion,
     FilesError,
     accept_model,
-    log_action,
     models_in,
     read_model,
     recordings_below,
 )
 from servo_ctrl.hmi.diagnosis.recording_lines import recording_text, telling_text
+from servo_ctrl.hmi.shell.action_log import log_action
 from servo_ctrl.hmi.shell.units import MM
 from servo_ctrl.recording.channels import channels_of
 

@@ -10,7 +10,9 @@ import pytest
 
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.diagnosis import job as diagnosis_job
-from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs, Job, JobError, JobState
+from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs
+from servo_ctrl.hmi.shell import program_jobs
+from servo_ctrl.hmi.shell.program_jobs import Job, JobError, JobState
 
 MODEL = "[axis.x.table]\nmass_kg = 50.0\n[axis.y.motor]\ntorque_constant_nm_a = 0.4\n"
 SAY = "import sys, time, signal\ndef say(text): print(text, flush=True)\n"
@@ -48,7 +50,7 @@ async def test_a_diagnosis_gets_its_files_and_a_directory_of_its_own(
 ) -> None:
     run = diagnoses(tmp_path, OUT + "(out / 'seen').write_text('\\n'.join(sys.argv[1:]))\n")
     job = await run.start([files[0]], files[1], "ada")
-    await until(job, *diagnosis_job.ENDED)
+    await until(job, *program_jobs.ENDED)
     assert (job.state, job.progress, job.who) == (JobState.DONE, 1.0, "ada")
     given = (job.directory / "seen").read_text().splitlines()
     assert given == [str(files[0]), "--model", str(files[1]), "--out", str(job.directory)]
@@ -91,7 +93,7 @@ async def test_a_line_that_is_no_step_is_kept_as_output(
     run = diagnoses(tmp_path, f"say({step('reading', 1)!r}); say({line!r})\n")
     job = await run.start([files[0]], files[1], "ada")
     await until(job, JobState.DONE)
-    assert (job.step, job.lines) == ("reading", ["reading", line[: diagnosis_job.MAX_LINE_LENGTH]])
+    assert (job.step, job.lines) == ("reading", ["reading", line[: program_jobs.MAX_LINE_LENGTH]])
 
 
 async def test_only_one_runs_and_it_ends_at_an_interrupt(tmp_path: Path, files: tuple[Path, Path]) -> None:
@@ -113,7 +115,7 @@ async def test_only_one_runs_and_it_ends_at_an_interrupt(tmp_path: Path, files: 
 async def test_a_program_that_ignores_the_interrupt_is_killed(
     tmp_path: Path, files: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(diagnosis_job, "INTERRUPT_TIMEOUT_S", 0.05)
+    monkeypatch.setattr(program_jobs, "INTERRUPT_TIMEOUT_S", 0.05)
     deaf = "signal.signal(signal.SIGINT, signal.SIG_IGN)\nsay('reading')\ntime.sleep(60)\n"
     run = diagnoses(tmp_path, deaf)
     job = await run.start([files[0]], files[1], "ada")
@@ -139,8 +141,8 @@ async def test_endless_output_is_bounded(tmp_path: Path, files: tuple[Path, Path
     run = diagnoses(tmp_path, "sys.stdout.write('x' * 3_000_000)\nfor k in range(2000): say(str(k))\n")
     job = await run.start([files[0]], files[1], "ada")
     await until(job, JobState.DONE)
-    assert len(job.lines) <= diagnosis_job.MAX_LINES
-    assert max(map(len, job.lines)) <= diagnosis_job.MAX_LINE_LENGTH
+    assert len(job.lines) <= program_jobs.MAX_LINES
+    assert max(map(len, job.lines)) <= program_jobs.MAX_LINE_LENGTH
     assert job.lines[-1] == "1999"
 
 
@@ -183,7 +185,7 @@ async def test_a_diagnosis_that_cannot_be_followed_ends(
     def broken(*_arguments: object) -> None:
         raise ZeroDivisionError("nobody expected that")
 
-    monkeypatch.setattr(diagnosis_job, "_note_line", broken)
+    monkeypatch.setattr(program_jobs, "_note_line", broken)
     run = diagnoses(tmp_path, "say('a line'); time.sleep(60)\n")
     job = await run.start([files[0]], files[1], "ada")
     await until(job, JobState.FAILED)

@@ -18,6 +18,7 @@ from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.hmi.tuning.tunings import read_curves, read_figures
 from servo_ctrl.recording.reader import Recording
 from servo_ctrl.tuning import machine_runs, simulated
+from servo_ctrl.tuning.request import STEPS
 from twin.plant_file import load_plant
 from twin.rollout import rollout
 
@@ -87,10 +88,17 @@ def twin_bus(machines: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_the_command_measures_proposes_and_proves(machines: Path, twin_bus: TwinBus, tmp_path: Path) -> None:
     arguments = ["tune", "--machine", str(machines / "xy_table"), "--axis", "x", "--bus", "twin:"]
-    result = CliRunner().invoke(app, [*arguments, "--out", str(tmp_path / "out"), "--pacing", "lockstep"])
+    result = CliRunner().invoke(
+        app, [*arguments, "--out", str(tmp_path / "out"), "--pacing", "lockstep", "--progress", "json"]
+    )
     assert result.exit_code == 0, result.output
+    steps = [json.loads(line) for line in result.stderr.splitlines()]
+    assert [step["done"] for step in steps] == list(range(len(steps)))
+    assert {(step["format"], step["of"]) for step in steps} == {(1, STEPS)}
+    assert len(steps) == STEPS - 1, "a simulator would have been started first"
     figures = json.loads((tmp_path / "out" / "tune.json").read_text(encoding="utf-8"))
     assert figures["proved"]
+    assert not figures["simulated"], "a bus was named"
     assert figures["measured_ms"] <= 2.06
     first = figures["resonances"][0]
     # on 69 kg that move freely: 60 Hz (1 + 6 / 69)^(1/2), and as much more damping

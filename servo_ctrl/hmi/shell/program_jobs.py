@@ -1,0 +1,257 @@
+"""Jobs of the page: an installed program, one at a time, in a process of its own.
+
+The program is started, prints its steps in JSON, and writes files into the directory of the job.
+"""
+
+import asyncio
+import contextlib
+import logging
+import os
+import secrets
+import shutil
+import signal
+import sysconfig
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.hil_rig.simulated_machine import ends_with_its_parent
+from servo_ctrl.hmi.languages.texts import word
+
+ONE_CORE = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""Environment of the program: the other cores are for the machine, which may be running."""
+NICENESS = 10
+INTERRUPT_TIMEOUT_S = 10.0
+"""Time to end after SIGINT before the program is killed: it ends at the next step of its search."""
+MAX_DURATION_S = 4.0 * 3600.0
+"""A job takes minutes; one that takes so long does not end."""
+MAX_LINES, MAX_LINE_LENGTH = 200, 2000
+"""Bounds of the output that is kept; a line of a step has some 100 characters."""
+MAX_JOBS = 20
+"""Jobs that the page lists; the files of older ones stay on the disk."""
+EXIT_INTERRUPTED = 130
+"""Exit status of our programs after SIGINT."""
+
+_LOG = logging.getLogger(__name__)
+
+
+class JobError(ServoCtrlError):
+    """A job cannot be started."""
+
+
+class ProgressLine(BaseModel):
+    """A line of a program with `--progress json`."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", strict=True)
+
+    format: Literal[1]
+    step: Annotated[str, Field(max_length=200)]
+    """The step that begins, in words."""
+    done: Annotated[int, Field(ge=0)]
+    of: Annotated[int, Field(ge=1)]
+
+
+class JobState(StrEnum):
+    """The states of a job."""
+
+    RUNNING = "running"
+    CANCELLING = "cancelling"
+    DONE = "done"
+    CANCELLED = "cancelled"
+    FAILED = "failed"
+
+
+ENDED = (JobState.DONE, JobState.CANCELLED, JobState.FAILED)
+
+
+@dataclass
+class Job:
+    """One run of the program."""
+
+    directory: Path
+    subjects: tuple[str, ...]
+    """What it is about: the recordings of a diagnosis, the axis of a tuning."""
+    who: str
+    started: datetime
+    key: str = field(default_factory=lambda: secrets.token_urlsafe(12))
+    """Name in the addresses of its files; nobody can guess it."""
+    state: JobState = JobState.RUNNING
+    ended: datetime | None = None
+    reason: str = ""
+    """Why it failed or was cancelled."""
+    lines: list[str] = field(default_factory=list)
+    """The last lines that it printed."""
+    step: str = word("starting")
+    progress: float = 0.0
+    """Share of completed steps, 0 to 1."""
+
+    @property
+    def elapsed_s(self) -> float:
+        """Seconds until now, or until its end."""
+        return ((self.ended or datetime.now(UTC)) - self.started).total_seconds()
+
+
+class ProgramJobs:
+    """The jobs of one program in this process, each in a directory below `directory`."""
+
+    def __init__(self, directory: Path, program: str) -> None:
+        self.directory = directory
+        self.jobs: list[Job] = []
+        """The newest last."""
+        self._program = program
+        self._process: asyncio.subprocess.Process | None = None
+        self._task: asyncio.Task[None] | None = None
+        self._start_lock = asyncio.Lock()
+
+    @property
+    def running(self) -> Job | None:
+        """The job that has not ended."""
+        return next((job for job in self.jobs if job.state not in ENDED), None)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a job runs or is being started."""
+        return self._start_lock.locked() or self.running is not None
+
+    def job(self, key: str) -> Job | None:
+        """The job with this key."""
+        # as bytes: of texts, only ASCII can be compared
+        return next((j for j in self.jobs if secrets.compare_digest(j.key.encode(), key.encode())), None)
+
+    async def launch(self, command: Awaitable[Sequence[str]], subjects: Sequence[str], who: str) -> Job:
+        """Start the program with its arguments and `--out`; `busy` is asked before.
+
+        `command` has checked them before it returns them. Raises ServoCtrlError with the reason when it
+        cannot be started.
+        """
+        async with self._start_lock:
+            arguments = await command
+            started = datetime.now(UTC)
+            directory = self.directory / started.strftime("%Y%m%dT%H%M%S.%f")
+            try:
+                await asyncio.to_thread(directory.mkdir, parents=True, mode=0o700)
+            except OSError as error:
+                raise JobError(f"{directory}: cannot be made: {error.strerror}") from None
+            self._process = await _started([*arguments, "--out", str(directory)])
+            job = Job(directory, tuple(subjects), who, started)
+            self.jobs = [*self.jobs, job][-MAX_JOBS:]
+            self._task = asyncio.create_task(_follow(job, self._process, self._program))
+        return job
+
+    async def cancel(self) -> None:
+        """Interrupt the running job as Ctrl-C would, kill it if it does not end, and wait for its end."""
+        job, process, task = self.running, self._process, self._task
+        if job is None or process is None or task is None:
+            return
+        job.state = JobState.CANCELLING
+        _signal(process, signal.SIGINT)
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(INTERRUPT_TIMEOUT_S):
+                await asyncio.shield(task)
+        if not task.done():
+            _signal(process, signal.SIGKILL)
+            await asyncio.shield(task)
+
+
+def installed_program(name: str) -> str:
+    """The installed program beside this interpreter, else on the search path. Raises JobError."""
+    program = shutil.which(name, path=sysconfig.get_path("scripts")) or shutil.which(name)
+    if program is None:
+        raise JobError(f"the program {name} is not installed; install servo-ctrl with its programs")
+    return program
+
+
+def _begins_politely(begin: Callable[[], object] | None) -> Callable[[], object]:
+    """Return what the child calls before it begins: the machine, which may be running, goes first."""
+
+    def begin_politely() -> None:
+        os.nice(NICENESS)
+        if begin is not None:
+            begin()
+
+    return begin_politely
+
+
+async def _started(command: Sequence[str]) -> asyncio.subprocess.Process:
+    try:
+        return await asyncio.create_subprocess_exec(
+            *command,
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.STDOUT,
+            env=os.environ | ONE_CORE,
+            start_new_session=True,
+            preexec_fn=_begins_politely(ends_with_its_parent()),
+        )
+    except OSError as error:
+        raise JobError(f"{command[0]}: cannot be started: {error.strerror}") from None
+
+
+async def _follow(job: Job, process: asyncio.subprocess.Process, program: str) -> None:
+    """Read the output until the process ends, then set the state of the job."""
+    code: int | None = None
+    try:
+        async with asyncio.timeout(MAX_DURATION_S):
+            async for line in _lines_of(process):
+                _note_line(job, line)
+            code = await process.wait()
+    except TimeoutError:
+        job.reason = f"it did not end within {MAX_DURATION_S / 3600.0:g} h"
+    except Exception as error:  # noqa: BLE001  # a job that never ends would keep every other from starting
+        _LOG.exception("%s could not be followed", program)
+        job.reason = f"it could not be followed: {type(error).__name__}: {error}"
+    finally:
+        _signal(process, signal.SIGKILL)  # its own children too
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(INTERRUPT_TIMEOUT_S):
+                await process.communicate()  # its pipe is closed with it
+    job.ended = datetime.now(UTC)
+    if code == 0:
+        job.state, job.progress = JobState.DONE, 1.0
+    elif code is not None and (job.state is JobState.CANCELLING or code == EXIT_INTERRUPTED):
+        job.state, job.reason = JobState.CANCELLED, "cancelled; nothing is half written"
+    else:
+        job.state, job.reason = JobState.FAILED, job.reason or _failure(job.lines, code, program)
+
+
+async def _lines_of(process: asyncio.subprocess.Process) -> AsyncIterator[str]:
+    """The lines of the output, cut to MAX_LINE_LENGTH; output without line ends is bounded too."""
+    partial_line = b""
+    while process.stdout is not None and (chunk := await process.stdout.read(65536)):
+        *lines, partial_line = (partial_line + chunk).split(b"\n")
+        for line in lines:
+            yield line.decode(errors="replace").strip()[:MAX_LINE_LENGTH]
+        partial_line = partial_line[:MAX_LINE_LENGTH]
+    if partial_line:
+        yield partial_line.decode(errors="replace").strip()
+
+
+def _note_line(job: Job, line: str) -> None:
+    with contextlib.suppress(ValidationError):
+        progress = ProgressLine.model_validate_json(line)
+        job.step, job.progress, line = progress.step, min(1.0, progress.done / progress.of), progress.step
+    job.lines = [*job.lines, line][-MAX_LINES:]
+
+
+def _failure(lines: Sequence[str], code: int | None, program: str) -> str:
+    """The last error message of the program, else its exit status and last line."""
+    prefix = f"{program}: "
+    errors = [line.removeprefix(prefix) for line in lines if line.startswith(prefix)]
+    if errors:
+        return errors[-1]
+    last = next((line for line in reversed(lines) if line), "it printed nothing")
+    return f"it ended with {code}: {last}"
+
+
+def _signal(process: asyncio.subprocess.Process, number: signal.Signals) -> None:
+    """Signal the process group, which the process leads: itself and its children."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, number)

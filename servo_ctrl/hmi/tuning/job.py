@@ -1,0 +1,48 @@
+"""Tunings on the simulator by the program `servo-ctrl tune`: one at a time, in a process of its own.
+
+The command names no bus, and nothing that a visitor enters can name one: without `--bus` the program starts
+a simulator of its own, on a socket in a folder that it makes for it. The machine of this controller is not
+moved, and its machine file is not changed, for `--apply` is not named either.
+"""
+
+import asyncio
+from collections.abc import Sequence
+from pathlib import Path
+
+from servo_ctrl.hmi.shell.program_jobs import Job, JobError, ProgramJobs, installed_program
+
+PROGRAM, ARGUMENTS = "servo-ctrl", ("tune", "--progress", "json")
+PLANT = "plant.toml"
+"""What the simulator reads, beside the machine file."""
+LEAST_MS, MOST_MS = 1.2, 3.0
+"""Bounds of --ms."""
+
+
+class TuningJobs(ProgramJobs):
+    """The tunings of this process, each in a directory below `directory`."""
+
+    def __init__(self, directory: Path) -> None:
+        super().__init__(directory, PROGRAM)
+
+    async def start(self, machine_file: Path, axis: str, ms: float, who: str) -> Job:
+        """Start a tuning on the simulator. Raises ServoCtrlError with the reason when it cannot."""
+        if self.busy:
+            raise JobError("a tuning is running already; wait for it or cancel it")
+        return await self.launch(_command_for(machine_file, axis, ms), [axis], who)
+
+
+async def _command_for(machine_file: Path, axis: str, ms: float) -> list[str]:
+    """The program with its arguments, which are checked before anything starts."""
+    for path in (machine_file, machine_file.with_name(PLANT)):
+        if not await asyncio.to_thread(path.is_file):
+            raise JobError(f"{path}: there is no such file, so nothing can be simulated")
+    if not LEAST_MS <= ms <= MOST_MS:
+        raise JobError(f"Ms {ms:g} is not from {LEAST_MS:g} to {MOST_MS:g}")
+    # joined, so that no axis is read as an option
+    options = (f"--machine={machine_file}", f"--axis={axis}", f"--ms={ms:g}")
+    return [*installed_command(), *options]
+
+
+def installed_command() -> Sequence[str]:
+    """The installed servo-ctrl with its first arguments. Raises JobError."""
+    return (installed_program(PROGRAM), *ARGUMENTS)
