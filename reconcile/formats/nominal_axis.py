@@ -59,6 +59,6 @@ def baseline_parameters(axis: NominalAxis) -> dict[str, float]:
     effects, mass_kg, coulomb_n = axis.model_effects.effects, axis.mass_kg, axis.coulomb_n
     for carrying in ("payload_mass", "structural_mode"):
         mass_kg += effects[carrying].mass_kg if carrying in effects else 0.0
-    for late in ("presliding_hysteresis", "presliding_elements"):  # adds to the sharp friction
-        coulomb_n += effects[late].level_n if late in effects else 0.0
+    for presliding in ("presliding_hysteresis", "presliding_elements"):  # beside the sharp friction
+        coulomb_n += effects[presliding].level_n if presliding in effects else 0.0
     return {"mass_kg": mass_kg, "viscous_n_s_m": axis.viscous_n_s_m, "coulomb_n": coulomb_n}

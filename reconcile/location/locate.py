@@ -72,9 +72,9 @@ def in_phase(residual: Residual, values: Array) -> Array:
     n = len(values)
     size = next_fast_len(n + 2 * math.ceil(12.0 / (2.0 * math.pi * FILTER_HZ) / period_s))
     warped = np.tan(np.minimum(math.pi * np.arange(size // 2 + 1) / size, 0.499 * math.pi))
-    late = ORDER * np.arctan(2.0 * warped / (period_s * 2.0 * math.pi * FILTER_HZ))
-    moved: Array = irfft(rfft(values, size) * np.exp(1j * late), size)[:n]
-    return moved
+    lag_rad = ORDER * np.arctan(2.0 * warped / (period_s * 2.0 * math.pi * FILTER_HZ))
+    shifted: Array = irfft(rfft(values, size) * np.exp(1j * lag_rad), size)[:n]
+    return shifted
 
 
 def _orders(residuals: Sequence[Residual], values: Sequence[Array], axis: NominalAxis) -> list[Line]:

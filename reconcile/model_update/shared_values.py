@@ -9,6 +9,7 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation
 
 LEAST_MASS_KG = 1e-7
+"""Least table mass of a plant, the lower bound of hil_sim."""
 DAMPING_RATIO = 0.03
 """Damping ratio of a spring whose damping was not identified; chosen."""
 MOTOR_SHARE = 0.3
@@ -28,23 +29,23 @@ def share_friction(sections: Sections, notes: list[str]) -> None:
         return
     sharp_n = sections["coulomb_friction"]["coulomb_n"]
     for name in ("presliding_hysteresis", "presliding_elements"):
-        if not (late := sections.get(name)):
+        if not (presliding := sections.get(name)):
             continue
-        if late["level_n"] > sharp_n:
+        if presliding["level_n"] > sharp_n:
             notes.append(
-                f"{name}.level_n was found to be {late['level_n']:.4g}; it is held to "
+                f"{name}.level_n was found to be {presliding['level_n']:.4g}; it is held to "
                 f"the Coulomb friction, {sharp_n:.4g} N"
             )
-            late["level_n"] = sharp_n
-        sharp_n -= late["level_n"]
+            presliding["level_n"] = sharp_n
+        sharp_n -= presliding["level_n"]
         sections["coulomb_friction"]["coulomb_n"] = sharp_n
-    dip = sections.get("stribeck_friction")
-    if dip and dip["stribeck_n"] < -sharp_n:
+    stribeck = sections.get("stribeck_friction")
+    if stribeck and stribeck["stribeck_n"] < -sharp_n:
         notes.append(
-            f"stribeck_friction.stribeck_n was found to be {dip['stribeck_n']:.4g}; it is written as "
+            f"stribeck_friction.stribeck_n was found to be {stribeck['stribeck_n']:.4g}; it is written as "
             f"{-sharp_n:.4g}, for friction at rest cannot be below 0"
         )
-        dip["stribeck_n"] = -sharp_n
+        stribeck["stribeck_n"] = -sharp_n
 
 
 def share_mass(sections: Sections, axis: NominalAxis) -> None:

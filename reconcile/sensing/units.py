@@ -39,7 +39,7 @@ class RigidFit(NamedTuple):
     """Share of the absolute power that has the wrong sign, 0 to 1."""
     friction_w: float
     """Mean power of the friction; negative where it drives."""
-    left_share: float
+    residual_share: float
     """Share of the variance of the force in the residual."""
 
 
@@ -92,9 +92,10 @@ def rigid_fit(columns: RigidColumns) -> RigidFit:
     moved_w = float(np.sum(np.abs(power_w)))
     share = float(np.sum(np.maximum(-power_w, 0.0))) / moved_w if moved_w > 0.0 else 0.0
     friction_n = matrix[:, 1:3] @ (values / scale)[1:3]
-    left_n = smooth_n - matrix @ (values / scale)
-    left_share = float(left_n.var() / max(smooth_n.var(), 1e-300))
-    return RigidFit(mass_kg, error_kg, share, float(np.mean(friction_n * columns.velocity)), left_share)
+    residual_n = smooth_n - matrix @ (values / scale)
+    residual_share = float(residual_n.var() / max(smooth_n.var(), 1e-300))
+    friction_w = float(np.mean(friction_n * columns.velocity))
+    return RigidFit(mass_kg, error_kg, share, friction_w, residual_share)
 
 
 class Meaning(NamedTuple):

@@ -23,20 +23,20 @@ LEAST_TURNED_SHARE = 0.1
 UNSIGNED_RATIO = 0.25
 """Largest ratio of residual squares with and without a recovered sign for a missing sign."""
 ITERATIONS = 20
-UNEXPLAINED, EXPLAINED = 0.5, 0.2
-"""Residual shares of the variance of exchanged channels: least with the own force, largest with the other."""
+LEAST_OWN_RESIDUAL, MOST_CROSSED_RESIDUAL = 0.5, 0.2
+"""Residual shares of exchanged forces: least with the own motion, largest with that of the other axis."""
 MASS_DECADES, NEARER_DECADES = 1.5, 1.0
 """Largest distance of the mass from exchanged channels to that of the model, in decades, and by how much the
 mass from the channels as read must be farther off.
 """
-ROUGHER = 10.0
-"""Bends of a position over those of its force, from which on the two are exchanged, also unseen by a fit.
+LEAST_ROUGHNESS_RATIO = 10.0
+"""Roughness of a position over that of its force, from which on the two are exchanged whatever a fit shows.
 
-A position is its force integrated twice: on the measured axes of the examples it bends 2 to 7000 times less.
+A position is its force integrated twice: on the measured axes of the examples it is 2 to 7000 times smoother.
 """
-BEND_S = 1e-2
-"""Time between the samples of a bend: shorter ones are counts of an encoder."""
-LEFT_EXCHANGED = 0.5
+ROUGHNESS_S = 1e-2
+"""Time between the samples of a second difference; over shorter times it shows counts of an encoder."""
+MOST_EXCHANGED_RESIDUAL = 0.5
 """Largest residual share of the variance with exchanged channels."""
 
 
@@ -47,17 +47,17 @@ def is_unsigned(columns: RigidColumns) -> bool:
     if min(-low, high) > LARGEST_OTHER_SIGN * max(-low, high):
         return False
     size_n = np.abs(force_n)
-    plain = _left(columns.matrix, force_n)
+    as_read = _residual_squares(columns.matrix, force_n)
     best, turned = np.inf, 0.0
     for start in (columns.velocity, columns.acceleration):
         sign = np.sign(start)
         for _ in range(ITERATIONS):
             fitted = columns.matrix @ _fitted(columns.matrix, sign * size_n)
             sign = np.where(fitted < 0.0, -1.0, 1.0)
-        left = float(np.sum((sign * size_n - fitted) ** 2))
-        if left < best:
-            best, turned = left, min(float(np.mean(sign < 0.0)), float(np.mean(sign > 0.0)))
-    return best < UNSIGNED_RATIO * plain and turned > LEAST_TURNED_SHARE
+        squares = float(np.sum((sign * size_n - fitted) ** 2))
+        if squares < best:
+            best, turned = squares, min(float(np.mean(sign < 0.0)), float(np.mean(sign > 0.0)))
+    return best < UNSIGNED_RATIO * as_read and turned > LEAST_TURNED_SHARE
 
 
 def exchanged_position(recording: AxisRecording, mass_kg: float) -> float | None:
@@ -73,10 +73,14 @@ def exchanged_position(recording: AxisRecording, mass_kg: float) -> float | None
     as_read, fit = rigid_fit(own), rigid_fit(crossed)
     factor = _factor_of(recording, "position") / _factor_of(recording, "force")
     nearest = min((1.0, factor), key=lambda one: _decades(fit.mass_kg / one**2, mass_kg))
-    bend_m, bend_n = (_bend(of, recording.period_s) for of in (recording.motor_m, recording.force_n))
-    if bend_m > ROUGHER * bend_n:  # gravity and standstill hide mass and friction from any fit
+    of_position, of_force = (
+        _roughness(of, recording.period_s) for of in (recording.motor_m, recording.force_n)
+    )
+    if (
+        of_position > LEAST_ROUGHNESS_RATIO * of_force
+    ):  # gravity and standstill hide mass and friction from any fit
         return nearest
-    if fit.left_share > LEFT_EXCHANGED:
+    if fit.residual_share > MOST_EXCHANGED_RESIDUAL:
         return None
     # the work of a cycle changes its sign with the exchange: friction would drive
     if fit.friction_w <= 0.0 or as_read.friction_w >= 0.0 or fit.mass_kg <= 0.0:
@@ -86,11 +90,11 @@ def exchanged_position(recording: AxisRecording, mass_kg: float) -> float | None
     return nearest if is_nearer else None
 
 
-def _bend(values: Array, period_s: float) -> float:
-    """Return the RMS second difference over BEND_S of a channel (n,), over its standard deviation."""
-    step = max(round(BEND_S / period_s), 1)
-    bend = values[2 * step :] - 2.0 * values[step:-step] + values[: -2 * step]
-    return float(np.sqrt(np.mean(bend**2)) / max(float(np.std(values)), 1e-300))
+def _roughness(values: Array, period_s: float) -> float:
+    """Return the RMS second difference over ROUGHNESS_S of a channel (n,), over its standard deviation."""
+    step = max(round(ROUGHNESS_S / period_s), 1)
+    second = values[2 * step :] - 2.0 * values[step:-step] + values[: -2 * step]
+    return float(np.sqrt(np.mean(second**2)) / max(float(np.std(values)), 1e-300))
 
 
 def _decades(found_kg: float, mass_kg: float) -> float:
@@ -137,21 +141,22 @@ def _explain_each_other(one: AxisRecording, other: AxisRecording) -> bool:
         if columns is None:
             return 1.0
         force_n = columns.force_n - columns.force_n.mean()
-        return _left(columns.matrix, columns.force_n) / max(float(force_n @ force_n), 1e-300)
+        return _residual_squares(columns.matrix, columns.force_n) / max(float(force_n @ force_n), 1e-300)
 
     own, crossed = ((one, one), (other, other)), ((one, other), (other, one))
-    return all(share(*pair) > UNEXPLAINED for pair in own) and all(
-        share(*pair) < EXPLAINED for pair in crossed
+    return all(share(*pair) > LEAST_OWN_RESIDUAL for pair in own) and all(
+        share(*pair) < MOST_CROSSED_RESIDUAL for pair in crossed
     )
 
 
 def _fitted(matrix: Array, values: Array) -> Array:
+    """Return the coefficients (k,) of a least-squares fit."""
     scale = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
     found: Array = np.linalg.lstsq(matrix / scale, values, rcond=1e-6)[0] / scale
     return found
 
 
-def _left(matrix: Array, values: Array) -> float:
-    """Return the residual sum of squares of a fit."""
-    left = values - matrix @ _fitted(matrix, values)
-    return float(left @ left)
+def _residual_squares(matrix: Array, values: Array) -> float:
+    """Return the residual sum of squares of a least-squares fit."""
+    residual = values - matrix @ _fitted(matrix, values)
+    return float(residual @ residual)

@@ -24,7 +24,7 @@ LEAST_LEAD_SAMPLES = 3.0
 """Least lead of a motor over its command to be reported, samples: a bus may delay by two."""
 MOST_REVERSED = 0.7
 """Least share of the power against the motion to be reported."""
-SURE_LEFT = 0.3
+SURE_RESIDUAL = 0.3
 """Largest residual share of the variance of the force for which a negative mass is a wrong sign: a passive
 joint that the gravity of other joints moves has a larger one.
 """
@@ -112,7 +112,7 @@ def _force(judge: Judge) -> Iterator[SensorFinding]:
     # friction dissipates: a negative mass beside a positive friction is another misfit than a turned sign
     drives = fit.friction_w < 0.0
     if drives and ((certain and fit.mass_kg < 0.0) or (not certain and fit.reversed_share > MOST_REVERSED)):
-        sure = certain and fit.left_share < SURE_LEFT
+        sure = certain and fit.residual_share < SURE_RESIDUAL
         message = f"the force {'points' if sure else 'seems to point'} against the motion that it makes"
         remedy = _turned(judge, "force_n")
         if not sure:

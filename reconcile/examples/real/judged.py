@@ -66,7 +66,7 @@ def _judged(recording: AxisRecording, nominal: Path) -> Judged:
     )
 
 
-def left_by_model_n(model: Path, one: Judged) -> Array:
+def model_residual_n(model: Path, one: Judged) -> Array:
     """Return the residual (n,), N, of a model file on a recording, without a fit. Raises ReconcileError."""
     axis = load_model(model).axes[one.recording.axis]
     data = regression_data(one.recording, axis)
@@ -74,10 +74,10 @@ def left_by_model_n(model: Path, one: Judged) -> Array:
     problem = regression_problem([data], ResidualChannel.FORCE, only=True, model_terms=terms)
     target, columns = problem.target_and_columns(0)
     base = baseline_parameters(axis)
-    left: Array = target - columns @ np.array([base[name] for name in problem.baseline_names])
-    return left
+    residual_n: Array = target - columns @ np.array([base[name] for name in problem.baseline_names])
+    return residual_n
 
 
 def error_of(model: Path, one: Judged) -> float:
     """Return the RMS of that residual in the used samples, N. Raises ReconcileError."""
-    return float(np.sqrt(np.mean(left_by_model_n(model, one)[one.used] ** 2)))
+    return float(np.sqrt(np.mean(model_residual_n(model, one)[one.used] ** 2)))

@@ -14,7 +14,7 @@ import numpy as np
 from reconcile.diagnosis.diagnose import WrittenDiagnosis, diagnose
 from reconcile.errors import ReconcileError
 from reconcile.examples.example import ExampleResult, Row, reports, write_figures
-from reconcile.examples.real.judged import Judged, judged, left_by_model_n
+from reconcile.examples.real.judged import Judged, judged, model_residual_n
 from reconcile.examples.real.machine import Machine
 from reconcile.examples.real.picture import Traces, left_out
 from reconcile.examples.real.sets import MACHINES
@@ -65,7 +65,7 @@ def _shown(
             for name, fit in (("rigid", rigid), ("textbook", least_squares))
         }
         if found is not None:
-            left["written model"] = left_by_model_n(found.model_file, one)
+            left["written model"] = model_residual_n(found.model_file, one)
         named = [] if found is None else [f["effect"] for f in found.verdict["findings"] if f["axis"] == axis]
         errors = {name: _rms(one, of) for name, of in left.items()}
         values["axes"][axis] = {"named": named, "left_nm": errors}

@@ -17,8 +17,8 @@ from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hil_rig.simulated_machine import ends_with_its_parent
 from servo_ctrl.recording import recorder
 from tests.campaigns.endurance.rig import Rig, Station, table_at
+from tests.campaigns.endurance.run_counts import compare_counts
 from tests.campaigns.endurance.soak import program_text
-from tests.campaigns.endurance.witness import books
 
 BITRATE = 1_000_000
 TIME_AGREES_S = 0.25
@@ -142,7 +142,7 @@ def outcome_of(
         return {**figures, "ended": "did not begin", "reason": refused, "silent": []}
     lost = re.search(r"(\d+) rows lost", report.reason)
     rows_lost = int(lost[1]) if lost else 0
-    entries = books(report, counted, directory, rows_lost, answers_may_lack=True)
+    entries = compare_counts(report, counted, directory, rows_lost, answers_may_lack=True)
     silent = list(entries.faults)
     time_s = (report.cycles - 1) * period_s
     if abs(counted["sync_seconds"] - time_s) > TIME_AGREES_S:

@@ -1,4 +1,4 @@
-"""A soak: the same production again and again, and after each run the books and what the process holds.
+"""A soak: the same production again and again, and after each run the counts and resources are compared.
 
 The hub and the simulator live through all of it; each run boots the nodes, homes, makes parts, stops and
 closes its recording, as a shift does. What a run leaves behind shows in the next.
@@ -14,9 +14,9 @@ from servo_ctrl.config.load import load_program
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
+from tests.campaigns.endurance.process_resources import HeldResources, Sample, held_resources, sample
 from tests.campaigns.endurance.rig import Rig, Station
-from tests.campaigns.endurance.vitals import Held, Sample, held, sample
-from tests.campaigns.endurance.witness import Books, books
+from tests.campaigns.endurance.run_counts import RunCounts, compare_counts
 
 SAMPLE_S = 2.0
 PART_S = 4.712389  # a turn of R = 25 mm at F = 2000 mm/min
@@ -44,7 +44,7 @@ feed_mm_min = 2000.0
 
 
 def program_text(machine_s: float) -> str:
-    """Parts for about so long."""
+    """A program that lasts for about this machine time."""
     return PROGRAM.format(turns=max(round(machine_s / PART_S, 2), 0.25))
 
 
@@ -52,8 +52,8 @@ class RunOutcome(NamedTuple):
     """One run of a soak."""
 
     report: RunReport
-    books: Books
-    held: Held
+    counts: RunCounts
+    held: HeldResources
     samples: tuple[Sample, ...]
     period_s: float
     realtime: bool
@@ -71,13 +71,13 @@ class RunOutcome(NamedTuple):
     @property
     def faults(self) -> list[str]:
         """What should not be, in words. In real time the computer may be too busy, and the policy stops."""
-        return [*([self.stopped] if self.stopped and not self.realtime else []), *self.books.faults]
+        return [*([self.stopped] if self.stopped and not self.realtime else []), *self.counts.faults]
 
     def as_json(self) -> dict[str, Any]:
         return {
             "machine_s": round(self.machine_s, 6),
             "wall_s": round(self.report.wall_s, 3),
-            "books": self.books.as_json(),
+            "books": self.counts.as_json(),
             "stopped": self.stopped,
             "missing_inputs": self.report.missing_inputs,
             "events": list(self.report.events),
@@ -161,8 +161,8 @@ class Soak:
         realtime = self.pacing == "realtime"
         outcome = RunOutcome(
             report,
-            books(report, counted, directory, answers_may_lack=realtime),
-            held(),
+            compare_counts(report, counted, directory, answers_may_lack=realtime),
+            held_resources(),
             tuple(samples),
             self.machine.period_s,
             realtime,
@@ -198,6 +198,6 @@ def leaks(outcomes: list[RunOutcome]) -> list[str]:
     first, last = outcomes[0].held, outcomes[-1].held
     return [
         f"{name}: {before} after the first run, {after} after the last"
-        for name, before, after in zip(Held._fields, first, last, strict=True)
+        for name, before, after in zip(HeldResources._fields, first, last, strict=True)
         if before != after
     ]

@@ -1,12 +1,12 @@
-"""The books of a soak over all its runs, some of which an earlier session has made."""
+"""Results of a soak over all its runs, including those of an earlier session."""
 
 import json
 from collections import Counter, defaultdict
 from pathlib import Path
 from typing import Any
 
+from tests.campaigns.endurance.process_resources import FLAT_MIB_PER_H, slope
 from tests.campaigns.endurance.soak import RunOutcome, Soak
-from tests.campaigns.endurance.vitals import FLAT_MIB_PER_H, slope
 
 Line = dict[str, Any]
 SAMPLES_KEPT = 40

@@ -20,8 +20,8 @@ from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording import recorder
 from servo_ctrl.recording.reader import load_recording
 from tests.campaigns.endurance.rig import MACHINE, Rig, rig, station
+from tests.campaigns.endurance.run_counts import compare_counts
 from tests.campaigns.endurance.scripted_clock import ScriptedClock
-from tests.campaigns.endurance.witness import books
 
 PROGRAM = """
 [[step]]
@@ -67,7 +67,7 @@ async def test_late_ticks_are_counted_and_past_a_set_number_the_axes_are_stopped
             await witness.ask("begin")
             report = await run(table, tmp_path / name)
             counted = await witness.ask("count")
-            assert books(report, counted, tmp_path / name).faults == (), name
+            assert compare_counts(report, counted, tmp_path / name).faults == (), name
             columns = load_recording(tmp_path / name).columns
             assert (report.completed, report.failed) == (not reason, bool(reason)), report.reason
             assert report.reason.startswith(reason)

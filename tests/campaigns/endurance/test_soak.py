@@ -1,4 +1,4 @@
-"""A short soak: the books agree to the last frame, and a run leaves nothing behind in the process."""
+"""A short soak: the counts agree to the last frame, and a run leaves nothing behind in the process."""
 
 import gc
 from pathlib import Path
@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from servo_ctrl.config.load import load_machine
+from tests.campaigns.endurance.process_resources import Sample, sample, slope
 from tests.campaigns.endurance.rig import CSP_TABLE, MACHINE, rig, station
 from tests.campaigns.endurance.soak import Soak, leaks
 from tests.campaigns.endurance.soak_books import line_of, summary
-from tests.campaigns.endurance.vitals import Sample, sample, slope
 
 
 @pytest.mark.parametrize(("folder", "least_cycles"), [(MACHINE, 2000), (CSP_TABLE, 20)])
@@ -27,9 +27,9 @@ async def test_accounts_agree_and_runs_leave_nothing_behind(
         outcomes = [await soak.run(1.0) for _ in range(2)]
     for outcome in outcomes:
         assert outcome.faults == []
-        assert outcome.books.rows == outcome.books.syncs == outcome.report.cycles > least_cycles
-        assert set(outcome.books.set_points) == {"201", "202"}
-        assert set(outcome.books.answers) == {"181", "182", "18B", "18C"}
+        assert outcome.counts.rows == outcome.counts.syncs == outcome.report.cycles > least_cycles
+        assert set(outcome.counts.set_points) == {"201", "202"}
+        assert set(outcome.counts.answers) == {"181", "182", "18B", "18C"}
     assert leaks(outcomes) == []
     assert [path.name for path in soak.recordings.present()] == ["run-000003"]
     totals = summary([line_of("s", soak, outcome) for outcome in outcomes])

@@ -7,7 +7,7 @@ from local_can.wire import FRAME, frame_bits
 from tests.campaigns.endurance.counting_station import SYNC, Counts
 from tests.campaigns.endurance.foreign_station import LOWEST_PRIORITY, prepared
 from tests.campaigns.endurance.rig import rig, station
-from tests.campaigns.endurance.witness import books
+from tests.campaigns.endurance.run_counts import compare_counts
 
 
 def test_observer_counts_frames_bits_and_gaps() -> None:
@@ -59,7 +59,7 @@ async def test_load_station_counts_match_those_of_the_observer() -> None:
 
 
 class Report:
-    """What a run reports of itself, as far as the books read it."""
+    """The fields of a run report that are compared with the counts of the bus."""
 
     def __init__(self, cycles: int, missed_ticks: int) -> None:
         self.cycles, self.missed_ticks = cycles, missed_ticks
@@ -69,7 +69,7 @@ COUNTED = {"frames": {"080": 98, "201": 97, "202": 97, "181": 98, "1FF": 3, "201
 
 
 def test_accounts_agree_where_every_tick_made_one_of_each() -> None:
-    assert books(Report(100, 2), COUNTED, None).faults == ()
+    assert compare_counts(Report(100, 2), COUNTED, None).faults == ()
 
 
 @pytest.mark.parametrize(
@@ -83,15 +83,15 @@ def test_accounts_agree_where_every_tick_made_one_of_each() -> None:
 )
 def test_one_frame_too_few_or_too_many_is_found(frames: dict[str, int], fault: str) -> None:
     counted = {"frames": COUNTED["frames"] | frames, "lost": 0}
-    assert fault in books(Report(100, 2), counted, None).faults
+    assert fault in compare_counts(Report(100, 2), counted, None).faults
 
 
 def test_inputs_may_lack_on_a_full_bus_but_never_be_more() -> None:
     few, many = ({"frames": COUNTED["frames"] | {"181": n}, "lost": 0} for n in (90, 99))
-    assert books(Report(100, 2), few, None, answers_may_lack=True).faults == ()
-    assert len(books(Report(100, 2), many, None, answers_may_lack=True).faults) == 1
+    assert compare_counts(Report(100, 2), few, None, answers_may_lack=True).faults == ()
+    assert len(compare_counts(Report(100, 2), many, None, answers_may_lack=True).faults) == 1
 
 
 def test_an_observer_that_lost_frames_is_rejected() -> None:
-    (fault,) = books(Report(100, 2), COUNTED | {"lost": 4}, None).faults
+    (fault,) = compare_counts(Report(100, 2), COUNTED | {"lost": 4}, None).faults
     assert "no witness" in fault

@@ -1,4 +1,4 @@
-"""The books of a run: what the controller says, what is recorded, what a station on the bus has counted."""
+"""Counts of a run by the controller, by the recording and by a station on the bus, and whether they agree."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,8 +11,8 @@ from servo_ctrl.daemon.run.report import RunReport
 SYNC = "080"
 
 
-class Books(NamedTuple):
-    """Counts of one run by who has counted them; `faults` says in words which do not agree."""
+class RunCounts(NamedTuple):
+    """The counts of one run; `faults` names those that do not agree."""
 
     cycles: int
     missed_ticks: int
@@ -34,7 +34,7 @@ class Books(NamedTuple):
 def recorded_cycles(directory: Path) -> np.ndarray[Any, np.dtype[np.int64]]:
     """The cycle column of a recording, part by part: an hour does not fit in memory as a whole.
 
-    Without Arrow's pools, whose threads come one by one and would be taken for a leak of the controller's.
+    Without Arrow's pools, whose threads start one by one and would look like a leak of the controller.
     """
     columns = [
         pq.read_table(part, columns=["cycle"], use_threads=False, pre_buffer=False)["cycle"].to_numpy()
@@ -43,19 +43,19 @@ def recorded_cycles(directory: Path) -> np.ndarray[Any, np.dtype[np.int64]]:
     return np.concatenate(columns) if columns else np.zeros(0, dtype=np.int64)
 
 
-def books(
+def compare_counts(
     report: RunReport,
     counted: dict[str, Any],
     directory: Path | None,
     rows_lost: int = 0,
     *,
     answers_may_lack: bool = False,
-) -> Books:
-    """Hold the counts of a finished run against each other.
+) -> RunCounts:
+    """Compare the counts of a finished run.
 
-    Every tick sends one SYNC, makes one row, and one set point to each drive, but for the last, after which
-    the machine is off. `answers_may_lack`: on a bus that is too full, or with a simulator that gets no
-    processor, inputs may come late or never.
+    Every tick sends one SYNC, records one row, and sends one set point to each drive; the last tick sends
+    none, because the machine is off. `answers_may_lack`: on an overloaded bus, or with a simulator without
+    processor time, inputs may come late or never.
     """
     frames: dict[str, int] = counted["frames"]
     cycles = recorded_cycles(directory) if directory is not None else np.zeros(0, dtype=np.int64)
@@ -86,7 +86,7 @@ def books(
             faults.append("rows are out of order or twice")
         if not rows_lost:
             same("cycles without a row", gaps, report.missed_ticks)
-    return Books(
+    return RunCounts(
         report.cycles,
         report.missed_ticks,
         len(cycles),

@@ -1,4 +1,4 @@
-"""What a process holds on to: memory, descriptors, threads, tasks; and whether it grows, with an interval."""
+"""Resources of a process (memory, descriptors, threads, tasks), and their growth with its interval."""
 
 import asyncio
 import gc
@@ -16,14 +16,14 @@ Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 BLOCKS = 24
-"""Samples are pooled into so many medians, so that neighbours have little to do with each other."""
+"""Number of medians into which samples are pooled, so that neighbours are hardly correlated."""
 LEAST_BLOCKS = 8
 LEAST_H = 0.25
-"""Over less than that what fills once, such as a pool, looks like growth."""
+"""Least duration, h: in less, what fills once, such as a pool, looks like growth."""
 FLAT_MIB_PER_H = 1.0
-"""Below this a week takes less than 168 MiB, a day 24."""
+"""Growth that counts as none: 24 MiB a day."""
 WARM_SHARE = 0.2
-"""Of a run's samples: caches and pools are filled in it, and it does not count."""
+"""Share of a run's samples at its beginning that do not count, because caches and pools fill."""
 
 
 def rss_mib(pid: int | None = None) -> float:
@@ -40,27 +40,27 @@ POOL = "asyncio_"
 """What asyncio names the threads of its default executor."""
 
 
-class Held(NamedTuple):
-    """What must be the same after a run as after the run before."""
+class HeldResources(NamedTuple):
+    """Resources of this process that must be the same after every run."""
 
     descriptors: int
     threads: tuple[str, ...]
-    """But for those of asyncio's pool, which are made when they are first needed and are few."""
+    """Without those of asyncio's pool, which start when they are first needed and are few."""
     system_threads: int
-    """As the kernel counts them: those that no Python code has made, too; again without the pool."""
+    """Number by the kernel, which includes those that no Python code has started; without the pool."""
     tasks: tuple[str, ...]
     children: int
 
 
-def held() -> Held:
-    """Of our process, from a coroutine; its own task is not counted, nor what is garbage."""
+def held_resources() -> HeldResources:
+    """Return them, called from a coroutine: without its own task, after a garbage collection."""
     gc.collect()
     own = asyncio.current_task()
     tasks = [task for task in asyncio.all_tasks() if task is not own and not task.done()]
     descendants = [task / "children" for task in Path("/proc/self/task").iterdir()]
     threads = [thread.name for thread in threading.enumerate()]
     pooled = [name for name in threads if name.startswith(POOL)]
-    return Held(
+    return HeldResources(
         descriptors(),
         tuple(sorted(_unnumbered(name) for name in threads if name not in pooled)),
         len(descendants) - len(pooled),
@@ -70,7 +70,7 @@ def held() -> Held:
 
 
 def _unnumbered(name: str) -> str:
-    """Threads and tasks are counted through; what is there again has another number."""
+    """Names of threads and tasks end with a running number, which differs from run to run."""
     return name.rstrip("0123456789")
 
 
@@ -83,12 +83,12 @@ class Sample(NamedTuple):
     rss_mib: dict[str, float]
     """By role: controller, simulator, hub."""
     objects: int
-    """The controller's live ones, without those that were frozen when it began to cycle. What the allocator
-    keeps for later (free lists of tuples fill for minutes) is none."""
+    """Live objects of the controller, without those that were frozen when it began to cycle, and without free
+    lists of the allocator, which fill for minutes."""
 
 
 def sample(machine_s: float, pids: dict[str, int], earlier: int) -> Sample:
-    """Now. So many earlier ones, which whoever looks has kept, are no objects of the controller's."""
+    """Return a sample of now; the `earlier` samples that the test keeps are no objects of the controller."""
     memory = {role: rss_mib(pid) for role, pid in {"controller": os.getpid(), **pids}.items()}
     return Sample(time.monotonic(), machine_s, memory, len(gc.get_objects()) - earlier)
 
