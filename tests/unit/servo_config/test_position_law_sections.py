@@ -76,11 +76,11 @@ def test_position_laws_are_converted_to_si(made: Callable[..., Path]) -> None:
 def test_motor_corrections_are_converted_to_si_and_need_a_learned_table(
     made: Callable[..., Path], where: dict[str, str]
 ) -> None:
-    keys = 'tolerance_um = 0.4\nsettle_ms = 80.0\nprofile = "trapezoidal"\nacceleration_mm_s2 = 20.0\n'
+    keys = 'tolerance_um = 0.4\nsettle_ms = 80.0\nprofile = "trapezoidal"\nacceleration_mm_s2 = 20.0\ngain = 0.25\n'
     machine = load_machine(made(SCREW + SAMPLED + keys, where))
     p, limits = axis_params(machine, "x"), machine.axes["x"].limits
     assert p.sampled[:6] == pytest.approx((True, 0.08, 0.4e-6, 3, 100e-6, False))
-    assert p.sampled[6:] == pytest.approx((0.02, limits.jerk_mm_s3 * 1e-3))
+    assert p.sampled[6:] == pytest.approx((0.02, limits.jerk_mm_s3 * 1e-3, 0.25))
     assert not with_sampled(p, enabled=False).sampled.enabled
     assert (p.screw.enabled, p.take_up.enabled) == (False, False)
     led = with_screw(p, np.asfortranarray([[0.0, 1.0], [1e-6, 2e-6]]), 7e-6)
