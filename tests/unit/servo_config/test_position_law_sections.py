@@ -76,7 +76,8 @@ def test_position_laws_are_converted_to_si(made: Callable[..., Path]) -> None:
 def test_motor_corrections_are_converted_to_si_and_need_a_learned_table(
     made: Callable[..., Path], where: dict[str, str]
 ) -> None:
-    keys = 'tolerance_um = 0.4\nsettle_ms = 80.0\nprofile = "trapezoidal"\nacceleration_mm_s2 = 20.0\ngain = 0.25\n'
+    keys = 'tolerance_um = 0.4\nsettle_ms = 80.0\nprofile = "trapezoidal"\nacceleration_mm_s2 = 20.0\n'
+    keys += "gain = 0.25\n"
     machine = load_machine(made(SCREW + SAMPLED + keys, where))
     p, limits = axis_params(machine, "x"), machine.axes["x"].limits
     assert p.sampled[:6] == pytest.approx((True, 0.08, 0.4e-6, 3, 100e-6, False))
