@@ -126,6 +126,8 @@ def _transforms(
     sums = np.zeros((len(tracks), folds, last - first), dtype=np.complex128)
     weights, counts = np.zeros((len(tracks), folds, 1)), np.zeros((len(tracks), folds, 1))
     for r, track in enumerate(tracks):
+        if not len(track.place):  # all of it was set aside
+            continue
         slow_enough = track.rate * low < FILTER_HZ  # the state filter removes what passes faster
         where = np.rint((track.place[slow_enough] - track.place.min()) / step).astype(np.int64)
         fold, weight = track.block[slow_enough] % folds, track.weight[slow_enough]

@@ -14,7 +14,7 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.location.coordinates import PHASES, phases
 from reconcile.location.locate import LocatedResidual, in_phase, locate, located_json
 from reconcile.location.pitches import order_name
-from reconcile.location.spectral_lines import Line
+from reconcile.location.spectral_lines import Line, Track, lines
 from reconcile.nominal_model.model_file import load_model
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
@@ -192,3 +192,17 @@ def test_json_has_the_location(axis: NominalAxis) -> None:
     entry = located_json("x", first(lambda s: 2.0 * np.cos(s.motion.position_m / 8e-3), axis))
     assert (entry["axis"], entry["sensor"], entry["coordinate"]) == ("x", "force", "position")
     assert entry["range"][0] < entry["range"][1]
+
+
+def test_a_recording_of_which_nothing_is_left_changes_no_line() -> None:
+    time_s = np.arange(0.0, 8.0, 2e-3)
+    of_ones, blocks = np.ones_like(time_s), (time_s // 1.0).astype(np.int64)
+    hum = Track(np.sin(2.0 * math.pi * 7.0 * time_s), time_s, of_ones, of_ones, blocks)
+    nothing = Track(*(column[:0] for column in hum))
+    [alone] = lines([hum], [(2.0, 20.0)], [np.empty(0)])
+    [beside] = lines([hum, nothing], [(2.0, 20.0)], [np.empty(0)])
+    assert alone.cycles == pytest.approx(7.0, abs=0.01)
+    half = alone._replace(
+        amplitude=alone.amplitude / math.sqrt(2.0)
+    )  # it is the root of the mean over recordings
+    assert beside == pytest.approx(half)
