@@ -1,15 +1,14 @@
 """Progress of a diagnosis: a bar, a line per step, or a line of JSON per step for another program."""
 
 import contextlib
-import json
 from collections.abc import Callable, Iterator, Sequence
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-FORMAT = 1
-"""Version of the lines of JSON; a reader of another version must refuse them."""
+from servo_ctrl.files.progress_line import progress_line
+
 DONE = "done"
 
 
@@ -24,7 +23,7 @@ def steps_of(axes: Sequence[str]) -> list[str]:
 def json_line(step: str, steps: Sequence[str]) -> str:
     """Return a line of JSON: `step` begins, `done` of `of` steps have ended or were omitted."""
     done = len(steps) if step == DONE else steps.index(step) if step in steps else 0
-    return json.dumps({"format": FORMAT, "step": step, "done": done, "of": len(steps)})
+    return progress_line(step, done, len(steps))
 
 
 @contextlib.contextmanager

@@ -2,7 +2,6 @@
 
 import contextlib
 import itertools
-import json
 import math
 from collections.abc import Callable, Iterator
 
@@ -12,10 +11,9 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from servo_ctrl.commands.learning_status import ACTIVE
 from servo_ctrl.daemon.run.report import Progress as RunProgress
+from servo_ctrl.files.progress_line import progress_line
 
 Show = Callable[[RunProgress], None]
-FORMAT = 1
-"""Version of the lines of JSON; a reader of another version must refuse them."""
 
 
 @contextlib.contextmanager
@@ -47,12 +45,10 @@ def json_steps(usual: int) -> Callable[[str], None]:
     """
     counted = itertools.count()
 
-    def tell(step: str) -> None:
-        done = min(next(counted), usual - 1)
-        line = json.dumps({"format": FORMAT, "step": step, "done": done, "of": usual})
-        typer.echo(line, err=True)
+    def print_step(step: str) -> None:
+        typer.echo(progress_line(step, min(next(counted), usual - 1), usual), err=True)
 
-    return tell
+    return print_step
 
 
 @contextlib.contextmanager

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from servo_ctrl.cli.options import MachineOption, PacingChoice, PacingOption, ProgressFormat
+from servo_ctrl.files.tuning_files import LEAST_MS, MOST_MS, USUAL_MS
 
 
 def tune(
@@ -18,11 +19,11 @@ def tune(
         float,
         typer.Option(
             "--ms",
-            min=1.2,
-            max=3.0,
+            min=LEAST_MS,
+            max=MOST_MS,
             help="Largest sensitivity peak Ms: 1.4 is cautious, 2 usual at most.",
         ),
-    ] = 2.0,
+    ] = USUAL_MS,
     bus: Annotated[
         str | None,
         typer.Option(

@@ -32,6 +32,7 @@ SOURCES = (
     ROOM / "cyclic" / "sequence.py",
     ROOM / "hmi" / "diagnosis" / "job.py",
     ROOM / "hmi" / "shell" / "program_jobs.py",
+    ROOM / "hmi" / "shell" / "program_process.py",
     ROOM / "hmi" / "tuning" / "job.py",
     ROOM / "tuning" / "request.py",
     ROOM / "tuning" / "session.py",

@@ -14,38 +14,30 @@ from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs
 from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, accept_model
 from servo_ctrl.hmi.languages.report_page import translated_report
 from servo_ctrl.hmi.languages.texts import ENGLISH, LANGUAGES
-from servo_ctrl.hmi.shell.action_log import log_action
+from servo_ctrl.hmi.shell.logged_jobs import LoggedJobs
 from servo_ctrl.hmi.shell.program_jobs import Job, JobState
 
 DIRECTORY, LOG_FILE = "diagnoses", "reconcile.jsonl"
 ADDRESS = "/diagnosis"
 
 
-class Diagnoses:
+class Diagnoses(LoggedJobs[DiagnosisJobs]):
     """Starts, cancels and accepts diagnoses, and logs who did it; raises ServoCtrlError and OSError."""
 
     def __init__(self, directory: Path) -> None:
-        self.jobs = DiagnosisJobs(directory / DIRECTORY)
-        self._log = directory / DIRECTORY / LOG_FILE
+        super().__init__(DiagnosisJobs(directory / DIRECTORY), LOG_FILE)
 
     async def start(self, recordings: Sequence[Path], model: Path, who: Who) -> Job:
         """Start a diagnosis."""
         job = await self.jobs.start(recordings, model, who.user)
         paths = [str(path) for path in recordings]
-        await self._log_action(who, "start", job, recordings=paths, model=str(model))
+        await self.log(who, "start", job, recordings=paths, model=str(model))
         return job
-
-    async def cancel(self, who: Who) -> None:
-        """Cancel the running diagnosis and wait for its end."""
-        job = self.jobs.running
-        if job is not None:
-            await self._log_action(who, "cancel", job)
-            await self.jobs.cancel()
 
     async def accept(self, job: Job, target: Path, who: Who) -> Path | None:
         """Copy the repaired model into use; return the path of the old one, None without one."""
         kept = await asyncio.to_thread(accept_model, job.directory / MODEL_FILE, target, who.user)
-        await self._log_action(who, "accept", job, target=str(target), kept=str(kept or ""))
+        await self.log(who, "accept", job, target=str(target), kept=str(kept or ""))
         return kept
 
     def address(self, job: Job, name: str, language: str) -> str:
@@ -64,10 +56,6 @@ class Diagnoses:
             headers["content-disposition"] = f'attachment; filename="{name}"'
             return HTMLResponse(translated_report(path.read_text("utf-8"), language), headers=headers)
         return FileResponse(path, media_type=media_type, filename=name, headers=headers)
-
-    async def _log_action(self, who: Who, what: str, job: Job, **details: object) -> None:
-        details = {"role": who.role, "address": who.address, "job": job.directory.name, **details}
-        await asyncio.to_thread(log_action, self._log, who.user, what, details)
 
 
 @cache

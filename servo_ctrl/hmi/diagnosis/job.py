@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from servo_ctrl.hmi.diagnosis.job_files import read_model
-from servo_ctrl.hmi.shell.program_jobs import Job, JobError, ProgramJobs, installed_program
+from servo_ctrl.hmi.shell.program_jobs import Job, ProgramJobs
+from servo_ctrl.hmi.shell.program_process import JobError, installed_program
 
 PROGRAM, ARGUMENTS = "reconcile", ("diagnose", "--progress", "json")
 

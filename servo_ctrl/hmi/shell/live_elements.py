@@ -19,9 +19,7 @@ class LiveLabel(TextElement, component="live_label.js"):
         self._props["text"] = text
 
     def _handle_text_change(self, text: str) -> None:
-        with self._props.suspend_updates():
-            self._text_to_model_text(text)
-        self.run_method("show", text)
+        _write(self, "text", text)
 
 
 class LiveHtml(ui.html, component="live_html.js"):
@@ -31,9 +29,7 @@ class LiveHtml(ui.html, component="live_html.js"):
         super().__init__("", sanitize=False)
 
     def _handle_content_change(self, content: str) -> None:
-        with self._props.suspend_updates():
-            self._props["innerHTML"] = content
-        self.run_method("show", content)
+        _write(self, "innerHTML", content)
 
 
 class LivePlace(Element, component="live_place.js"):
@@ -46,14 +42,19 @@ class LivePlace(Element, component="live_place.js"):
     def show(self, left_percent: float, top_percent: float | None = None) -> None:
         """Show it at this share of the box from its left and, if given, from its top."""
         top = {} if top_percent is None else {"top": f"{top_percent:.2f}%"}
-        self._move({"left": f"{left_percent:.2f}%", **top})
+        self._place({"left": f"{left_percent:.2f}%", **top})
 
     def hide(self) -> None:
         """Show it nowhere."""
-        self._move(None)
+        self._place(None)
 
-    def _move(self, place: dict[str, str] | None) -> None:
+    def _place(self, place: dict[str, str] | None) -> None:
         if place != self._props["place"]:
-            with self._props.suspend_updates():
-                self._props["place"] = place
-            self.run_method("move", place)
+            _write(self, "place", place)
+
+
+def _write(element: Element, prop: str, value: object) -> None:
+    """Keep a value as this property, without an update, and have the element's component show it."""
+    with element.props.suspend_updates():
+        element.props[prop] = value
+    element.run_method("show", value)

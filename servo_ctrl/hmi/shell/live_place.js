@@ -3,15 +3,15 @@ export default {
   template: "<i></i>",
   props: { place: Object },
   mounted() {
-    this.move(this.place);
+    this.show(this.place);
   },
   watch: {
     place(place) {
-      this.move(place);
+      this.show(place);
     },
   },
   methods: {
-    move(place) {
+    show(place) {
       Object.assign(this.$el.style, place ? { display: "", ...place } : { display: "none" });
     },
   },

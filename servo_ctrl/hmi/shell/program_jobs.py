@@ -6,12 +6,9 @@ The program is started, prints its steps in JSON, and writes files into the dire
 import asyncio
 import contextlib
 import logging
-import os
 import secrets
-import shutil
 import signal
-import sysconfig
-from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -20,31 +17,21 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from servo_ctrl.errors import ServoCtrlError
-from servo_ctrl.hil_rig.simulated_machine import ends_with_its_parent
 from servo_ctrl.hmi.languages.texts import word
+from servo_ctrl.hmi.shell.program_process import JobError, lines_of, signal_group, started_process
 
-ONE_CORE = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
-)
-"""Environment of the program: the other cores are for the machine, which may be running."""
-NICENESS = 10
 INTERRUPT_TIMEOUT_S = 10.0
 """Time to end after SIGINT before the program is killed: it ends at the next step of its search."""
 MAX_DURATION_S = 4.0 * 3600.0
 """A job takes minutes; one that takes so long does not end."""
-MAX_LINES, MAX_LINE_LENGTH = 200, 2000
-"""Bounds of the output that is kept; a line of a step has some 100 characters."""
+MAX_LINES = 200
+"""Last lines of the output that are kept."""
 MAX_JOBS = 20
 """Jobs that the page lists; the files of older ones stay on the disk."""
 EXIT_INTERRUPTED = 130
 """Exit status of our programs after SIGINT."""
 
 _LOG = logging.getLogger(__name__)
-
-
-class JobError(ServoCtrlError):
-    """A job cannot be started."""
 
 
 class ProgressLine(BaseModel):
@@ -140,7 +127,7 @@ class ProgramJobs:
                 await asyncio.to_thread(directory.mkdir, parents=True, mode=0o700)
             except OSError as error:
                 raise JobError(f"{directory}: cannot be made: {error.strerror}") from None
-            self._process = await _started([*arguments, "--out", str(directory)])
+            self._process = await started_process([*arguments, "--out", str(directory)])
             job = Job(directory, tuple(subjects), who, started)
             self.jobs = [*self.jobs, job][-MAX_JOBS:]
             self._task = asyncio.create_task(_follow(job, self._process, self._program))
@@ -152,47 +139,13 @@ class ProgramJobs:
         if job is None or process is None or task is None:
             return
         job.state = JobState.CANCELLING
-        _signal(process, signal.SIGINT)
+        signal_group(process, signal.SIGINT)
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(INTERRUPT_TIMEOUT_S):
                 await asyncio.shield(task)
         if not task.done():
-            _signal(process, signal.SIGKILL)
+            signal_group(process, signal.SIGKILL)
             await asyncio.shield(task)
-
-
-def installed_program(name: str) -> str:
-    """The installed program beside this interpreter, else on the search path. Raises JobError."""
-    program = shutil.which(name, path=sysconfig.get_path("scripts")) or shutil.which(name)
-    if program is None:
-        raise JobError(f"the program {name} is not installed; install servo-ctrl with its programs")
-    return program
-
-
-def _begins_politely(begin: Callable[[], object] | None) -> Callable[[], object]:
-    """Return what the child calls before it begins: the machine, which may be running, goes first."""
-
-    def begin_politely() -> None:
-        os.nice(NICENESS)
-        if begin is not None:
-            begin()
-
-    return begin_politely
-
-
-async def _started(command: Sequence[str]) -> asyncio.subprocess.Process:
-    try:
-        return await asyncio.create_subprocess_exec(
-            *command,
-            stdin=asyncio.subprocess.DEVNULL,
-            stdout=asyncio.subprocess.PIPE,
-            stderr=asyncio.subprocess.STDOUT,
-            env=os.environ | ONE_CORE,
-            start_new_session=True,
-            preexec_fn=_begins_politely(ends_with_its_parent()),
-        )
-    except OSError as error:
-        raise JobError(f"{command[0]}: cannot be started: {error.strerror}") from None
 
 
 async def _follow(job: Job, process: asyncio.subprocess.Process, program: str) -> None:
@@ -200,7 +153,7 @@ async def _follow(job: Job, process: asyncio.subprocess.Process, program: str) -
     code: int | None = None
     try:
         async with asyncio.timeout(MAX_DURATION_S):
-            async for line in _lines_of(process):
+            async for line in lines_of(process):
                 _note_line(job, line)
             code = await process.wait()
     except TimeoutError:
@@ -209,7 +162,7 @@ async def _follow(job: Job, process: asyncio.subprocess.Process, program: str) -
         _LOG.exception("%s could not be followed", program)
         job.reason = f"it could not be followed: {type(error).__name__}: {error}"
     finally:
-        _signal(process, signal.SIGKILL)  # its own children too
+        signal_group(process, signal.SIGKILL)  # its own children too
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(INTERRUPT_TIMEOUT_S):
                 await process.communicate()  # its pipe is closed with it
@@ -220,18 +173,6 @@ async def _follow(job: Job, process: asyncio.subprocess.Process, program: str) -
         job.state, job.reason = JobState.CANCELLED, "cancelled; nothing is half written"
     else:
         job.state, job.reason = JobState.FAILED, job.reason or _failure(job.lines, code, program)
-
-
-async def _lines_of(process: asyncio.subprocess.Process) -> AsyncIterator[str]:
-    """The lines of the output, cut to MAX_LINE_LENGTH; output without line ends is bounded too."""
-    partial_line = b""
-    while process.stdout is not None and (chunk := await process.stdout.read(65536)):
-        *lines, partial_line = (partial_line + chunk).split(b"\n")
-        for line in lines:
-            yield line.decode(errors="replace").strip()[:MAX_LINE_LENGTH]
-        partial_line = partial_line[:MAX_LINE_LENGTH]
-    if partial_line:
-        yield partial_line.decode(errors="replace").strip()
 
 
 def _note_line(job: Job, line: str) -> None:
@@ -249,9 +190,3 @@ def _failure(lines: Sequence[str], code: int | None, program: str) -> str:
         return errors[-1]
     last = next((line for line in reversed(lines) if line), "it printed nothing")
     return f"it ended with {code}: {last}"
-
-
-def _signal(process: asyncio.subprocess.Process, number: signal.Signals) -> None:
-    """Signal the process group, which the process leads: itself and its children."""
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, number)

@@ -9,13 +9,13 @@ import asyncio
 from collections.abc import Sequence
 from pathlib import Path
 
-from servo_ctrl.hmi.shell.program_jobs import Job, JobError, ProgramJobs, installed_program
+from servo_ctrl.files.tuning_files import LEAST_MS, MOST_MS
+from servo_ctrl.hmi.shell.program_jobs import Job, ProgramJobs
+from servo_ctrl.hmi.shell.program_process import JobError, installed_program
 
 PROGRAM, ARGUMENTS = "servo-ctrl", ("tune", "--progress", "json")
 PLANT = "plant.toml"
 """What the simulator reads, beside the machine file."""
-LEAST_MS, MOST_MS = 1.2, 3.0
-"""Bounds of --ms."""
 
 
 class TuningJobs(ProgramJobs):

@@ -7,6 +7,7 @@ from nicegui import ui
 
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
+from servo_ctrl.files.tuning_files import LEAST_MS, MOST_MS, USUAL_MS
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr
@@ -14,10 +15,7 @@ from servo_ctrl.hmi.shell.job_view import JobView
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, choice, div, errors_notified, faint
 from servo_ctrl.hmi.shell.program_jobs import ENDED, Job
-from servo_ctrl.hmi.tuning.job import LEAST_MS, MOST_MS
 from servo_ctrl.hmi.tuning.simulator_jobs import simulator_tunings_of
-
-USUAL_MS = 2.0
 
 
 class SimulatorCard:

@@ -11,8 +11,9 @@ import pytest
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.diagnosis import job as diagnosis_job
 from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs
-from servo_ctrl.hmi.shell import program_jobs
-from servo_ctrl.hmi.shell.program_jobs import Job, JobError, JobState
+from servo_ctrl.hmi.shell import program_jobs, program_process
+from servo_ctrl.hmi.shell.program_jobs import Job, JobState
+from servo_ctrl.hmi.shell.program_process import JobError
 
 MODEL = "[axis.x.table]\nmass_kg = 50.0\n[axis.y.motor]\ntorque_constant_nm_a = 0.4\n"
 SAY = "import sys, time, signal\ndef say(text): print(text, flush=True)\n"
@@ -93,7 +94,7 @@ async def test_a_line_that_is_no_step_is_kept_as_output(
     run = diagnoses(tmp_path, f"say({step('reading', 1)!r}); say({line!r})\n")
     job = await run.start([files[0]], files[1], "ada")
     await until(job, JobState.DONE)
-    assert (job.step, job.lines) == ("reading", ["reading", line[: program_jobs.MAX_LINE_LENGTH]])
+    assert (job.step, job.lines) == ("reading", ["reading", line[: program_process.MAX_LINE_LENGTH]])
 
 
 async def test_only_one_runs_and_it_ends_at_an_interrupt(tmp_path: Path, files: tuple[Path, Path]) -> None:
@@ -142,7 +143,7 @@ async def test_endless_output_is_bounded(tmp_path: Path, files: tuple[Path, Path
     job = await run.start([files[0]], files[1], "ada")
     await until(job, JobState.DONE)
     assert len(job.lines) <= program_jobs.MAX_LINES
-    assert max(map(len, job.lines)) <= program_jobs.MAX_LINE_LENGTH
+    assert max(map(len, job.lines)) <= program_process.MAX_LINE_LENGTH
     assert job.lines[-1] == "1999"
 
 
