@@ -15,7 +15,6 @@ from local_can.served_hub import ServedHub
 _LOG = logging.getLogger(__name__)
 _SEND_TIMEOUT_S = 5.0
 """How long a send without a timeout waits for a busy hub (chosen)."""
-_MOST_BYTES = wire.MOST_FRAMES * wire.FRAME_BYTES
 _FLAGS = wire.EXTENDED | wire.REMOTE | wire.ERROR
 _new_message = can.Message.__new__
 
@@ -64,7 +63,7 @@ class LocalCanBus(can.BusABC):
             raise can.CanInitializationError(str(error)) from error
         self._socket_send = self._socket.send
         self._receive_into = self._socket.recv_into
-        self._buffer = bytearray(_MOST_BYTES)
+        self._buffer = bytearray(wire.MOST_BYTES)
         super().__init__(channel, can_filters=can_filters, **kwargs)  # sends the filters to the hub again
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
@@ -113,8 +112,8 @@ class LocalCanBus(can.BusABC):
     def send_burst(self, frames: bytes, timeout: float | None = None) -> None:
         """Send frames in wire format to the hub; `timeout` and errors are those of `send`."""
         while frames:
-            self._hand_over(frames[:_MOST_BYTES], timeout)
-            frames = frames[_MOST_BYTES:]
+            self._hand_over(frames[: wire.MOST_BYTES], timeout)
+            frames = frames[wire.MOST_BYTES :]
 
     @property
     def serves(self) -> bool:

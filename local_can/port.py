@@ -8,7 +8,7 @@ from collections import deque
 from itertools import islice
 
 from can_frames.frame import overrun_frame
-from local_can.wire import FRAME_BYTES, MOST_FRAMES, PASS_ALL, split
+from local_can.wire import FRAME_BYTES, MOST_BYTES, PASS_ALL, split
 
 _LOG = logging.getLogger(__name__)
 
@@ -134,7 +134,7 @@ class Port(Party):
         count = size = 0
         for packet in self._queue:
             size += len(packet)
-            if size > MOST_FRAMES * FRAME_BYTES:
+            if size > MOST_BYTES:
                 break
             count += 1
         return count

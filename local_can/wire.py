@@ -35,6 +35,7 @@ BURSTS = b"b"
 """Packet of a client: from now on send me several frames in one packet. Any client may send bursts."""
 MOST_FRAMES = 64
 """Bounds the frames of a packet (chosen)."""
+MOST_BYTES = MOST_FRAMES * FRAME_BYTES
 FILTERS = b"f"
 """Start of a client's packet of filters, which replace its earlier ones; before `ATTACH` or later."""
 FILTER = struct.Struct("=II")
@@ -157,7 +158,7 @@ def unpack_filters(packet: bytes) -> Filters | None:
 def is_frames(packet: bytes) -> bool:
     """Whether a packet is one of frames, none of which claims over 8 bytes."""
     size = len(packet)
-    if not size or size % FRAME_BYTES or size > MOST_FRAMES * FRAME_BYTES:
+    if not size or size % FRAME_BYTES or size > MOST_BYTES:
         return False
     return max(packet[4::FRAME_BYTES]) <= 8
 

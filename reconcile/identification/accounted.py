@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.candidate_term import CandidateTerm, effect_names
 from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.sensing.channel import quantum
 

@@ -8,14 +8,14 @@ import numpy as np
 
 from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
-from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.accounted import Accounted, accounted
+from reconcile.identification.compared_models import compared_models
 from reconcile.identification.findings import IdentifiedEffect, ReportedEffects
 from reconcile.identification.payload import mass_bias_kg, payload
 from reconcile.identification.term_search import FoundTerms, TermSearch
 from reconcile.identification.unexplained_residual import unexplained_residual
-from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
-from reconcile.regression.regression_problem import RegressionProblem
+from reconcile.regression.candidate_term import CandidateTerm
+from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.regression.residual import Residual, residuals, rms
 from reconcile.regression.residual_noise import noise_floor
 from reconcile.selection.block_statistics import paired, threshold
@@ -122,7 +122,7 @@ def _explained(found: FoundTerms) -> Explanation:
     admissible = _with_non_negative_baseline(found)
     reported = admissible.report()
     equations, train = found.problem.equations, found.train
-    models = _models(found, admissible, reported.timing)
+    models = compared_models(found, admissible, reported.timing)
     before, refitted, after = (_residual_rms(equations, *model, train, found.held_out) for model in models)
     found_residuals = residuals(found.problem, sources, models, found.held_out)
     is_force = channel is ResidualChannel.FORCE
@@ -162,29 +162,6 @@ def _explained(found: FoundTerms) -> Explanation:
     )
 
 
-def _models(
-    found: FoundTerms, admissible: FoundTerms, timing: tuple[str, ShapeParameters] | None
-) -> list[tuple[list[CandidateTerm], Array]]:
-    """Terms and normalised coefficients of the nominal, the refitted and the identified model.
-
-    A lag below a sample is how the channels were sampled, and no physics: all three have it.
-    """
-    equations = found.problem.equations
-    timing_terms = [c for c in found.terms if timing and c.effect == timing[0]]
-    baseline, totals = equations.slots([]), equations.totals(found.train)
-    size = len(baseline)
-    refitted = equations.solve(equations.slots(timing_terms), totals)
-    fitted = equations.denormalised(baseline, refitted[:size])
-    nominal = _nominal(found.inputs.axis, found.problem, fitted)
-    nominal = nominal / equations.denormalised(baseline, np.ones(size))
-    identified = admissible.problem.equations.solve(equations.slots(found.terms), totals)
-    return [
-        (timing_terms, np.append(nominal, refitted[size:])),
-        (timing_terms, refitted),
-        (found.terms, identified),
-    ]
-
-
 def _findings(
     found: FoundTerms,
     reported: ReportedEffects,
@@ -214,15 +191,6 @@ def _findings(
 def _rms_between(before: ResidualRms, refitted: ResidualRms) -> float:
     """RMS that refitting the values removes, N or m."""
     return math.sqrt(max(before.train**2 - refitted.train**2, 0.0))
-
-
-def _nominal(axis: NominalAxis, problem: RegressionProblem, fitted: Array) -> Array:
-    """Baseline coefficients of the nominal model; origins, which it cannot have, as fitted."""
-    if problem.channel is ResidualChannel.FORCE:
-        nominal = baseline_parameters(axis)
-        return np.array([nominal[name] for name in problem.baseline_names])
-    names_of_slots = [problem.baseline_names[column] for column, _ in problem.equations.slots([])]
-    return np.where([name == "origin_m" for name in names_of_slots], fitted, 0.0)
 
 
 def _residual_rms(

@@ -14,7 +14,7 @@ from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.identification.confidence import confidence
 from reconcile.identification.parameter_estimates import RESAMPLES, Estimate, estimates
 from reconcile.identification.rivals import RIVAL_STANDARD_ERRORS, RivalEffect
-from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.candidate_term import CandidateTerm, effect_names
 from reconcile.regression.regression_data import stride
 from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.regression.resolution import reversal_travel_m

@@ -11,7 +11,7 @@ from reconcile.catalogue.registry import TIMING, systematic
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.identification.confidence import INDEPENDENT_S
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.regression_data import stride
 from reconcile.regression.regression_problem import RegressionProblem
 

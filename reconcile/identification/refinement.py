@@ -12,7 +12,7 @@ from reconcile.catalogue.registry import ENTRIES, family, possible
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import SHARP, term
 from reconcile.identification.model_force import with_identified_force
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation
 

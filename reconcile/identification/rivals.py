@@ -7,7 +7,7 @@ from scipy.stats import norm
 
 from reconcile.catalogue.registry import has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.selection.block_statistics import paired
 from reconcile.selection.cross_validation import SHORTLIST, CrossValidation
 

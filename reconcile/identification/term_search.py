@@ -20,8 +20,8 @@ from reconcile.identification.parameter_estimates import RESAMPLES
 from reconcile.identification.refinement import refine
 from reconcile.identification.rivals import RivalEffect, compare_rivals
 from reconcile.recording.recording import AxisRecording
+from reconcile.regression.candidate_term import CandidateTerm, TermKey, effect_names
 from reconcile.regression.model_presliding import regressed_terms
-from reconcile.regression.normal_equations import CandidateTerm, TermKey, effect_names
 from reconcile.regression.physical_veto import vetoed
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import RegressionProblem, extended, regression_problem

@@ -17,14 +17,15 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import TIMING
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.transport_delay import ENTRY as DELAY
-from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
+from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.accounted import UNNAMED, accounted
+from reconcile.identification.compared_models import nominal_coefficients
 from reconcile.identification.explain import Explanation, without
 from reconcile.identification.term_search import FoundTerms
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.recording.recording import AxisRecording
+from reconcile.regression.candidate_term import effect_names
 from reconcile.regression.model_presliding import regressed_terms
-from reconcile.regression.normal_equations import effect_names
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import regression_problem
 from reconcile.regression.residual import rms
@@ -138,11 +139,7 @@ def _image(
     weights = equations.denormalised(slots, equations.solve(slots, totals))
     sizes = accounted(problem, terms, weights, noise=0.0, share=found.inputs.rules.matters)
     rigid = equations.solve(base, totals)
-    given = rigid
-    if channel is ResidualChannel.FORCE:
-        nominal = np.array([baseline_parameters(axis)[name] for name in problem.baseline_names])
-        size = len(nominal)
-        given = np.append(nominal / equations.denormalised(base, np.ones(len(base)))[:size], rigid[size:])
+    given = nominal_coefficients(axis, problem, rigid) if channel is ResidualChannel.FORCE else rigid
     squares = [float(equations.squares(base, theta, blocks).sum()) / samples for theta in (given, rigid)]
     return _Image(
         sizes.effects, sizes.residual, math.sqrt(squares[1]), math.sqrt(max(squares[0] - squares[1], 0.0))

@@ -7,16 +7,13 @@ coefficients of its own in each recording.
 
 from collections.abc import Iterable, Sequence
 from copy import copy
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernels.arrays import Array, Index
-from reconcile.catalogue.kinds import ShapeParameters
 from reconcile.catalogue.smooth_terms import PREFIX
-
-TermKey = tuple[str, ShapeParameters, bool]
+from reconcile.regression.candidate_term import CandidateTerm
 
 RIDGE = 1e-10
 """Ridge on the normalised columns, as a share of the target's squares; collinear columns share their part."""
@@ -24,20 +21,6 @@ ZERO_RIDGE = 1e12
 """Ridge that holds the coefficient of a column at zero."""
 SMOOTH_RIDGE = 1e-3
 """Ridge on unnamed terms: what they share with named terms is attributed to the named ones."""
-
-
-class CandidateTerm(NamedTuple):
-    """One term at one set of shape parameters, with its column indices in the normal equations."""
-
-    effect: str
-    shape_parameters: ShapeParameters
-    per_recording: bool
-    columns: tuple[int, ...]
-
-    @property
-    def key(self) -> TermKey:
-        """Identity of the term, the same in any normal equations."""
-        return self.effect, self.shape_parameters, self.per_recording
 
 
 class BlockNormalEquations:
@@ -107,16 +90,18 @@ class BlockNormalEquations:
 
     def held_at_zero(self, columns: Sequence[int]) -> "BlockNormalEquations":
         """A copy with the coefficients of some columns held at zero."""
-        held = copy(self)
-        held._ridge = self._ridge.copy()  # noqa: SLF001 its own class
-        held._ridge[[column + 1 for column in columns]] = ZERO_RIDGE  # noqa: SLF001 its own class
-        return held
+        ridge = self._ridge.copy()
+        ridge[[column + 1 for column in columns]] = ZERO_RIDGE
+        return self._with_ridges(ridge)
 
     def with_ridge(self, share: float) -> "BlockNormalEquations":
         """A copy with at least this ridge on every column, as a share of the target's squares."""
-        held = copy(self)
-        held._ridge = np.maximum(self._ridge, share)  # noqa: SLF001 its own class
-        return held
+        return self._with_ridges(np.maximum(self._ridge, share))
+
+    def _with_ridges(self, ridge: Array) -> "BlockNormalEquations":
+        changed = copy(self)
+        changed._ridge = ridge  # noqa: SLF001 its own class
+        return changed
 
     def extended(self, terms: Sequence[tuple[CandidateTerm, Sequence[Array]]]) -> "BlockNormalEquations":
         """The same equations with further terms, each with its columns (k, n) by recording.
@@ -245,8 +230,3 @@ class BlockNormalEquations:
         """Coefficients of the columns before normalisation."""
         coefficients: Array = theta * self.unit[0] / self.unit[[slot[0] + 1 for slot in slots]]
         return coefficients
-
-
-def effect_names(chosen: Sequence[CandidateTerm]) -> list[str]:
-    """Distinct effects of the terms, in order."""
-    return list(dict.fromkeys(candidate.effect for candidate in chosen))

@@ -10,7 +10,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import DRIFTING_COLUMNS, ENTRIES
 from reconcile.catalogue.veto import VetoContext, veto
 from reconcile.formats.nominal_axis import NominalAxis
-from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.candidate_term import CandidateTerm, effect_names
 from reconcile.regression.regression_data import FILTER_HZ, target_and_baseline
 from reconcile.regression.regression_problem import RegressionProblem
 

@@ -12,7 +12,8 @@ from reconcile.catalogue.kinds import OWN, SHARED, RegressionData, ResidualChann
 from reconcile.catalogue.registry import ENTRIES, family, has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import columns_of, term
-from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm, TermKey
+from reconcile.regression.candidate_term import CandidateTerm, TermKey
+from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.regression.regression_data import low_pass_of, samples_in_use, stride, target_and_baseline
 from reconcile.regression.resolution import settled_travel_m
 

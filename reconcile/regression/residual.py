@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import RegressionData
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.regression_problem import RegressionProblem
 
 

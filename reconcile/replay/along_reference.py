@@ -14,7 +14,7 @@ import numpy as np
 from hil_sim.config import PlantConfig, build_plant
 from hil_sim.plant.amplifier import POSITION
 from hil_sim.plant.integrate import advance_axis
-from kernels.arrays import Array
+from kernels.arrays import Array, compiled_layout
 from kernels.jit import kernel
 from reconcile.recording.first_sample import initial_motion, set_initial_motion
 from reconcile.recording.recording import AxisRecording
@@ -42,7 +42,7 @@ def along_reference(recording: AxisRecording, plant: PlantConfig) -> AxisRecordi
     set_initial_motion(params, state, *initial_motion(recording))
     setpoint["loop"], setpoint["current_limit_a"] = POSITION, UNLIMITED_A
     rows = np.empty((3, len(recording.reference_m)))
-    _lead(params, state, setpoint, substeps, plant.dt_s, recording.reference_m, rows)
+    _lead(params, state, setpoint, substeps, plant.dt_s, compiled_layout(recording.reference_m), rows)
     force_n, motor_m, scale_m = rows
     return recording._replace(
         motor_m=rounded_like(motor_m, recording.motor_m),

@@ -12,7 +12,7 @@ from reconcile.catalogue.registry import (
     has_levels,
     possible,
 )
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.selection.cross_validation import CrossValidation, Score, SelectionRules
 
 CLEARLY_BETTER = 2.0

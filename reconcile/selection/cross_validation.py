@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from kernels.arrays import Array, Index
-from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
+from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.selection.block_statistics import paired, summed, threshold
 
 FOLDS = 8

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from kernels.arrays import Array, Index
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm, effect_names
+from reconcile.regression.candidate_term import CandidateTerm, effect_names
+from reconcile.regression.normal_equations import BlockNormalEquations
 
 PARTS_OF_ONE = 3
 """Stretches that an only recording is cut into."""

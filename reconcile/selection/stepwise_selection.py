@@ -11,7 +11,7 @@ from collections.abc import Container, Iterable, Iterator, Sequence
 from kernels.arrays import Array
 from reconcile.catalogue.registry import ADDITIVE, IMITATED_BY_PRESLIDING, TIMING, possible
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.regression_problem import SINCE_REVERSAL
 from reconcile.selection.acceptance import CLEARLY_BETTER, SelectionContext, accepted
 from reconcile.selection.block_statistics import paired

@@ -16,7 +16,8 @@ from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters
 from reconcile.catalogue.smooth_terms import AT_A_PLACE, COORDINATES, PREFIX, SMOOTH_TERMS, SplineCoordinate
 from reconcile.catalogue.unnamed_terms import TERMS, term
-from reconcile.regression.normal_equations import SMOOTH_RIDGE, CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
+from reconcile.regression.normal_equations import SMOOTH_RIDGE
 from reconcile.regression.regression_data import low_pass_of, stride
 from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.selection.cross_validation import folds_of

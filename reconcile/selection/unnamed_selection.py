@@ -6,7 +6,7 @@ from kernels.arrays import Index
 from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import other_shapes
-from reconcile.regression.normal_equations import CandidateTerm, TermKey
+from reconcile.regression.candidate_term import CandidateTerm, TermKey
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.stepwise_selection import TIED_GAIN_RATIO, initial_squares

@@ -21,7 +21,8 @@ from reconcile.catalogue.stribeck_friction import LOW_SPEED_M_S
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.recording.recording import AxisRecording
-from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
+from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import BASELINE_PARAMETERS, regression_problem
 

@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from servo_ctrl.cli.options import MachineOption, PacingChoice, PacingOption, ProgressFormat
-from servo_ctrl.files.tuning_files import LEAST_MS, MOST_MS, USUAL_MS
 
 
 def tune(
@@ -19,11 +18,11 @@ def tune(
         float,
         typer.Option(
             "--ms",
-            min=LEAST_MS,
-            max=MOST_MS,
+            min=1.2,  # as in files/tuning_files.py, which --help would have to load
+            max=3.0,
             help="Largest sensitivity peak Ms: 1.4 is cautious, 2 usual at most.",
         ),
-    ] = USUAL_MS,
+    ] = 2.0,
     bus: Annotated[
         str | None,
         typer.Option(

@@ -11,25 +11,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hil_sim.config import AxisPlant, PlantConfig
+from hil_sim.config import PlantConfig
 from hil_sim.physics.transmission import backlash
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.loop_margins import sensitivity_peak
+from studies.random_plants import FORCES, FRICTION_SHARE, MASS_SHARE, each_axis, random_plant, scaled
 
-MASS_SHARE, FRICTION_SHARE = 0.3, 0.5
-"""Largest relative deviations of a table; the ranges of the specification."""
 PLAY_M = 3e-6
 STIFFNESS_SHARE = 0.7
 """Factor of a more compliant drive train; chosen: with half the stiffness the loop of y is unstable."""
 PERIODS_US = (2000, 4000)
-FORCES = {
-    "viscous_friction": ("viscous_n_s_m",),
-    "coulomb_friction": ("coulomb_n",),
-    "stribeck_friction": ("stribeck_n",),
-    "presliding_gms": ("stiffness_n_m", "attraction_n_s", "micro_damping_n_s_m"),
-}
-"""Friction effects, and their fields that are proportional to the force."""
 SCALES = np.geomspace(1.0, 0.1, 47)
 """Factors of the gains at longer cycles, in steps of 5 %; chosen."""
 
@@ -62,37 +54,12 @@ def random_tables(machine: MachineConfig, plant: PlantConfig, count: int, seed: 
     """Yield random tables: mass and every friction parameter drawn independently."""
     rng = np.random.default_rng(seed)
     for number in range(1, count + 1):
-        yield Condition(f"table {number}", machine, random_table(plant, rng))
-
-
-def random_table(plant: PlantConfig, rng: np.random.Generator) -> PlantConfig:
-    """Return the plant with random masses and friction parameters of the tables."""
-
-    def share(largest: float) -> float:
-        return float(1.0 + rng.uniform(-largest, largest))
-
-    def changed(axis: AxisPlant) -> AxisPlant:
-        effects = {
-            key: effect._replace(
-                **{
-                    field: _scaled(value, share(FRICTION_SHARE))
-                    for field, value in effect._asdict().items()
-                    if field not in ("enabled", "share")
-                }
-            )
-            if key in FORCES
-            else effect
-            for key, effect in axis.effects.items()
-        }
-        table = axis.table.model_copy(update={"mass_kg": axis.table.mass_kg * share(MASS_SHARE)})
-        return axis.model_copy(update={"effects": effects, "table": table})
-
-    return _each_axis(plant, changed)
+        yield Condition(f"table {number}", machine, random_plant(plant, rng))
 
 
 def with_mass(plant: PlantConfig, share: float) -> PlantConfig:
     """Return the plant with the masses of its tables scaled; motors keep theirs."""
-    return _each_axis(
+    return each_axis(
         plant,
         lambda axis: axis.model_copy(
             update={"table": axis.table.model_copy(update={"mass_kg": axis.table.mass_kg * share})}
@@ -106,7 +73,7 @@ def with_friction(plant: PlantConfig, share: float) -> PlantConfig:
     def changed(effects: dict[str, Any]) -> dict[str, Any]:
         return {
             key: effects[key]._replace(
-                **{field: _scaled(getattr(effects[key], field), share) for field in fields}
+                **{field: scaled(getattr(effects[key], field), share) for field in fields}
             )
             for key, fields in FORCES.items()
             if key in effects
@@ -170,15 +137,6 @@ def _with_control(machine: MachineConfig, change: Callable[[Any], dict[str, Any]
 
 
 def _with_effects(plant: PlantConfig, change: Callable[[dict[str, Any]], dict[str, Any]]) -> PlantConfig:
-    return _each_axis(
+    return each_axis(
         plant, lambda axis: axis.model_copy(update={"effects": axis.effects | change(axis.effects)})
     )
-
-
-def _each_axis(plant: PlantConfig, change: Callable[[AxisPlant], AxisPlant]) -> PlantConfig:
-    axes = {name: change(axis) for name, axis in plant.axes.items()}
-    return plant.model_copy(update={"axes": axes})
-
-
-def _scaled(value: Any, share: float) -> Any:
-    return tuple(entry * share for entry in value) if isinstance(value, tuple) else value * share

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hil_sim.config import AxisPlant, PlantConfig
-from studies.feng_2015.waveform_conditions import random_table
+from studies.random_plants import random_plant, varied
 from studies.wang_2014.plan import Series, irregular
 
 OTHERS_SHARE = 0.3
@@ -54,7 +54,7 @@ def random_stages(plant: PlantConfig, axis: str, count: int, seed: int, cycles: 
     """Yield `count` stages; each has targets of its own, off the grid of the screw's turns."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        drawn = random_table(plant, rng)
+        drawn = random_plant(plant, rng)
         axes = {**drawn.axes, axis: _drawn(drawn.axes[axis], rng)}
         yield RandomStage(drawn.model_copy(update={"axes": axes}), irregular(rng, cycles))
 
@@ -66,8 +66,7 @@ def _drawn(axis: AxisPlant, rng: np.random.Generator) -> AxisPlant:
         effects[name] = effects[name]._replace(**{field: float(limit * rng.uniform(least, 1.0))})
     for name, shares in RELATIVE.items():
         changed = {
-            field: float(getattr(effects[name], field) * (1.0 + rng.uniform(-share, share)))
-            for field, share in shares.items()
+            field: float(varied(getattr(effects[name], field), share, rng)) for field, share in shares.items()
         }
         effects[name] = effects[name]._replace(**changed)
     wobble = effects["lead_error_periodic"]

@@ -52,7 +52,7 @@ def with_table(drawn: RandomStage) -> Twin:
     return twin._replace(screw=learned)
 
 
-def found_on(twin: Twin, drawn: RandomStage, setting: Stage) -> Deviations:
+def deviations_on(twin: Twin, drawn: RandomStage, setting: Stage) -> Deviations:
     """Return the deviations of one setting on one stage, from power-up on."""
     series = drawn.series
     readings = positioned(twin, setting, series, series.most_runs, lambda: None)
@@ -81,7 +81,7 @@ def searched(drawn: Sequence[RandomStage], pool: ThreadPoolExecutor) -> list[dic
     def cost(setting: tuple[float, int]) -> float:
         stage = trimmed(*setting)
         largest = [
-            figures_of(found_on(twin, one, stage))["largest_um"]
+            figures_of(deviations_on(twin, one, stage))["largest_um"]
             for twin, one in zip(twins, drawn, strict=True)
         ]
         return float(np.mean(largest))
@@ -96,7 +96,7 @@ def searched(drawn: Sequence[RandomStage], pool: ThreadPoolExecutor) -> list[dic
 def judged(drawn: RandomStage, settings: Sequence[Stage]) -> dict[str, dict[str, float]]:
     """Return the figures of every setting on one stage."""
     twin = with_table(drawn)
-    return {setting.name: figures_of(found_on(twin, drawn, setting)) for setting in settings}
+    return {setting.name: figures_of(deviations_on(twin, drawn, setting)) for setting in settings}
 
 
 def main() -> None:

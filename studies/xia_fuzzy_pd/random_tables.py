@@ -21,7 +21,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine
-from studies.feng_2015.waveform_conditions import MASS_SHARE, random_table
+from studies.random_plants import MASS_SHARE, random_plant, varied
 from studies.twin_axis import REST_CYCLES, motion, twin_axis
 from studies.xia_fuzzy_pd.figures import sine_figures, step_figures
 from studies.xia_fuzzy_pd.study import AXIS, CONTROLLERS
@@ -55,25 +55,22 @@ def random_tables(plant: PlantConfig, count: int, seed: int) -> Iterator[RandomT
     """Yield `count` tables: masses, friction and drive train drawn independently."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
-        drawn = random_table(plant, rng)
+        drawn = random_plant(plant, rng)
         axes = {**drawn.axes, AXIS: _drawn(drawn.axes[AXIS], rng)}
         step_m = LEAST_M * (MOST_M / LEAST_M) ** float(rng.uniform())
         yield RandomTable(drawn.model_copy(update={"axes": axes}), step_m)
 
 
 def _drawn(axis: AxisPlant, rng: np.random.Generator) -> AxisPlant:
-    def share(largest: float) -> float:
-        return float(1.0 + rng.uniform(-largest, largest))
-
     train, play = axis.effects["drive_compliance"], axis.effects["backlash"]
     effects = axis.effects | {
         "drive_compliance": train._replace(
-            stiffness_n_m=train.stiffness_n_m * share(TRAIN_SHARE),
-            damping_n_s_m=train.damping_n_s_m * share(WORN_SHARE),
+            stiffness_n_m=varied(train.stiffness_n_m, TRAIN_SHARE, rng),
+            damping_n_s_m=varied(train.damping_n_s_m, WORN_SHARE, rng),
         ),
-        "backlash": play._replace(play_m=play.play_m * share(WORN_SHARE)),
+        "backlash": play._replace(play_m=varied(play.play_m, WORN_SHARE, rng)),
     }
-    inertia_kg_cm2 = axis.motor.inertia_kg_cm2 * share(MASS_SHARE)
+    inertia_kg_cm2 = varied(axis.motor.inertia_kg_cm2, MASS_SHARE, rng)
     motor = axis.motor.model_copy(update={"inertia_kg_cm2": inertia_kg_cm2})
     return axis.model_copy(update={"effects": effects, "motor": motor})
 
@@ -91,7 +88,7 @@ def measured(machine: MachineConfig, table: RandomTable) -> dict[str, float]:
         settling_ms = figures.settling_s * 1e3
         found[f"{name}_overshoot_pct"] = figures.overshoot_pct
         found[f"{name}_settling_ms"] = HOLD_S * 1e3 if math.isnan(settling_ms) else settling_ms
-        rest_um.append(_rest_um(command_m - scale_m, machine.period_s))
+        rest_um.append(_deviation_at_rest_um(command_m - scale_m, machine.period_s))
     command_m, scale_m = _run(machine, table, [_sine(machine)])
     sine = sine_figures(command_m, scale_m, machine.period_s)
     found |= {
@@ -109,7 +106,7 @@ def _run(machine: MachineConfig, table: RandomTable, steps: list[Step]) -> tuple
     return rows["position_command_m"], rows["scale_position_m"]
 
 
-def _rest_um(error_m: Any, period_s: float) -> float:
+def _deviation_at_rest_um(error_m: Any, period_s: float) -> float:
     """Return the largest |error| at the end of both holds, the first half and the second."""
     rest, half = round(REST_S / period_s), len(error_m) // 2
     ends = np.concatenate((error_m[half - rest : half], error_m[-rest:]))

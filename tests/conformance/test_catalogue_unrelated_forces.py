@@ -14,7 +14,7 @@ from reconcile.diagnosis.axis_diagnosis import DEVIATION_LEAST_GAIN
 from reconcile.identification.findings import report_findings
 from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.rivals import compare_rivals
-from reconcile.regression.normal_equations import effect_names
+from reconcile.regression.candidate_term import effect_names
 from reconcile.regression.regression_problem import SINCE_REVERSAL, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.stepwise_selection import select

@@ -14,7 +14,7 @@ from reconcile.identification.explain import Explanation, ResidualRms
 from reconcile.identification.findings import IdentifiedEffect
 from reconcile.identification.rivals import RivalEffect
 from reconcile.recording.kinematics import kinematics
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.regression_problem import regression_problem
 from reconcile.regression.residual import Residual
 

@@ -15,7 +15,7 @@ from reconcile.identification.parameter_estimates import Estimate
 from reconcile.model_update.axis_sections import axis_sections
 from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.recording.recording import AxisRecording
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.regression_data import regression_data
 
 FORCE, POSITION_DEVIATION = ResidualChannel.FORCE, ResidualChannel.POSITION_DEVIATION

@@ -1,6 +1,7 @@
 """Tunings from the page: on a simulator of their own, never on the machine's bus."""
 
 import asyncio
+import inspect
 import sys
 from pathlib import Path
 
@@ -8,8 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
+from servo_ctrl.cli.tune import tune
 from servo_ctrl.daemon.run.report import Pacing
 from servo_ctrl.errors import ServoCtrlError
+from servo_ctrl.files.tuning_files import LEAST_MS, MOST_MS, USUAL_MS
 from servo_ctrl.hmi.shell.program_jobs import JobState
 from servo_ctrl.hmi.tuning import job as tuning_job
 from servo_ctrl.hmi.tuning.job import TuningJobs
@@ -79,3 +82,9 @@ async def test_without_plant_or_with_an_unusual_ms_nothing_starts(jobs: TuningJo
 def test_the_installed_program_is_servo_ctrl_tune() -> None:
     program, *arguments = tuning_job.installed_command()
     assert (Path(program).name, arguments) == ("servo-ctrl", ["tune", "--progress", "json"])
+
+
+def test_the_page_offers_the_bounds_of_the_command() -> None:
+    ms = inspect.signature(tune).parameters["ms"]
+    [option] = ms.annotation.__metadata__
+    assert (option.min, option.max, ms.default) == (LEAST_MS, MOST_MS, USUAL_MS)

@@ -15,8 +15,8 @@ from studies.wang_2014.random_study import (
     MACHINE,
     SEED,
     TRIMMED,
+    deviations_on,
     figures_of,
-    found_on,
     trimmed,
     with_table,
 )
@@ -53,7 +53,7 @@ def test_committed_figures_are_those_of_the_code() -> None:
     drawn = next(random_stages(load_plant(MACHINE), AXIS, 1, SEED, CYCLES))
     best = FIGURES["search"][0]
     setting = trimmed(best["gain"], int(best["corrections"]))
-    found = figures_of(found_on(with_table(drawn), drawn, setting))
+    found = figures_of(deviations_on(with_table(drawn), drawn, setting))
     assert found == pytest.approx(FIGURES["stages"][0][TRIMMED], rel=1e-6)
 
 

@@ -10,7 +10,7 @@ from reconcile.catalogue.presliding_hysteresis import ENTRY as PRESLIDING
 from reconcile.catalogue.stribeck_friction import ENTRY as STRIBECK
 from reconcile.recording.kinematics import dahl_deflection
 from reconcile.recording.recording import AxisRecording
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import regression_problem
 from reconcile.selection.cross_validation import CrossValidation

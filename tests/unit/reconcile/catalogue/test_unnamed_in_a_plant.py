@@ -23,7 +23,7 @@ from reconcile.model_update.axis_sections import axis_sections
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.model_file import load_model, write_model
 from reconcile.nominal_model.model_terms import terms_of_model
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.regression_problem import predicted_by_model
 
 MODULES = {section_of(effect): effect for effect in EFFECTS}

@@ -9,7 +9,7 @@ from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.diagnosis.verdict import verdict
 from reconcile.identification.explain import Explanation, ResidualRms
 from reconcile.identification.findings import IdentifiedEffect
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 
 LAW = "position_dependent_friction"
 FORCE, DEVIATION = ResidualChannel.FORCE, ResidualChannel.POSITION_DEVIATION

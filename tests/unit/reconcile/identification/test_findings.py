@@ -9,7 +9,7 @@ from formula_residuals import COULOMB_N, MASS_KG, problem
 from reconcile.identification.findings import report_findings
 from reconcile.identification.parameter_estimates import _percentile_interval, estimates
 from reconcile.identification.rivals import compare_rivals
-from reconcile.regression.normal_equations import CandidateTerm, effect_names
+from reconcile.regression.candidate_term import CandidateTerm, effect_names
 from reconcile.selection.cross_validation import CrossValidation
 
 HARMONIC, COGGING_N, PHASE_RAD = 4.0, 3.0, 0.6

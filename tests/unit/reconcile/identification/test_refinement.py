@@ -6,7 +6,7 @@ from formula_residuals import problem
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.refinement import NEIGHBOURS, _middle_of_ties, _shape_options, refine
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 
 STRIBECK_N, STRIBECK_M_S = 5.0, 4.6e-3
 SCANNED_M_S = (3.5e-3, 6e-3)

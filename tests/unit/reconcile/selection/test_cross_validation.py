@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from kernels.arrays import Array
-from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
+from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.selection.cross_validation import CrossValidation
 
 RECORDINGS, BLOCKS, SAMPLES = 2, 36, 40

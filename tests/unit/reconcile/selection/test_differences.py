@@ -7,7 +7,8 @@ import pytest
 
 from reconcile.catalogue.registry import ENTRIES
 from reconcile.recording.kinematics import dahl_deflection, kinematics
-from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
+from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.regression.state_filter import StateFilter
 from reconcile.selection.block_statistics import threshold
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from kernels.arrays import Array, Index
-from reconcile.regression.normal_equations import BlockNormalEquations, CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
+from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.selection.left_out import left_out_parts, left_out_squares_by_block, predictive_terms
 
 RECORDINGS, BLOCKS, SAMPLES = 3, 16, 40

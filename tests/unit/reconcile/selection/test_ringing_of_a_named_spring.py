@@ -2,7 +2,7 @@
 
 import pytest
 
-from reconcile.regression.normal_equations import CandidateTerm
+from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.selection.unnamed_selection import RINGING, is_of_spring
 
 
