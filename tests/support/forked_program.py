@@ -41,7 +41,7 @@ class ForkedProgram:
         read, write = os.pipe() if log is None else (None, log)
         self.stdout = None if read is None else os.fdopen(read, "rb")
         program, *arguments = map(str, command)
-        request = (program, arguments, str(Path.cwd()), outside_pytest(), os.nice(0))
+        request = (program, arguments, str(Path.cwd()), outside_pytest())
         self._answer = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._answer.connect(str(commands_folder() / "template"))
         with Path(os.devnull).open("rb") as nothing:

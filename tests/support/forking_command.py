@@ -2,7 +2,7 @@
 
 Arguments: the template's socket, the name of the command, the command's own. It passes on streams, folder,
 environment and signals, and ends as the program does. Files, and modules that are not named below, are run by
-Python itself.
+Python itself. Its niceness it does not pass on: beside four workers, a diagnosis that gives way never ends.
 """
 
 import os
@@ -35,7 +35,7 @@ def main() -> None:
         signal.signal(number, pass_on)
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as template:
         template.connect(address)
-        request = (name, arguments, os.getcwd(), environment, os.nice(0))  # noqa: PTH109  # pathlib takes longer
+        request = (name, arguments, os.getcwd(), environment)  # noqa: PTH109  # pathlib takes longer
         socket.send_fds(template, [repr(request).encode()], [0, 1, 2])
         for stream in (0, 1, 2):
             os.close(stream)  # the program has them; a reader sees its end

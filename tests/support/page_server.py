@@ -45,7 +45,7 @@ class Stub:
     def commands(self) -> list[str]:
         return [request["command"] for request in self.requests() if request["do"] == "command"]
 
-    def wait(self, happened: Callable[[], bool], limit_s: float = 10.0) -> None:
+    def wait(self, happened: Callable[[], bool], limit_s: float = 90.0) -> None:
         """Wait until the condition holds."""
         deadline_s = time.monotonic() + limit_s
         while not happened():

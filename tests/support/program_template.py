@@ -44,7 +44,6 @@ class Request(NamedTuple):
     arguments: list[str]
     directory: str
     environment: dict[str, str]
-    niceness: int
 
 
 class Template:
@@ -155,7 +154,6 @@ def _become(request: Request, streams: list[int], folder: Path) -> Never:
         os.chdir(request.directory)
         os.environ.clear()
         os.environ.update(request.environment)
-        os.nice(request.niceness - os.nice(0))
         sys.executable = str(folder / "python3")  # what it starts is forked as well
         _run(request)
     except SystemExit as left:

@@ -15,8 +15,8 @@ ONE_CORE = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
 """Environment of the program: the other cores are for the machine, which may be running."""
-NICENESS = 10
-"""Of the program, so that the machine, which may be running, goes first; chosen."""
+NICENESS = 15
+"""Of the program: the machine, which may be running, goes first, then the page, which has 10; chosen."""
 MAX_LINE_LENGTH = 2000
 """Characters of a line that are kept; a line of a step has some 100."""
 
@@ -37,7 +37,7 @@ def _begins_politely(begin: Callable[[], object] | None) -> Callable[[], object]
     """Return what the child calls before it begins: the machine, which may be running, goes first."""
 
     def begin_politely() -> None:
-        os.nice(NICENESS)
+        os.nice(NICENESS - os.nice(0))  # the page's own is inherited
         if begin is not None:
             begin()
 
