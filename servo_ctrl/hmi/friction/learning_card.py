@@ -101,7 +101,7 @@ class LearningCard:
         """Show the state of learning and its settings."""
         learning, units, self._settings = status.learning, self._page.units, status.settings
         self._headline.set_text(headline(learning, status.settings.required_m, units))
-        self._bar.set_value(round(learning.progress, 3))
+        self._bar.set_share(learning.progress)
         for key, text in learning_figures(learning, units).items():
             self._figures[key].set_text(text or "\N{EN DASH}")
         for command, element in self._buttons.items():

@@ -13,6 +13,7 @@ from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.motion.line_view import LineView
 from servo_ctrl.hmi.motion.pace_controls import PaceControls
+from servo_ctrl.hmi.shell.live_elements import LiveLabel
 from servo_ctrl.hmi.shell.offered import offer
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import (
@@ -64,8 +65,8 @@ class ProgramRun:
                     }
             with div("bench-row").style("flex-wrap: nowrap"):
                 self._bar = progress_bar(tr("Progress of the program"), "progress")
-                self._bar.props("rounded").style("flex: 1 1 auto")
-                self._percent = ui.label().classes("num").mark("progress-share")
+                self._bar.style("flex: 1 1 auto")
+                self._percent = LiveLabel().classes("num").mark("progress-share")
                 self._percent.style("min-width: 5ch; text-align: right")
             self._pace = PaceControls(page)
             self._lines = LineView()
@@ -81,7 +82,7 @@ class ProgramRun:
         learning = status.learning.state in ACTIVE
         self._name.set_text(program.name or tr("no program"))
         self._step.set_text(tr(LEARNS) if learning else step_text(program, stage))
-        self._bar.set_value(program.progress)
+        self._bar.set_share(program.progress)
         self._percent.set_text(f"{100.0 * program.progress:.0f} %")
         self._problem.set_text(controller_text(program.problem))
         self._pace.refresh(status)

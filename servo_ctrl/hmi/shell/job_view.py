@@ -7,6 +7,7 @@ from nicegui import ui
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.machine_stage import Tone
+from servo_ctrl.hmi.shell.live_elements import LiveLabel
 from servo_ctrl.hmi.shell.parts import Pill, button, div, faint, note, progress_bar
 from servo_ctrl.hmi.shell.program_jobs import ENDED, Job, JobState
 from servo_ctrl.hmi.shell.units import duration_text
@@ -31,7 +32,7 @@ class JobView:
         self._step_text = step_text
         with div("bench-row apart"):
             self._state = Pill("job-state")
-            self._time = faint().classes("num").mark("job-time")
+            self._time = LiveLabel().classes("bench-faint num").mark("job-time")
         self._bar = progress_bar(bar_label, "job-progress")
         self._step = ui.label().mark("job-step").style("overflow-wrap: anywhere")
         self._reason = note("job-reason").props("role=alert")
@@ -52,7 +53,7 @@ class JobView:
         self._time.set_text(
             tr("{elapsed}, started by {who}", elapsed=duration_text(job.elapsed_s), who=job.who)
         )
-        self._bar.set_value(round(job.progress, 3))
+        self._bar.set_share(job.progress)
         self._step.set_text("" if job.state in ENDED else self._step_text(tr(job.step)))
         self._reason.set_text(controller_text(job.reason))
         self._lines.set_text("" if job.state is JobState.DONE else "\n".join(job.lines[-SHOWN_LINES:]))

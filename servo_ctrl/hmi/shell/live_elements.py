@@ -32,6 +32,20 @@ class LiveHtml(ui.html, component="live_html.js"):
         _write(self, "innerHTML", content)
 
 
+class LiveBar(Element, component="live_bar.js"):
+    """A bar for a share from 0 to 1."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._props["share"] = 0.0
+
+    def set_share(self, share: float) -> None:
+        """Fill it to a thousandth, which is less than a pixel."""
+        share = round(share, 3)
+        if share != self._props["share"]:
+            _write(self, "share", share)
+
+
 class LivePlace(Element, component="live_place.js"):
     """A mark that moves in the box around it; hidden until it has a place."""
 

@@ -16,7 +16,7 @@ from nicegui.events import GenericEventArguments
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr
-from servo_ctrl.hmi.shell.live_elements import LiveLabel
+from servo_ctrl.hmi.shell.live_elements import LiveBar, LiveLabel
 from servo_ctrl.hmi.shell.machine_stage import Tone
 
 ELLIPSIS = "\N{HORIZONTAL ELLIPSIS}"
@@ -164,12 +164,12 @@ def note(mark: str, tone: Literal["", "warn", "bad"] = "warn") -> ui.label:
     return label.bind_visibility_from(label, "text", bool)
 
 
-def pairs(names: Mapping[str, str], mark: str) -> dict[str, ui.label]:
+def pairs(names: Mapping[str, str], mark: str) -> dict[str, LiveLabel]:
     """Lines of a name and a value: the labels of the values by key, each marked as `mark` with its key."""
     labels = {}
     for key, name in names.items():
         ui.label(name)
-        labels[key] = ui.label().classes("num").mark(mark.format(key))
+        labels[key] = LiveLabel().classes("num").mark(mark.format(key))
     return labels
 
 
@@ -180,10 +180,9 @@ def captioned(name: str, text: str = "") -> LiveLabel:
         return LiveLabel(text)
 
 
-def progress_bar(label: str, mark: str) -> ui.linear_progress:
+def progress_bar(label: str, mark: str) -> LiveBar:
     """A bar for a share from 0 to 1; `label` is for screen readers."""
-    bar = ui.linear_progress(0.0, show_value=False, size="14px").mark(mark)
-    return named(bar.props("animation-speed=200"), label)
+    return named(LiveBar().mark(mark), label)
 
 
 class Pill:
