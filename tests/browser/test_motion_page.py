@@ -110,7 +110,13 @@ def test_progress_and_a_refusal_are_shown(visit: Callable[..., Page], stub: Stub
     stub.status(stage="running", program=program | {"loaded": True, "preparing": False, "problem": ""})
     page = visit("/motion")
     expect(page.get_by_test_id("program-step")).to_have_text('step 3 "F 500"')
-    expect(page.get_by_test_id("progress-share")).to_have_text("42 %")
+    share, bar = page.get_by_test_id("progress-share"), page.get_by_test_id("progress")
+    expect(share).to_have_text("42 %")
+    page.evaluate("window.renderings = 0; window.socket.on('update', () => window.renderings++)")
+    stub.status(program=program | {"loaded": True, "preparing": False, "problem": "", "progress": 0.5})
+    expect(share).to_have_text("50 %")
+    expect(bar).to_have_attribute("aria-valuenow", "0.5")
+    assert page.evaluate("window.renderings") == 0
     problem = "part.toml: beyond the limit"
     stub.status(program=program | {"loaded": False, "preparing": False, "problem": problem})
     expect(page.get_by_test_id("program-problem")).to_have_text(problem)
