@@ -6,8 +6,8 @@ from nicegui import ui
 
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr, word
-from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.hmi.shell.live_elements import LiveLabel
+from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.hmi.shell.parts import Pill, button, div, faint, note, progress_bar
 from servo_ctrl.hmi.shell.program_jobs import ENDED, Job, JobState
 from servo_ctrl.hmi.shell.units import duration_text
