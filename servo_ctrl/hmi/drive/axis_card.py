@@ -51,7 +51,7 @@ class AxisMotionCard:
                     self._position = LiveLabel().classes("bench-figure").mark(f"position-{axis.name}")
                     self._unit = ui.label().classes("bench-unit")
             with div("bench-travel").props("aria-hidden=true"):
-                self._pointer = LivePlace()
+                self._pointer = LivePlace().classes("bench-pointer")
                 ui.element("b").style(f"left: {self._travel_percent(0.0):.2f}%")
             with div("bench-row apart bench-faint num").style("font-size: 12px"):
                 self._lowest, self._homed, self._highest = ui.label(), ui.label(), ui.label()
