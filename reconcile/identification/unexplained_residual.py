@@ -23,6 +23,10 @@ LEAST_COUNTS = 4.0
 """Least RMS of a deviation in counts: the interpolation of a scale drifts by some counts. Chosen."""
 LEAST_COLOUR = 40.0
 """Least Ljung-Box statistic over its degrees of freedom; that of white noise is 1. Chosen."""
+FAR_FLOORS = 20.0
+"""RMS of a force in noise floors from which no colour is asked for: the test looks at samples some filter
+times apart, between which a force of short pulses is new each time. What quiet axes of the trials left, white
+to the test, had 12 at most. Chosen."""
 MOST_CONFIDENT = 0.99
 """Confidence in a residual far above the noise: the floor itself is estimated."""
 
@@ -46,7 +50,8 @@ def unexplained_residual(
     if not (alone and is_force) and is_misfit(channel, sizes, refitted):
         return None
     values = [residual.after for residual in residuals]
-    if whiteness(residuals, values).q < LEAST_COLOUR * LAGS:
+    is_far = is_force and after >= FAR_FLOORS * floor
+    if not is_far and whiteness(residuals, values).q < LEAST_COLOUR * LAGS:
         return None
     frequency_hz, density = spectral_density(residuals, values)
     cumulative = np.cumsum(density) / max(float(density.sum()), 1e-300)

@@ -38,8 +38,9 @@ class Rules(NamedTuple):
     floors: float = 3.0
     left_share: float = 0.25
     colour: float = 40.0
+    far_floors: float = 20.0
     """Unknown is the force of which at least so many noise floors are left, this share of the squares that a
-    rigid model leaves, and a Ljung-Box statistic of so much a lag."""
+    rigid model leaves, and a Ljung-Box statistic of so much a lag or so many floors that no colour counts."""
 
 
 def decided(evidence: Row, rules: Rules) -> Row:
@@ -92,11 +93,12 @@ def is_left(evidence: Row, rules: Rules) -> bool:
     """Return whether what is left of the force is more than noise and the misfit of what was named."""
     for axis, channels in evidence["accounted"].items():
         of, left = channels["force"], channels["force"]["left"]
+        noise = of["parts"]["noise"]["rms"]
         refitted = evidence["fit"][axis]["force"]["refitted"]["train"]
         if (
-            left >= max(rules.floors * of["parts"]["noise"]["rms"], of["matters"])
+            left >= max(rules.floors * noise, of["matters"])
             and left**2 >= rules.left_share * refitted**2
-            and evidence["colour"][axis]["force"] >= rules.colour
+            and (evidence["colour"][axis]["force"] >= rules.colour or left >= rules.far_floors * noise)
         ):
             return True
     return False

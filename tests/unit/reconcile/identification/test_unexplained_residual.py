@@ -9,11 +9,20 @@ from formula_residuals import MASS_KG, T, residual
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.accounted import Accounted
 from reconcile.identification.findings import IdentifiedEffect
-from reconcile.identification.unexplained_residual import BESIDE_EFFECTS, LEAST_COUNTS, unexplained_residual
+from reconcile.identification.unexplained_residual import (
+    BESIDE_EFFECTS,
+    FAR_FLOORS,
+    LEAST_COLOUR,
+    LEAST_COUNTS,
+    unexplained_residual,
+)
 from reconcile.regression.residual import Residual, rms
 from reconcile.regression.residual_noise import noise_floor
+from reconcile.regression.whiteness import LAGS, whiteness
 
 AMPLITUDE_N, SINE_HZ = 6.0, 5.0
+NEW_EACH = 25
+"""Samples of a force that is new each time."""
 
 
 def residual_after(amplitude_n: float, refitted_n: float | None = None, noise_n: float = 0.1) -> list:
@@ -69,6 +78,25 @@ def test_alone_it_is_reported_from_the_size_that_matters_on() -> None:
     assert found is not None
     assert found.parameters["rms"].value == pytest.approx(0.2 * AMPLITUDE_N / math.sqrt(2.0), rel=0.05)
     assert unexplained(small, alone=True, matters=0.2 * AMPLITUDE_N) is None
+
+
+def white_after(size_n: float) -> list[Residual]:
+    """A recording of which a force is left that is new from one sample of the whiteness test to the next."""
+    clean = residual()
+    force = size_n * np.random.default_rng(7).standard_normal(len(clean.after) // NEW_EACH + 1)
+    steps = np.repeat(force, NEW_EACH)[: len(clean.after)]
+    return [clean._replace(after=clean.after + steps, refitted=clean.refitted + steps)]
+
+
+def test_a_white_force_far_above_the_noise_is_no_noise() -> None:
+    noise_n = noise_floor([residual()], ResidualChannel.FORCE, MASS_KG).rms
+    near, far = white_after(0.5 * FAR_FLOORS * noise_n), white_after(2.0 * FAR_FLOORS * noise_n)
+    for left in (near, far):
+        assert whiteness(left, [left[0].after]).q < LEAST_COLOUR * LAGS
+    assert unexplained(near, alone=True, matters=0.1 * noise_n) is None
+    found = unexplained(far, alone=True, matters=0.1 * noise_n)
+    assert found is not None
+    assert found.effect == "unknown"
 
 
 def test_a_deviation_of_some_counts_is_no_unexplained_residual() -> None:
