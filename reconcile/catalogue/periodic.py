@@ -17,6 +17,8 @@ FEWEST_PERIODS = 2.0
 """Periods that must lie within the range of positions: what has come once may be anything over the travel."""
 WHOLE_TURN = 0.99
 """Turns that must lie within it: a measured turn ends where it began, one point short."""
+OF_THE_JOINT = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 18, 24)
+"""Harmonics of a turn of what a gear moves: its last wheel, its ring, its bearing."""
 
 
 def pair(angle_rad: Array) -> Array:
@@ -27,6 +29,13 @@ def pair(angle_rad: Array) -> Array:
 def over_turns(data: RegressionData, shape: ShapeParameters) -> Array:
     """Columns (n, 2) of a harmonic, which repeats `shape[0]` times a turn of the screw."""
     return pair(shape[0] * 2.0 * np.pi / data.lead_m * data.motion.position_m)
+
+
+def harmonics_of_the_joint(datasets: Sequence[RegressionData]) -> list[float]:
+    """Harmonics (1/turn of the motor) of a turn of the joint; none on a linear axis or without a gear."""
+    data = datasets[0]
+    turn = data.lead_m / (2.0 * math.pi)
+    return [k * turn for k in OF_THE_JOINT] if data.rotary and turn < 1.0 else []
 
 
 def covers_turns(datasets: Sequence[RegressionData], harmonic: float) -> bool:

@@ -22,7 +22,7 @@ from reconcile.identification.rivals import RivalEffect, compare_rivals
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.candidate_term import CandidateTerm, TermKey, effect_names
 from reconcile.regression.model_presliding import regressed_terms
-from reconcile.regression.physical_veto import vetoed
+from reconcile.regression.physical_veto import moved_kg, vetoed
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import RegressionProblem, extended, regression_problem
 from reconcile.regression.residual import residuals, rms
@@ -204,12 +204,10 @@ class TermSearch:
         """The effect that has absorbed nearly all of the fitted mass, if there is one, with the reason."""
         if self.channel is not ResidualChannel.FORCE:
             return {}
-        equations = refined.equations
-        totals = equations.totals(train)
+        totals = refined.equations.totals(train)
 
         def mass_kg(chosen: Sequence[CandidateTerm]) -> float:
-            slots = equations.slots(chosen)
-            return float(equations.denormalised(slots, equations.solve(slots, totals))[0])
+            return moved_kg(refined, chosen, totals)
 
         # a weight on a joint dominates its torque, and falsifies the mass of a model without it
         weights = [c for c in terms if c.effect == GRAVITY]

@@ -8,6 +8,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import DRIFTING_COLUMNS, ENTRIES
+from reconcile.catalogue.unnamed_terms import RINGING_EFFECT
 from reconcile.catalogue.veto import VetoContext, veto
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.regression.candidate_term import CandidateTerm, effect_names
@@ -56,6 +57,22 @@ def vetoed(
         if reason := veto(ENTRIES[effect], terms[effect], context):
             reasons[effect] = reason
     return reasons
+
+
+def moved_kg(problem: RegressionProblem, chosen: Sequence[CandidateTerm], totals: Array) -> float:
+    """Return the fitted mass (kg) beside `chosen` terms, with what swings on a spring, which is moved too.
+
+    `totals`: of the blocks to fit, as `equations.totals`.
+    """
+    equations = problem.equations
+    slots = equations.slots(chosen)
+    weights = equations.denormalised(slots, equations.solve(slots, totals))
+    place, moved = len(equations.slots([])), float(weights[0])
+    for candidate in chosen:
+        if candidate.effect == RINGING_EFFECT:
+            moved += float(weights[place])  # in phase, of unit gain at zero frequency
+        place += equations.coefficients(candidate)
+    return moved
 
 
 def _filtered(

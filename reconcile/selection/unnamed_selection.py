@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from kernels.arrays import Index
 from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.catalogue.unnamed_terms import other_shapes
+from reconcile.catalogue.unnamed_terms import RINGING_EFFECT, other_shapes
 from reconcile.regression.candidate_term import CandidateTerm, TermKey
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules
 from reconcile.selection.stepwise_selection import TIED_GAIN_RATIO, initial_squares
 from reconcile.selection.unnamed_screening import promising_curves, promising_moments
 
-RINGING = PREFIX + "ringing"
 SAME_MODE_RATIO = 1.3
 """Ratio of frequencies within which an unnamed ringing is that of a named spring; chosen: its resonator
 covers a tenth to either side, as the flank of the spring does."""
@@ -65,7 +64,11 @@ def is_of_spring(unnamed: CandidateTerm, named: CandidateTerm) -> bool:
 
     The two would share one load, and no plant is their sum.
     """
-    if unnamed.effect != RINGING or named.effect != DRIVE_COMPLIANCE.name or not named.shape_parameters:
+    if (
+        unnamed.effect != RINGING_EFFECT
+        or named.effect != DRIVE_COMPLIANCE.name
+        or not named.shape_parameters
+    ):
         return False
     ratio = unnamed.shape_parameters[0] / named.shape_parameters[0]
     return 1.0 / SAME_MODE_RATIO < ratio < SAME_MODE_RATIO

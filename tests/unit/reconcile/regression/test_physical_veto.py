@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from formula_residuals import data, problem
+from formula_residuals import MASS_KG, data, problem
 from known_axis import AXIS
 
-from reconcile.catalogue.kinds import RegressionData
-from reconcile.regression.physical_veto import vetoed
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel
+from reconcile.catalogue.unnamed_terms import columns_of
+from reconcile.regression.physical_veto import moved_kg, vetoed
 from reconcile.regression.regression_problem import RegressionProblem
 
 TERMS = [("cogging", (4.0,)), ("stribeck_friction", (2e-2,)), ("asymmetric_viscous_friction", ())]
@@ -54,3 +55,15 @@ def test_a_term_of_the_baseline_is_refused() -> None:
     weights = np.array([50.0, 0.0, 12.0, 1.0])
     assert vetoed(found, chosen, weights, AXIS) == {}  # two sines: they are told apart
     assert len(time_s) == len(found.used[0])
+
+
+def test_a_mass_on_a_spring_belongs_to_the_moved_mass() -> None:
+    """Else a joint whose link swings would lose its inertia to the link, and all that was found beside it."""
+    ringing, carried_kg = ("unknown:ringing", (8.0,)), 20.0
+    columns = columns_of(ringing[0], ResidualChannel.FORCE)
+    assert columns is not None
+    found = problem(lambda of: carried_kg * columns(of, ringing[1])[:, 0], [ringing], noise=0.01)
+    totals = found.equations.totals(np.flatnonzero(found.equations.samples))
+    assert moved_kg(found, found.equations.candidates, totals) == pytest.approx(
+        MASS_KG + carried_kg, rel=0.02
+    )
