@@ -71,7 +71,8 @@ if __name__ == "__main__":
     access, certificate, key = [Path(name) for name in sys.argv[3:]] or [None, None, None]
     here = Path(__file__)
     job.installed_command = lambda: (sys.executable, str(here.with_name("diagnosis_stand_in.py")))
-    tuning_job.installed_command = lambda: (sys.executable, str(here.with_name("tuning_stand_in.py")))
+    real, stand_in = Path(sys.executable).with_name("servo-ctrl"), here.with_name("tuning_stand_in.py")
+    tuning_job.installed_command = lambda: (sys.executable, str(stand_in), str(real))
     stub = StubLink()
     right = ControlRight()
     steer(stub, right)

@@ -1,9 +1,12 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import TYPE_CHECKING
 
+import pytest
 from playwright.sync_api import expect
+from simulated_table import table_directory
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -144,3 +147,28 @@ def test_without_a_model_of_the_machine_nothing_is_tuned(
     page = visit("/tuning")
     page.get_by_test_id("run-tuning").click()
     expect(page.get_by_text("plant.toml: there is no such file, so nothing can be simulated")).to_be_visible()
+
+
+@pytest.mark.timeout(1200)
+def test_the_real_program_tunes_a_simulated_table_and_the_page_shows_what_it_proves(
+    visit: Callable[..., Page], stub: Stub, tmp_path: Path, picture: Callable[[Page, str], None]
+) -> None:
+    table = table_directory(tmp_path / "table", {}, {})
+    machine_file = (table / "controller.toml").read_bytes()
+    serve_machine(stub, table)
+    page = visit("/tuning")
+    page.get_by_test_id("tune-ms").fill("1.8")
+    page.get_by_test_id("run-tuning").click()
+    expect(page.get_by_test_id("job-state")).to_contain_text("done", timeout=1_000_000)
+    expect(page.get_by_test_id("tuning-state")).to_contain_text("proved on the simulator")
+    measured = re.match(r"Ms (\S+) was measured", page.get_by_test_id("tuning-ms").inner_text())
+    assert measured is not None
+    assert 1.2 < float(measured[1]) <= 1.8 * 1.03, "the plant that was simulated keeps it"
+    for key in ("control.kp_1_s", "control.kv_n_s_m", "control.acceleration_feedforward_kg"):
+        expect(page.get_by_test_id("proposed")).to_contain_text(key)
+    curves = {"loop-size": 4, "loop-phase": 4, "sensitivity": 3, "plant-size": 4, "plant-phase": 4}
+    for mark, number in curves.items():
+        expect(page.get_by_test_id(mark).locator(".scatterlayer .trace")).to_have_count(number)
+    picture(page, "tuned-by-the-real-program")
+    assert stub.requests() == [], "the controller was asked for nothing"
+    assert (table / "controller.toml").read_bytes() == machine_file
