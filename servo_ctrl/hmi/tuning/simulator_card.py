@@ -36,9 +36,11 @@ class SimulatorCard:
             )
             with div("bench-row"):
                 self._axis = choice(names, tr("Axis"), "tune-axis", "flex: 1 1 100px", value=names[0])
-                self._ms = ui.number(
-                    tr("largest Ms"), value=USUAL_MS, min=LEAST_MS, max=MOST_MS, step=0.1
-                ).style("min-width: 110px").mark("tune-ms")
+                self._ms = (
+                    ui.number(tr("largest Ms"), value=USUAL_MS, min=LEAST_MS, max=MOST_MS, step=0.1)
+                    .style("min-width: 110px")
+                    .mark("tune-ms")
+                )
                 button(tr("Tune"), self._start, "run-tuning", icon="play_arrow", look="unelevated")
             self._view = JobView(tr("Progress of the tuning"), controller_text, self._cancel)
         self.refresh()
