@@ -17,6 +17,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 from kernels.lean_import import as_if_absent
 
 with as_if_absent("scipy"):  # only for linear algebra in kernels, which is unused: 17 MB and 0.4 s
@@ -29,6 +31,8 @@ HOUSE = ("kernels", "can_frames", "servo_ctrl", "hil_sim", "twin", "reconcile", 
 """Packages whose files determine the cache folder; numba itself checks the versions of libraries."""
 KEPT = 3
 """Number of earlier folders that stay, for another branch or a process that still runs."""
+_ARRAY_TYPES: dict[tuple[Any, ...], Any] = {}
+"""Numba's types by what they depend on: dtype, dimensions and flags."""
 _SETTINGS: Any = numba.config
 _IMPORTED = re.compile(rf"^(?:from|import) ((?:{'|'.join(HOUSE)})\b[\w.]*)", re.MULTILINE)
 
@@ -62,7 +66,25 @@ def ready_for(function: F, *arguments: Any) -> F:
     if _SETTINGS.DISABLE_JIT:
         return function
     dispatcher = cast("Any", function)
-    return cast("F", dispatcher.compile(tuple(map(dispatcher.typeof_pyval, arguments))))
+    return cast("F", dispatcher.compile(tuple(_type_of(dispatcher, argument) for argument in arguments)))
+
+
+def _type_of(dispatcher: Any, argument: Any) -> Any:
+    """Return numba's type of an argument; that of an array of records, which takes a millisecond, is kept."""
+    if not isinstance(argument, np.ndarray):
+        return dispatcher.typeof_pyval(argument)
+    flags = argument.flags
+    kind = (
+        argument.dtype,
+        argument.ndim,
+        flags.c_contiguous,
+        flags.f_contiguous,
+        flags.writeable,
+        flags.aligned,
+    )
+    if kind not in _ARRAY_TYPES:
+        _ARRAY_TYPES[kind] = dispatcher.typeof_pyval(argument)
+    return _ARRAY_TYPES[kind]
 
 
 def signatures(function: Callable[..., Any]) -> int:

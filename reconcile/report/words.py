@@ -87,6 +87,8 @@ def headline(verdict: Mapping[str, Any]) -> Headline:
         sentence, advice = "The physics of the model is right; only its values are off.", ""
     elif word == "consistent":
         sentence = "Model and recordings agree: the residual is noise, or less than matters."
+        if any(remaining_sentences(verdict)):
+            sentence = "Model and recordings agree: the residual cannot be told from noise."
         advice = "Nothing needs to be done; model.toml is the model as it was, made complete."
     else:
         sentence = "The recordings hold something real that no effect of the catalogue explains."

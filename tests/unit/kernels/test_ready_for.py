@@ -30,3 +30,11 @@ def test_a_ready_kernel_refuses_what_is_no_array() -> None:
     ready = ready_for(scaled_sum, np.zeros(3), 1.0, 0)
     with pytest.raises(TypeError, match="unbox"):
         ready(None, 1.0, 1)
+
+
+def test_a_kernel_is_made_ready_for_each_layout_of_an_array() -> None:
+    values = np.arange(6.0)
+    read_only = np.arange(6.0)
+    read_only.flags.writeable = False
+    for of, expected in ((values, 1.0), (values[::2], 2.0), (read_only, 1.0)):
+        assert ready_for(scaled_sum, of, 1.0, 0)(of, 1.0, 2) == expected

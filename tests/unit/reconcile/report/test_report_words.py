@@ -160,3 +160,13 @@ def test_the_terminal_shows_the_report_without_interpreting_markup() -> None:
     assert "[bold]3 um[/bold]" in shown
     assert "3.02 µm (2.9 to 3.1)" in shown
     assert "1.1 N" in shown
+
+
+def test_what_is_left_above_the_noise_is_not_called_noise() -> None:
+    sizes = {"unit": "N", "parts": {"unexplained": {"rms": 1.6, "share": 0.01}}, "unexplained_floors": 4.6}
+    agreeing = verdict("consistent") | {"accounted": {"x": {"force": {**sizes, "is_noise": False}}}}
+    told = headline(agreeing)
+    assert told.sentence == "Model and recordings agree: the residual cannot be told from noise."
+    assert "1.6 N RMS remain unexplained, 4.6 noise floors" in told.advice
+    agreeing["accounted"]["x"]["force"]["is_noise"] = True
+    assert "is noise, or less than matters" in headline(agreeing).sentence
