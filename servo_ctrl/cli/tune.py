@@ -30,6 +30,13 @@ def tune(
             "the machine file, in lockstep.",
         ),
     ] = None,
+    controller: Annotated[
+        Path | None,
+        typer.Option(
+            help="Local socket of a controller (servo-ctrl run --hmi-socket) that is ready: it makes the "
+            "motions, and stays in charge.",
+        ),
+    ] = None,
     pacing: PacingOption = PacingChoice.REALTIME,
     force_n: Annotated[
         float | None,
@@ -71,6 +78,8 @@ def tune(
     Examples:  servo-ctrl tune --machine machines/xy_table --axis x --out out/tune
 
     servo-ctrl tune --machine mine --axis x --bus socketcan:can0 --ms 1.6 --out out/tune
+
+    servo-ctrl tune --machine mine --axis x --controller /run/servo-ctrl/page.sock
     """
     import asyncio
     import contextlib
@@ -82,9 +91,11 @@ def tune(
     from servo_ctrl.tuning.files import write_files
     from servo_ctrl.tuning.machine_file import apply_to_file
     from servo_ctrl.tuning.request import NOT_PROVED, STEPS, TuneRequest
-    from servo_ctrl.tuning.simulated import tune_axis
+    from servo_ctrl.tuning.simulated import tune_axis, tune_by_controller
     from servo_ctrl.tuning.summary import summary_lines
 
+    if bus is not None and controller is not None:
+        raise typer.BadParameter("a controller has its own bus: leave --bus out", param_hint="--controller")
     config = load_machine(machine)
     as_json = progress is ProgressFormat.JSON
     console = Console(stderr=True)
@@ -97,7 +108,10 @@ def tune(
         request = TuneRequest(
             machine=config, axis=axis, out=out, ms=ms, force_n=force_n, show=show, tell=tell
         )
-        result = asyncio.run(tune_axis(request, bus, pacing.value))
+        if controller is None:
+            result = asyncio.run(tune_axis(request, bus, pacing.value))
+        else:
+            result = asyncio.run(tune_by_controller(request, controller))
     for line in summary_lines(result):
         typer.echo(line)
     for file in write_files(result, out):

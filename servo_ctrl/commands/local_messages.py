@@ -28,6 +28,7 @@ Do = Literal[
     "touch_off",
     "load_program",
     "run_line",
+    "tuning_run",
     "read_object",
     "write_object",
     "clear_counters",
@@ -40,6 +41,7 @@ RIGHTS: dict[Do, Right] = {
     "touch_off": Right.OPERATE,
     "load_program": Right.OPERATE,
     "run_line": Right.OPERATE,
+    "tuning_run": Right.OPERATE,
     "read_object": Right.STOP,
     "write_object": Right.CONFIGURE,
     "clear_counters": Right.OPERATE,
@@ -193,6 +195,22 @@ class ProgramText(BaseModel):
     """Line of G-code to start from, with the modal state that the lines before it set."""
 
 
+class TuningRun(BaseModel):
+    """One motion of a tuning, with these values in the place of the machine file's."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    axis: Short
+    control: dict[Short, RequestValue]
+    """Keys of `[axis.NAME.control]`, checked as those of the machine file."""
+    notch: dict[Short, RequestValue] | None = None
+    """Keys of `[axis.NAME.notch]`; None = no notch."""
+    force_n: Annotated[float, Field(ge=0.0)] = 0.0
+    periods: Annotated[int, Strict(), Field(ge=0, le=8)] = 0
+    trial: Annotated[bool, Strict()] = False
+    """See `excitation.tuning_motion.TuningMotion`."""
+
+
 class LocalRequest(BaseModel):
     """A request; `do` determines its fields."""
 
@@ -211,6 +229,7 @@ class LocalRequest(BaseModel):
     """Value of a setting; velocity of a jog, m/s; distance of a step, m; coordinate of a touch-off, m; a line
     of G-code; value of an object by its type in the EDS, bytes in hex."""
     program: ProgramText | None = None
+    tuning: TuningRun | None = None
     node: Annotated[int, Strict(), Field(ge=1, le=127)] | None = None
     index: Annotated[int, Strict(), Field(ge=0, le=0xFFFF)] | None = None
     subindex: Annotated[int, Strict(), Field(ge=0, le=0xFF)] | None = None

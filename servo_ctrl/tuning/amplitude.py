@@ -1,15 +1,16 @@
 """Amplitude of the excitation: as much as the speed of the travel, the limits and the backlash allow."""
 
 from servo_ctrl.config.model import AxisConfig
-from servo_ctrl.tuning.measurement import AxisReaction, Plan
+from servo_ctrl.excitation.measuring_motion import LARGEST_FORCE_SHARE, Plan
+from servo_ctrl.tuning.measurement import AxisReaction
 from servo_ctrl.units import MM
 
 PROBE_SHARE = 0.01
 """Peak of the first, weak excitation, as a share of the force limit. Chosen, as are the numbers below."""
 SPEED_SHARE = 0.15
 """Largest change of speed, as a share of the travel's speed: neither axis nor backlash may reverse."""
-ADDED_SHARE, TOTAL_SHARE = 0.15, 0.5
-"""Largest added force and largest total force, as shares of the force limit."""
+TOTAL_SHARE = 0.5
+"""Largest total force, as a share of the force limit."""
 ERROR_SHARE = 0.2
 """Largest deviation, as a share of the following error that ends a run."""
 
@@ -26,6 +27,6 @@ def amplitude_n(axis: AxisConfig, plan: Plan, reaction: AxisReaction) -> float:
         SPEED_SHARE * plan.speed_m_s / max(reaction.speed_m_s, 1e-12),
         ERROR_SHARE * limits.following_error_mm * MM / max(reaction.position_m, 1e-12),
         TOTAL_SHARE * limits.force_n / max(reaction.force_n, 1e-12),
-        ADDED_SHARE * limits.force_n / plan.amplitude_n,
+        LARGEST_FORCE_SHARE * limits.force_n / plan.amplitude_n,
     ]
     return plan.amplitude_n * min(factors)

@@ -7,9 +7,9 @@ from typing import Any
 from servo_ctrl.config.law_sections import SECTION_TYPES
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation import notch
+from servo_ctrl.excitation.measuring_motion import TuneError
 from servo_ctrl.files.toml_text import toml_text
 from servo_ctrl.files.whole_file import write_text_whole
-from servo_ctrl.tuning.measurement import TuneError
 from servo_ctrl.tuning.proposal import NotchValues, Proposal
 
 Sections = dict[str, dict[str, Any]]

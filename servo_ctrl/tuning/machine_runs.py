@@ -16,8 +16,10 @@ from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.run.report import Pacing, Progress
 from servo_ctrl.daemon.run.stop_signals import exit_status_after
 from servo_ctrl.daemon.run.supervisor import run_machine
+from servo_ctrl.excitation.measuring_motion import TuneError
+from servo_ctrl.excitation.tuning_motion import TuningMotion, motion_steps
 from servo_ctrl.recording.reader import Recording, load_recording
-from servo_ctrl.tuning.measurement import TuneError
+from servo_ctrl.tuning.runs import RunFailedError
 from servo_ctrl.units import MM
 
 HOMING_AT_PRESENT_POSITION = (35, 37)
@@ -32,28 +34,20 @@ class TuneStoppedError(TuneError):
         self.exit_status = exit_status_after(name)
 
 
-class RunFailedError(TuneError):
-    """A run ended before the end of its program, or the axis did not stand still in it."""
-
-
 class MachineRuns:
     """Executes one program after the other on a bus; recordings go below `out`."""
 
     def __init__(
         self, machine: MachineConfig, bus: str, pacing: Pacing, out: Path, show: Callable[[Progress], None]
     ) -> None:
-        self._bus, self._pacing, self._out, self._show = bus, pacing, out, show
+        self.bus = bus
+        self._pacing, self._out, self._show = pacing, out, show
         self._home_m = {
             name: 0.0
             for name, config in machine.axes.items()
             if config.homing_method in HOMING_AT_PRESENT_POSITION
         }
         """Home of the next run in coordinates of the first run, of each axis that homes where it stands."""
-
-    @property
-    def excitation_folder(self) -> Path:
-        """Where the samples of the programs are written."""
-        return self._out / "excitation"
 
     def in_present_coordinates(self, machine: MachineConfig) -> MachineConfig:
         """Return the machine with its position limits in the coordinates of the next run."""
@@ -65,19 +59,20 @@ class MachineRuns:
             axes[name] = axes[name].model_copy(update={"limits": limits})
         return machine.model_copy(update={"axes": axes})
 
-    async def record(self, machine: MachineConfig, steps: list[dict[str, Any]], name: str) -> Recording:
-        """Execute the steps as a program and return its recording.
+    async def record(self, machine: MachineConfig, motion: TuningMotion, name: str) -> Recording:
+        """Execute the motion as a program and return its recording.
 
         Raises TuneStoppedError after a signal, RunFailedError where the run ended early.
         """
         stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%f")
         directory = self._out / "recordings" / f"{name}-{stamp}"
+        steps = motion_steps(motion, machine, self._out / "excitation")
         steps = [*steps, *self._return_steps(machine, steps)]
         program = ProgramConfig.model_validate({"source": self._out / f"{name}.toml", "step": steps})
         report = await run_machine(
             machine,
             program,
-            self._bus,
+            self.bus,
             pacing=self._pacing,
             record_dir=directory,
             on_progress=self._show,

@@ -5,6 +5,7 @@ it. Where the machine contradicts the proposal, it proposes a more cautious one.
 machine file here.
 """
 
+import asyncio
 import math
 from typing import Any
 
@@ -15,20 +16,20 @@ from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation.notch import NotchSettings
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.daemon.run.report import Pacing
+from servo_ctrl.excitation.measuring_motion import Plan, TuneError, plan_measurement, travel_label
+from servo_ctrl.excitation.tuning_motion import TuningMotion
 from servo_ctrl.recording.reader import Recording
 from servo_ctrl.tuning import amplitude, measurement
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
 from servo_ctrl.tuning.gain_search import EncoderSteps
 from servo_ctrl.tuning.machine_file import sections_of, with_sections
-from servo_ctrl.tuning.machine_runs import MachineRuns, RunFailedError
-from servo_ctrl.tuning.measurement import Plan, TuneError
 from servo_ctrl.tuning.modal_fit import fit_modal_model
 from servo_ctrl.tuning.modal_model import ModalModel
 from servo_ctrl.tuning.proposal import Proposal, assess, propose
 from servo_ctrl.tuning.request import TuneRequest
 from servo_ctrl.tuning.results import MS_TOLERANCE, AssessedSetting, TuneResult
-from servo_ctrl.tuning.trial import StepAndMove, Traces, evaluate, proving_steps
+from servo_ctrl.tuning.runs import RunFailedError, Runs
+from servo_ctrl.tuning.trial import StepAndMove, Traces, evaluate
 
 GAIN_FACTORS = ((1.0, 1.0, 1.0), (0.25, 1.0, 0.1), (0.25, 0.25, 0.02), (0.1, 0.06, 0.002))
 """Factors on kp, kv and ki while measuring: the next row where the axis oscillates at rest.
@@ -50,22 +51,25 @@ LEAST_MS, LEAST_MS_FACTOR = 1.15, 0.75
 class TuneRun:
     """Tunes one axis on a bus."""
 
-    def __init__(self, request: TuneRequest, bus: str, pacing: Pacing) -> None:
+    def __init__(self, request: TuneRequest, runs: Runs) -> None:
         self._machine, self._axis = request.machine, request.axis
         self._ms, self._force_n, self._tell = request.ms, request.force_n, request.tell
-        self._runs = MachineRuns(request.machine, bus, pacing, request.out, request.show)
+        self._runs = runs
         self._notes: list[str] = []
 
     async def run(self) -> TuneResult:
         """Measure, propose, verify. Raises TuneError."""
         axis = self._axis
         plan, response = await self._measure()
-        model = self._fit(response)
+        # in a thread, so that a connection to a controller is not taken for lost meanwhile
+        model = await asyncio.to_thread(self._fit, response)
         params = axis_params(self._machine, axis)
         before = await self._assess_present(params, model, response)
         design_ms, largest_kp_1_s = self._ms, math.inf
         for attempt in range(ATTEMPTS):
-            proposal = self._propose(params, model, response, design_ms, largest_kp_1_s)
+            proposal = await asyncio.to_thread(
+                self._propose, params, model, response, design_ms, largest_kp_1_s
+            )
             sections = sections_of(
                 proposal, has_notch=self._machine.axes[axis].section(NotchSettings) is not None
             )
@@ -139,9 +143,9 @@ class TuneRun:
     ) -> tuple[Plan, FrequencyResponse, measurement.AxisReaction]:
         """Travel there and back with this peak force, and evaluate the recording. Raises TuneError."""
         machine = self._runs.in_present_coordinates(machine)
-        plan = measurement.plan_measurement(machine, self._axis, force_n, periods)
-        steps = measurement.measuring_steps(plan, machine, self._runs.excitation_folder)
-        recording = await self._runs.record(machine, steps, "measure")
+        plan = plan_measurement(machine, self._axis, force_n, periods)
+        motion = TuningMotion(self._axis, force_n, periods)
+        recording = await self._runs.record(machine, motion, "measure")
         rest_n = recording.segment("rest")[f"{self._axis}.force_command_n"]
         rest_n = rest_n[len(rest_n) // 2 :]
         if float(np.std(rest_n)) > HUM_SHARE * machine.axes[self._axis].limits.force_n:
@@ -177,8 +181,7 @@ class TuneRun:
             remark = ""
             try:
                 machine = self._runs.in_present_coordinates(self._machine)
-                steps = proving_steps(machine, self._axis, self._runs.excitation_folder)
-                recording = await self._runs.record(machine, steps, "before")
+                recording = await self._runs.record(machine, TuningMotion(self._axis, trial=True), "before")
                 trial, traces = evaluate(machine, self._axis, recording.segment)
             except RunFailedError as error:
                 remark = str(error)
@@ -214,12 +217,11 @@ class TuneRun:
         self, tuned: MachineConfig, plan: Plan
     ) -> tuple[FrequencyResponse, StepAndMove, Traces]:
         """Measure with the proposed values, and make their trial, in one run. Raises TuneError."""
-        machine, folder = self._runs.in_present_coordinates(tuned), self._runs.excitation_folder
-        again = measurement.plan_measurement(machine, self._axis, plan.amplitude_n, PROBE_PERIODS)
-        steps = measurement.measuring_steps(again, machine, folder)
-        steps += proving_steps(machine, self._axis, folder)
+        machine = self._runs.in_present_coordinates(tuned)
+        again = plan_measurement(machine, self._axis, plan.amplitude_n, PROBE_PERIODS)
+        motion = TuningMotion(self._axis, plan.amplitude_n, PROBE_PERIODS, trial=True)
         try:
-            recording = await self._runs.record(machine, steps, "after")
+            recording = await self._runs.record(machine, motion, "after")
         except RunFailedError as error:
             raise TuneError(f"with the proposed values {error}; nothing was changed") from None
         travels = measurement.measured_travels(again, machine, _travel_segments(recording, again))
@@ -232,4 +234,4 @@ class TuneRun:
 
 
 def _travel_segments(recording: Recording, plan: Plan) -> list[dict[str, Any]]:
-    return [recording.segment(measurement.travel_label(k)) for k in range(len(plan.travels))]
+    return [recording.segment(travel_label(k)) for k in range(len(plan.travels))]

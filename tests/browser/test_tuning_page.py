@@ -172,3 +172,38 @@ def test_the_real_program_tunes_a_simulated_table_and_the_page_shows_what_it_pro
     picture(page, "tuned-by-the-real-program")
     assert stub.requests() == [], "the controller was asked for nothing"
     assert (table / "controller.toml").read_bytes() == machine_file
+
+
+def test_the_machine_is_tuned_by_who_has_control_and_has_confirmed_it(
+    visit: Callable[..., Page], stub: Stub, tmp_path: Path, picture: Callable[[Page, str], None]
+) -> None:
+    simulated_machine(stub, tmp_path)
+    page = visit("/tuning")
+    page.get_by_test_id("tune-machine").click()
+    expect(page.get_by_text("Nobody has control. Take it first")).to_be_visible()
+    page.get_by_test_id("take-control").click()
+    page.get_by_test_id("tune-machine").click()
+    expect(page.get_by_text("Move axis x of the machine?")).to_be_visible()
+    page.get_by_test_id("leave-it").click()
+    expect(page.get_by_text("Move axis x of the machine?")).to_be_hidden()
+    page.get_by_test_id("tune-machine").click()
+    picture(page, "tune-the-machine")
+    page.get_by_test_id("confirm").click()
+    expect(page.get_by_test_id("job-step")).to_have_text("starting hil-sim")
+    for number in range(2):
+        (tmp_path / f"step{number}").touch()
+    expect(page.get_by_test_id("tuning-state")).to_contain_text("proved on the machine")
+
+
+def test_a_tuning_of_the_machine_ends_when_another_takes_control(
+    visit: Callable[..., Page], stub: Stub, tmp_path: Path
+) -> None:
+    simulated_machine(stub, tmp_path)
+    page, other = visit("/tuning"), visit("/tuning", another=True)
+    page.get_by_test_id("take-control").click()
+    page.get_by_test_id("tune-machine").click()
+    page.get_by_test_id("confirm").click()
+    expect(other.get_by_test_id("job-state")).to_contain_text("running")
+    other.get_by_test_id("take-control").click()
+    other.get_by_test_id("confirm").click()
+    expect(page.get_by_test_id("job-state")).to_contain_text("cancelled")

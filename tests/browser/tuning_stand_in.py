@@ -30,6 +30,7 @@ def main() -> None:
     parser.add_argument("--axis", required=True)
     parser.add_argument("--ms", type=float, required=True)
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--controller", type=Path)
     real, *arguments = sys.argv[1:]
     asked = parser.parse_args(arguments)
     if asked.machine.stat().st_size:
@@ -45,7 +46,7 @@ def main() -> None:
         "stated_ms": asked.ms,
         "measured_ms": asked.ms,
         "proved": True,
-        "simulated": True,
+        "simulated": asked.controller is None,
         "proposed": {"control": {"kp_1_s": 61.5}},
         "before": MARGINS,
         "after": MARGINS,

@@ -1,87 +1,27 @@
 """A run with the local socket: a page monitors and commands a simulated table over the real bus."""
 
-import asyncio
-import contextlib
 import json
-import os
-import signal
-from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from operated_table import operated
 from program_steps import circle
 
-from servo_ctrl.commands.local_messages import Who
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.config.load import load_machine, load_program
+from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.page.page_process import PageOptions
-from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
-from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.io.can_port import BusError
 from servo_ctrl.recording.reader import load_recording
 
-LIMIT_S = 60.0
-ANNA = Who(user="anna", role="configure", address="192.0.2.7")
 PROGRAM = circle(5.0, 3000.0, turns=0.75)
 FOLLOWING_ERROR_TIME, CONTROLWORD, HEARTBEAT, DEVICE_NAME = 0x6066, 0x6040, 0x1017, 0x1008
 
 
-class Operated:
-    """A run and the link to it."""
-
-    def __init__(self, link: MachineLink, run: asyncio.Task[RunReport]) -> None:
-        self.link, self.run = link, run
-
-    async def ask(self, do: str, **fields: Any) -> Any:
-        return await self.link.request(ANNA, do, **fields)
-
-    async def until(self, condition: Callable[[Any], Any]) -> None:
-        """Wait until the condition holds for the status."""
-        async with asyncio.timeout(LIMIT_S):
-            while self.link.status is None or not condition(self.link.status):
-                assert not self.run.done(), "the run has ended"
-                await asyncio.sleep(0.02)
-
-    async def stop(self) -> RunReport:
-        if not self.run.done():
-            os.kill(os.getpid(), signal.SIGTERM)
-        return await self.run
-
-
-@contextlib.asynccontextmanager
-async def operated(
-    bench: Any, tmp_path: Path, program: str | None = PROGRAM, **options: Any
-) -> AsyncIterator[Operated]:
-    """Run the table with a page's link; stop it at the end."""
-    machine_dir = bench.machine({})
-    bench.simulate(machine_dir)
-    machine = load_machine(machine_dir)
-    path = machine_dir / "round.toml"
-    path.write_text(PROGRAM, encoding="utf-8")
-    motion = None if program is None else load_program(path, machine)
-    socket: asyncio.Future[Path] = asyncio.get_running_loop().create_future()
-    page = PageOptions(None, socket.set_result)
-    run = asyncio.create_task(
-        run_machine(machine, motion, bench.bus_spec, "lockstep", tmp_path / "r", page=page, **options)
-    )
-    link = MachineLink(await asyncio.wait_for(socket, LIMIT_S))
-    linked = asyncio.create_task(link.run())
-    bound = Operated(link, run)
-    try:
-        yield bound
-    finally:
-        if not run.done():
-            os.kill(os.getpid(), signal.SIGTERM)
-        await asyncio.gather(run, return_exceptions=True)
-        linked.cancel()
-        await asyncio.gather(linked, return_exceptions=True)
-
-
 async def test_page_sees_the_run_as_it_is_recorded(bench: Any, tmp_path: Path) -> None:
-    async with operated(bench, tmp_path, serve=True) as table:
+    async with operated(bench, tmp_path, PROGRAM, serve=True) as table:
         await table.until(lambda status: status.stage is Stage.READY and status.program.progress == 1.0)
         # where lockstep time stood still, rates are those of the wall clock until their next update. What is
         # awaited here is read below, without an update in between
@@ -125,7 +65,7 @@ async def test_page_sees_the_run_as_it_is_recorded(bench: Any, tmp_path: Path) -
 async def test_page_commands_the_machine_and_its_nodes_but_no_cyclic_objects(
     bench: Any, tmp_path: Path
 ) -> None:
-    async with operated(bench, tmp_path, serve=True) as table:
+    async with operated(bench, tmp_path, PROGRAM, serve=True) as table:
         await table.until(lambda status: status.stage is Stage.RUNNING)
         refused = await table.ask("write_object", node=1, index=FOLLOWING_ERROR_TIME, value=20)
         assert (refused.refusal, "running" in refused.reason) == ("wrong_state", True)

@@ -16,6 +16,7 @@ from servo_ctrl.commands.local_messages import (
     ChannelInfo,
     Hello,
     ProgramText,
+    TuningRun,
     message_json,
     plain_json,
 )
@@ -68,6 +69,7 @@ class LocalSocketBench:
         self.notes: list[str] = []
         self.texts: list[tuple[str, str]] = []
         self.cleared = 0
+        self.tuning_runs: list[TuningRun] = []
         self.encoder = StatusEncoder()
         self.requests = LocalRequests(
             Workplace(
@@ -75,6 +77,7 @@ class LocalSocketBench:
                 objects=self.objects,
                 read_program=self._read_program,
                 read_line=self._read_line,
+                tuning_run=self._tuning_run,
                 clear_counters=self._clear,
                 log=self.logged.append,
                 note=self.notes.append,
@@ -112,6 +115,10 @@ class LocalSocketBench:
     async def _read_line(self, line: str) -> PartProgram:
         self.texts.append(("line", line))
         return PartProgram.model_construct(steps=[], source="line")
+
+    async def _tuning_run(self, asked: TuningRun) -> Outcome:
+        self.tuning_runs.append(asked)
+        return Outcome(value="recording")
 
     def _clear(self) -> None:
         self.cleared += 1

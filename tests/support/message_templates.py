@@ -34,6 +34,8 @@ SOURCES = (
     ROOM / "hmi" / "shell" / "program_jobs.py",
     ROOM / "hmi" / "shell" / "program_process.py",
     ROOM / "hmi" / "tuning" / "job.py",
+    ROOM / "daemon" / "run" / "tuning_runs.py",
+    ROOM / "tuning" / "controller_runs.py",
     ROOM / "tuning" / "request.py",
     ROOM / "tuning" / "session.py",
     ROOM / "tuning" / "simulated.py",

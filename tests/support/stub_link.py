@@ -36,7 +36,8 @@ MACHINE = Path("machines/xy_table")
 class StubLink:
     """The interface of `hmi.machine_link.MachineLink`. `advance` advances time; commands change the stage."""
 
-    def __init__(self, _path: Path = Path("stub")) -> None:
+    def __init__(self, path: Path = Path("stub")) -> None:
+        self.path = path
         self.connected = True
         self.problem = ""
         self.hello = Hello(

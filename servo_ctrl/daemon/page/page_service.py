@@ -4,17 +4,27 @@ import asyncio
 import contextlib
 import logging
 import os
+import shutil
 import sys
 import tempfile
-from collections.abc import AsyncIterator, Generator, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Generator, Sequence
 from pathlib import Path
 from typing import Any
 
 from kernels.arrays import Array
 from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import Network
+from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.handler import CommandHandler
-from servo_ctrl.commands.local_messages import AxisInfo, ChannelInfo, Hello, NodeInfo, Reversal, message_json
+from servo_ctrl.commands.local_messages import (
+    AxisInfo,
+    ChannelInfo,
+    Hello,
+    NodeInfo,
+    Reversal,
+    TuningRun,
+    message_json,
+)
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.load import load_program
 from servo_ctrl.config.model import MachineConfig
@@ -33,7 +43,7 @@ from servo_ctrl.learned.store import default_directory
 from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.command_log import COMMANDS_FILE, CommandLog
-from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Workplace
+from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Outcome, Workplace
 from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 from servo_ctrl.telemetry.local_socket.server import PULSE_S, LocalServer
 from servo_ctrl.telemetry.local_socket.status import StatusEncoder
@@ -59,14 +69,17 @@ class PageService:
         router: RowRouter,
         learned_dir: Path | None,
         record_dir: Path | None,
+        tuning_run: Callable[[TuningRun, Path], Awaitable[CommandResult]],
         lockstep: bool,
     ) -> None:
         self._options, self._config, self._plans, self._machine = options, config, plans, machine
         self._commands, self._publisher, self._router = commands, publisher, router
         self._learned_dir = learned_dir or default_directory(config)
-        self._record_dir, self._lockstep = record_dir, lockstep
+        self._record_dir, self._lockstep, self._make_tuning_run = record_dir, lockstep, tuning_run
         self._log: CommandLog | None = None
         self._programs: Path | None = None
+        self._tuned: Path | None = None
+        """Directory of the recording of the last motion of a tuning."""
         rows = RowBuffer(len(channels_of(config.axes)))
         self._tap = RowTap(rows, config.period_s, PULSE_S)
         self._watch = BusWatch(plans, machine, self._tap, config.bus.bit_rate_kbit_s * 1000)
@@ -79,6 +92,7 @@ class PageService:
                 self._read_program, program.name, program.text, commands.reading(program.first_line)
             ),
             read_line=lambda line: asyncio.to_thread(self._read_line, line, commands.reading_of_line()),
+            tuning_run=self._tuning_run,
             clear_counters=self._watch.clear,
             log=self._add_to_log,
             note=machine.note,
@@ -176,6 +190,22 @@ class PageService:
         if any(isinstance(step, SamplesStep) for step in program.steps):
             raise ConfigError(name, "", "samples of a file are run by `servo-ctrl run --program` only")
         return program
+
+    async def _tuning_run(self, asked: TuningRun) -> Outcome:
+        """Make a motion of a tuning; its recording replaces the one before. Raises ServoCtrlError."""
+        if self._programs is None:
+            return Outcome(Refusal.WRONG_STATE, "the run is over")
+        with contextlib.ExitStack() as unused:
+            place = Path(tempfile.mkdtemp(dir=self._programs))
+            unused.callback(shutil.rmtree, place, ignore_errors=True)
+            result = await self._make_tuning_run(asked, place / "recording")
+            if not result.accepted:
+                return Outcome(result.refusal, result.reason)
+            unused.pop_all()
+        if self._tuned is not None:
+            await asyncio.to_thread(shutil.rmtree, self._tuned, ignore_errors=True)
+        self._tuned = place
+        return Outcome(value=str(place / "recording"))
 
     def _hello(self) -> bytes:
         config = self._config

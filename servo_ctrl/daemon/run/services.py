@@ -33,6 +33,7 @@ from servo_ctrl.daemon.learning.waveform_adaptation import WaveformAdaptation
 from servo_ctrl.daemon.learning.waveform_compensation import load_waveforms
 from servo_ctrl.daemon.learning.waveform_learning import WaveformLearning
 from servo_ctrl.daemon.run.run_options import RunOptions
+from servo_ctrl.daemon.run.tuning_runs import TuningRuns
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, WaveformStore, default_directory
 from servo_ctrl.learning.screw import LEARNER as SCREW
@@ -111,21 +112,34 @@ class Services:
         programs = ProgramCommands(
             machine, motion, self.job, self._program, self.worker, self.publisher, offsets
         )
+        compensation = CompensationCommands(
+            by_name,
+            screw_of,
+            waveform_of,
+            store=store,
+            screw_store=screw_store,
+            waveform_store=waveform_store,
+            worker=self.worker,
+            publisher=self.publisher,
+            note=machine.note,
+        )
+        self.tuning = TuningRuns(
+            config,
+            machine,
+            servos,
+            motion,
+            program=self._program,
+            programs=programs,
+            compensation=compensation,
+            worker=self.worker,
+            rows=self.rows,
+            lockstep=lockstep,
+        )
         self.handler = ControllerCommandHandler(
             config,
             machine,
             motion,
-            compensation=CompensationCommands(
-                by_name,
-                screw_of,
-                waveform_of,
-                store=store,
-                screw_store=screw_store,
-                waveform_store=waveform_store,
-                worker=self.worker,
-                publisher=self.publisher,
-                note=machine.note,
-            ),
+            compensation=compensation,
             publisher=self.publisher,
             job=self.job,
             monitor=self.production.monitor,
@@ -191,6 +205,7 @@ class Services:
     def on_rest(self) -> None:
         """Continue learning or end the run, after a motion has ended or the machine entered standby."""
         self.job.on_rest()
+        self.tuning.on_rest()
         self._finish()
         self.publisher.changed()
 
@@ -198,6 +213,7 @@ class Services:
         """End learning because the machine stops."""
         self._begun = True
         self.job.on_stop(reason)
+        self.tuning.on_stop(reason)
         self.publisher.changed()
 
     def tasks(self) -> list[Coroutine[None, None, None]]:

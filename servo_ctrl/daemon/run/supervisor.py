@@ -124,6 +124,7 @@ class _Supervisor:
             router=self._services.rows,
             learned_dir=self._learned_dir,
             record_dir=self._record_dir,
+            tuning_run=self._services.tuning.run,
             lockstep=self._lockstep,
         )
         return self._page

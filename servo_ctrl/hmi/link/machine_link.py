@@ -69,7 +69,7 @@ class MachineLink:
         self.reversals: deque[Reversal] = deque(maxlen=MAX_REVERSALS)
         self.listeners: list[Callable[[MachineStatus], None]] = []
         """Called with each status; an exception in one is logged and does not reach the others."""
-        self._path = path
+        self.path = path
         self._writer: asyncio.StreamWriter | None = None
         self._ids = itertools.count(1)
         self._pending: dict[int, asyncio.Future[LocalAnswer]] = {}
@@ -83,20 +83,22 @@ class MachineLink:
             except (OSError, EOFError, ServoCtrlError, TimeoutError) as error:
                 problem = _reason_of(error)
                 if problem != self.problem:
-                    _LOG.warning("%s: %s", self._path, problem)
+                    _LOG.warning("%s: %s", self.path, problem)
                 self.problem = problem
             except Exception as error:  # noqa: BLE001  # an unexpected message must not end the link
-                _LOG.exception("%s: the connection failed", self._path)
+                _LOG.exception("%s: the connection failed", self.path)
                 self.problem = f"{type(error).__name__}: {error}"
             finally:
                 retry_s = FIRST_RETRY_S if self.connected else min(2.0 * retry_s, LONGEST_RETRY_S)
                 self._fail_pending()
             await asyncio.sleep(retry_s)
 
-    async def request(self, who: Who, do: str, **fields: Any) -> LocalAnswer:
+    async def request(
+        self, who: Who, do: str, *, limit_s: float = ANSWER_TIMEOUT_S, **fields: Any
+    ) -> LocalAnswer:
         """Send a request and return its answer; `fields` are those of `commands.local_messages.LocalRequest`.
 
-        Without one within ANSWER_TIMEOUT_S the answer is our own, with refusal "unreachable".
+        Without one within `limit_s` the answer is our own, with refusal "unreachable".
         """
         number = next(self._ids)
         try:
@@ -113,16 +115,16 @@ class MachineLink:
         self._pending[number] = answer
         try:
             self._writer.write(frame(JSON, payload))
-            async with asyncio.timeout(ANSWER_TIMEOUT_S):
+            async with asyncio.timeout(limit_s):
                 return await answer
         except TimeoutError:
-            return _refused(number, f"the controller did not answer within {ANSWER_TIMEOUT_S:g} s")
+            return _refused(number, f"the controller did not answer within {limit_s:g} s")
         finally:
             self._pending.pop(number, None)
 
     async def _read_until_lost(self) -> None:
         async with asyncio.timeout(CONNECT_TIMEOUT_S):
-            reader, writer = await asyncio.open_unix_connection(str(self._path))
+            reader, writer = await asyncio.open_unix_connection(str(self.path))
         self._writer = writer
         try:
             while True:

@@ -1,8 +1,8 @@
-"""Tunings on the simulator by the program `servo-ctrl tune`: one at a time, in a process of its own.
+"""Tunings by the program `servo-ctrl tune`: one at a time, in a process of its own.
 
 The command names no bus, and nothing that a visitor enters can name one: without `--bus` the program starts
-a simulator of its own, on a socket in a folder that it makes for it. The machine of this controller is not
-moved, and its machine file is not changed, for `--apply` is not named either.
+a simulator of its own, on a socket in a folder that it makes for it, or with `--controller` asks the
+controller of this page for each motion. The machine file is not changed, for `--apply` is not named.
 """
 
 import asyncio
@@ -24,23 +24,30 @@ class TuningJobs(ProgramJobs):
     def __init__(self, directory: Path) -> None:
         super().__init__(directory, PROGRAM)
 
-    async def start(self, machine_file: Path, axis: str, ms: float, who: str) -> Job:
-        """Start a tuning on the simulator. Raises ServoCtrlError with the reason when it cannot."""
+    async def start(
+        self, machine_file: Path, axis: str, ms: float, who: str, controller: Path | None = None
+    ) -> Job:
+        """Start a tuning on the simulator, or on the machine of the controller at this socket.
+
+        Raises ServoCtrlError with the reason when it cannot.
+        """
         if self.busy:
             raise JobError("a tuning is running already; wait for it or cancel it")
-        return await self.launch(_command_for(machine_file, axis, ms), [axis], who)
+        return await self.launch(_command_for(machine_file, axis, ms, controller), [axis], who)
 
 
-async def _command_for(machine_file: Path, axis: str, ms: float) -> list[str]:
+async def _command_for(machine_file: Path, axis: str, ms: float, controller: Path | None) -> list[str]:
     """The program with its arguments, which are checked before anything starts."""
-    for path in (machine_file, machine_file.with_name(PLANT)):
+    needed = [machine_file] if controller is not None else [machine_file, machine_file.with_name(PLANT)]
+    for path in needed:
         if not await asyncio.to_thread(path.is_file):
             raise JobError(f"{path}: there is no such file, so nothing can be simulated")
     if not LEAST_MS <= ms <= MOST_MS:
         raise JobError(f"Ms {ms:g} is not from {LEAST_MS:g} to {MOST_MS:g}")
     # joined, so that no axis is read as an option
     options = (f"--machine={machine_file}", f"--axis={axis}", f"--ms={ms:g}")
-    return [*installed_command(), *options]
+    where = () if controller is None else (f"--controller={controller}",)
+    return [*installed_command(), *options, *where]
 
 
 def installed_command() -> Sequence[str]:

@@ -72,12 +72,6 @@ class TuningCards:
                 refresh = ui.button(icon="refresh", on_click=self._search)
                 named(refresh.props("flat"), tr("Look for tunings again"))
             self._none = note("no-tuning", "")
-            faint(
-                tr(
-                    "On the machine itself a tuning is the only controller: stop this one, then "
-                    "servo-ctrl tune --machine … --axis … --bus …"
-                )
-            ).style("overflow-wrap: anywhere")
         self.simulator = SimulatorCard(page, hello, self._search)
         self._place = div("bench-column").mark("tuning-result")
         ui.timer(0.0, self._search, once=True)

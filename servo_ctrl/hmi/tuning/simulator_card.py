@@ -1,4 +1,4 @@
-"""The card that tunes an axis on the simulator: `servo-ctrl tune` beside the controller, on another bus."""
+"""The card that tunes an axis: `servo-ctrl tune` on a simulator of its own, or by this controller."""
 
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -13,7 +13,7 @@ from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.job_view import JobView
 from servo_ctrl.hmi.shell.open_page import OpenPage
-from servo_ctrl.hmi.shell.parts import button, card, choice, div, errors_notified, faint
+from servo_ctrl.hmi.shell.parts import button, card, choice, confirmed, div, errors_notified, faint, notify
 from servo_ctrl.hmi.shell.program_jobs import ENDED, Job
 from servo_ctrl.hmi.tuning.simulator_jobs import simulator_tunings_of
 
@@ -27,11 +27,12 @@ class SimulatorCard:
         self._tunings = simulator_tunings_of(page.services.recordings)
         self._running: Job | None = None
         names = [axis.name for axis in hello.axes]
-        with card(tr("Tune on the simulator"), "simulator") as self._card:
+        with card(tr("Tune an axis"), "simulator") as self._card:
             faint(
                 tr(
-                    "servo-ctrl tune on a simulator of its own, which is made of the plant.toml beside the "
-                    "machine file. This machine is not moved, and its file is not changed. It takes minutes."
+                    "On a simulator of its own, made of the plant.toml beside the machine file, so that this "
+                    "machine is not moved; or on this machine, from ready. It takes minutes, and the machine "
+                    "file is not changed."
                 )
             )
             with div("bench-row"):
@@ -41,7 +42,14 @@ class SimulatorCard:
                     .style("min-width: 110px")
                     .mark("tune-ms")
                 )
-                button(tr("Tune"), self._start, "run-tuning", icon="play_arrow", look="unelevated")
+                button(
+                    tr("Tune on the simulator"),
+                    self._start,
+                    "run-tuning",
+                    icon="play_arrow",
+                    look="unelevated",
+                )
+                button(tr("Tune the machine"), self._start_on_machine, "tune-machine", icon="warning")
             self._view = JobView(tr("Progress of the tuning"), controller_text, self._cancel)
         self.refresh()
 
@@ -61,6 +69,28 @@ class SimulatorCard:
                 ms = float(self._ms.value or 0.0)
                 await self._tunings.start(self._machine_file, str(self._axis.value), ms, self._page.who)
             self.refresh()
+
+    async def _start_on_machine(self) -> None:
+        """Tune by the controller of this page, once the visitor has confirmed that the axis may move."""
+        if reason := self._page.refusal("tuning_run"):
+            notify(reason)
+            return
+        axis = str(self._axis.value)
+        details = tr(
+            "The axis travels slowly through up to 80 % of its limits with a small force added, then makes a "
+            "step of force, a short move and a circle, also with the proposed gains. Keep the way clear, and "
+            "STOP within reach."
+        )
+        if not await confirmed(tr("Move axis {axis} of the machine?", axis=axis), details, tr("Tune")):
+            return
+        if reason := self._page.refusal("tuning_run"):
+            notify(reason)
+            return
+        with errors_notified("warning"):
+            ms, who, controller = float(self._ms.value or 0.0), self._page.who, self._page.link.path
+            await self._tunings.start(self._machine_file, axis, ms, who, controller)
+            self._tunings.end_unless(lambda: not self._page.refusal("tuning_run"))
+        self.refresh()
 
     async def _cancel(self) -> None:
         if self._page.permits(Role.OPERATE):

@@ -52,7 +52,8 @@ def in_words(request: LocalRequest) -> str:
         case "write_object":
             what = f"write {request.index or 0:04X}h:{request.subindex or 0:02X} of node {request.node}"
         case _:
-            what = request.do.replace("_", " ")
+            axis = request.tuning.axis if request.tuning is not None else ""
+            what = f"{request.do.replace('_', ' ')} {axis}".rstrip()
     text = f"{who.user} ({who.role}, {who.address}): {what}"
     return "".join(letter if letter.isprintable() else "?" for letter in text)
 

@@ -19,6 +19,7 @@ from servo_ctrl.commands.local_messages import (
     LocalRequest,
     ProgramText,
     RequestValue,
+    TuningRun,
     message_json,
 )
 from servo_ctrl.commands.settings import SETTINGS
@@ -37,6 +38,7 @@ NEEDED: dict[str, set[str]] = {
     "touch_off": {"value"},
     "run_line": {"value"},
     "load_program": {"program"},
+    "tuning_run": {"tuning"},
     "read_object": {"node", "index"},
     "write_object": {"node", "index", "value"},
 }
@@ -48,7 +50,7 @@ OPTIONAL = {
     "write_object": {"subindex"},
 }
 """Optional fields of a request, by `do`."""
-SLOW = {"read_object", "write_object", "load_program", "run_line"}
+SLOW = {"read_object", "write_object", "load_program", "run_line", "tuning_run"}
 """Requests that take longer than the idle time of a period."""
 VALUES: dict[str, tuple[str, tuple[type, ...]]] = {
     "jog": ("a velocity in m/s", (int, float)),
@@ -93,6 +95,8 @@ class Workplace(NamedTuple):
     """Reads a program. Raises ServoCtrlError."""
     read_line: Callable[[str], Awaitable[PartProgram]]
     """Reads a line of G-code that starts where the axes stand. Raises ServoCtrlError."""
+    tuning_run: Callable[[TuningRun], Awaitable[Outcome]]
+    """Makes a motion of a tuning; its value is the directory of the recording. Raises ServoCtrlError."""
     clear_counters: Callable[[], None]
     log: Callable[[dict[str, Any]], None]
     note: Callable[[str], None]
@@ -160,6 +164,8 @@ class LocalRequests:
         if request.program is not None:
             program = await self._work.read_program(request.program)
             return _outcome(self._work.commands.load_program(program))
+        if request.tuning is not None:
+            return await self._work.tuning_run(request.tuning)
         if request.do == "run_line":
             line = await self._work.read_line(str(request.value))
             return _outcome(self._work.commands.run_line(line))

@@ -19,7 +19,7 @@ from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.tuning.excitation import multisine, travel
+from servo_ctrl.excitation.multisine import multisine, travel
 from servo_ctrl.tuning.frequency_response import FrequencyResponse, Measured, frequency_response
 from servo_ctrl.tuning.gain_search import EncoderSteps
 from servo_ctrl.tuning.modal_fit import fit_modal_model

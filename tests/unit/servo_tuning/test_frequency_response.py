@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import signal
 
-from servo_ctrl.tuning import excitation
+from servo_ctrl.excitation import multisine as excitation
 from servo_ctrl.tuning.frequency_response import Measured, frequency_response
 from servo_ctrl.tuning.modal_fit import fit_modal_model
 from servo_ctrl.tuning.modal_model import antiresonances, resonances

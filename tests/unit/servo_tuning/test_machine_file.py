@@ -8,8 +8,8 @@ import pytest
 from servo_ctrl.config.freeze import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation import notch
+from servo_ctrl.excitation.measuring_motion import TuneError
 from servo_ctrl.tuning.machine_file import apply_to_file, with_sections, with_values
-from servo_ctrl.tuning.measurement import TuneError
 from servo_ctrl.tuning.request import TuneRequest
 from servo_ctrl.tuning.simulated import tune_axis
 

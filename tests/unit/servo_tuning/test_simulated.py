@@ -10,6 +10,7 @@ import pytest
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.tuning import simulated
+from servo_ctrl.tuning.machine_runs import MachineRuns
 from servo_ctrl.tuning.request import TuneRequest
 
 OWN_BUS = "localcan:/somewhere/of/its/own"
@@ -27,8 +28,8 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[MachineConfig, str]]:
     found: list[tuple[MachineConfig, str]] = []
 
     class NoRun:
-        def __init__(self, request: TuneRequest, bus: str, _pacing: str) -> None:
-            found.append((request.machine, bus))
+        def __init__(self, request: TuneRequest, runs: MachineRuns) -> None:
+            found.append((request.machine, runs.bus))
 
         async def run(self) -> Result:
             return Result()

@@ -1,0 +1,200 @@
+"""Makes the motions of a tuning on command: with other gains on one axis, bounded, recorded by themselves.
+
+`servo-ctrl tune --controller` asks for them, measures in its own process, and writes the proposal. Here the
+values of the machine file act again behind each motion, whatever ended it.
+"""
+
+import asyncio
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.commands.command import CommandResult, Refusal
+from servo_ctrl.commands.local_messages import TuningRun
+from servo_ctrl.commands.stage import Stage, refused, refused_now
+from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.law_sections import SECTION_TYPES, period_objections
+from servo_ctrl.config.model import Control, MachineConfig
+from servo_ctrl.config.program_model import ProgramConfig
+from servo_ctrl.control.compensation import notch
+from servo_ctrl.control.tick import AxisParams
+from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.cycle.machine import MachineController
+from servo_ctrl.daemon.cycle.rows import RowRouter
+from servo_ctrl.daemon.handlers.compensation_commands import CompensationCommands
+from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
+from servo_ctrl.daemon.handlers.program_start import ProgramStart
+from servo_ctrl.daemon.run.report import recording_header, with_spans
+from servo_ctrl.daemon.run.run_recording import LOCKSTEP_WAIT_S
+from servo_ctrl.daemon.set_points.feed_hold import FeedHold
+from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
+from servo_ctrl.errors import ConfigError, ServoCtrlError
+from servo_ctrl.excitation.measuring_motion import LARGEST_FORCE_SHARE
+from servo_ctrl.excitation.tuning_motion import TuningMotion, motion_steps
+from servo_ctrl.recording.channels import channels_of
+from servo_ctrl.recording.recorder import Recorder
+
+
+class _Prepared(NamedTuple):
+    """A motion that is planned, and its recording."""
+
+    program: FeedHold
+    recorder: Recorder
+    header: dict[str, Any]
+
+
+class _Running(NamedTuple):
+    """The motion that is being made, and what acted before it."""
+
+    prepared: _Prepared
+    servo: AxisServo
+    before: AxisParams
+    ended: asyncio.Future[str]
+    """Why it ended early, "" at its end."""
+
+
+class TuningRunError(ServoCtrlError):
+    """A motion of a tuning that is not made, or was ended early."""
+
+
+class TuningRuns:
+    """One motion at a time."""
+
+    def __init__(
+        self,
+        config: MachineConfig,
+        machine: MachineController,
+        servos: Sequence[AxisServo],
+        motion: MotionPlan,
+        *,
+        program: ProgramStart,
+        programs: ProgramCommands,
+        compensation: CompensationCommands,
+        worker: BackgroundWorker,
+        rows: RowRouter,
+        lockstep: bool,
+    ) -> None:
+        self._config, self._machine, self._motion = config, machine, motion
+        self._servos = {servo.name: servo for servo in servos}
+        self._program, self._programs, self._compensation = program, programs, compensation
+        self._worker, self._rows, self._lockstep = worker, rows, lockstep
+        self._running: _Running | None = None
+
+    async def run(self, asked: TuningRun, directory: Path) -> CommandResult:
+        """Make a motion and record it into `directory`, which must be new; return at its end.
+
+        Raises TuningRunError, ConfigError.
+        """
+        if problem := self._objection(asked):
+            return problem
+        params = axis_params(self._with_values(asked), asked.axis)
+        loop = asyncio.get_running_loop()
+        prepared: asyncio.Future[_Prepared] = loop.create_future()
+        start_m = self._machine.set_points_m()
+        self._program.preparing = True
+        self._worker.do(
+            lambda: self._prepare(asked, start_m, directory),
+            prepared.set_result,
+            lambda reason: prepared.set_exception(TuningRunError(reason)),
+        )
+        try:
+            ready = await prepared
+        finally:
+            self._program.preparing = False
+        reason = "another motion was started meanwhile"
+        if self._machine.stage is Stage.READY and self._running is None:
+            servo = self._servos[asked.axis]
+            running = _Running(ready, servo, servo.params, loop.create_future())
+            self._running, self._rows.stroke = running, ready.recorder.record
+            servo.change_params(params)
+            self._machine.run(ready.program)
+            reason = await running.ended
+        header = with_spans(ready.header, ready.program.spans)
+        header |= {"finished": True, "completed": not reason, "reason": reason}
+        await asyncio.to_thread(ready.recorder.close, header)
+        if reason:
+            raise TuningRunError(f"the tuning run of axis {asked.axis} has ended early: {reason}")
+        return CommandResult()
+
+    def on_rest(self) -> None:
+        """End the motion that has come to rest; does nothing if it was none of a tuning."""
+        if self._running is not None:
+            ended = self._running.prepared.program.ended
+            self._end("" if ended else "it was aborted")
+
+    def on_stop(self, reason: str) -> None:
+        """End the motion because the machine stops."""
+        if self._running is not None:
+            self._end(reason)
+
+    def _end(self, reason: str) -> None:
+        """Put the values into use that acted before, with the compensations that are switched on now."""
+        running, self._running = self._running, None
+        if running is None:
+            return
+        self._rows.stroke = None
+        running.servo.change_params(running.before)
+        self._compensation.apply_again(running.servo.name)
+        running.ended.set_result(reason)
+
+    def _objection(self, asked: TuningRun) -> CommandResult | None:
+        config, pace = self._config.axes.get(asked.axis), self._motion.pace
+        if config is None:
+            known = ", ".join(self._config.axes)
+            return CommandResult(Refusal.UNKNOWN, f'there is no axis "{asked.axis}", only {known}')
+        if problem := self._programs.occupied():
+            return problem
+        if self._machine.stage is not Stage.READY:
+            return refused_now(self._machine)
+        reason = self._machine.at_a_switch
+        if config.mode != "cst":
+            reason = f"axis {asked.axis} is in mode {config.mode}; it is tuned in mode cst"
+        elif pace.feed != 1.0 or pace.rapid != 1.0:
+            reason = "set both overrides to 100 % for a tuning"
+        return refused(reason) if reason else _beyond_bounds(asked, config.limits.force_n)
+
+    def _with_values(self, asked: TuningRun) -> MachineConfig:
+        """Return the machine with the asked values, checked as those of its file. Raises ConfigError."""
+        axis = self._config.axes[asked.axis]
+        name = notch.SECTION.name
+        try:
+            update: dict[str, Any] = {"control": Control.model_validate(asked.control)}
+            update[name] = None if asked.notch is None else SECTION_TYPES[name](**asked.notch)
+            checked = type(axis).model_validate(axis.model_copy(update=update).model_dump(exclude_none=True))
+        except (ValidationError, TypeError) as error:
+            raise ConfigError(self._config.source, f"axis.{asked.axis}", str(error)) from None
+        for objection in period_objections(checked, self._config.period_s):
+            raise ConfigError(self._config.source, f"axis.{asked.axis}", objection)
+        return self._config.model_copy(update={"axes": {**self._config.axes, asked.axis: checked}})
+
+    def _prepare(self, asked: TuningRun, start_m: Sequence[float], directory: Path) -> _Prepared:
+        """Plan the motion from where the axes stand, and open its recording. Raises ServoCtrlError."""
+        motion = TuningMotion(asked.axis, asked.force_n, asked.periods, asked.trial)
+        steps = motion_steps(motion, self._config, directory.with_name(f"{directory.name}-excitation"))
+        source = directory / "tuning"
+        program = ProgramConfig.model_validate({"source": source, "step": steps})
+        reference = self._motion.prepare_apart(program, start_m)
+        channels = channels_of(self._config.axes)
+        header = recording_header(
+            self._config,
+            channels,
+            (),
+            program=source,
+            pacing="lockstep" if self._lockstep else "realtime",
+            started=datetime.now(UTC),
+        )
+        wait_s = LOCKSTEP_WAIT_S if self._lockstep else 0.0
+        return _Prepared(reference, Recorder(directory, channels, header, wait_s=wait_s), header)
+
+
+def _beyond_bounds(asked: TuningRun, limit_n: float) -> CommandResult | None:
+    """Refuse a motion that adds too much force, or that is none."""
+    largest_n = LARGEST_FORCE_SHARE * limit_n
+    reason = "" if asked.periods or asked.trial else "the tuning run has no motion"
+    if asked.force_n > largest_n * (1.0 + 1e-9):
+        reason = f"axis {asked.axis}: a tuning adds at most {largest_n:g} N, not {asked.force_n:g} N"
+    return CommandResult(Refusal.OUT_OF_RANGE, reason) if reason else None

@@ -1,0 +1,69 @@
+"""The runs of a tuning on a controller that is in charge of the machine, by its local socket.
+
+The controller makes the motions, bounds them and records them (`daemon.run.tuning_runs`); between two of them
+its own values act. Its drives keep their power and their home.
+"""
+
+import asyncio
+import shutil
+from datetime import UTC, datetime
+from pathlib import Path
+
+from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.control.compensation import notch
+from servo_ctrl.excitation.measuring_motion import TuneError
+from servo_ctrl.excitation.tuning_motion import TuningMotion
+from servo_ctrl.hmi.link.machine_link import MachineLink
+from servo_ctrl.recording.reader import Recording, load_recording
+from servo_ctrl.tuning.proposal import NotchValues
+
+RUN_LIMIT_S = 900.0
+"""A motion takes half a minute of machine time; chosen."""
+CONNECT_LIMIT_S, CONNECT_POLL_S = 10.0, 0.05
+"""Time for the controller to answer at its socket, and between two looks; chosen."""
+
+
+class ControllerRuns:
+    """Asks a controller for one motion after the other; recordings go below `out`."""
+
+    def __init__(self, link: MachineLink, who: Who, out: Path) -> None:
+        self._link, self._who, self._out = link, who, out
+
+    async def connected(self) -> None:
+        """Wait for the connection, which a long computation may have lost. Raises TuneError without one."""
+        try:
+            async with asyncio.timeout(CONNECT_LIMIT_S):
+                while not self._link.connected:  # noqa: ASYNC110  # bounded, and short
+                    await asyncio.sleep(CONNECT_POLL_S)
+        except TimeoutError:
+            raise TuneError(f"the controller does not answer: {self._link.problem}") from None
+
+    def in_present_coordinates(self, machine: MachineConfig) -> MachineConfig:
+        """Return the machine as it is: the axes keep their home."""
+        return machine
+
+    async def record(self, machine: MachineConfig, motion: TuningMotion, name: str) -> Recording:
+        """Let the controller make the motion, and return its recording.
+
+        Raises TuneError where the controller refused it or ended it early. A cancelled wait ends the motion.
+        """
+        axis = machine.axes[motion.axis]
+        filtered = axis.section(notch.NotchSettings)
+        asked = {
+            **motion._asdict(),
+            "control": axis.control.model_dump(),
+            "notch": filtered and {key: getattr(filtered, key) for key in ("enabled", *NotchValues._fields)},
+        }
+        await self.connected()
+        try:
+            answer = await self._link.request(self._who, "tuning_run", limit_s=RUN_LIMIT_S, tuning=asked)
+        except asyncio.CancelledError:
+            await self._link.request(self._who, "command", command="abort_program")
+            raise
+        if not answer.accepted:
+            raise TuneError(f"the controller has made no run: {answer.reason}; nothing was changed")
+        stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%f")
+        directory = self._out / "recordings" / f"{name}-{stamp}"
+        await asyncio.to_thread(shutil.copytree, str(answer.value), directory)
+        return await asyncio.to_thread(load_recording, directory)

@@ -1,0 +1,111 @@
+"""A tuning of the machine that a controller is in charge of, which makes the motions over the bus."""
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import pytest
+from forked_program import commands_folder
+from operated_table import ANNA, Operated, operated
+
+from servo_ctrl.commands.stage import Stage
+from servo_ctrl.config.load import load_machine
+from servo_ctrl.excitation.measuring_motion import LARGEST_FORCE_SHARE
+from servo_ctrl.hmi.tuning.tunings import read_curves, read_figures
+from servo_ctrl.recording.reader import load_recording
+from servo_ctrl.tuning.trial import evaluate
+
+LIMIT_S = 600.0
+
+
+async def tune(table: Operated, out: Path) -> tuple[int | None, str]:
+    """Exit status and output of the program, in a process of its own."""
+    program = await asyncio.create_subprocess_exec(
+        *(commands_folder() / "servo-ctrl", "tune", "--machine", table.machine, "--axis", "x"),
+        *("--controller", table.socket, "--out", out, "--progress", "json"),
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.STDOUT,
+    )
+    async with asyncio.timeout(LIMIT_S):
+        output, _ = await program.communicate()
+    return program.returncode, output.decode()
+
+
+async def is_ready(table: Operated) -> None:
+    await table.until(lambda status: status.stage is Stage.READY)
+
+
+def asked(machine: Path, **changes: Any) -> dict[str, Any]:
+    """A trial with the machine file's own gains."""
+    control = load_machine(machine).axes["x"].control.model_dump()
+    return {"axis": "x", "trial": True, "control": control | changes.pop("control", {}), **changes}
+
+
+async def test_a_tuning_is_proved_by_the_controller_whose_own_values_act_afterwards(
+    bench: Any, tmp_path: Path
+) -> None:
+    async with operated(bench, tmp_path, None, serve=True) as table:
+        await is_ready(table)
+        status, output = await tune(table, tmp_path / "out")
+        assert status == 0, output
+        await is_ready(table)
+        answer = await table.link.request(ANNA, "tuning_run", limit_s=LIMIT_S, tuning=asked(table.machine))
+        assert answer.accepted, answer.reason
+        again = load_recording(Path(str(answer.value)))
+        await table.stop()
+    figures = read_figures(tmp_path / "out")
+    assert figures.proved
+    assert not figures.simulated
+    assert figures.measured_ms <= 2.06
+    assert read_curves(tmp_path / "out") is not None
+    recordings = {one.name.split("-")[0]: one for one in (tmp_path / "out" / "recordings").iterdir()}
+    assert set(recordings) == {"after", "before", "measure"}
+    # the same motion with the same gains: neither the home nor the state of the axis was lost in between
+    machine = load_machine(table.machine)
+    first, _ = evaluate(machine, "x", load_recording(recordings["before"]).segment)
+    last, _ = evaluate(machine, "x", again.segment)
+    assert last.circle_rms_m == pytest.approx(first.circle_rms_m, rel=0.05)
+    assert figures.after.circle_rms_m != pytest.approx(first.circle_rms_m, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("command", "reason"),
+    [("quick_stop", "quick stop by the operator"), ("abort_program", "it was aborted")],
+)
+async def test_a_stop_in_motion_ends_the_tuning(
+    bench: Any, tmp_path: Path, command: str, reason: str
+) -> None:
+    async with operated(bench, tmp_path, None, serve=True, stand_by=True) as table:
+        await table.until(lambda status: status.stage is Stage.STANDBY)
+        await table.ask("command", command="enable")
+        await is_ready(table)
+        tuning = asyncio.create_task(tune(table, tmp_path / "out"))
+        await table.until(lambda status: status.stage is Stage.RUNNING and status.program.step >= 2)
+        assert (await table.ask("command", command=command)).accepted
+        status, output = await tuning
+        assert status == 1
+        assert f"has ended early: {reason}" in output
+        at_rest = Stage.STANDBY if command == "quick_stop" else Stage.READY
+        await table.until(lambda status: status.stage is at_rest)
+
+
+async def test_what_is_not_bounded_or_not_possible_now_is_refused(bench: Any, tmp_path: Path) -> None:
+    async with operated(bench, tmp_path, None, serve=True) as table:
+        await is_ready(table)
+        machine = table.machine
+        too_much_n = 1.01 * LARGEST_FORCE_SHARE * load_machine(machine).axes["x"].limits.force_n
+        for refused, reason in (
+            (asked(machine, periods=2, force_n=too_much_n), "a tuning adds at most"),
+            (asked(machine, trial=False), "the tuning run has no motion"),
+            (asked(machine, axis="z"), 'there is no axis "z"'),
+            (asked(machine, control={"kp_1_s": -1.0}), "kp_1_s"),
+            (asked(machine, control={"gain": 1.0}), "gain"),
+            (asked(machine, notch={"enabled": True, "frequency_hz": 5000.0}), "frequency_hz"),
+        ):
+            answer = await table.ask("tuning_run", tuning=refused)
+            assert not answer.accepted
+            assert reason in answer.reason
+        await table.ask("setting", setting="feed_override_percent", value=50.0)
+        answer = await table.ask("tuning_run", tuning=asked(machine))
+        assert "set both overrides to 100 %" in answer.reason
+        await table.stop()
