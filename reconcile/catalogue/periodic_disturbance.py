@@ -36,6 +36,10 @@ LEAST_LINE_RATIO, LEAST_MEDIAN_RATIO = 0.02, 30.0
 exceeds its median thirtyfold in one of 1e9 places."""
 TEETH, FEWEST_TEETH = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0]), 4
 """Offsets of a comb's lines from a frequency, in their spacing, and the number of lines that make a comb."""
+WEAK_SHARE, LEAST_ALONE = 0.01, 10.0
+"""A line with less of the velocity's power is not one of those that a motion is made of; and power of a line of
+the residual over that of every other about it, from which it stands alone: what a motion with a comb leaves
+has several lines. Chosen."""
 PLAUSIBLE_HZ = 7.3
 """No multiple of a motion's frequency."""
 PEAKS = 8
@@ -78,24 +82,30 @@ def _is_apart_from_motion(
     free_n = [
         residual_n
         for data, residual_n in zip(datasets, residuals_n, strict=True)
-        if not _moves_at(data, frequency_hz)
+        if not _moves_at(data, residual_n, frequency_hz)
     ]
     period_s = datasets[0].period_s
     return all(_coherence(of, frequency_hz, period_s) >= LEAST_COHERENCE for of in (free_n, residuals_n))
 
 
-def _moves_at(data: RegressionData, frequency_hz: float) -> bool:
+def _moves_at(data: RegressionData, residual_n: Array, frequency_hz: float) -> bool:
     """Whether the motion has a spectral line at a frequency, alone or in a comb, as of a multisine.
 
-    Evenly spaced lines are a comb: the axis responds to it at the comb's frequencies.
+    Evenly spaced lines are a comb: the axis responds to it at the comb's frequencies. A scan that repeats has
+    one too; where the residual has a single line, it does not come from there.
     """
     velocity_m_s = data.motion.velocity_m_s
-    power = np.abs(np.fft.rfft(velocity_m_s * np.hanning(len(velocity_m_s)))) ** 2
+    power = _power(velocity_m_s)
     hertz = np.fft.rfftfreq(len(velocity_m_s), data.period_s)
     width_hz = LINE_HALF_WIDTH / (len(velocity_m_s) * data.period_s)
     line = np.abs(hertz - frequency_hz) <= width_hz
-    if power[line].sum() > LEAST_MOTION_SHARE * power.sum():
+    share = power[line].sum() / max(power.sum(), 1e-300)
+    if share > LEAST_MOTION_SHARE:
         return True
+    left, near = _power(residual_n), np.abs(hertz - frequency_hz) <= 2.0 * width_hz
+    others = left[~near & (hertz > frequency_hz / COMB_RANGE) & (hertz < frequency_hz * COMB_RANGE)]
+    if share < WEAK_SHARE and left[line].max() > LEAST_ALONE * others.max(initial=0.0):
+        return False
     inner = power[1:-1]
     around = (hertz > frequency_hz / COMB_RANGE) & (hertz < frequency_hz * COMB_RANGE)
     if not around.any():
@@ -111,6 +121,11 @@ def _moves_at(data: RegressionData, frequency_hz: float) -> bool:
         for spacing_hz in spacings_hz
     )
     return any(int((distance_hz <= width_hz).sum()) >= FEWEST_TEETH for distance_hz in found)
+
+
+def _power(values: Array) -> Array:
+    """Power (n / 2 + 1,) of the lines of a spectrum, through a Hann window."""
+    return np.asarray(np.abs(np.fft.rfft(values * np.hanning(len(values)))) ** 2)
 
 
 def _coherence(residuals_n: Sequence[Array], frequency_hz: float, period_s: float) -> float:

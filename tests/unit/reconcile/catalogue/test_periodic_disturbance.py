@@ -45,3 +45,16 @@ def test_at_a_line_of_one_motion_it_is_where_another_motion_without_it_has_the_f
     slow = multisine(25.0, np.array([0.7, 1.9, 3.1]), size_n)
     offered = ENTRY.terms[0].shapes([multisine(25.0), slow])
     assert any(abs(shape[0] - 25.0) < 0.1 for shape in offered) == is_tried
+
+
+def test_in_a_scan_that_repeats_a_line_that_stands_alone_is_tried() -> None:
+    """The harmonics of its turns are a comb through all frequencies, of little power each."""
+    t = np.arange(N) * T
+    position_m = (
+        np.round(0.05 * np.cumsum(np.clip(3.0 * np.sin(2.0 * np.pi * 0.4 * t), -1.0, 1.0)) * T / 1e-9) * 1e-9
+    )
+    force_n = 2.0 * np.gradient(np.gradient(position_m, T), T) + 0.5 * np.sin(2.0 * np.pi * 9.6 * t)
+    force_n += np.random.default_rng(3).normal(size=N) * 0.05
+    recording = AxisRecording("r", "x", T, t, position_m, force_n, None, None, None, {})
+    offered = ENTRY.terms[0].shapes([regression_data(recording, AXIS)])
+    assert any(abs(shape[0] - 9.6) < 0.1 for shape in offered)
