@@ -37,9 +37,8 @@ exceeds its median thirtyfold in one of 1e9 places."""
 TEETH, FEWEST_TEETH = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0]), 4
 """Offsets of a comb's lines from a frequency, in their spacing, and the number of lines that make a comb."""
 WEAK_SHARE, LEAST_ALONE = 0.01, 10.0
-"""A line with less of the velocity's power is not one of those that a motion is made of; and power of a line of
-the residual over that of every other about it, from which it stands alone: what a motion with a comb leaves
-has several lines. Chosen."""
+"""A line with less of the velocity's power is none that a motion is made of. Power of a line of the residual
+over every other about it, from which it stands alone: what a comb leaves has several lines. Chosen."""
 PLAUSIBLE_HZ = 7.3
 """No multiple of a motion's frequency."""
 PEAKS = 8
