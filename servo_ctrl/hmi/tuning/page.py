@@ -76,14 +76,16 @@ class TuningCards:
         self._place = div("bench-column").mark("tuning-result")
         ui.timer(0.0, self._search, once=True)
 
-    async def _search(self) -> None:
+    async def _search(self, ended: Path | None = None) -> None:
+        """Look for tunings, and show the one that has just ended in this directory, if any."""
         found = await run.io_bound(tunings_below, self._directories) or []
         self._found = {str(one.directory): one for one in found}
         labels = {key: f"{one.written:%Y-%m-%d %H:%M} UTC, {one.place}" for key, one in self._found.items()}
         self._none.set_text(
             "" if labels else tr("None found below {places}.", places=", ".join(map(str, self._directories)))
         )
-        value = self._choice.value if self._choice.value in labels else next(iter(labels), None)
+        preferred = (str(ended), self._choice.value, *labels)
+        value = next((key for key in preferred if key in labels), None)
         self._choice.set_options(labels, value=value)
 
     async def _show(self) -> None:

@@ -1,6 +1,7 @@
 """The card that tunes an axis: `servo-ctrl tune` on a simulator of its own, or by this controller."""
 
 from collections.abc import Awaitable, Callable
+from functools import partial
 from pathlib import Path
 
 from nicegui import ui
@@ -19,9 +20,9 @@ from servo_ctrl.hmi.tuning.simulator_jobs import simulator_tunings_of
 
 
 class SimulatorCard:
-    """Starts a tuning, and shows the newest one; `on_end` is called once it has ended."""
+    """Starts a tuning, and shows the newest one; `on_end` is called with its directory once it has ended."""
 
-    def __init__(self, page: OpenPage, hello: Hello, on_end: Callable[[], Awaitable[None]]) -> None:
+    def __init__(self, page: OpenPage, hello: Hello, on_end: Callable[[Path], Awaitable[None]]) -> None:
         self._page, self._on_end = page, on_end
         self._machine_file = Path(hello.machine_file)
         self._tunings = simulator_tunings_of(page.services.recordings)
@@ -61,7 +62,7 @@ class SimulatorCard:
         ended, self._running = self._running, jobs.running
         if ended is not None and ended.state in ENDED:
             with self._card:
-                ui.timer(0.0, self._on_end, once=True)
+                ui.timer(0.0, partial(self._on_end, ended.directory), once=True)
 
     async def _start(self) -> None:
         if self._page.permits(Role.OPERATE):
