@@ -37,7 +37,7 @@ def _begins_politely(begin: Callable[[], object] | None) -> Callable[[], object]
     """Return what the child calls before it begins: the machine, which may be running, goes first."""
 
     def begin_politely() -> None:
-        os.nice(NICENESS - os.nice(0))  # the page's own is inherited
+        os.nice(max(NICENESS - os.nice(0), 0))  # the page's own is inherited; only root goes back
         if begin is not None:
             begin()
 

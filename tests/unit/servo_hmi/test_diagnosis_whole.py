@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
+import pytest
 from nicegui import ui
 from page_in_process import PageInProcess
 
 from servo_ctrl.hmi.diagnosis import page as diagnosis
 from servo_ctrl.hmi.diagnosis.diagnoses import diagnoses_of
 from servo_ctrl.hmi.diagnosis.verdict import improvements, read_verdict
+from servo_ctrl.hmi.shell import program_process
 
 MODEL = """[axis.x]
 transmission.lead_mm = 5.0
@@ -24,6 +26,12 @@ COGGING_N = 6.0
 """What the recorded axis has and the model lacks: one period a turn of the screw."""
 NOISE_N = 0.3
 LIMIT_S = 300.0
+
+
+@pytest.fixture(autouse=True)
+def _no_way_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside other tests a program that gives way gets a hundredth of a processor."""
+    monkeypatch.setattr(program_process, "NICENESS", 0)
 
 
 def recorded(path: Path) -> None:
