@@ -7,13 +7,7 @@ import numpy as np
 from hil_sim.physics.motor import cogging as physics
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, TermFamily
-from reconcile.catalogue.periodic import (
-    RIPPLES_A_TURN,
-    Wave,
-    covers_turns,
-    harmonics_of_the_joint,
-    over_turns,
-)
+from reconcile.catalogue.periodic import RIPPLES_A_TURN, Wave, covered, harmonics_of_the_joint, over_turns
 
 HARMONICS = (*range(1, 13), 14, 16, 18, 20, 24, 28, 30, 36, 42, 48, 60, 72, 84, 96)
 WAVE = Wave("harmonic", "1/turn", "amplitude_n", "N", most=physics.TERMS)
@@ -23,8 +17,8 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     # do not scan a ripple that the filter attenuates at the speeds of the recordings
     speeds_m_s = np.abs(np.concatenate([data.motion.velocity_m_s for data in datasets]))
     highest = datasets[0].lead_m * 60.0 / max(float(np.percentile(speeds_m_s, 60)), 1e-6)
-    harmonics = [float(k) for k in HARMONICS if k <= max(highest, 12.0)] + harmonics_of_the_joint(datasets)
-    return [(k,) for k in harmonics if covers_turns(datasets, k)]
+    of_the_motor = [k for k in HARMONICS if k <= max(highest, 12.0)]
+    return covered(datasets, [*of_the_motor, *harmonics_of_the_joint(datasets)])
 
 
 ENTRY = CatalogueEntry(

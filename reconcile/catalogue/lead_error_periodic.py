@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from hil_sim.physics.transmission import lead_error_periodic as physics
 from reconcile.catalogue.entry import CatalogueEntry, IndicatorKind, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import EITHER, RegressionData, ResidualChannel, ShapeParameters, TermFamily
-from reconcile.catalogue.periodic import Wave, covers_turns, over_turns
+from reconcile.catalogue.periodic import Wave, covered, over_turns
 
 HARMONICS = (1, 2, 3, 4, 6, 8)
 WAVE = Wave("harmonic", "1/turn", "amplitude_m", "m", ResidualChannel.POSITION_DEVIATION, sign=1.0)
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
-    return [(float(k),) for k in HARMONICS if covers_turns(datasets, k)]
+    return covered(datasets, HARMONICS)
 
 
 ENTRY = CatalogueEntry(

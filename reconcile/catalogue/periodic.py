@@ -2,7 +2,7 @@
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +43,11 @@ def covers_turns(datasets: Sequence[RegressionData], harmonic: float) -> bool:
     range_m = max(float(np.ptp(data.motion.position_m)) for data in datasets)
     turns = range_m / datasets[0].lead_m
     return turns >= WHOLE_TURN and harmonic * turns >= WHOLE_TURN * FEWEST_PERIODS
+
+
+def covered(datasets: Sequence[RegressionData], harmonics: Iterable[float]) -> list[ShapeParameters]:
+    """Return the shapes of those harmonics (1/turn of the motor) that the recordings cover."""
+    return [(float(k),) for k in harmonics if covers_turns(datasets, k)]
 
 
 def sine_and_cosine(amplitude: float, phase_rad: float) -> tuple[float, float]:

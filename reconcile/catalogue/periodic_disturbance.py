@@ -101,14 +101,14 @@ def _moves_at(data: RegressionData, residual_n: Array, frequency_hz: float) -> b
     share = power[line].sum() / max(power.sum(), 1e-300)
     if share > LEAST_MOTION_SHARE:
         return True
-    left, near = _power(residual_n), np.abs(hertz - frequency_hz) <= 2.0 * width_hz
-    others = left[~near & (hertz > frequency_hz / COMB_RANGE) & (hertz < frequency_hz * COMB_RANGE)]
-    if share < WEAK_SHARE and left[line].max() > LEAST_ALONE * others.max(initial=0.0):
-        return False
-    inner = power[1:-1]
     around = (hertz > frequency_hz / COMB_RANGE) & (hertz < frequency_hz * COMB_RANGE)
     if not around.any():
         return False
+    if share < WEAK_SHARE:
+        left, others = _power(residual_n), around & (np.abs(hertz - frequency_hz) > 2.0 * width_hz)
+        if left[line].max() > LEAST_ALONE * left[others].max(initial=0.0):
+            return False
+    inner = power[1:-1]
     least = max(
         LEAST_LINE_RATIO * float(power[line].max()), LEAST_MEDIAN_RATIO * float(np.median(power[around]))
     )

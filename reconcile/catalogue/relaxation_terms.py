@@ -16,7 +16,10 @@ from kernels.arrays import Array
 from kernels.quantities import section_of
 from reconcile.catalogue.conversion import NotInAPlant, PlantValues
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, SiParameter, UnnamedTerm
+from reconcile.catalogue.smooth_terms import PREFIX
 
+RINGING_EFFECT = PREFIX + "ringing"
+"""Effect of a candidate that rings."""
 RESONATOR_DAMPING_RATIO = 0.06
 """Each resonator covers a tenth of its frequency to either side."""
 LEAST_IN_PHASE = 0.7

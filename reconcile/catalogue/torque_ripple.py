@@ -5,13 +5,7 @@ from collections.abc import Sequence
 from hil_sim.physics.motor import torque_ripple as physics
 from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, TermFamily
-from reconcile.catalogue.periodic import (
-    RIPPLES_A_TURN,
-    Wave,
-    covers_turns,
-    harmonics_of_the_joint,
-    over_turns,
-)
+from reconcile.catalogue.periodic import RIPPLES_A_TURN, Wave, covered, harmonics_of_the_joint, over_turns
 
 HARMONICS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 18, 20, 24, 30, 36, 42, 48)
 WAVE = Wave("harmonic", "1/turn", "amplitude", "", most=physics.TERMS)
@@ -19,8 +13,7 @@ WAVE = Wave("harmonic", "1/turn", "amplitude", "", most=physics.TERMS)
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
-    harmonics = [*map(float, HARMONICS), *harmonics_of_the_joint(datasets)]
-    return [(k,) for k in harmonics if covers_turns(datasets, k)]
+    return covered(datasets, [*HARMONICS, *harmonics_of_the_joint(datasets)])
 
 
 ENTRY = CatalogueEntry(

@@ -10,8 +10,6 @@ from reconcile.catalogue.relaxation_terms import RELAXATION, RINGING
 from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS
 from reconcile.catalogue.step_events import MOMENTS, SLIPS
 
-RINGING_EFFECT = PREFIX + "ringing"
-"""The name of its candidate's effect."""
 SHARP = (*(f"moment_of_{name}" for name in (*MOMENTS, *SLIPS)), "ringing", "relaxation")
 """Terms whose shape is one continuous number, which is refined."""
 _FORCE = {

@@ -86,12 +86,9 @@ def accounted(
     """
     slots = problem.equations.slots(terms)
     places: dict[str, list[int]] = {"": [*range(len(problem.equations.slots([])))]}
-    first = len(places[""])
-    for candidate in terms:
+    for candidate, at in problem.equations.placed(terms):
         name = UNNAMED if candidate.effect.startswith(PREFIX) else candidate.effect
-        count = problem.equations.coefficients(candidate)
-        places.setdefault(name, []).extend(range(first, first + count))
-        first += count
+        places.setdefault(name, []).extend(at)
     squares = dict.fromkeys((*places, "measured", "residual"), 0.0)
     samples = 0
     for recording in range(problem.equations.recordings):

@@ -64,14 +64,12 @@ def estimates(
             interval = _percentile_interval(value, [float(one[place]) for one in resampled], name)
             base[name] = Estimate(value, *interval, "")
     found: dict[CandidateTerm, dict[str, Estimate]] = {}
-    first = len(equations.slots([]))
-    for candidate in chosen:
-        width, count = len(candidate.columns), equations.coefficients(candidate)
-        sizes = np.linalg.norm(fitted[first : first + count].reshape(-1, width), axis=1)
+    for candidate, places in equations.placed(chosen):
+        width, first = len(candidate.columns), places.start
+        sizes = np.linalg.norm(fitted[first : places.stop].reshape(-1, width), axis=1)
         of_one = candidate.per_recording and candidate.effect.startswith(PREFIX)
         number = int(sizes.argmax()) if of_one else 0
         part = slice(first + number * width, first + (number + 1) * width)
-        first += count
         meaning, shape = meaning_of(candidate.effect).parameters, candidate.shape_parameters
         spread = [meaning(shape, one[part]) for one in resampled]
         found[candidate] = {}

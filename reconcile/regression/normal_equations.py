@@ -5,7 +5,7 @@ because a model is judged by how well it predicts blocks that it was not fitted 
 coefficients of its own in each recording.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from copy import copy
 
 import numpy as np
@@ -155,6 +155,14 @@ class BlockNormalEquations:
     def coefficients(self, candidate: CandidateTerm) -> int:
         """Number of coefficients of a term."""
         return len(candidate.columns) * len(self._recordings(own=candidate.per_recording))
+
+    def placed(self, chosen: Sequence[CandidateTerm]) -> Iterator[tuple[CandidateTerm, range]]:
+        """Yield each term with the places of its coefficients, as in `slots`."""
+        first = len(self.slots([]))
+        for candidate in chosen:
+            following = first + self.coefficients(candidate)
+            yield candidate, range(first, following)
+            first = following
 
     def _recordings(self, *, own: bool) -> Sequence[int]:
         return range(self.recordings) if own else (-1,)

@@ -8,7 +8,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.conversion import ModelTerm
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import DRIFTING_COLUMNS, ENTRIES
-from reconcile.catalogue.unnamed_terms import RINGING_EFFECT
+from reconcile.catalogue.relaxation_terms import RINGING_EFFECT
 from reconcile.catalogue.veto import VetoContext, veto
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.regression.candidate_term import CandidateTerm, effect_names
@@ -26,19 +26,15 @@ def vetoed(
     is Coulomb friction there; only what drifts is held against the baseline.
     """
     slots = problem.equations.slots(chosen)
-    first = len(problem.equations.slots([]))
     terms: dict[str, list[ModelTerm]] = {}
     places: dict[str, list[int]] = {}
-    for candidate in chosen:
-        count = problem.equations.coefficients(candidate)
+    for candidate, own in problem.equations.placed(chosen):
         if candidate.effect in ENTRIES:
-            own = tuple(float(value) for value in weights[first : first + len(candidate.columns)])
-            term = ModelTerm(candidate.effect, candidate.shape_parameters, own, problem.channel)
+            values = tuple(float(value) for value in weights[own.start : own.start + len(candidate.columns)])
+            term = ModelTerm(candidate.effect, candidate.shape_parameters, values, problem.channel)
             terms.setdefault(candidate.effect, []).append(term)
             changing = candidate.columns[: DRIFTING_COLUMNS.get(candidate.effect)]
-            own_places = [i for i in range(first, first + count) if slots[i][0] in changing]
-            places.setdefault(candidate.effect, []).extend(own_places)
-        first += count
+            places.setdefault(candidate.effect, []).extend(i for i in own if slots[i][0] in changing)
     base = {}
     if problem.channel is ResidualChannel.FORCE:
         base = dict(zip(problem.baseline_names, weights.tolist(), strict=False))
@@ -67,12 +63,9 @@ def moved_kg(problem: RegressionProblem, chosen: Sequence[CandidateTerm], totals
     equations = problem.equations
     slots = equations.slots(chosen)
     weights = equations.denormalised(slots, equations.solve(slots, totals))
-    place, moved = len(equations.slots([])), float(weights[0])
-    for candidate in chosen:
-        if candidate.effect == RINGING_EFFECT:
-            moved += float(weights[place])  # in phase, of unit gain at zero frequency
-        place += equations.coefficients(candidate)
-    return moved
+    swinging = (own.start for one, own in equations.placed(chosen) if one.effect == RINGING_EFFECT)
+    # its part in phase has unit gain at zero frequency
+    return float(sum((weights[in_phase] for in_phase in swinging), weights[0]))
 
 
 def _filtered(

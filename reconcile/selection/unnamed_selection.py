@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 from kernels.arrays import Index
 from reconcile.catalogue.drive_compliance import ENTRY as DRIVE_COMPLIANCE
+from reconcile.catalogue.relaxation_terms import RINGING_EFFECT
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.catalogue.unnamed_terms import RINGING_EFFECT, other_shapes
+from reconcile.catalogue.unnamed_terms import other_shapes
 from reconcile.regression.candidate_term import CandidateTerm, TermKey
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.selection.cross_validation import CrossValidation, SelectionRules

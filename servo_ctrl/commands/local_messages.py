@@ -35,6 +35,8 @@ Do = Literal[
     "take_control",
     "release_control",
 ]
+MOST_PERIODS = 8
+"""Evaluated periods each way of the longest motion of a tuning; chosen."""
 RIGHTS: dict[Do, Right] = {
     "jog": Right.OPERATE,
     "jog_step": Right.OPERATE,
@@ -206,7 +208,7 @@ class TuningRun(BaseModel):
     notch: dict[Short, RequestValue] | None = None
     """Keys of `[axis.NAME.notch]`; None = no notch."""
     force_n: Annotated[float, Field(ge=0.0)] = 0.0
-    periods: Annotated[int, Strict(), Field(ge=0, le=8)] = 0
+    periods: Annotated[int, Strict(), Field(ge=0, le=MOST_PERIODS)] = 0
     trial: Annotated[bool, Strict()] = False
     """See `excitation.tuning_motion.TuningMotion`."""
 

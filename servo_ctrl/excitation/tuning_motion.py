@@ -7,9 +7,6 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.excitation.measuring_motion import measuring_steps, plan_measurement
 from servo_ctrl.excitation.proving_motion import proving_steps
 
-MOST_PERIODS = 8
-"""Evaluated periods each way of the longest motion; chosen."""
-
 
 class TuningMotion(NamedTuple):
     """What an axis does in one run of a tuning."""

@@ -6,7 +6,6 @@ its own values act. Its drives keep their power and their home.
 
 import asyncio
 import shutil
-from datetime import UTC, datetime
 from pathlib import Path
 
 from servo_ctrl.commands.local_messages import Who
@@ -14,6 +13,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation import notch
 from servo_ctrl.excitation.measuring_motion import TuneError
 from servo_ctrl.excitation.tuning_motion import TuningMotion
+from servo_ctrl.hil_rig.simulated_run import new_recording
 from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.recording.reader import Recording, load_recording
 from servo_ctrl.tuning.proposal import NotchValues
@@ -63,7 +63,6 @@ class ControllerRuns:
             raise
         if not answer.accepted:
             raise TuneError(f"the controller has made no run: {answer.reason}; nothing was changed")
-        stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%f")
-        directory = self._out / "recordings" / f"{name}-{stamp}"
+        directory = new_recording(self._out, name)
         await asyncio.to_thread(shutil.copytree, str(answer.value), directory)
         return await asyncio.to_thread(load_recording, directory)

@@ -5,7 +5,6 @@ keeps count of how far home has moved, shifts the limits accordingly, and ends e
 """
 
 from collections.abc import Callable
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from servo_ctrl.daemon.run.stop_signals import exit_status_after
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.excitation.measuring_motion import TuneError
 from servo_ctrl.excitation.tuning_motion import TuningMotion, motion_steps
+from servo_ctrl.hil_rig.simulated_run import new_recording
 from servo_ctrl.recording.reader import Recording, load_recording
 from servo_ctrl.tuning.runs import RunFailedError
 from servo_ctrl.units import MM
@@ -64,8 +64,7 @@ class MachineRuns:
 
         Raises TuneStoppedError after a signal, RunFailedError where the run ended early.
         """
-        stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%f")
-        directory = self._out / "recordings" / f"{name}-{stamp}"
+        directory = new_recording(self._out, name)
         steps = motion_steps(motion, machine, self._out / "excitation")
         steps = [*steps, *self._return_steps(machine, steps)]
         program = ProgramConfig.model_validate({"source": self._out / f"{name}.toml", "step": steps})

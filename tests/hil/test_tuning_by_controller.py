@@ -35,7 +35,7 @@ async def is_ready(table: Operated) -> None:
     await table.until(lambda status: status.stage is Stage.READY)
 
 
-def asked(machine: Path, **changes: Any) -> dict[str, Any]:
+def trial_request(machine: Path, **changes: Any) -> dict[str, Any]:
     """A trial with the machine file's own gains."""
     control = load_machine(machine).axes["x"].control.model_dump()
     return {"axis": "x", "trial": True, "control": control | changes.pop("control", {}), **changes}
@@ -49,7 +49,9 @@ async def test_a_tuning_is_proved_by_the_controller_whose_own_values_act_afterwa
         status, output = await tune(table, tmp_path / "out")
         assert status == 0, output
         await is_ready(table)
-        answer = await table.link.request(ANNA, "tuning_run", limit_s=LIMIT_S, tuning=asked(table.machine))
+        answer = await table.link.request(
+            ANNA, "tuning_run", limit_s=LIMIT_S, tuning=trial_request(table.machine)
+        )
         assert answer.accepted, answer.reason
         again = load_recording(Path(str(answer.value)))
         await table.stop()
@@ -95,17 +97,17 @@ async def test_what_is_not_bounded_or_not_possible_now_is_refused(bench: Any, tm
         machine = table.machine
         too_much_n = 1.01 * LARGEST_FORCE_SHARE * load_machine(machine).axes["x"].limits.force_n
         for refused, reason in (
-            (asked(machine, periods=2, force_n=too_much_n), "a tuning adds at most"),
-            (asked(machine, trial=False), "the tuning run has no motion"),
-            (asked(machine, axis="z"), 'there is no axis "z"'),
-            (asked(machine, control={"kp_1_s": -1.0}), "kp_1_s"),
-            (asked(machine, control={"gain": 1.0}), "gain"),
-            (asked(machine, notch={"enabled": True, "frequency_hz": 5000.0}), "frequency_hz"),
+            (trial_request(machine, periods=2, force_n=too_much_n), "a tuning adds at most"),
+            (trial_request(machine, trial=False), "the tuning run has no motion"),
+            (trial_request(machine, axis="z"), 'there is no axis "z"'),
+            (trial_request(machine, control={"kp_1_s": -1.0}), "kp_1_s"),
+            (trial_request(machine, control={"gain": 1.0}), "gain"),
+            (trial_request(machine, notch={"enabled": True, "frequency_hz": 5000.0}), "frequency_hz"),
         ):
             answer = await table.ask("tuning_run", tuning=refused)
             assert not answer.accepted
             assert reason in answer.reason
         await table.ask("setting", setting="feed_override_percent", value=50.0)
-        answer = await table.ask("tuning_run", tuning=asked(machine))
+        answer = await table.ask("tuning_run", tuning=trial_request(machine))
         assert "set both overrides to 100 %" in answer.reason
         await table.stop()

@@ -15,7 +15,7 @@ from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import Pill, card, choice, div, faint, named, note, problem_text
 from servo_ctrl.hmi.shell.units import NO_VALUE
 from servo_ctrl.hmi.tuning.bode import magnitude_figure, phase_figure, sensitivity_figure
-from servo_ctrl.hmi.tuning.simulator_card import SimulatorCard
+from servo_ctrl.hmi.tuning.tuning_card import TuningCard
 from servo_ctrl.hmi.tuning.tunings import (
     BodeCurves,
     TunedSetting,
@@ -52,7 +52,7 @@ def build(page: OpenPage) -> None:
     """Build the content of the page."""
 
     def make(hello: Hello) -> list[Callable[[MachineStatus], None]]:
-        return [TuningCards(page, hello).simulator.refresh]
+        return [TuningCards(page, hello).tuning.refresh]
 
     when_connected(page, make)
 
@@ -72,7 +72,7 @@ class TuningCards:
                 refresh = ui.button(icon="refresh", on_click=self._search)
                 named(refresh.props("flat"), tr("Look for tunings again"))
             self._none = note("no-tuning", "")
-        self.simulator = SimulatorCard(page, hello, self._search)
+        self.tuning = TuningCard(page, hello, self._search)
         self._place = div("bench-column").mark("tuning-result")
         ui.timer(0.0, self._search, once=True)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from reconcile.catalogue.unnamed_terms import RINGING_EFFECT
+from reconcile.catalogue.relaxation_terms import RINGING_EFFECT
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.selection.unnamed_selection import is_of_spring
 

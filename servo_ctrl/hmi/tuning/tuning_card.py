@@ -16,16 +16,16 @@ from servo_ctrl.hmi.shell.job_view import JobView
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, choice, confirmed, div, errors_notified, faint, notify
 from servo_ctrl.hmi.shell.program_jobs import ENDED, Job
-from servo_ctrl.hmi.tuning.simulator_jobs import simulator_tunings_of
+from servo_ctrl.hmi.tuning.page_tunings import page_tunings_of
 
 
-class SimulatorCard:
+class TuningCard:
     """Starts a tuning, and shows the newest one; `on_end` is called with its directory once it has ended."""
 
     def __init__(self, page: OpenPage, hello: Hello, on_end: Callable[[Path], Awaitable[None]]) -> None:
         self._page, self._on_end = page, on_end
         self._machine_file = Path(hello.machine_file)
-        self._tunings = simulator_tunings_of(page.services.recordings)
+        self._tunings = page_tunings_of(page.services.recordings)
         self._running: Job | None = None
         names = [axis.name for axis in hello.axes]
         with card(tr("Tune an axis"), "simulator") as self._card:

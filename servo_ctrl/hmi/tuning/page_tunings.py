@@ -17,7 +17,7 @@ WATCH_S = 0.25
 """Between two looks at the control right; chosen."""
 
 
-class SimulatorTunings(LoggedJobs[TuningJobs]):
+class PageTunings(LoggedJobs[TuningJobs]):
     """Starts and cancels tunings, and logs who did it; raises ServoCtrlError and OSError."""
 
     def __init__(self, directory: Path) -> None:
@@ -44,8 +44,8 @@ class SimulatorTunings(LoggedJobs[TuningJobs]):
 
 
 @cache
-def simulator_tunings_of(directory: Path) -> SimulatorTunings:
+def page_tunings_of(directory: Path) -> PageTunings:
     """The one instance for a directory."""
-    tunings = SimulatorTunings(directory)
+    tunings = PageTunings(directory)
     app.on_shutdown(tunings.jobs.cancel)
     return tunings
