@@ -83,8 +83,9 @@ def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
     if not any(share.values()):
         raise NotInAPlant("there is no friction that could change")
     highest_share = bounds["warm_level_share"].upper - 1.0
-    # no more saturation than these changes need within the plant's bounds
-    saturation = max(LEAST_SATURATION, -min(share.values()), max(share.values()) / highest_share)
+    # no more saturation than these changes need within the plant's bounds; larger ones are left outside
+    needed = max(LEAST_SATURATION, -min(share.values()), max(share.values()) / highest_share)
+    saturation = min(needed, MOST_LOSS)
     return {
         "warm_level_share": 1.0 + share["level_n"] / saturation,
         "warm_damping_share": 1.0 + share["viscous_n_s_m"] / saturation,

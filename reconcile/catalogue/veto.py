@@ -144,7 +144,8 @@ def _bounds(entry: CatalogueEntry, found: IdentifiedTerms) -> str:
             if not quantity.lower - margin <= value <= quantity.upper + margin:
                 unit = quantity.file_unit or quantity.unit
                 low, high, own = (quantity.from_si(one) for one in (quantity.lower, quantity.upper, value))
-                return f"{quantity.meaning} would be {own:.4g} {unit}, and is {low:g} to {high:g}"
+                would_be = f"{own:.4g} {unit}".rstrip()
+                return f"{quantity.meaning} would be {would_be}, and is {low:g} to {high:g}"
     return ""
 
 

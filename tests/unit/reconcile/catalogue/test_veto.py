@@ -1,5 +1,6 @@
 """Physics refuses what cannot be, and says why; what can be passes, whatever its size."""
 
+import itertools
 import math
 
 import numpy as np
@@ -51,6 +52,12 @@ def within(of: RegressionData, range_m: float) -> RegressionData:
         ("asymmetric_viscous_friction", (), (-900.0,), "would push"),
         ("position_dependent_friction", (1.0, 0.0, 0.03), (30.0,), "would push"),
         ("temperature_dependent_friction", (300.0, 0.0), (2.0, 1.0), "a straight line over time"),
+        (
+            "temperature_dependent_friction",
+            (1.0, 0.0),
+            (480.0, 0.0),
+            "hot would be 43.11, and is 0 to 20",
+        ),
     ],
 )
 def test_the_impossible_is_refused_with_its_reason(
@@ -81,6 +88,20 @@ def test_the_impossible_is_refused_with_its_reason(
 )
 def test_the_possible_passes(effect: str, shape: tuple[float, ...], coefficients: tuple[float, ...]) -> None:
     assert refused(effect, shape, coefficients) == ""
+
+
+@pytest.mark.parametrize("effect", [name for name, entry in ENTRIES.items() if entry.terms])
+def test_every_size_is_judged(effect: str) -> None:
+    """Whatever a search has fitted, beside whatever mass and friction: a reason or none, never an error."""
+    rng = np.random.default_rng(7)
+    for family, of in itertools.product(ENTRIES[effect].terms, (data(), data(temperature=True))):
+        for shape in family.shapes([of])[::7]:
+            number = family.columns(of, shape).shape[1]
+            for _ in range(10 if number else 0):  # this axis has no other beside it
+                sizes = rng.choice((-1.0, 1.0), number) * 10.0 ** rng.uniform(-6.0, 6.0, number)
+                base = dict(zip(BASE, rng.choice((-1.0, 0.0, 1e-3, 1.0, 1e3), 3).tolist(), strict=True))
+                terms = [ModelTerm(effect, shape, tuple(sizes), family.channel)]
+                assert isinstance(veto(ENTRIES[effect], terms, VetoContext([of], AXIS, base, terms)), str)
 
 
 @pytest.mark.parametrize("effect", ["cogging", "torque_ripple", "lead_error_periodic"])
