@@ -11,11 +11,14 @@ from operated_table import ANNA, Operated, operated
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.excitation.measuring_motion import LARGEST_FORCE_SHARE
+from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.tuning.tunings import read_curves, read_figures
 from servo_ctrl.recording.reader import load_recording
 from servo_ctrl.tuning.trial import evaluate
 
 LIMIT_S = 600.0
+STOPPED_CYCLES = 5000
+"""Of some 35,000 that the travels there and back would take; a status is up to 0.1 s old."""
 
 
 async def tune(table: Operated, out: Path) -> tuple[int | None, str]:
@@ -89,6 +92,29 @@ async def test_a_stop_in_motion_ends_the_tuning(
         assert f"has ended early: {reason}" in output
         at_rest = Stage.STANDBY if command == "quick_stop" else Stage.READY
         await table.until(lambda status: status.stage is at_rest)
+
+
+async def test_a_motion_whose_asker_is_lost_is_stopped_at_once(bench: Any, tmp_path: Path) -> None:
+    async with operated(bench, tmp_path, None, serve=True) as table:
+        await is_ready(table)
+        asker = MachineLink(table.socket)
+        connection = asyncio.create_task(asker.run())
+        await table.until(lambda _status: asker.connected)
+        travels = trial_request(table.machine, trial=False, periods=8, force_n=1.0)
+        asked = asyncio.create_task(asker.request(ANNA, "tuning_run", limit_s=LIMIT_S, tuning=travels))
+        await table.until(lambda status: status.stage is Stage.RUNNING and status.program.step >= 2)
+        lost_at = table.link.status.cycles
+        connection.cancel()  # as the kernel does for a program that is killed
+        assert not (await asked).accepted
+        await table.until(lambda status: status.stage is not Stage.RUNNING)
+        assert table.link.status.stage is Stage.READY
+        assert table.link.status.cycles - lost_at < STOPPED_CYCLES
+        why = "the tuning run of axis x has ended early: the connection that asked for it was lost"
+        await table.until(lambda status: why in status.events[-1].text)
+        # what acts again are the controller's own values, and it makes the next motion
+        answer = await table.ask("tuning_run", limit_s=LIMIT_S, tuning=trial_request(table.machine))
+        assert answer.accepted, answer.reason
+        await table.stop()
 
 
 async def test_what_is_not_bounded_or_not_possible_now_is_refused(bench: Any, tmp_path: Path) -> None:

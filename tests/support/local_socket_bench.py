@@ -116,7 +116,8 @@ class LocalSocketBench:
         self.texts.append(("line", line))
         return PartProgram.model_construct(steps=[], source="line")
 
-    async def _tuning_run(self, asked: TuningRun) -> Outcome:
+    async def _tuning_run(self, asked: TuningRun, gone: asyncio.Event) -> Outcome:
+        del gone
         self.tuning_runs.append(asked)
         return Outcome(value="recording")
 

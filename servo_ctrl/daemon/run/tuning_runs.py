@@ -38,6 +38,9 @@ from servo_ctrl.excitation.tuning_motion import TuningMotion, motion_steps
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.recorder import Recorder
 
+ABORTED = "it was aborted"
+NOBODY_WAITS = "the connection that asked for it was lost"
+
 
 class _Prepared(NamedTuple):
     """A motion that is planned, and its recording."""
@@ -84,9 +87,10 @@ class TuningRuns:
         self._worker, self._rows, self._lockstep = worker, rows, lockstep
         self._running: _Running | None = None
 
-    async def run(self, asked: TuningRun, directory: Path) -> CommandResult:
+    async def run(self, asked: TuningRun, directory: Path, gone: asyncio.Event) -> CommandResult:
         """Make a motion and record it into `directory`, which must be new; return at its end.
 
+        The axes come to rest once `gone` is set: the client that asked is lost, and nobody may watch.
         Raises TuningRunError, ConfigError.
         """
         if problem := self._objection(asked):
@@ -105,14 +109,14 @@ class TuningRuns:
             ready = await prepared
         finally:
             self._program.preparing = False
-        reason = "another motion was started meanwhile"
-        if self._machine.stage is Stage.READY and self._running is None:
+        reason = NOBODY_WAITS if gone.is_set() else "another motion was started meanwhile"
+        if not gone.is_set() and self._machine.stage is Stage.READY and self._running is None:
             servo = self._servos[asked.axis]
             running = _Running(ready, servo, servo.params, loop.create_future())
             self._running, self._rows.stroke = running, ready.recorder.record
             servo.change_params(params)
             self._machine.run(ready.program)
-            reason = await running.ended
+            reason = await self._ended(running, gone)
         header = with_spans(ready.header, ready.program.spans)
         header |= {"finished": True, "completed": not reason, "reason": reason}
         await asyncio.to_thread(ready.recorder.close, header)
@@ -124,12 +128,26 @@ class TuningRuns:
         """End the motion that has come to rest; does nothing if it was none of a tuning."""
         if self._running is not None:
             ended = self._running.prepared.program.ended
-            self._end("" if ended else "it was aborted")
+            self._end("" if ended else ABORTED)
 
     def on_stop(self, reason: str) -> None:
         """End the motion because the machine stops."""
         if self._running is not None:
             self._end(reason)
+
+    async def _ended(self, running: _Running, gone: asyncio.Event) -> str:
+        """Wait for the end of the motion, and return why it ended early, else ""."""
+
+        async def stop_once_gone() -> None:
+            await gone.wait()
+            self._machine.interrupt()
+
+        watch = asyncio.create_task(stop_once_gone())
+        try:
+            reason = await running.ended
+        finally:
+            watch.cancel()
+        return NOBODY_WAITS if reason == ABORTED and gone.is_set() else reason
 
     def _end(self, reason: str) -> None:
         """Put the values into use that acted before, with the compensations that are switched on now."""

@@ -51,6 +51,7 @@ class LocalClient(asyncio.Protocol):
         self._next = rows.end
         self._malformed = 0
         self._full = self._paused = False
+        self._gone = asyncio.Event()
 
     @property
     def unread(self) -> int:
@@ -72,9 +73,10 @@ class LocalClient(asyncio.Protocol):
             self._transport.write(frame(JSON, self._hello))
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Leave the list of clients."""
+        """Leave the list of clients; end the motion that only this client waits for."""
         del exc
         self._transport = None
+        self._gone.set()
         self._leave(self)
 
     def pause_writing(self) -> None:
@@ -158,7 +160,7 @@ class LocalClient(asyncio.Protocol):
             self._malformed += 1
             self._refuse(request, final=self._malformed >= MALFORMED_LIMIT)
         else:
-            self._requests.carry_out(request, self._answer)
+            self._requests.carry_out(request, self._answer, self._gone)
         return True
 
     def _refuse(self, answer: bytes, *, final: bool) -> None:

@@ -95,8 +95,11 @@ class Workplace(NamedTuple):
     """Reads a program. Raises ServoCtrlError."""
     read_line: Callable[[str], Awaitable[PartProgram]]
     """Reads a line of G-code that starts where the axes stand. Raises ServoCtrlError."""
-    tuning_run: Callable[[TuningRun], Awaitable[Outcome]]
-    """Makes a motion of a tuning; its value is the directory of the recording. Raises ServoCtrlError."""
+    tuning_run: Callable[[TuningRun, asyncio.Event], Awaitable[Outcome]]
+    """Makes a motion of a tuning, which ends early once the event is set: nobody waits for it any more.
+
+    Its value is the directory of the recording. Raises ServoCtrlError.
+    """
     clear_counters: Callable[[], None]
     log: Callable[[dict[str, Any]], None]
     note: Callable[[str], None]
@@ -133,14 +136,14 @@ class LocalRequests:
         """Return the answer to a malformed message; `number` is 0 if its id is unreadable."""
         return message_json("answer", LocalAnswer(number, False, "malformed", reason))
 
-    def carry_out(self, request: LocalRequest, reply: Reply) -> None:
-        """Execute a request and reply, at once or later."""
+    def carry_out(self, request: LocalRequest, reply: Reply, gone: asyncio.Event) -> None:
+        """Execute a request and reply, at once or later; `gone` is set once its client is lost."""
         if request.do not in SLOW:
             self._conclude(request, self._at_once(request), reply)
         elif len(self._tasks) >= TASKS_AT_MOST:
             self._conclude(request, Outcome(Refusal.WRONG_STATE, "too many requests are waiting"), reply)
         else:
-            task = asyncio.get_running_loop().create_task(self._later(request, reply))
+            task = asyncio.get_running_loop().create_task(self._later(request, reply, gone))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
 
@@ -150,9 +153,9 @@ class LocalRequests:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    async def _later(self, request: LocalRequest, reply: Reply) -> None:
+    async def _later(self, request: LocalRequest, reply: Reply, gone: asyncio.Event) -> None:
         try:
-            outcome = await self._in_time(request)
+            outcome = await self._in_time(request, gone)
         except ServoCtrlError as error:
             outcome = Outcome(Refusal.OUT_OF_RANGE, str(error))
         except Exception as bug:  # noqa: BLE001  # a bug must not stop the machine, only this request
@@ -160,12 +163,12 @@ class LocalRequests:
             outcome = Outcome(Refusal.WRONG_STATE, repr(bug))
         self._conclude(request, outcome, reply)
 
-    async def _in_time(self, request: LocalRequest) -> Outcome:
+    async def _in_time(self, request: LocalRequest, gone: asyncio.Event) -> Outcome:
         if request.program is not None:
             program = await self._work.read_program(request.program)
             return _outcome(self._work.commands.load_program(program))
         if request.tuning is not None:
-            return await self._work.tuning_run(request.tuning)
+            return await self._work.tuning_run(request.tuning, gone)
         if request.do == "run_line":
             line = await self._work.read_line(str(request.value))
             return _outcome(self._work.commands.run_line(line))

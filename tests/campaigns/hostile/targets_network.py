@@ -93,7 +93,7 @@ def local_request(data: bytes) -> None:
         bench, answers = LocalSocketBench(), []
         request = bench.requests.read(data)
         if isinstance(request, LocalRequest):
-            bench.requests.carry_out(request, answers.append)
+            bench.requests.carry_out(request, answers.append, asyncio.Event())
             while not answers:  # noqa: ASYNC110  # a later answer raises no event
                 await asyncio.sleep(0)
         else:
