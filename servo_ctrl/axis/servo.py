@@ -33,11 +33,13 @@ class AxisServo:
         self._place = place
         self._record: Any = memory.record(place)
         self._route = read(self._record["route"], Route)
+        self._kept: AxisParams | None = None
+        """Its own parameters while others are tried."""
 
     @property
     def params(self) -> AxisParams:
-        """The parameters of its control law."""
-        return self.memory.params(self._place)
+        """The parameters of its control law; its own ones while others are tried."""
+        return self.memory.params(self._place) if self._kept is None else self._kept
 
     @property
     def sequence(self) -> Sequence:
@@ -133,8 +135,25 @@ class AxisServo:
         return self.watch.closed_switch(inputs, controlled=self.phase in UNDER_CONTROL)
 
     def change_params(self, params: AxisParams) -> None:
-        """Change the control-law parameters from the next cycle on; the state of the law stays."""
+        """Change the control-law parameters from the next cycle on; the state of the law stays.
+
+        While others are tried, the change acts behind the trial.
+        """
+        if self._kept is None:
+            self.memory.change_params(self._place, params)
+        else:
+            self._kept = params
+
+    def try_params(self, params: AxisParams) -> None:
+        """Let these parameters act until `end_trial`, whatever is changed meanwhile."""
+        self._kept = self.params
         self.memory.change_params(self._place, params)
+
+    def end_trial(self) -> None:
+        """Let its own parameters act again."""
+        if self._kept is not None:
+            self.memory.change_params(self._place, self._kept)
+            self._kept = None
 
     def pass_missed(self, cycles: int) -> None:
         """Count periods that had no SYNC."""

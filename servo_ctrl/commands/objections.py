@@ -24,6 +24,7 @@ NOT_HELD = "the program is not held"
 NOT_READY = "not ready"
 NOT_AT_REST = "neither ready nor in standby"
 NOT_IN_STANDBY = "not in standby"
+OVERRIDDEN = "set both overrides to 100 % for a tuning"
 NO_POWER = "and has no power that could be switched off"
 NO_LEARNING = {
     Command.PAUSE_LEARNING: "there is no learning to pause",
@@ -78,6 +79,12 @@ def _unless(status: MachineStatus, stages: set[Stage], wanted: str = NOT_READY) 
 
 def _from_ready(status: MachineStatus) -> str:
     return _occupied(status) or _unless(status, {Stage.READY})
+
+
+def _tuning_run(status: MachineStatus) -> str:
+    settings = status.settings
+    overridden = settings.feed_override_percent != 100.0 or settings.rapid_override_percent != 100.0
+    return _from_ready(status) or (OVERRIDDEN if overridden else "")
 
 
 def _at_rest(status: MachineStatus) -> str:
@@ -135,6 +142,7 @@ CHECKS: Mapping[Command | Do, Callable[[MachineStatus], str]] = {
     "jog_step": _from_ready,
     "touch_off": _from_ready,
     "run_line": _from_ready,
+    "tuning_run": _tuning_run,
     "load_program": _at_rest,
     Command.START_PROGRAM: _start_program,
     Command.HOLD_PROGRAM: partial(_hold_program, hold=True),

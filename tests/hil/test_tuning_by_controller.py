@@ -117,6 +117,24 @@ async def test_a_motion_whose_asker_is_lost_is_stopped_at_once(bench: Any, tmp_p
         await table.stop()
 
 
+async def test_a_compensation_that_is_switched_on_in_a_motion_acts_behind_it(
+    bench: Any, tmp_path: Path
+) -> None:
+    async with operated(bench, tmp_path, None, serve=True) as table:
+        await is_ready(table)
+        asked = asyncio.create_task(
+            table.ask("tuning_run", limit_s=LIMIT_S, tuning=trial_request(table.machine))
+        )
+        await table.until(lambda status: status.stage is Stage.RUNNING and status.program.step >= 1)
+        assert (await table.ask("command", command="enable_observer", axis="x")).accepted
+        answer = await asked
+        assert answer.accepted, answer.reason
+        recorded = load_recording(Path(str(answer.value)))
+        assert not recorded.columns["x.disturbance_n"].any()
+        await table.until(lambda _status: abs(table.link.rows.newest("x.disturbance_n")) > 0.0)
+        await table.stop()
+
+
 async def test_what_is_not_bounded_or_not_possible_now_is_refused(bench: Any, tmp_path: Path) -> None:
     async with operated(bench, tmp_path, None, serve=True) as table:
         await is_ready(table)

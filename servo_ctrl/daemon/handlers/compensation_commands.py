@@ -76,13 +76,6 @@ class CompensationCommands:
                 return refused(f"axis {name} has no {section} section")
         return None
 
-    def apply_again(self, name: str) -> None:
-        """Pass what acts now to the control law of an axis, after its parameters were replaced."""
-        waveform, screw = self.waveforms[name], self.screws[name]
-        self.pulses[name].switch()
-        waveform.switch(on=waveform.enabled)
-        screw.switch(on=screw.enabled)
-
     def _switch(self, section: str, name: str, *, on: bool) -> CommandResult:
         if problem := self.lacking([name] if name else [], section):
             return problem

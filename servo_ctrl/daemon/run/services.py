@@ -130,7 +130,6 @@ class Services:
             motion,
             program=self._program,
             programs=programs,
-            compensation=compensation,
             worker=self.worker,
             rows=self.rows,
             lockstep=lockstep,

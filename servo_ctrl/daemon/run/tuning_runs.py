@@ -15,8 +15,9 @@ from pydantic import ValidationError
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.local_messages import TuningRun
+from servo_ctrl.commands.objections import OVERRIDDEN
 from servo_ctrl.commands.stage import Stage, refused, refused_now
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.freeze import axis_params, with_observer, with_sampled
 from servo_ctrl.config.law_sections import SECTION_TYPES, period_objections
 from servo_ctrl.config.model import Control, MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
@@ -25,7 +26,6 @@ from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.rows import RowRouter
-from servo_ctrl.daemon.handlers.compensation_commands import CompensationCommands
 from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
 from servo_ctrl.daemon.run.report import recording_header, with_spans
@@ -51,11 +51,10 @@ class _Prepared(NamedTuple):
 
 
 class _Running(NamedTuple):
-    """The motion that is being made, and what acted before it."""
+    """The motion that is being made."""
 
     prepared: _Prepared
     servo: AxisServo
-    before: AxisParams
     ended: asyncio.Future[str]
     """Why it ended early, "" at its end."""
 
@@ -76,14 +75,13 @@ class TuningRuns:
         *,
         program: ProgramStart,
         programs: ProgramCommands,
-        compensation: CompensationCommands,
         worker: BackgroundWorker,
         rows: RowRouter,
         lockstep: bool,
     ) -> None:
         self._config, self._machine, self._motion = config, machine, motion
         self._servos = {servo.name: servo for servo in servos}
-        self._program, self._programs, self._compensation = program, programs, compensation
+        self._program, self._programs = program, programs
         self._worker, self._rows, self._lockstep = worker, rows, lockstep
         self._running: _Running | None = None
 
@@ -93,9 +91,9 @@ class TuningRuns:
         The axes come to rest once `gone` is set: the client that asked is lost, and nobody may watch.
         Raises TuningRunError, ConfigError.
         """
-        if problem := self._objection(asked):
+        if problem := self.objection(asked):
             return problem
-        params = axis_params(self._with_values(asked), asked.axis)
+        params = _without_compensations(axis_params(self._with_values(asked), asked.axis))
         loop = asyncio.get_running_loop()
         prepared: asyncio.Future[_Prepared] = loop.create_future()
         start_m = self._machine.set_points_m()
@@ -112,9 +110,9 @@ class TuningRuns:
         reason = NOBODY_WAITS if gone.is_set() else "another motion was started meanwhile"
         if not gone.is_set() and self._machine.stage is Stage.READY and self._running is None:
             servo = self._servos[asked.axis]
-            running = _Running(ready, servo, servo.params, loop.create_future())
+            running = _Running(ready, servo, loop.create_future())
             self._running, self._rows.stroke = running, ready.recorder.record
-            servo.change_params(params)
+            servo.try_params(params)
             self._machine.run(ready.program)
             reason = await self._ended(running, gone)
         header = with_spans(ready.header, ready.program.spans)
@@ -123,6 +121,23 @@ class TuningRuns:
         if reason:
             raise TuningRunError(f"the tuning run of axis {asked.axis} has ended early: {reason}")
         return CommandResult()
+
+    def objection(self, asked: TuningRun) -> CommandResult | None:
+        """Refuse a motion that cannot be made now, or that is out of bounds."""
+        config, pace = self._config.axes.get(asked.axis), self._motion.pace
+        if config is None:
+            known = ", ".join(self._config.axes)
+            return CommandResult(Refusal.UNKNOWN, f'there is no axis "{asked.axis}", only {known}')
+        if problem := self._programs.occupied():
+            return problem
+        if self._machine.stage is not Stage.READY:
+            return refused_now(self._machine)
+        reason = self._machine.at_a_switch
+        if config.mode != "cst":
+            reason = f"axis {asked.axis} is in mode {config.mode}; it is tuned in mode cst"
+        elif pace.feed != 1.0 or pace.rapid != 1.0:
+            reason = OVERRIDDEN
+        return refused(reason) if reason else _beyond_bounds(asked, config.limits.force_n)
 
     def on_rest(self) -> None:
         """End the motion that has come to rest; does nothing if it was none of a tuning."""
@@ -150,30 +165,13 @@ class TuningRuns:
         return NOBODY_WAITS if reason == ABORTED and gone.is_set() else reason
 
     def _end(self, reason: str) -> None:
-        """Put the values into use that acted before, with the compensations that are switched on now."""
+        """Let the controller's own values act again, with the compensations that are switched on now."""
         running, self._running = self._running, None
         if running is None:
             return
         self._rows.stroke = None
-        running.servo.change_params(running.before)
-        self._compensation.apply_again(running.servo.name)
+        running.servo.end_trial()
         running.ended.set_result(reason)
-
-    def _objection(self, asked: TuningRun) -> CommandResult | None:
-        config, pace = self._config.axes.get(asked.axis), self._motion.pace
-        if config is None:
-            known = ", ".join(self._config.axes)
-            return CommandResult(Refusal.UNKNOWN, f'there is no axis "{asked.axis}", only {known}')
-        if problem := self._programs.occupied():
-            return problem
-        if self._machine.stage is not Stage.READY:
-            return refused_now(self._machine)
-        reason = self._machine.at_a_switch
-        if config.mode != "cst":
-            reason = f"axis {asked.axis} is in mode {config.mode}; it is tuned in mode cst"
-        elif pace.feed != 1.0 or pace.rapid != 1.0:
-            reason = "set both overrides to 100 % for a tuning"
-        return refused(reason) if reason else _beyond_bounds(asked, config.limits.force_n)
 
     def _with_values(self, asked: TuningRun) -> MachineConfig:
         """Return the machine with the asked values, checked as those of its file. Raises ConfigError."""
@@ -207,6 +205,11 @@ class TuningRuns:
         )
         wait_s = LOCKSTEP_WAIT_S if self._lockstep else 0.0
         return _Prepared(reference, Recorder(directory, channels, header, wait_s=wait_s), header)
+
+
+def _without_compensations(params: AxisParams) -> AxisParams:
+    """Switch off what the machine file switches on; what was learned does not act without its tables."""
+    return with_sampled(with_observer(params, enabled=False), enabled=False)
 
 
 def _beyond_bounds(asked: TuningRun, limit_n: float) -> CommandResult | None:

@@ -13,6 +13,7 @@ from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.job_view import JobView
+from servo_ctrl.hmi.shell.offered import offer, why_not
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, choice, confirmed, div, errors_notified, faint, notify
 from servo_ctrl.hmi.shell.program_jobs import ENDED, Job
@@ -50,12 +51,16 @@ class TuningCard:
                     icon="play_arrow",
                     look="unelevated",
                 )
-                button(tr("Tune the machine"), self._start_on_machine, "tune-machine", icon="warning")
+                self._by_controller = button(
+                    tr("Tune the machine"), self._start_on_machine, "tune-machine", icon="warning"
+                )
             self._view = JobView(tr("Progress of the tuning"), controller_text, self._cancel)
         self.refresh()
 
-    def refresh(self, _status: MachineStatus | None = None) -> None:
+    def refresh(self, status: MachineStatus | None = None) -> None:
         """Show the progress of the newest tuning, and look for its result once it has ended."""
+        if status is not None:
+            offer(self._page, [self._by_controller], status, "tuning_run")
         jobs = self._tunings.jobs
         newest = jobs.jobs[-1] if jobs.jobs else None
         self._view.show(newest, running=jobs.running is not None)
@@ -73,9 +78,6 @@ class TuningCard:
 
     async def _start_on_machine(self) -> None:
         """Tune by the controller of this page, once the visitor has confirmed that the axis may move."""
-        if reason := self._page.refusal("tuning_run"):
-            notify(reason)
-            return
         axis = str(self._axis.value)
         details = tr(
             "The axis travels slowly through up to 80 % of its limits with a small force added, then makes a "
@@ -84,7 +86,9 @@ class TuningCard:
         )
         if not await confirmed(tr("Move axis {axis} of the machine?", axis=axis), details, tr("Tune")):
             return
-        if reason := self._page.refusal("tuning_run"):
+        # the question is there since a status was; it may have changed meanwhile
+        status = self._page.link.status
+        if status is not None and (reason := why_not(self._page, status, "tuning_run")):
             notify(reason)
             return
         with errors_notified("warning"):

@@ -93,6 +93,23 @@ def test_position_mode_sends_the_command_with_the_correction_and_goes_there_smoo
     assert np.abs(np.diff(sent, 2)).max() <= 1e-6 / COUNT_M + 2  # 1 m/s^2, and rounding
 
 
+def test_what_is_changed_while_other_parameters_are_tried_acts_behind_the_trial(
+    machine_with: Any, servo_of: Any
+) -> None:
+    servo, _ = servo_of(machine_with("disturbance_observer", "friction_compensation", "fuzzy_pd", **CSP))
+    settle(servo)
+    at_rest = (ENABLED, 0, 0), (0,), None
+    servo.try_params(servo.params)
+    servo.change_params(with_screw(servo.params, np.array([[0.0], [7e-6]])))
+    for _ in range(100):
+        servo.step(*at_rest)
+    assert values(servo)["correction_m"] == 0.0
+    servo.end_trial()
+    for _ in range(100):
+        servo.step(*at_rest)
+    assert values(servo)["correction_m"] == -7e-6
+
+
 def test_velocity_mode_sends_counts_per_second(machine_with: Any, servo_of: Any) -> None:
     machine = machine_with("disturbance_observer", **CSV)
     servo, plan = servo_of(machine)

@@ -9,8 +9,9 @@ import pytest
 from ideal_drives import ROUND, OperatedStand
 from learning_stand import LearningStand
 
-from servo_ctrl.commands.command import Command, CommandRequest
+from servo_ctrl.commands.command import Command, CommandRequest, CommandResult
 from servo_ctrl.commands.learning_status import LearningState
+from servo_ctrl.commands.local_messages import TuningRun
 from servo_ctrl.commands.objections import CHECKS, NOTHING_IN_USE, objection
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
@@ -23,8 +24,12 @@ LEFT_TO_HANDLERS = {
     *NOTHING_IN_USE.values(),
     "the axes have no homing method (homing_method = 0)",
     "axis x has no friction_compensation section",
+    "axis x is in mode csp; it is tuned in mode cst",
 }
 """Of the axes, not of the state."""
+OF_THE_AXES = {Command.HOME, Command.START_LEARNING, "tuning_run"}
+"""Requests that one of these refuses on a machine of ideal drives."""
+TRIAL = TuningRun(axis="x", control={}, trial=True)
 JOGS = frozenset({"jog", "jog_step"})
 
 
@@ -42,6 +47,8 @@ def refusal_of(made: Made, request: object, program: ProgramConfig, line: Path) 
         result = handler.touch_off("x", 0.0)
     elif request == "run_line":
         result = handler.run_line(load_program(line, made.config, reading=handler.reading_of_line()))
+    elif request == "tuning_run":
+        result = made.services.tuning.objection(TRIAL) or CommandResult()
     else:
         assert request == "load_program"
         result = handler.load_program(program)
@@ -70,7 +77,7 @@ def compare(
         compared.add(request)
         if not refused:
             made = make()
-    assert compared >= CHECKS.keys() - but - NOTHING_IN_USE.keys() - {Command.HOME, Command.START_LEARNING}
+    assert compared >= CHECKS.keys() - but - NOTHING_IN_USE.keys() - OF_THE_AXES
 
 
 def standing_by(enabled: Operate, operated: Operate, program: ProgramConfig) -> OperatedStand:
@@ -169,3 +176,15 @@ def test_the_status_tells_the_refusal_in_every_other_stage(
 
     idle = frozenset({Command.ABORT_PROGRAM})  # nothing moves this machine, whatever its stage
     compare(in_stage, program, line, idle)
+
+
+@pytest.mark.parametrize("override", ["", "feed_override_percent", "rapid_override_percent"])
+def test_the_status_tells_whether_a_machine_that_is_ready_can_be_tuned(
+    stand: Callable[..., LearningStand], override: str
+) -> None:
+    made = stand()
+    if override:
+        assert made.handler.change(override, 50.0).accepted
+    refused = made.services.tuning.objection(TRIAL)
+    assert objection(made.status, "tuning_run") == ("" if refused is None else refused.reason)
+    assert bool(refused) == bool(override)
