@@ -224,7 +224,7 @@ class Switch:
 
 
 async def confirmed(question: str, details: str, action: str) -> bool:
-    """Ask the visitor whether something with consequences is to be done."""
+    """Ask the visitor whether something with consequences is to be done; not where the page is closed."""
     with ui.dialog() as dialog, ui.card().classes("bench-card"):
         ui.label(question).style("font-size: 18px; font-weight: 600")
         ui.label(details).style("white-space: pre-line; overflow-wrap: anywhere")
@@ -232,5 +232,6 @@ async def confirmed(question: str, details: str, action: str) -> bool:
             button(action, lambda: dialog.submit(True), "confirm", look="unelevated")
             button(tr("Leave it"), lambda: dialog.submit(False), "leave-it", look="flat")
     answer = await dialog
-    dialog.delete()
+    if not dialog.is_deleted:  # as it is with its page
+        dialog.delete()
     return bool(answer)

@@ -14,6 +14,7 @@ from servo_ctrl.hmi.motion import page as motion
 from servo_ctrl.hmi.motion.programs import Preview, preview_of
 from servo_ctrl.hmi.shell.live_content import when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
+from servo_ctrl.hmi.shell.parts import confirmed
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
 
@@ -79,3 +80,20 @@ async def test_an_error_in_a_card_or_a_click_is_reported_once_and_the_other_card
     shown_page.user.find(marker="break").click()
     await shown_page.until(lambda: bool(told))
     assert len([text for text in told if "divides by nothing" in text]) == 1
+
+
+async def test_a_page_that_is_closed_under_a_question_answers_no(
+    shown_page: PageInProcess, caplog: pytest.LogCaptureFixture
+) -> None:
+    answers = []
+
+    async def ask() -> None:
+        answers.append(await confirmed("Move it?", "It moves.", "Move"))
+
+    await shown_page.show(lambda _page: ui.button("ask", on_click=ask).mark("ask"))
+    shown_page.user.find(marker="ask").click()
+    await shown_page.user.should_see("Move it?")
+    assert shown_page.user.client is not None
+    shown_page.user.client.delete()
+    await shown_page.until(lambda: answers == [False])
+    assert not caplog.records
