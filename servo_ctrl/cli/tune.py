@@ -89,7 +89,7 @@ def tune(
     from servo_ctrl.cli.progress import ignored, json_steps, progress_bar
     from servo_ctrl.config.load import load_machine
     from servo_ctrl.tuning.files import write_files
-    from servo_ctrl.tuning.machine_file import apply_to_file
+    from servo_ctrl.tuning.machine_file import apply_to_file, digest_of
     from servo_ctrl.tuning.request import NOT_PROVED, STEPS, TuneRequest
     from servo_ctrl.tuning.simulated import tune_axis, tune_by_controller
     from servo_ctrl.tuning.summary import summary_lines
@@ -97,6 +97,7 @@ def tune(
     if bus is not None and controller is not None:
         raise typer.BadParameter("a controller has its own bus: leave --bus out", param_hint="--controller")
     config = load_machine(machine)
+    read = digest_of(config.source)
     as_json = progress is ProgressFormat.JSON
     console = Console(stderr=True)
 
@@ -120,5 +121,5 @@ def tune(
         typer.echo(f"servo-ctrl: {NOT_PROVED}", err=True)
         raise typer.Exit(1)
     if apply:
-        kept = apply_to_file(config.source, axis, result.sections)
+        kept = apply_to_file(config.source, axis, result.sections, read)
         typer.echo(f"applied: {config.source}; as it was: {kept}")

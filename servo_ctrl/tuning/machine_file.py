@@ -1,5 +1,6 @@
 """A proposal as sections of the machine file, put into a machine in memory or into the text of its file."""
 
+import hashlib
 import re
 from pathlib import Path
 from typing import Any
@@ -77,11 +78,21 @@ def with_values(text: str, axis: str, sections: Sections) -> str:
     return text
 
 
-def apply_to_file(file: Path, axis: str, sections: Sections) -> Path:
+def digest_of(file: Path) -> str:
+    """Return the SHA-256 of a machine file."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def apply_to_file(file: Path, axis: str, sections: Sections, digest: str) -> Path:
     """Put the values into the machine file, and return the path of the copy of the file as it was.
 
-    Raises TuneError where such a copy exists already.
+    Raises TuneError where the file has another digest now, or where such a copy exists already.
     """
+    if digest_of(file) != digest:
+        raise TuneError(
+            f"{file} was changed while the axis was tuned, and the values were proved with the file as it "
+            "was: tune again"
+        )
     text = file.read_text(encoding="utf-8")
     kept = file.with_name(f"{file.name}.before-tune")
     if kept.exists():

@@ -59,6 +59,8 @@ RAISING = (
     *sorted((ROOM / "learning").glob("*.py")),
     *sorted((ROOM / "daemon").rglob("*.py")),
     *(ROOM / "canopen" / f"{name}.py" for name in ("boot", "node", "pdo")),
+    *sorted((ROOM / "tuning").glob("*.py")),
+    *sorted((ROOM / "excitation").glob("*.py")),
     ROOM / "recording" / "recorder.py",
     *(path for path in sorted((ROOM / "hmi").rglob("*.py")) if path.parent.name != "access"),
 )

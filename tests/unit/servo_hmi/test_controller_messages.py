@@ -27,6 +27,10 @@ from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage
             "axis z: the drive did not finish homing in 60 s",
             "Achse z: der Antrieb hat die Referenzfahrt in 60 s nicht beendet",
         ),
+        (
+            "the controller has made no run: the run is over; nothing was changed",
+            "die Steuerung hat die Fahrt nicht gemacht: der Lauf ist zu Ende; nichts wurde geändert",
+        ),
         ("anna: enable", "anna: enable"),
         ("x; " * 600, "x; " * 600),
         ("x: " * 600, "x: " * 600),
