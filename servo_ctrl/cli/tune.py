@@ -37,6 +37,14 @@ def tune(
             "motions, and stays in charge.",
         ),
     ] = None,
+    who: Annotated[
+        str | None,
+        typer.Option(
+            hidden=True,
+            help="With --controller: who asks, for its log, as `who` in docs/local_socket.md, JSON. The page "
+            "names its visitor; without it, this system user.",
+        ),
+    ] = None,
     pacing: PacingOption = PacingChoice.REALTIME,
     force_n: Annotated[
         float | None,
@@ -84,9 +92,11 @@ def tune(
     import asyncio
     import contextlib
 
+    from pydantic import ValidationError
     from rich.console import Console
 
     from servo_ctrl.cli.progress import ignored, json_steps, progress_bar
+    from servo_ctrl.commands.local_messages import Who
     from servo_ctrl.config.load import load_machine
     from servo_ctrl.tuning.files import write_files
     from servo_ctrl.tuning.machine_file import apply_to_file, digest_of
@@ -96,6 +106,10 @@ def tune(
 
     if bus is not None and controller is not None:
         raise typer.BadParameter("a controller has its own bus: leave --bus out", param_hint="--controller")
+    try:
+        asker = None if who is None else Who.model_validate_json(who)
+    except ValidationError:
+        raise typer.BadParameter("user, role and address in JSON are wanted", param_hint="--who") from None
     config = load_machine(machine)
     read = digest_of(config.source)
     as_json = progress is ProgressFormat.JSON
@@ -112,7 +126,7 @@ def tune(
         if controller is None:
             result = asyncio.run(tune_axis(request, bus, pacing.value))
         else:
-            result = asyncio.run(tune_by_controller(request, controller))
+            result = asyncio.run(tune_by_controller(request, controller, asker))
     for line in summary_lines(result):
         typer.echo(line)
     for file in write_files(result, out):

@@ -31,17 +31,17 @@ async def tune_axis(request: TuneRequest, bus: str | None, pacing: Pacing) -> Tu
         return (await TuneRun(request, runs).run())._replace(simulated=True)
 
 
-async def tune_by_controller(request: TuneRequest, socket: Path) -> TuneResult:
+async def tune_by_controller(request: TuneRequest, socket: Path, who: Who | None = None) -> TuneResult:
     """Tune an axis of the machine that the controller at this local socket is in charge of.
 
-    Raises TuneError, also where nothing answers at the socket.
+    Its log says that `who` asked; None: this system user. Raises TuneError, also where nothing answers.
     """
     if problem := request.objection():
         raise TuneError(problem)
     link = MachineLink(socket)
     linked = asyncio.create_task(link.run())
     try:
-        who = Who(user=getpass.getuser(), role="operate", address="")
+        who = who or Who(user=getpass.getuser(), role="operate", address="")
         return await TuneRun(request, ControllerRuns(link, who, request.out)).run()
     finally:
         linked.cancel()

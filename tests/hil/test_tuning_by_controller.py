@@ -25,7 +25,8 @@ async def tune(table: Operated, out: Path) -> tuple[int | None, str]:
     """Exit status and output of the program, in a process of its own."""
     program = await asyncio.create_subprocess_exec(
         *(commands_folder() / "servo-ctrl", "tune", "--machine", table.machine, "--axis", "x"),
-        *("--controller", table.socket, "--out", out, "--progress", "json"),
+        *("--controller", table.socket, "--who", ANNA.model_dump_json()),
+        *("--out", out, "--progress", "json"),
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.STDOUT,
     )
@@ -90,6 +91,8 @@ async def test_a_stop_in_motion_ends_the_tuning(
         status, output = await tuning
         assert status == 1
         assert f"has ended early: {reason}" in output
+        refused = "anna (configure, 192.0.2.7): tuning run x: refused: "
+        await table.until(lambda status: any(refused in event.text for event in status.events))
         at_rest = Stage.STANDBY if command == "quick_stop" else Stage.READY
         await table.until(lambda status: status.stage is at_rest)
 

@@ -9,6 +9,7 @@ import asyncio
 from collections.abc import Sequence
 from pathlib import Path
 
+from servo_ctrl.commands.local_messages import Who
 from servo_ctrl.files.tuning_files import LEAST_MS, MOST_MS
 from servo_ctrl.hmi.shell.program_jobs import Job, ProgramJobs
 from servo_ctrl.hmi.shell.program_process import JobError, installed_program
@@ -25,20 +26,21 @@ class TuningJobs(ProgramJobs):
         super().__init__(directory, PROGRAM)
 
     async def start(
-        self, machine_file: Path, axis: str, ms: float, who: str, controller: Path | None = None
+        self, machine_file: Path, axis: str, ms: float, who: Who, controller: Path | None = None
     ) -> Job:
         """Start a tuning on the simulator, or on the machine of the controller at this socket.
 
-        Raises ServoCtrlError with the reason when it cannot.
+        The controller's log names `who`. Raises ServoCtrlError with the reason when it cannot.
         """
         if self.busy:
             raise JobError("a tuning is running already; wait for it or cancel it")
-        return await self.launch(_command_for(machine_file, axis, ms, controller), [axis], who)
+        where = () if controller is None else (f"--controller={controller}", f"--who={who.model_dump_json()}")
+        return await self.launch(_command_for(machine_file, axis, ms, where), [axis], who.user)
 
 
-async def _command_for(machine_file: Path, axis: str, ms: float, controller: Path | None) -> list[str]:
-    """The program with its arguments, which are checked before anything starts."""
-    needed = [machine_file] if controller is not None else [machine_file, machine_file.with_name(PLANT)]
+async def _command_for(machine_file: Path, axis: str, ms: float, where: Sequence[str]) -> list[str]:
+    """The program with its arguments, checked before anything starts; without `where`: on hil-sim."""
+    needed = [machine_file] if where else [machine_file, machine_file.with_name(PLANT)]
     for path in needed:
         if not await asyncio.to_thread(path.is_file):
             raise JobError(f"{path}: there is no such file, so nothing can be simulated")
@@ -46,7 +48,6 @@ async def _command_for(machine_file: Path, axis: str, ms: float, controller: Pat
         raise JobError(f"Ms {ms:g} is not from {LEAST_MS:g} to {MOST_MS:g}")
     # joined, so that no axis is read as an option
     options = (f"--machine={machine_file}", f"--axis={axis}", f"--ms={ms:g}")
-    where = () if controller is None else (f"--controller={controller}",)
     return [*installed_command(), *options, *where]
 
 

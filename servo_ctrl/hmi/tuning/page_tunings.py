@@ -28,7 +28,7 @@ class PageTunings(LoggedJobs[TuningJobs]):
         self, machine_file: Path, axis: str, ms: float, who: Who, controller: Path | None = None
     ) -> None:
         """Start a tuning, on the machine of the controller at this socket if one is given."""
-        job = await self.jobs.start(machine_file, axis, ms, who.user, controller)
+        job = await self.jobs.start(machine_file, axis, ms, who, controller)
         place = "simulator" if controller is None else "machine"
         await self.log(who, "start", job, machine_file=str(machine_file), axis=axis, ms=ms, place=place)
 

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
 from servo_ctrl.cli.tune import tune
+from servo_ctrl.commands.local_messages import Who
 from servo_ctrl.daemon.run.report import Pacing
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.files.tuning_files import LEAST_MS, MOST_MS, USUAL_MS
@@ -20,6 +21,7 @@ from servo_ctrl.tuning import simulated
 from servo_ctrl.tuning.request import TuneRequest
 
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
+ADA = Who(user="ada, 'the first'", role="configure", address="192.0.2.7")
 SAY_ARGUMENTS = "import sys\nprint('\\n'.join(sys.argv[1:]), flush=True)\n"
 
 
@@ -32,9 +34,9 @@ def jobs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> TuningJobs:
     return TuningJobs(tmp_path / "jobs")
 
 
-async def ended_arguments(jobs: TuningJobs, axis: str) -> list[str]:
+async def ended_arguments(jobs: TuningJobs, axis: str, controller: Path | None = None) -> list[str]:
     """The arguments of the program that was started for an axis, once it has ended."""
-    job = await jobs.start(XY_TABLE, axis, 1.6, "ada")
+    job = await jobs.start(XY_TABLE, axis, 1.6, ADA, controller)
     task = jobs._task
     assert task is not None
     await task
@@ -65,6 +67,21 @@ def test_no_name_of_an_axis_is_read_as_an_option(jobs: TuningJobs, monkeypatch: 
         assert asked.pop() == (axis, None)
 
 
+def test_a_controller_is_told_the_visitor_who_asked(
+    jobs: TuningJobs, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[object] = []
+
+    async def noted(_request: TuneRequest, socket: Path, who: Who | None) -> None:
+        told.extend((socket, who))
+        raise ServoCtrlError("asked")
+
+    monkeypatch.setattr(simulated, "tune_by_controller", noted)
+    socket = tmp_path / "page.sock"
+    CliRunner().invoke(app, ["tune", *asyncio.run(ended_arguments(jobs, "x", socket))])
+    assert told == [socket, ADA]
+
+
 async def test_without_plant_or_with_an_unusual_ms_nothing_starts(jobs: TuningJobs, tmp_path: Path) -> None:
     (tmp_path / "controller.toml").write_text("")
     for machine_file, ms, reason in (
@@ -74,7 +91,7 @@ async def test_without_plant_or_with_an_unusual_ms_nothing_starts(jobs: TuningJo
         (XY_TABLE, float("nan"), "Ms nan"),
     ):
         with pytest.raises(ServoCtrlError, match=reason):
-            await jobs.start(machine_file, "x", ms, "ada")
+            await jobs.start(machine_file, "x", ms, ADA)
     assert jobs.jobs == []
     assert not jobs.directory.exists()
 
