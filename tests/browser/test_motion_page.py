@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from choices import choose
 from playwright.sync_api import expect
 
 if TYPE_CHECKING:
@@ -55,6 +56,40 @@ def test_a_value_beyond_the_limits_shows_the_loaders_error_and_cannot_be_loaded(
     assert "radius_mm = 20.0" in request["program"]["text"]
 
 
+def copied_machine(folder: Path, stub: Stub) -> Path:
+    """The machine's files where a test may write; the page reads them there."""
+    machine = folder / "xy_table"
+    shutil.copytree(MACHINE, machine, ignore=shutil.ignore_patterns("learned"))
+    shutil.copytree(MACHINE.parents[1] / "eds", folder.parent / "eds", dirs_exist_ok=True)
+    stub.link(hello={"machine_file": str(machine / "controller.toml")})
+    return machine
+
+
+def expect_meaning(page: Page, mark: str, meaning: str) -> None:
+    page.get_by_test_id(mark).hover()
+    expect(page.get_by_role("tooltip")).to_contain_text(meaning)
+    page.mouse.move(1.0, 1.0)
+    expect(page.get_by_role("tooltip")).to_have_count(0)
+
+
+def test_a_field_under_the_pointer_says_what_it_means(
+    visit: Callable[..., Page], stub: Stub, tmp_path: Path
+) -> None:
+    """Also in a form that was built while the text was shown."""
+    machine = copied_machine(tmp_path, stub)
+    (machine / "programs" / "part.ngc").write_text("G90 G1 X1 F500\nM2\n", encoding="utf-8")
+    page = visit("/motion")
+    page.get_by_test_id("step-2").click()
+    expect_meaning(page, "step-2-radius_mm", "Radius R")
+    choose(page.get_by_test_id("program-choice"), "part.ngc")
+    expect_meaning(page, "first-line", "Run from there")
+    choose(page.get_by_test_id("program-choice"), "circles.toml")
+    expect(page.get_by_test_id("program-verdict")).to_contain_text("within the limits")
+    page.get_by_test_id("tab-form").click()
+    page.get_by_test_id("step-2").click()
+    expect_meaning(page, "step-2-radius_mm", "Radius R")
+
+
 def test_a_grey_button_says_why_to_pointer_and_screen_reader(visit: Callable[..., Page], stub: Stub) -> None:
     page = visit("/motion")
     start, hold = page.get_by_test_id("start"), page.get_by_test_id("hold")
@@ -82,10 +117,7 @@ def test_start_hold_resume_and_abort_send_their_commands(visit: Callable[..., Pa
 def test_the_text_is_edited_checked_and_saved_beside_the_others(
     visit: Callable[..., Page], stub: Stub, tmp_path: Path
 ) -> None:
-    machine = tmp_path / "xy_table"
-    shutil.copytree(MACHINE, machine, ignore=shutil.ignore_patterns("learned"))
-    shutil.copytree(MACHINE.parents[1] / "eds", tmp_path.parent / "eds", dirs_exist_ok=True)
-    stub.link(hello={"machine_file": str(machine / "controller.toml")})
+    machine = copied_machine(tmp_path, stub)
     page = visit("/motion")
     expect(page.get_by_test_id("program-verdict")).to_contain_text("within the limits")
     page.get_by_test_id("tab-text").click()

@@ -35,6 +35,7 @@ from servo_ctrl.hmi.shell.parts import (
     div,
     errors_notified,
     faint,
+    meant,
     named,
     note,
     notify,
@@ -95,11 +96,12 @@ class ProgramEditor:
                         "first-line"
                     )
                     self._entry.on("change", self._text_changed)
-                    self._entry.tooltip(
+                    meant(
+                        self._entry,
                         tr(
                             "Run from there, with what the lines before have set. The axes go first, "
                             "straight, to where the line before ends."
-                        )
+                        ),
                     )
             with div("bench-row"):
                 self._save_name = ui.input(tr("save as")).mark("save-name").style("flex: 1 1 160px")

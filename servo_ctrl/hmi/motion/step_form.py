@@ -18,7 +18,7 @@ from servo_ctrl.hmi.motion.step_fields import (
     steps_of,
     text_of,
 )
-from servo_ctrl.hmi.shell.parts import button, div, faint
+from servo_ctrl.hmi.shell.parts import button, div, faint, meant
 
 
 class StepForm:
@@ -75,7 +75,7 @@ class StepForm:
             typed.on("change", lambda: put(typed.value))
             shown = typed.props("inputmode=decimal" if field.kind in {"number", "integer"} else "")
         mark += f"-{field.axis}" if field.axis else ""
-        shown.props("stack-label").mark(mark).tooltip(tr(field.meaning))
+        meant(shown.props("stack-label").mark(mark), tr(field.meaning))
 
     def _adder(self) -> None:
         with div("bench-row"):

@@ -198,6 +198,15 @@ class Pill:
         self.label.classes(replace=f"bench-pill num {tone}")
 
 
+def meant(element: ui.element, meaning: str) -> None:
+    """Say under the pointer what a field means.
+
+    Inside of it: `Element.tooltip` looks for it in the document, where it is not while a hidden tab is built.
+    """
+    with element:
+        ui.tooltip(meaning)
+
+
 class Switch:
     """A switch that shows the state of the machine and asks the machine for the other one."""
 
