@@ -1,9 +1,9 @@
-"""A page of a stub machine in the process of the test, on the simulated browser of NiceGUI."""
+"""A page in the process of the test, on the simulated browser of NiceGUI; by default of a stub machine."""
 
 import asyncio
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from nicegui import ElementFilter, ui
 from nicegui.testing import User
@@ -21,15 +21,13 @@ BROWSER = "browser"
 class PageInProcess:
     """The page of one visitor, who has control; `link` is the machine behind it."""
 
-    def __init__(self, user: User, directory: Path) -> None:
-        self.user, self.link = user, StubLink()
+    def __init__(self, user: User, directory: Path, link: Any = None) -> None:
+        self.user, self.link = user, link or StubLink()
         (directory / "programs").mkdir()
         control = ControlRight()
         control.page_opened(BROWSER, "page")
         control.take(BROWSER, "local", "127.0.0.1", 0.0)
-        self._services = PageServices(
-            cast("Any", self.link), Access(), control, directory, directory / "programs"
-        )
+        self._services = PageServices(self.link, Access(), control, directory, directory / "programs")
 
     async def show(self, build: Callable[[OpenPage], None]) -> None:
         """Open the page that `build` makes."""
