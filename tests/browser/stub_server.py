@@ -6,14 +6,13 @@ routes that the real page does not have.
 
 import sys
 import time
-from functools import partial
 from pathlib import Path
 from typing import Any, cast
-from unittest.mock import patch
 
-from nicegui import app, core, ui
+from nicegui import app
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+from patient_pages import make_pages_patient
 from stub_link import StubLink
 
 from servo_ctrl.commands.local_codec import from_plain, to_plain
@@ -25,17 +24,6 @@ from servo_ctrl.hmi.app import serve
 from servo_ctrl.hmi.diagnosis import job
 from servo_ctrl.hmi.shell.open_page import PageServices
 from servo_ctrl.hmi.tuning import job as tuning_job
-
-LONGEST_SILENCE_S = 120.0
-"""Of a browser or this process, which wait for a processor; on a machine it is 6 s, and the websocket's 20 s.
-
-Without a connection for 15 s a page is loaded again, in the middle of what a test does with it.
-"""
-
-
-def be_patient() -> None:
-    """Keep connections of browsers that are silent for long."""
-    core.sio.eio.ping_timeout = LONGEST_SILENCE_S
 
 
 def steer(link: StubLink, control: ControlRight) -> None:
@@ -76,8 +64,7 @@ if __name__ == "__main__":
     stub = StubLink()
     right = ControlRight()
     steer(stub, right)
-    app.on_startup(be_patient)
+    make_pages_patient()
     visitors = load_access("127.0.0.1", access, certificate, key)
     services = PageServices(cast("Any", stub), visitors, right, out)
-    with patch.object(ui, "run", partial(ui.run, ws_ping_timeout=LONGEST_SILENCE_S)):
-        serve(services, "127.0.0.1", port, certificate, key)
+    serve(services, "127.0.0.1", port, certificate, key)

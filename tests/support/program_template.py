@@ -214,6 +214,9 @@ def _load_controller() -> None:
 
 def _load_pages() -> None:
     importlib.import_module("servo_ctrl.hmi.app")
+    from patient_pages import make_pages_patient  # noqa: PLC0415
+
+    make_pages_patient()
 
 
 NEEDS: dict[str, Callable[[], None]] = {
