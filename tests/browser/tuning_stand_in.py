@@ -31,6 +31,7 @@ def main() -> None:
     parser.add_argument("--ms", type=float, required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--controller", type=Path)
+    parser.add_argument("--who")
     real, *arguments = sys.argv[1:]
     asked = parser.parse_args(arguments)
     if asked.machine.stat().st_size:
