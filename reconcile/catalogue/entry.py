@@ -13,8 +13,16 @@ from typing import NamedTuple
 from kernels.arrays import Array
 from kernels.quantities import Quantity, fields_of, section_of
 from reconcile.catalogue.conversion import IdentifiedTerms, ModelEffect, ModelTerm, PlantValues
-from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters, SiParameter, TermFamily
+from reconcile.catalogue.kinds import (
+    RegressionData,
+    ResidualChannel,
+    ShapeParameters,
+    SiParameter,
+    TermFamily,
+)
 
+HalfWidths = Callable[[Mapping[str, float], Mapping[str, float], Sequence[RegressionData]], dict[str, float]]
+"""Of the values of an effect's parameters, half widths of their intervals, and the recordings."""
 POSITIVE = (0.0, math.inf)
 """Of `CatalogueEntry.physical`."""
 
@@ -114,6 +122,8 @@ class CatalogueEntry:
     """What an engineer can check."""
     systematic: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """By parameter: shares of its value by which the truth may lie below and above it, beside the scatter."""
+    spread: HalfWidths = lambda _values, _half_widths, _datasets: {}
+    """Half widths of the 95 % intervals of shape parameters; coefficients have theirs by resampling."""
     equivalent: tuple[str, ...] = ()
     """Effects that these sensors cannot tell from it."""
     on_every_axis: bool = False

@@ -3,7 +3,8 @@
 A plant's disturbance is read as if the recording began at power-up, which is how an updated model has it.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -66,8 +67,32 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     height[(frequency_hz < LOWEST_HZ) | (frequency_hz > highest_hz)] = 0.0
     peaks = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
     highest = peaks[np.argsort(height[peaks])[::-1][:PEAKS]]
-    found_hz = [float(frequency_hz[peak]) for peak in highest]
+    found_hz = [_summit(power, int(peak)) / (length * period_s) for peak in highest]
     return [(f,) for f in found_hz if _is_apart_from_motion(datasets, residuals_n, f)]
+
+
+def _summit(power: Array, peak: int) -> float:
+    """Where a parabola through the logarithms of a peak's three points is highest, in points of `power` (n,).
+
+    Between two points of the transform a wave over the whole recording would lose 3 % of its amplitude, and
+    leave a fifth of itself unexplained. The main lobe of a Hann window is that parabola within 0.01 points.
+    """
+    before, at, after = np.log(np.maximum(power[peak - 1 : peak + 2], 1e-300))
+    curvature = before - 2.0 * at + after
+    return peak + (float(np.clip(0.5 * (before - after) / curvature, -0.5, 0.5)) if curvature < 0.0 else 0.0)
+
+
+def _frequency_spread(
+    values: Mapping[str, float], half_widths: Mapping[str, float], datasets: Sequence[RegressionData]
+) -> dict[str, float]:
+    """Half the width of the frequency's interval, Hz, by that of the amplitude and the longest recording.
+
+    Source: the Cramer-Rao bounds of one tone in noise, var(omega) = 12 var(A) / (A T)^2 (Rife and Boorstyn
+    1974, IEEE Trans. Inf. Theory 20, eq. 24 and 25).
+    """
+    longest_s = max(float(data.time_s[-1] - data.time_s[0]) for data in datasets)
+    share = half_widths["amplitude"] / max(values["amplitude"], 1e-300)
+    return {WAVE.pitch: math.sqrt(12.0) / (2.0 * math.pi) * share / longest_s}
 
 
 def _is_apart_from_motion(
@@ -153,6 +178,7 @@ ENTRY = CatalogueEntry(
         ),
     ),
     parameters_of=WAVE.parameters,
+    spread=_frequency_spread,
     sentence=lambda p: (
         f"a force of {p['amplitude']:.2f} N at {p['frequency_hz']:.2f} Hz, fixed in time whatever the speed: "
         "a disturbance from outside; cogging would change its frequency with the speed"

@@ -1,6 +1,7 @@
 """Every entry of the catalogue, found by looking: a module of this package with the name of an effect."""
 
 import pkgutil
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 
 from hil_sim.physics.kinds import Kind
@@ -9,7 +10,7 @@ from kernels.arrays import Array
 from kernels.quantities import section_of
 from reconcile import catalogue
 from reconcile.catalogue.entry import CatalogueEntry, Rival
-from reconcile.catalogue.kinds import ResidualChannel, TermFamily
+from reconcile.catalogue.kinds import RegressionData, ResidualChannel, TermFamily
 
 FORM = {ResidualChannel.FORCE: 0.08, ResidualChannel.POSITION_DEVIATION: 0.01}
 """Share of a coefficient's value by which laws of another form mislead it: see docs/blind-trials.md."""
@@ -57,6 +58,16 @@ def systematic(effect: str, parameter: str, channel: ResidualChannel) -> tuple[f
     """How far below and above a parameter's value the truth may lie beside the scatter, as shares of it."""
     own = CATALOGUE[effect].systematic if effect in CATALOGUE else {}
     return own.get(parameter, (FORM[channel], FORM[channel]))
+
+
+def shape_spread(
+    effect: str,
+    values: Mapping[str, float],
+    half_widths: Mapping[str, float],
+    datasets: Sequence[RegressionData],
+) -> dict[str, float]:
+    """Half widths of the 95 % intervals of an effect's shape parameters; none of those that have none."""
+    return CATALOGUE[effect].spread(values, half_widths, datasets) if effect in CATALOGUE else {}
 
 
 def confused_with(effect: str) -> list[str]:

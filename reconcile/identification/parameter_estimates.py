@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array, Index
-from reconcile.catalogue.registry import TIMING, systematic
+from reconcile.catalogue.registry import TIMING, shape_spread, systematic
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.identification.confidence import INDEPENDENT_S
@@ -81,6 +81,11 @@ def estimates(
                 low -= under * abs(value) + HOLD_DELAY_SAMPLES * period_s
                 high += over * abs(value)
             found[candidate][key] = Estimate(value, low, high, unit)
+        values = {key: one.value for key, one in found[candidate].items()}
+        halves = {key: 0.5 * (one.high - one.low) for key, one in found[candidate].items()}
+        for key, half in shape_spread(candidate.effect, values, halves, problem.datasets).items():
+            one = found[candidate][key]
+            found[candidate][key] = one._replace(low=one.value - half, high=one.value + half)
         if of_one:
             found[candidate]["recording"] = Estimate(number + 1.0, number + 1.0, number + 1.0, "")
     return Estimates(base, found)

@@ -58,3 +58,8 @@ def test_in_a_scan_that_repeats_a_line_that_stands_alone_is_tried() -> None:
     recording = AxisRecording("r", "x", T, t, position_m, force_n, None, None, None, {})
     offered = ENTRY.terms[0].shapes([regression_data(recording, AXIS)])
     assert any(abs(shape[0] - 9.6) < 0.1 for shape in offered)
+
+
+def test_a_frequency_between_the_points_of_the_transform_is_tried() -> None:
+    between_hz = (4 * 280 + 0.5) / (4.0 * N * T)
+    assert min(abs(hz - between_hz) for hz in offered_hz(between_hz)) < 0.02 / (N * T)
