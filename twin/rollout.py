@@ -10,7 +10,7 @@ import numpy as np
 from hil_sim.config import PlantConfig, build_plant
 from kernels.arrays import Array
 from servo_ctrl.config.contour import couplings
-from servo_ctrl.config.freeze import input_shaper
+from servo_ctrl.config.kernel_params import input_shaper
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.errors import ServoCtrlError

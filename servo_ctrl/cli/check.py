@@ -59,6 +59,6 @@ def check(
         typer.echo(f"{program}: {len(motion.steps)} steps, {result.duration_s:.2f} s, within limits")
         print_dry_run(chosen, motion.steps, config, result)
         if out is not None:
-            drawn = result.drawn_m, result.drawn_m_s, result.drawn_rapid
+            drawn = result.plot_m, result.plot_m_s, result.plot_rapid
             plot_path(out, list(config.axes), *drawn, chosen.source.name)
             typer.echo(f"picture: {out}")

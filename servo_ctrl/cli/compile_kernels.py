@@ -9,7 +9,7 @@ def compile_kernels(machine: MachineOption) -> None:
     Needs no bus. `make setup` does it for the X-Y table, an image for its machine.
     """
     from servo_ctrl.canopen.plan import plan_machine
-    from servo_ctrl.config.freeze import motion_limits
+    from servo_ctrl.config.kernel_params import motion_limits
     from servo_ctrl.config.load import load_machine
     from servo_ctrl.daemon.run.assemble import build_axes
     from servo_ctrl.motion.path.warm_up import warm_up

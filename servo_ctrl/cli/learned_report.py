@@ -214,7 +214,7 @@ def plot_in_use(
     machine: Path, directory: Path | None, axes: Sequence[str] | None, out: Path, kind: LearnedKind
 ) -> None:
     """Draw the versions in use of the axes (None: all axes). Raises StoreError if there are none."""
-    from servo_ctrl.config.freeze import axis_params
+    from servo_ctrl.config.kernel_params import axis_params
     from servo_ctrl.config.learning import waveform_settings
     from servo_ctrl.plots.learned import LearnedAxis, plot_learned, plot_screws, plot_waveforms
 

@@ -70,7 +70,7 @@ def new_machine(
 
 def _ask_for_axes() -> "list[AxisSheet]":
     """Ask for the axes, one after the other, until the name is left empty."""
-    from servo_ctrl.config.machine_sheet import QUESTIONS, AxisSheet, read_value
+    from servo_ctrl.config.machine_sheet import PROMPTS, AxisSheet, read_value
 
     axes: list[AxisSheet] = []
     while True:
@@ -84,10 +84,10 @@ def _ask_for_axes() -> "list[AxisSheet]":
             typer.echo("letters, digits and _ are wanted, a letter first")
             continue
         values = {}
-        for key, question in QUESTIONS.items():
+        for key, prompt in PROMPTS.items():
             default = AxisSheet._field_defaults.get(key)
             while key not in values:
-                answer = typer.prompt(f"  {question}", None if default is None else f"{default:.10g}")
+                answer = typer.prompt(f"  {prompt}", None if default is None else f"{default:.10g}")
                 try:
                     values[key] = read_value(key, answer)
                 except ValueError as error:

@@ -1,4 +1,4 @@
-"""Simulates a program without a machine: extents, largest speeds, accelerations, blocks below their feed."""
+"""Simulates a program without a machine: extents, largest speeds and accelerations, slow blocks."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -8,21 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import motion_limits
+from servo_ctrl.config.kernel_params import motion_limits
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.motion.move import Dwell
 from servo_ctrl.motion.path.path_move import PathMove, plan_path
 from servo_ctrl.motion.profile import Motion, Profile
 from servo_ctrl.motion.program import SEGMENT_SAMPLES, Step, plan_step, sample_count
 
-DRAWN_SAMPLES = 20_000
-"""Bounds the samples kept for a plot; chosen."""
-_REACHED_SHARE = 0.995
+PLOT_SAMPLES_MAX = 20_000
+"""Bounds the number of samples in a plot; chosen."""
+_FEED_REACHED_SHARE = 0.995
 """Share of the feed above which the feed counts as reached; chosen."""
 
 
-class LineFigures(NamedTuple):
-    """One block of a part program at feed (G1, G2, G3): speeds along the path."""
+class BlockSpeeds(NamedTuple):
+    """Speeds along the path in one block of a part program at feed (G1, G2, G3)."""
 
     line: int
     feed_m_s: float
@@ -48,23 +48,23 @@ class DryRun(NamedTuple):
     """Largest speed along the path."""
     reached: float
     """Share of the path at feed on which the feed is reached; NaN without a path at feed."""
-    lines: tuple[LineFigures, ...]
+    lines: tuple[BlockSpeeds, ...]
     """Blocks at feed, except blocks too short for a sample."""
-    drawn_m: Array
+    plot_m: Array
     """Positions (n, axes) thinned for a plot; the next field is the speed along the path there (n,)."""
-    drawn_m_s: Array
-    drawn_rapid: NDArray[np.bool_]
+    plot_m_s: Array
+    plot_rapid: NDArray[np.bool_]
     """Whether each position belongs to a rapid move (G0), (n,)."""
 
     @property
-    def slowest(self) -> LineFigures | None:
+    def slowest(self) -> BlockSpeeds | None:
         """Block with the least mean speed relative to its feed; None without blocks at feed."""
         return min(self.lines, key=lambda entry: entry.mean_m_s / entry.feed_m_s, default=None)
 
     @property
-    def slow_lines(self) -> list[LineFigures]:
+    def slow_lines(self) -> list[BlockSpeeds]:
         """Blocks that never reach their feed, slowest first."""
-        slow = [entry for entry in self.lines if entry.top_m_s < _REACHED_SHARE * entry.feed_m_s]
+        slow = [entry for entry in self.lines if entry.top_m_s < _FEED_REACHED_SHARE * entry.feed_m_s]
         return sorted(slow, key=lambda entry: entry.top_m_s / entry.feed_m_s)
 
 
@@ -73,7 +73,7 @@ def dry_run(steps: Sequence[Step], machine: MachineConfig) -> DryRun:
     limits, period_s = motion_limits(machine), machine.period_s
     start_m = np.zeros(len(machine.axes))
     figures = _Accumulator(start_m, period_s)
-    lines: list[LineFigures] = []
+    lines: list[BlockSpeeds] = []
     for step in steps:
         if isinstance(step, PathMove):
             plan = plan_path(step, start_m, limits, period_s)
@@ -81,13 +81,13 @@ def dry_run(steps: Sequence[Step], machine: MachineConfig) -> DryRun:
             feed_m_s = np.array([element.feed_m_s for element in step.elements])
             top_m_s, sum_m_s, count = np.zeros((3, len(feed_m_s)))
             for time_s, motion in _sampled(profile, period_s):
-                of = plan.element_at(time_s)
-                path_m_s = figures.add(motion, feed_m_s[of])
-                np.maximum.at(top_m_s, of, path_m_s)
-                np.add.at(sum_m_s, of, path_m_s)
-                np.add.at(count, of, 1.0)
+                element_index = plan.element_at(time_s)
+                path_m_s = figures.add(motion, feed_m_s[element_index])
+                np.maximum.at(top_m_s, element_index, path_m_s)
+                np.add.at(sum_m_s, element_index, path_m_s)
+                np.add.at(count, element_index, 1.0)
             lines += [
-                LineFigures(element.line, element.feed_m_s, float(top), float(total / samples))
+                BlockSpeeds(element.line, element.feed_m_s, float(top), float(total / samples))
                 for element, top, total, samples in zip(step.elements, top_m_s, sum_m_s, count, strict=True)
                 if samples > 0.0 and np.isfinite(element.feed_m_s)
             ]
@@ -101,7 +101,7 @@ def dry_run(steps: Sequence[Step], machine: MachineConfig) -> DryRun:
 
 
 def _sampled(profile: Profile, period_s: float) -> Iterator[tuple[Array, Motion]]:
-    """Yield instants and motion of the samples that would be commanded, in chunks."""
+    """Yield times (n,) and motion of the commanded samples, in chunks."""
     count = sample_count(profile.duration_s, period_s)
     for first in range(0, count, SEGMENT_SAMPLES):
         stop = min(first + SEGMENT_SAMPLES, count)
@@ -118,10 +118,10 @@ class _Accumulator:
         self._lowest_m, self._highest_m = start_m, start_m
         self._largest = np.zeros((3, len(start_m)))
         """Largest speed, acceleration and jerk of each axis, (3, axes)."""
-        self._last_m_s2 = np.zeros((1, len(start_m)))
-        self._fastest = self._length_m = self._fed_m = self._reached_m = 0.0
-        self._every = 1
-        self._drawn = np.concatenate((start_m, [0.0, 1.0]))[np.newaxis]
+        self._previous_m_s2 = np.zeros((1, len(start_m)))
+        self._path_speed_m_s = self._length_m = self._fed_m = self._reached_m = 0.0
+        self._plot_stride = 1
+        self._plot_rows = np.concatenate((start_m, [0.0, 1.0]))[np.newaxis]
         """Rows of position, speed, and 1 for a rapid move."""
 
     def add(self, motion: Motion, feed_m_s: Array) -> Array:
@@ -129,23 +129,23 @@ class _Accumulator:
         path_m_s = np.linalg.norm(motion.velocity_m_s, axis=1)
         self._lowest_m = np.minimum(self._lowest_m, motion.position_m.min(axis=0))
         self._highest_m = np.maximum(self._highest_m, motion.position_m.max(axis=0))
-        change_m_s2 = np.diff(np.concatenate((self._last_m_s2, motion.acceleration_m_s2)), axis=0)
+        change_m_s2 = np.diff(np.concatenate((self._previous_m_s2, motion.acceleration_m_s2)), axis=0)
         values = motion.velocity_m_s, motion.acceleration_m_s2, change_m_s2 / self._period_s
         self._largest = np.maximum(self._largest, [np.abs(value).max(axis=0) for value in values])
-        self._last_m_s2 = motion.acceleration_m_s2[-1:]
-        self._fastest = max(self._fastest, float(path_m_s.max()))
+        self._previous_m_s2 = motion.acceleration_m_s2[-1:]
+        self._path_speed_m_s = max(self._path_speed_m_s, float(path_m_s.max()))
         self._length_m += float(path_m_s.sum()) * self._period_s
         fed = (feed_m_s > 0.0) & np.isfinite(feed_m_s)
         self._fed_m += float(path_m_s[fed].sum()) * self._period_s
-        reached = fed & (path_m_s >= _REACHED_SHARE * feed_m_s)
+        reached = fed & (path_m_s >= _FEED_REACHED_SHARE * feed_m_s)
         self._reached_m += float(path_m_s[reached].sum()) * self._period_s
-        drawn = np.column_stack((motion.position_m, path_m_s, np.isinf(feed_m_s)))[:: self._every]
-        self._drawn = np.concatenate((self._drawn, drawn))
-        while len(self._drawn) > DRAWN_SAMPLES:
-            self._drawn, self._every = self._drawn[::2], 2 * self._every
+        rows = np.column_stack((motion.position_m, path_m_s, np.isinf(feed_m_s)))[:: self._plot_stride]
+        self._plot_rows = np.concatenate((self._plot_rows, rows))
+        while len(self._plot_rows) > PLOT_SAMPLES_MAX:
+            self._plot_rows, self._plot_stride = self._plot_rows[::2], 2 * self._plot_stride
         return np.asarray(path_m_s)
 
-    def result(self, lines: list[LineFigures]) -> DryRun:
+    def result(self, lines: list[BlockSpeeds]) -> DryRun:
         """Return the figures of all samples and of the blocks."""
         speed, acceleration, jerk = self._largest
         return DryRun(
@@ -156,10 +156,10 @@ class _Accumulator:
             speed_m_s=speed,
             acceleration_m_s2=acceleration,
             jerk_m_s3=jerk,
-            path_speed_m_s=self._fastest,
+            path_speed_m_s=self._path_speed_m_s,
             lines=tuple(lines),
             reached=self._reached_m / self._fed_m if self._fed_m > 0.0 else math.nan,
-            drawn_m=self._drawn[:, :-2],
-            drawn_m_s=self._drawn[:, -2],
-            drawn_rapid=self._drawn[:, -1] == 1.0,
+            plot_m=self._plot_rows[:, :-2],
+            plot_m_s=self._plot_rows[:, -2],
+            plot_rapid=self._plot_rows[:, -1] == 1.0,
         )

@@ -5,10 +5,10 @@ FORMAT = 1
 ADVICE = "update this software, or use the one that wrote the file"
 
 
-def format_problem(found: object, known: int = FORMAT) -> str:
-    """Return why a file with this `format` (None = no such key) is not read, and what to do; else ""."""
-    if found is None or (type(found) is int and 1 <= found <= known):
+def format_problem(version: object, newest: int = FORMAT) -> str:
+    """Return why a file with this `format` (None = no such key) cannot be read, and what to do; else ""."""
+    if version is None or (type(version) is int and 1 <= version <= newest):
         return ""
-    if type(found) is int and found > known:
-        return f"has format {found}, this software reads up to {known}: {ADVICE}"
-    return f"format {str(found)[:40]!r} is no whole number from 1 on"
+    if type(version) is int and version > newest:
+        return f"has format {version}, this software reads up to {newest}: {ADVICE}"
+    return f"format {str(version)[:40]!r} is no whole number from 1 on"

@@ -52,8 +52,8 @@ _MARKED = re.compile(r"(<!-- keys: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def filled(document: str) -> str:
-    """Return the document with every marked table generated again. Raises KeyError for an unknown mark."""
-    return _MARKED.sub(lambda found: found[1] + key_table(SECTIONS[found[2]]) + found[3], document)
+    """Return the document with every marked table generated anew. Raises KeyError for an unknown mark."""
+    return _MARKED.sub(lambda match: match[1] + key_table(SECTIONS[match[2]]) + match[3], document)
 
 
 def key_table(section: Any) -> str:

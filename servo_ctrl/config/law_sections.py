@@ -12,6 +12,8 @@ from servo_ctrl.config.node_model import is_mapped
 from servo_ctrl.control.parts import SECTIONS
 from servo_ctrl.control.section import Key, Need
 
+MEASURED_CURRENT = ("current_actual_value", "0x6078:00")
+"""Name and address of the object with the measured current."""
 _NUMBERS = {float, int}
 
 
@@ -24,12 +26,14 @@ def _checked_type(name: str) -> Any:
         for field in dataclasses.fields(part)
     ]
     first = settings[0]
-    bare = [(key, kind, dataclasses.field(default=field.default)) for key, kind, field in fields]
-    made = dataclasses.make_dataclass(
-        first.__name__, bare, bases=tuple(reversed(settings)), frozen=True, kw_only=True
+    typed_fields = [(key, kind, dataclasses.field(default=field.default)) for key, kind, field in fields]
+    section_type = dataclasses.make_dataclass(
+        first.__name__, typed_fields, bases=tuple(reversed(settings)), frozen=True, kw_only=True
     )
-    made.__doc__, made.__module__ = first.__doc__, first.__module__
-    return dataclass(made, config=ConfigDict(extra="forbid", allow_inf_nan=False), frozen=True, kw_only=True)
+    section_type.__doc__, section_type.__module__ = first.__doc__, first.__module__
+    return dataclass(
+        section_type, config=ConfigDict(extra="forbid", allow_inf_nan=False), frozen=True, kw_only=True
+    )
 
 
 def _annotated(hint: Any) -> Any:
@@ -47,21 +51,23 @@ def _bounds(key: Key) -> Any:
     return Field(gt=key.above, ge=key.at_least, le=key.at_most)
 
 
-MEASURED_CURRENT = ("current_actual_value", "0x6078:00")
-SECTION_TYPES: dict[str, Any] = {name: _checked_type(name) for name in {s.name: 0 for s in SECTIONS.values()}}
+SECTION_TYPES: dict[str, Any] = {
+    name: _checked_type(name) for name in dict.fromkeys(section.name for section in SECTIONS.values())
+}
 """The type that checks each section, by name."""
 MEANINGS = {section.name: section.meaning for section in SECTIONS.values()}
+"""The meaning of each section, for documents and forms."""
 
 
 def objections(axis: Any) -> Iterator[str]:
-    """Yield why sections of the law contradict themselves or the rest of the axis (`AxisConfig`)."""
+    """Yield why sections of the law contradict themselves or other keys of the axis (`AxisConfig`)."""
     resolution_um = math.nan if axis.scale is None else axis.scale.resolution_um
     for section in SECTIONS.values():
         settings = axis.section(section.settings)
         if settings is None:
             continue
         for need in section.needs:
-            if text := _unmet(need, axis, section.name):
+            if text := _unmet_need(need, axis, section.name):
                 yield text
         if section.objection is not None and (text := section.objection(settings, resolution_um)):
             yield f"{section.name}.{text}"
@@ -77,11 +83,11 @@ def period_objections(axis: Any, period_s: float) -> Iterator[str]:
             yield f"{section.name}.{text}"
 
 
-def _unmet(need: Need, axis: Any, name: str) -> str:
+def _unmet_need(need: Need, axis: Any, name: str) -> str:
     """Return what the section `name` needs and the axis lacks, else ""."""
     match need:
         case Need.VELOCITY_SET_POINT if axis.mode == "csp":
-            return f"{name}: mode csp has no velocity set point of ours"
+            return f"{name}: mode csp has no velocity set point of the controller"
         case Need.FORCE_SET_POINT if axis.mode != "cst":
             return f"{name}: only mode cst has a force set point"
         case Need.MEASURED_CURRENT if not is_mapped(axis.drive.received_every_cycle, MEASURED_CURRENT):

@@ -1,9 +1,9 @@
-"""Converts learning settings to SI units, and makes the motion of a stroke or a travel."""
+"""Converts learning settings to SI units, and returns the steps of a stroke or a travel."""
 
 import math
 from collections.abc import Sequence
 
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.learned_waveform import AHEAD_S, SLIP_M, LearnedWaveformSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
@@ -21,13 +21,13 @@ from servo_ctrl.units import MM, MM_MIN, UM
 
 APPROACH_M_S = 0.05
 """Bounds the feed of the move to the start; chosen."""
-ARRIVED_M = 1e-6
+START_TOLERANCE_M = 1e-6
 """Distance from the start below which no move is needed."""
-NODES_A_TURN = 16
+NODES_PER_TURN = 16
 """Default nodes per turn of the screw, with which linear interpolation errs by 2 % of the periodic error."""
 NODES_MAX = 5000
 """Bounds the nodes of a table; chosen."""
-REACH = 0.8
+LIMIT_SHARE = 0.8
 """Share of an axis's limits up to which a waveform is learned; chosen."""
 
 
@@ -39,11 +39,11 @@ def learning_settings(machine: MachineConfig, axis: str, learner: str | None = N
         raise ConfigError(machine.source, key, "the section is missing: there is no pulse to be learned")
     rise_s = pulse.rise_ms * 1e-3
     amplitude_max_m_s = pulse.acceleration_allowed_mm_s2 * MM * pulse.rise_ms * 1e-3
-    return _sine_settings(machine, learner or machine.learning.learner, rise_s, amplitude_max_m_s)
+    return _stroke_settings(machine, learner or machine.learning.learner, rise_s, amplitude_max_m_s)
 
 
-def unlearnable(axis: AxisConfig) -> str:
-    """Return why an axis cannot learn a waveform, else ""."""
+def waveform_objection(axis: AxisConfig) -> str:
+    """Return why an axis cannot learn a waveform, for the key `learned_waveform`; "" if it can."""
     if axis.section(LearnedWaveformSettings) is None:
         return "the section is missing: there is no waveform to be learned"
     if axis.mode != "cst":
@@ -55,7 +55,7 @@ def unlearnable(axis: AxisConfig) -> str:
 
 def waveform_settings(machine: MachineConfig, axis: str) -> WaveformSettings:
     """Return the settings that learn the waveform of an axis. Raises ConfigError if it cannot."""
-    if reason := unlearnable(machine.axes[axis]):
+    if reason := waveform_objection(machine.axes[axis]):
         raise ConfigError(machine.source, f"axis.{axis}.learned_waveform", reason)
     params = axis_params(machine, axis)
     loop = LoopModel(
@@ -68,28 +68,30 @@ def waveform_settings(machine: MachineConfig, axis: str) -> WaveformSettings:
         slip_m=SLIP_M,
         ahead_s=AHEAD_S,
     )
-    sines = _sine_settings(machine, LEARNER, 0.0, 0.0)
-    reach_m_s2 = _reach_m_s2(machine, axis, sines, AHEAD_S + SPAN_S)
-    return WaveformSettings(sines, reach_m_s2, machine.axes[axis].limits.acceleration_mm_s2 * MM, loop)
+    strokes = _stroke_settings(machine, LEARNER, 0.0, 0.0)
+    largest_m_s2 = _largest_reverse_acceleration_m_s2(machine, axis, strokes, AHEAD_S + SPAN_S)
+    return WaveformSettings(strokes, largest_m_s2, machine.axes[axis].limits.acceleration_mm_s2 * MM, loop)
 
 
-def _reach_m_s2(machine: MachineConfig, axis: str, sines: LearningSettings, wave_s: float) -> float:
-    """Return the largest reverse acceleration of a sine within `REACH` of the limits.
+def _largest_reverse_acceleration_m_s2(
+    machine: MachineConfig, axis: str, strokes: LearningSettings, waveform_s: float
+) -> float:
+    """Return the largest reverse acceleration of a sine within `LIMIT_SHARE` of the limits.
 
-    Its half cycle lasts at least `wave_s`.
+    Its half cycle lasts at least `waveform_s`.
     """
-    limits, radius_m = machine.axes[axis].limits, sines.radius_m
-    fastest_m_s, jerk_m_s3 = REACH * limits.velocity_mm_s * MM, REACH * limits.jerk_mm_s3 * MM
-    found_m_s2: float = min(
-        fastest_m_s**2 / radius_m,
-        REACH * limits.acceleration_mm_s2 * MM,
+    limits, radius_m = machine.axes[axis].limits, strokes.radius_m
+    velocity_m_s, jerk_m_s3 = LIMIT_SHARE * limits.velocity_mm_s * MM, LIMIT_SHARE * limits.jerk_mm_s3 * MM
+    allowed_m_s2: float = min(
+        velocity_m_s**2 / radius_m,
+        LIMIT_SHARE * limits.acceleration_mm_s2 * MM,
         (jerk_m_s3**2 * radius_m) ** (1.0 / 3.0),
-        radius_m * (math.pi / wave_s) ** 2,
+        radius_m * (math.pi / waveform_s) ** 2,
     )
-    return max(float(found_m_s2), sines.accelerations_m_s2[-1])
+    return max(float(allowed_m_s2), strokes.accelerations_m_s2[-1])
 
 
-def _sine_settings(
+def _stroke_settings(
     machine: MachineConfig, learner: str, rise_s: float, amplitude_max_m_s: float
 ) -> LearningSettings:
     config = machine.learning
@@ -124,7 +126,7 @@ def stroke_steps(machine: MachineConfig, axis: str, stroke: Stroke, start_m: Seq
     radius_m = machine.learning.radius_mm * MM
     speed_rad_s = speed_for_reverse_acceleration(radius_m, stroke.acceleration_m_s2)
     steps: list[Step] = []
-    if abs(start_m[index] - centre_m) > ARRIVED_M:
+    if abs(start_m[index] - centre_m) > START_TOLERANCE_M:
         steps.append(_approach("to the centre", machine, axis, centre_m))
     ramp_s = RAMP_SHARE * 2.0 * math.pi / speed_rad_s
     return [*steps, Sine(stroke.stage, index, radius_m, speed_rad_s, 1.0, ramp_s)]
@@ -140,7 +142,7 @@ def screw_settings(machine: MachineConfig, axis: str) -> ScrewSettings:
     settings = ScrewSettings(
         lower_m=lower_mm * MM,
         upper_m=upper_mm * MM,
-        step_m=(config.step_mm or machine.axes[axis].transmission.lead_mm / NODES_A_TURN) * MM,
+        step_m=(config.step_mm or machine.axes[axis].transmission.lead_mm / NODES_PER_TURN) * MM,
         travels=config.travels,
         feed_m_s=config.feed_mm_min * MM_MIN,
         dwell_s=config.dwell_s,
@@ -164,7 +166,7 @@ def screw_steps(machine: MachineConfig, axis: str, start_m: Sequence[float]) -> 
     settings = screw_settings(machine, axis)
     ramp_m_s2 = settings.feed_m_s / RAMP_S
     steps: list[Step] = []
-    if abs(start_m[list(machine.axes).index(axis)] - settings.lower_m) > ARRIVED_M:
+    if abs(start_m[list(machine.axes).index(axis)] - settings.lower_m) > START_TOLERANCE_M:
         steps.append(_approach("to the lower end", machine, axis, settings.lower_m))
     for label, end_m in (("up", settings.upper_m), ("down", settings.lower_m)):
         to_m = _target_of(machine, axis, end_m)

@@ -1,4 +1,4 @@
-"""Loads TOML files into checked types; every fault becomes one ConfigError with file and key."""
+"""Loads TOML files into checked types; every error becomes one ConfigError with file and key."""
 
 import tomllib
 from collections.abc import Mapping
@@ -19,16 +19,16 @@ from servo_ctrl.errors import ConfigError
 from shipped_files import machine_names
 
 MACHINE_FILE = "controller.toml"
-KINDS = {"machine": "a controller file", "plant": "the plant file of a simulator", "step": "a program"}
+FILE_KINDS = {"machine": "a controller file", "plant": "the plant file of a simulator", "step": "a program"}
 """The kind of a file, by a section that only this kind has."""
-FOREIGN_ENDINGS = {
+FOREIGN_SUFFIXES = {
     ".eds": "an EDS file",
     ".dcf": "a DCF file",
     ".ngc": "G-code",
     ".nc": "G-code",
     ".json": "a JSON file",
 }
-"""What a file is that is no TOML, by its ending."""
+"""What a file that is not TOML contains, by its suffix."""
 FILE_KEYS = frozenset({"eds", "concise_dcf", "password_file", "ca_file", "cert_file", "key_file"})
 """Keys of a machine file whose paths are relative to the file."""
 
@@ -45,7 +45,7 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
         names = ", ".join(name for name in machine_names() if "/" not in name)
         raise ConfigError(path, "", f"no such directory; machines that come with the programs: {names}")
     document = _checked_document(path)
-    _refuse_another_kind(path, document, "machine", "--machine wants a directory with controller.toml")
+    _refuse_other_kind(path, document, "machine", "--machine wants a directory with controller.toml")
     _resolve_paths(document, path)
     try:
         machine = MachineConfig.model_validate({**document, "source": path})
@@ -74,7 +74,7 @@ def load_program(
     if is_part_program(path):
         return read_part_program(path, list(machine.axes), reading)
     document = _checked_document(path)
-    _refuse_another_kind(path, document, "step", "--program wants a file with steps, or G-code")
+    _refuse_other_kind(path, document, "step", "--program wants a file with steps, or G-code")
     try:
         program = ProgramConfig.model_validate({**document, "source": path})
     except ValidationError as error:
@@ -100,11 +100,11 @@ def _checked_document(path: Path) -> dict[str, Any]:
     return document
 
 
-def _refuse_another_kind(path: Path, document: Mapping[str, Any], section: str, wanted: str) -> None:
+def _refuse_other_kind(path: Path, document: Mapping[str, Any], section: str, wanted: str) -> None:
     """Raise ConfigError if a file lacks `section` but has that of another kind of file."""
-    found = next((what for other, what in KINDS.items() if other in document and other != section), None)
-    if section not in document and found:
-        raise ConfigError(path, "", f"this is {found}, {wanted}")
+    kind = next((kind for other, kind in FILE_KINDS.items() if other in document and other != section), None)
+    if section not in document and kind:
+        raise ConfigError(path, "", f"this is {kind}, {wanted}")
 
 
 def _with_file(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Path]) -> StepConfig:
@@ -112,7 +112,7 @@ def _with_file(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Pa
     if not isinstance(step, SamplesStep):
         return step
     if step.file is not None:
-        return step.model_copy(update={"file": _beside(path, step.file)})
+        return step.model_copy(update={"file": _absolute_path(path, step.file)})
     if step.input is None or step.input not in inputs:
         reason = f'no file was given for input "{step.input}"'
         raise ConfigError(path, f"{step_key(index, step.label)}.input", reason)
@@ -127,8 +127,8 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ConfigError(path, "", "no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(path, "", f"cannot be read: {error}") from None
-    except (ValueError, RecursionError) as error:  # also for numbers of any length and deep nesting
-        what = FOREIGN_ENDINGS.get(path.suffix.lower())
+    except (ValueError, RecursionError) as error:  # also for huge numbers and deep nesting
+        what = FOREIGN_SUFFIXES.get(path.suffix.lower())
         reason = f"this is {what}, which is not wanted here" if what else f"not valid TOML: {error}"
         raise ConfigError(path, "", reason) from None
 
@@ -142,10 +142,10 @@ def as_config_error(
     key = _key_of(first, document or {})
     reason = _reason_of(first)
     if first["type"] == "value_error" and isinstance(first["input"], dict):
-        # a check across keys: its text begins with the key
-        inner, separator, rest = reason.partition(": ")
+        # the text of a check across several keys begins with the key
+        subkey, separator, rest = reason.partition(": ")
         if separator:
-            key, reason = ".".join(part for part in (key, inner) if part), rest
+            key, reason = ".".join(part for part in (key, subkey) if part), rest
     if len(details) > 1:
         reason = f"{reason} (and {len(details) - 1} more)"
     return ConfigError(path, key, reason)
@@ -157,11 +157,11 @@ def _key_of(detail: ErrorDetails, document: Mapping[str, Any]) -> str:
     head = ""
     if len(location) > 1 and location[0] == "step" and isinstance(location[1], int):
         # pydantic adds the kind of the step as third part, which is no key in the file
-        raw = document["step"][location[1]]
-        label = raw.get("label", raw.get("kind", "")) if isinstance(raw, dict) else ""
+        step = document["step"][location[1]]
+        label = step.get("label", step.get("kind", "")) if isinstance(step, dict) else ""
         head, location = step_key(location[1], str(label)), location[3:]
-    parts = [f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in location]
-    return (head + "".join(parts)).removeprefix(".")
+    suffixes = [f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in location]
+    return (head + "".join(suffixes)).removeprefix(".")
 
 
 def _reason_of(detail: ErrorDetails) -> str:
@@ -190,10 +190,10 @@ def _resolve_paths(document: dict[str, Any], path: Path) -> None:
         if isinstance(value, dict):
             _resolve_paths(value, path)
         elif key in FILE_KEYS and isinstance(value, str):
-            document[key] = _beside(path, value)
+            document[key] = _absolute_path(path, value)
 
 
-def _beside(path: Path, name: Path | str) -> Path:
+def _absolute_path(path: Path, name: Path | str) -> Path:
     """Return the absolute path of a file that `path` names relative to itself."""
     try:
         return (path.resolve().parent / name).resolve()

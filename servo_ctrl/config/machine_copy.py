@@ -7,7 +7,7 @@ from pathlib import Path
 from servo_ctrl.errors import ConfigError
 from shipped_files import EDS, MACHINES, machine_names
 
-EDS_BESIDE, EDS_INSIDE = re.compile(r'"(?:\.\./)+eds/'), '"eds/'
+SHIPPED_EDS_PREFIX, COPIED_EDS_PREFIX = re.compile(r'"(?:\.\./)+eds/'), '"eds/'
 """Prefixes of EDS paths in a shipped machine and in its copy."""
 
 
@@ -19,9 +19,9 @@ def copy_machine(name: str, directory: Path) -> None:
         raise ConfigError(directory, "", "exists already; name a directory that does not")
     shutil.copytree(MACHINES / name, directory, ignore=shutil.ignore_patterns("learned", "__pycache__"))
     shutil.copytree(EDS, directory / "eds")
-    own = (MACHINES / name).parent / "eds"  # EDS files of the templates
-    if own.is_dir() and own != EDS:
-        shutil.copytree(own, directory / "eds", dirs_exist_ok=True)
+    template_eds = (MACHINES / name).parent / "eds"
+    if template_eds.is_dir() and template_eds != EDS:
+        shutil.copytree(template_eds, directory / "eds", dirs_exist_ok=True)
     for file in directory.glob("*.toml"):
         text = file.read_text(encoding="utf-8")
-        file.write_text(EDS_BESIDE.sub(EDS_INSIDE, text), encoding="utf-8")
+        file.write_text(SHIPPED_EDS_PREFIX.sub(COPIED_EDS_PREFIX, text), encoding="utf-8")

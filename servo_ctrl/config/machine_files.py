@@ -1,7 +1,7 @@
-"""Writes the two files of a new machine from the answers about its axes.
+"""Writes the two files of a new machine from the data sheets of its axes.
 
 The controller reads `controller.toml`; `hil-sim` simulates the machine from `plant.toml`, with guessed
-friction. Both have comments, because the user shall edit them.
+friction. Both have comments, because the user edits them.
 """
 
 from collections.abc import Sequence
@@ -12,8 +12,10 @@ from servo_ctrl.config.machine_sheet import AxisSheet
 VELOCITY_BANDWIDTH_1_S, INTEGRAL_1_S2, POSITION_GAIN_1_S = 210.0, 7500.0, 38.7
 """Gains of the X-Y table of Feng et al. 2015 by moving mass: kv = 210 m, ki = 7500 m, kp = 38.7 1/s."""
 JERK_PER_ACCELERATION_1_S = 25.0
+"""Jerk limit as a multiple of the acceleration limit: the acceleration rises in 40 ms; chosen."""
 LEARNING_RADIUS_MM, LEARNING_MM_S2 = 50.0, (2.0, 8.0, 30.0, 120.0)
-SWITCH_BEYOND = 0.05
+"""Amplitude and reverse accelerations of the learning strokes: the defaults of `LearningConfig`."""
+SWITCH_MARGIN_SHARE = 0.05
 """Distance of the simulated limit switches beyond the travel, as a share of it; chosen."""
 
 
@@ -39,7 +41,7 @@ def plant_text(name: str, axes: Sequence[AxisSheet], eds: EdsNames) -> str:
 def _axis_of_controller(axis: AxisSheet, eds: EdsNames) -> str:
     mass_kg = axis.moving_mass_kg
     low_mm, high_mm = axis.travel_mm
-    numbers = axis._asdict() | {
+    values = axis._asdict() | {
         "drive_eds": eds.drive,
         "mass": f"{mass_kg:.1f}",
         "low": low_mm,
@@ -53,30 +55,30 @@ def _axis_of_controller(axis: AxisSheet, eds: EdsNames) -> str:
         if axis.scale
         else "",
     }
-    return _AXIS_OF_CONTROLLER.format(**numbers)
+    return _AXIS_OF_CONTROLLER.format(**values)
 
 
 def _axis_of_plant(axis: AxisSheet, eds: EdsNames) -> str:
     low_mm, high_mm = axis.travel_mm
-    beyond_mm = SWITCH_BEYOND * (high_mm - low_mm)
+    margin_mm = SWITCH_MARGIN_SHARE * (high_mm - low_mm)
     mass_kg = axis.moving_mass_kg
-    numbers = axis._asdict() | {
+    values = axis._asdict() | {
         "drive_eds": eds.drive,
         "peak": f"{axis.peak_current_a:.2f}",
-        "negative": f"{low_mm - beyond_mm:.1f}",
-        "positive": f"{high_mm + beyond_mm:.1f}",
+        "negative": f"{low_mm - margin_mm:.1f}",
+        "positive": f"{high_mm + margin_mm:.1f}",
         "kp": POSITION_GAIN_1_S,
         "kv": f"{VELOCITY_BANDWIDTH_1_S * mass_kg:.0f}.0",
         "ki": f"{INTEGRAL_1_S2 * mass_kg:.0f}.0",
         "scale_section": _SCALE_OF_PLANT.format(scale_eds=eds.scale, **axis._asdict()) if axis.scale else "",
     }
-    return _AXIS_OF_PLANT.format(**numbers)
+    return _AXIS_OF_PLANT.format(**values)
 
 
 def _learning(axes: Sequence[AxisSheet]) -> str:
     """Return the sections [monitoring] and [learning], with strokes within travels and limits."""
-    reach_mm = min(min(-axis.travel_mm[0], axis.travel_mm[1]) for axis in axes)
-    radius_mm = min(LEARNING_RADIUS_MM, 0.5 * reach_mm)
+    nearest_end_mm = min(min(-axis.travel_mm[0], axis.travel_mm[1]) for axis in axes)
+    radius_mm = min(LEARNING_RADIUS_MM, 0.5 * nearest_end_mm)
     if radius_mm <= 0.0:  # home is at an end of the travel, so strokes around it do not fit
         return _NO_LEARNING
     allowed = [
@@ -94,7 +96,7 @@ name = "{name}"
 
 [bus]
 sync_period_us = 1000            # one SYNC a millisecond
-input_timeout_ms = 2000          # in lockstep: how long inputs are waited for
+input_timeout_ms = 2000          # in lockstep: longest wait for the inputs
 
 [controller]
 node_id = 127
@@ -113,7 +115,7 @@ rpdo1 = ["controlword", "modes_of_operation", "target_torque", "torque_offset"]
 tpdo1 = ["statusword", "position_actual_value", "current_actual_value"]
 rpdo_transmission_type = 1
 tpdo_transmission_type = 1
-limit_switch_syncs = 10          # so long a limit switch may be active before the machine stops
+limit_switch_syncs = 10          # period of the limit switch TPDO: longest delay of a switch
 counts_per_rev = {counts_per_rev}
 rated_torque_mnm = {rated_torque_mnm}
 rated_current_ma = {rated_current_ma}
@@ -158,7 +160,7 @@ resolution_um = 0.1
 """
 _LEARNING = """\
 [monitoring]
-window_s = 0.194                 # so long after a reversal the error is averaged: J
+window_s = 0.194                 # J is the mean absolute error over this time after a reversal
 required_um = 4.0                # learning is due above this J
 
 [learning]
@@ -168,7 +170,7 @@ accelerations_mm_s2 = {accelerations}
 """
 _NO_LEARNING = """\
 [monitoring]
-window_s = 0.194                 # so long after a reversal the error is averaged: J
+window_s = 0.194                 # J is the mean absolute error over this time after a reversal
 # no [learning]: home lies at an end of a travel, so that strokes about it do not fit
 """
 _PLANT = """\

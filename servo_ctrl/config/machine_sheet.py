@@ -1,4 +1,4 @@
-"""The questions about a new machine, and the reading of answers; `machine_files` writes the files."""
+"""Data sheets of the axes of a new machine: prompts and input parsing; `machine_files` writes the files."""
 
 import math
 from collections.abc import Sequence
@@ -9,12 +9,12 @@ from servo_ctrl.errors import ConfigError
 
 PEAK_RESERVE = 1.2
 """Ratio of the simulated drive's peak current to the current of the force limit; chosen."""
-OWN_ID = 127
+CONTROLLER_NODE_ID = 127
 """Node id of the controller."""
 
 
 class AxisSheet(NamedTuple):
-    """The answers for one axis, with the names and units of the files."""
+    """Data sheet of one axis, with the names and units of the files."""
 
     name: str
     drive: int
@@ -45,7 +45,7 @@ class AxisSheet(NamedTuple):
         return max(PEAK_RESERVE * self.force_n / force_per_a, self.rated_current_ma * 1e-3)
 
 
-QUESTIONS = {
+PROMPTS = {
     "drive": "node id of the drive",
     "scale": "node id of its linear scale, 0 = none",
     "lead_mm": "lead of the screw, mm",
@@ -60,16 +60,16 @@ QUESTIONS = {
     "rated_current_ma": "rated current of the motor, mA",
     "torque_constant_nm_a": "torque constant of the motor, N m/A",
 }
-"""The question for each key of an axis, in order; tests compare the keys with AxisSheet."""
+"""The prompt for each key of an axis, in order; tests compare the keys with AxisSheet."""
 _TYPES = get_type_hints(AxisSheet)
 
 
 def read_value(key: str, text: str) -> float | int | tuple[float, float]:
-    """Return the value of one answer. Raises ValueError with the expected form."""
+    """Return the value of one key from its input text. Raises ValueError with the expected form."""
     text = text.strip().replace(",", ".")
     if _TYPES[key] is int:
         if not text.isdigit():
-            raise ValueError(f"{QUESTIONS[key]}: a whole number is wanted, not {text!r}")
+            raise ValueError(f"{PROMPTS[key]}: a whole number is wanted, not {text!r}")
         return int(text)
     if _TYPES[key] is float:
         return _positive(key, text)
@@ -79,7 +79,7 @@ def read_value(key: str, text: str) -> float | int | tuple[float, float]:
     except ValueError:
         travel_mm = math.nan, math.nan
     if not dots or not -math.inf < travel_mm[0] < travel_mm[1] < math.inf:
-        raise ValueError(f"{QUESTIONS[key]}: the lower end, two dots, the upper end are wanted, not {text!r}")
+        raise ValueError(f"{PROMPTS[key]}: the lower end, two dots, the upper end are wanted, not {text!r}")
     return travel_mm
 
 
@@ -89,7 +89,7 @@ def _positive(key: str, text: str) -> float:
     except ValueError:
         number = math.nan
     if not 0.0 < number < math.inf:
-        raise ValueError(f"{QUESTIONS[key]}: a number above 0 is wanted, not {text!r}")
+        raise ValueError(f"{PROMPTS[key]}: a number above 0 is wanted, not {text!r}")
     return number
 
 
@@ -104,8 +104,8 @@ def read_axis(text: str) -> AxisSheet:
     values = {}
     for pair in pairs:
         key, equals, value = pair.partition("=")
-        if key not in QUESTIONS or not equals:
-            raise ValueError(f"axis {name}: {pair!r} is not one of {', '.join(f'{k}=' for k in QUESTIONS)}")
+        if key not in PROMPTS or not equals:
+            raise ValueError(f"axis {name}: {pair!r} is not one of {', '.join(f'{k}=' for k in PROMPTS)}")
         values[key] = read_value(key, value)
     if missing := [key for key in AxisSheet._fields[1:5] if key not in values]:
         raise ValueError(f"axis {name}: {', '.join(missing)} missing")
@@ -116,10 +116,10 @@ def check_ids(axes: Sequence[AxisSheet], where: Path) -> None:
     """Raise ConfigError if names or node ids occur twice, or an id is out of range."""
     if len({axis.name for axis in axes}) < len(axes):
         raise ConfigError(where, "axis", "a name occurs twice")
-    ids = [OWN_ID, *(axis.drive for axis in axes), *(axis.scale for axis in axes if axis.scale)]
+    ids = [CONTROLLER_NODE_ID, *(axis.drive for axis in axes), *(axis.scale for axis in axes if axis.scale)]
     for node_id in ids:
         if not 1 <= node_id <= 127:
             raise ConfigError(where, "node_id", f"{node_id}: node ids are 1 to 127")
         if ids.count(node_id) > 1:
-            own = " (127 is the controller's own)" if node_id == OWN_ID else ""
-            raise ConfigError(where, "node_id", f"{node_id} is given twice{own}")
+            remark = " (127 is the controller's own)" if node_id == CONTROLLER_NODE_ID else ""
+            raise ConfigError(where, "node_id", f"{node_id} is given twice{remark}")

@@ -1,11 +1,11 @@
 """The schema of controller.toml: everything that the controller knows about a machine.
 
-Millimetres and micrometres occur only here and in the files; `freeze` converts them to SI. Every section is
-frozen and refuses unknown keys. `MachineConfig` and `AxisConfig` check several keys together, so that a
-loaded machine is consistent.
+Millimetres and micrometres occur only here and in the files; `kernel_params` converts them to SI. Every
+section is immutable and refuses unknown keys. `MachineConfig` and `AxisConfig` check several keys together,
+so that a loaded machine is consistent.
 """
 
-from pathlib import Path  # pydantic resolves the annotation when the class is made
+from pathlib import Path  # pydantic resolves the annotation when it makes the class
 from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
@@ -13,7 +13,7 @@ from pydantic import Field, Strict, StringConstraints, field_validator, model_va
 from servo_ctrl.config.contour_model import ContourControl
 from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections, period_objections
 from servo_ctrl.config.learning_model import LearningConfig, MonitoringConfig
-from servo_ctrl.config.mqtt_model import MqttConfig  # for the same reason
+from servo_ctrl.config.mqtt_model import MqttConfig  # pydantic resolves this annotation too
 from servo_ctrl.config.node_model import SETPOINT_OF_MODE, Controller, Drive, Scale, is_mapped
 from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 
@@ -30,7 +30,7 @@ class MachineSection(FileSection):
 
 
 CAN_FD_KEYS = frozenset({"fd", "data_bit_rate_kbit_s", "data_bitrate", "dbitrate"})
-"""Keys that a user of CAN FD may write into the file."""
+"""Keys that a user of CAN FD might write into the file."""
 
 
 class Bus(FileSection):
@@ -50,13 +50,13 @@ class Bus(FileSection):
     def _classic_can(cls, section: Any) -> Any:
         for key in CAN_FD_KEYS & set(section if isinstance(section, dict) else ()):
             raise ValueError(
-                f"{key}: CAN FD is not spoken here; CANopen (CiA 301) is classic CAN, leave it out"
+                f"{key}: CAN FD is not supported; CANopen (CiA 301) is classic CAN, leave it out"
             )
         return section
 
 
 class Transmission(FileSection):
-    """From motor turns to table travel."""
+    """Transmission from motor turns to table travel."""
 
     lead_mm: Positive
     """Table travel per motor revolution, millimetres."""
@@ -212,7 +212,7 @@ class MachineConfig(FileSection):
         return self
 
     @model_validator(mode="after")
-    def _period_carries_the_laws(self) -> Self:
+    def _period_suits_the_laws(self) -> Self:
         for name, axis in self.axes.items():
             for objection in period_objections(axis, self.period_s):
                 raise ValueError(f"axis.{name}.{objection}")

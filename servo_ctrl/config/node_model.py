@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, Strict, StringConstraints, field_validator, model_validator
 
-from servo_ctrl.config.drive_units import checked_unit
+from servo_ctrl.config.drive_units import unit_validator
 from servo_ctrl.config.section import FileSection, Positive
 
 Count = Annotated[int, Strict(), Field(ge=1, le=0xFFFFFFFF)]
@@ -84,16 +84,16 @@ class Node(FileSection):
     """Longest wait for an SDO response, milliseconds; if not given 300, in lockstep 1000."""
     leave_alone: Annotated[list[ObjectAddress], Field(min_length=0, max_length=64)] = []  # noqa: RUF012  # pydantic copies it
     """Objects in the EDS that the boot must neither read nor write, such as "0x6092"."""
-    pdo: dict[PdoKey, Pdo] = {}  # noqa: RUF012  # the same
+    pdo: dict[PdoKey, Pdo] = {}  # noqa: RUF012  # pydantic copies it
     """PDOs by name."""
 
     def numbered(self, direction: str) -> dict[int, Pdo]:
         """Return the PDOs of one direction, "r" or "t", by number."""
-        found = {int(key[4:]): pdo for key, pdo in self.pdo.items() if key[0] == direction}
-        return dict(sorted(found.items()))
+        pdos = {int(key[4:]): pdo for key, pdo in self.pdo.items() if key[0] == direction}
+        return dict(sorted(pdos.items()))
 
     @model_validator(mode="after")
-    def _further_pdos_carry_something(self) -> Self:
+    def _further_pdos_have_objects(self) -> Self:
         for key, pdo in self.pdo.items():
             if key[4:] == "1":
                 if pdo.objects is not None or pdo.transmission_type is not None:
@@ -140,8 +140,8 @@ class Drive(Node):
     """Torque per current of the motor, Nm/A."""
 
     _types = field_validator("rpdo_transmission_type", "tpdo_transmission_type")(_checked_transmission_type)
-    _velocity = field_validator("velocity_unit")(checked_unit("/s"))
-    _acceleration = field_validator("acceleration_unit")(checked_unit("/s2"))
+    _velocity = field_validator("velocity_unit")(unit_validator("/s"))
+    _acceleration = field_validator("acceleration_unit")(unit_validator("/s2"))
 
     @property
     def sent(self) -> list[str]:

@@ -18,7 +18,7 @@ SUFFIXES = frozenset({".ngc", ".nc", ".gcode", ".tap", ".cnc"})
 
 
 class Remark(NamedTuple):
-    """Something in the text that the user should know before it runs."""
+    """A remark of the reader that the user should see before the program runs."""
 
     line: int
     word: str
@@ -57,7 +57,7 @@ class PartProgram(ProgramConfig):
     """A program from G-code, whose steps are already paths and dwells."""
 
     steps: list[StepConfig] = Field(default_factory=list, alias="step", max_length=0)
-    motion: SkipValidation[Sequence[Any]]  # Step of motion/program.py, which pydantic cannot look into
+    motion: SkipValidation[Sequence[Any]]  # Step of motion/program.py, which pydantic cannot check
     """Paths and dwells, each from rest to rest, SI."""
     remarks: SkipValidation[Sequence[Remark]]
     blocks: int

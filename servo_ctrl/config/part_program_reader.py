@@ -19,7 +19,7 @@ from servo_ctrl.motion.move import Dwell
 from servo_ctrl.units import MM
 
 INCH_M = 25.4 * MM
-_CARRIED_OUT = "is carried out; --block-delete leaves such blocks out"
+_OPTIONAL_BLOCK_TEXT = "is carried out; --block-delete leaves such blocks out"
 
 
 def read_part_program(path: Path, axes: Sequence[str], options: ReadingOptions | None = None) -> PartProgram:
@@ -54,7 +54,7 @@ class _Reader:
 
     def read(self, text: str) -> PartProgram:
         """Read the whole program up to its end."""
-        line, count, ended, first = 1, 0, False, self._options.first_line
+        line, block_count, ended, first = 1, 0, False, self._options.first_line
         for block in blocks(text, self._source):
             line, ended = block.line, not block.words
             if ended:
@@ -62,14 +62,14 @@ class _Reader:
             if block.optional and self._options.block_delete:
                 continue
             if block.optional:
-                self._remarks.append(Remark(line, "/", _CARRIED_OUT))
+                self._remarks.append(Remark(line, "/", _OPTIONAL_BLOCK_TEXT))
             if line >= first > 1 and self._entry is None:
-                self._enter(line)
-            found = sorted_block(block, self._source, first=count == 0)
-            count += 1
-            self._remarks += [Remark(line, word.text, Effect.NONE.value) for word in found.without_effect]
-            self._carry_out(found)
-            if found.codes.get("stop") in {"M2", "M30"}:
+                self._begin_motion(line)
+            parsed = sorted_block(block, self._source, first=block_count == 0)
+            block_count += 1
+            self._remarks += [Remark(line, word.text, Effect.NONE.value) for word in parsed.without_effect]
+            self._execute(parsed)
+            if parsed.codes.get("stop") in {"M2", "M30"}:
                 ended = True
                 break
         self._path.rest()
@@ -83,7 +83,7 @@ class _Reader:
             source=self._source,
             motion=self._path.steps,
             remarks=self._remarks,
-            blocks=count,
+            blocks=block_count,
             work_offset_m=self._offset_m,
             optional_stops=self._optional_stops,
             entry=self._entry,
@@ -91,13 +91,13 @@ class _Reader:
             start_m=self._options.start_m,
         )
 
-    def _enter(self, line: int) -> None:
+    def _begin_motion(self, line: int) -> None:
         """Begin the motion at this line, with the present modal state."""
         self._entry = ProgramEntry(line, self._modes.words, tuple(self._path.position_m))
         self._optional_stops.clear()
         self._path.begin_at(line)
 
-    def _carry_out(self, block: SortedBlock) -> None:
+    def _execute(self, block: SortedBlock) -> None:
         """Execute a block in the order: modes, feed, dwell or motion."""
         codes = block.codes
         if "dwell" in codes and codes.keys() & {"motion", "path control", "exact stop"}:

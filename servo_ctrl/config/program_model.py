@@ -103,14 +103,14 @@ class SShapeStep(FileSection):
 
     @field_validator("distance_mm")
     @classmethod
-    def _goes_somewhere(cls, value: float) -> float:
+    def _distance_is_not_zero(cls, value: float) -> float:
         if value == 0.0:
             raise ValueError("must not be 0")
         return value
 
 
 class DwellStep(FileSection):
-    """A rest of all axes."""
+    """A pause of all axes at standstill."""
 
     kind: Annotated[Literal["dwell"], KIND]
     label: Label = "dwell"

@@ -34,18 +34,18 @@ class FileSection(BaseModel):
 
 
 def _meanings_of_keys(section: type[FileSection]) -> dict[str, str]:
-    """Return the docstring below each key of a section and of its bases; a key's own comes last."""
+    """Return the docstring below each key of a section and of its bases; the most derived class wins."""
     meanings: dict[str, str] = {}
     for base in reversed(section.__mro__):
         if not issubclass(base, FileSection) or base is FileSection:
             continue
         if base.__pydantic_generic_metadata__["origin"] is not None:
-            continue  # a generic section for one type: its source is that of the generic one, which follows
+            continue  # a parametrized generic section shares the source of its generic base, which follows
         tree = ast.parse(textwrap.dedent(inspect.getsource(base)))
-        declared = next(one.body for one in tree.body if isinstance(one, ast.ClassDef))
-        for key, below in pairwise(declared):
+        body = next(node.body for node in tree.body if isinstance(node, ast.ClassDef))
+        for key, statement in pairwise(body):
             if isinstance(key, ast.AnnAssign) and isinstance(key.target, ast.Name):
-                match below:
+                match statement:
                     case ast.Expr(value=ast.Constant(value=str(meaning))):
                         meanings[key.target.id] = inspect.cleandoc(meaning)
     return meanings

@@ -67,7 +67,9 @@ def _step(config: StepConfig, machine: MachineConfig, source: Path, key: str) ->
                 feed_m_s=feed_m_s,
                 turns=config.turns,
                 counterclockwise=config.direction == "ccw",
-                ramp_s=_ramp_s(config, machine, source, key, feed_m_s / radius_m, config.turns),
+                ramp_s=_ramp_s(
+                    config, machine, source, key, speed_rad_s=feed_m_s / radius_m, turns=config.turns
+                ),
             )
         case SineStep():
             speed_rad_s = _speed_rad_s(config)
@@ -77,7 +79,7 @@ def _step(config: StepConfig, machine: MachineConfig, source: Path, key: str) ->
                 amplitude_m=config.amplitude_mm * MM,
                 speed_rad_s=speed_rad_s,
                 cycles=config.cycles,
-                ramp_s=_ramp_s(config, machine, source, key, speed_rad_s, config.cycles),
+                ramp_s=_ramp_s(config, machine, source, key, speed_rad_s=speed_rad_s, turns=config.cycles),
             )
         case SShapeStep():
             return ThereAndBack(
@@ -101,7 +103,7 @@ def _step(config: StepConfig, machine: MachineConfig, source: Path, key: str) ->
 def _speed_rad_s(config: SineStep) -> float:
     if config.frequency_hz is not None:
         return 2.0 * math.pi * config.frequency_hz
-    assert config.reverse_acceleration_mm_s2 is not None  # noqa: S101  # the model takes one of the two
+    assert config.reverse_acceleration_mm_s2 is not None  # noqa: S101  # `SineStep` requires one of the two
     return speed_for_reverse_acceleration(config.amplitude_mm * MM, config.reverse_acceleration_mm_s2 * MM)
 
 
@@ -110,6 +112,7 @@ def _ramp_s(
     machine: MachineConfig,
     source: Path,
     key: str,
+    *,
     speed_rad_s: float,
     turns: float,
 ) -> float:
@@ -131,11 +134,11 @@ def _samples(config: SamplesStep, machine: MachineConfig) -> Samples:
     """Read recorded set points of the named axes; the others are NaN and hold."""
     assert config.file is not None  # noqa: S101  # load_program has set it
     names = list(machine.axes)
-    names_in_file = [config.time, *config.position.values(), *config.force_offset.values()]
-    columns = read_columns(config.file, list(dict.fromkeys(names_in_file)))
+    column_names = [config.time, *config.position.values(), *config.force_offset.values()]
+    columns = read_columns(config.file, list(dict.fromkeys(column_names)))
     time_s = columns[config.time]
     if len(time_s) < 2:
-        raise ConfigError(config.file, config.time, "two samples at least are needed")
+        raise ConfigError(config.file, config.time, "at least two samples are needed")
     uneven = np.abs(np.diff(time_s) - machine.period_s) > _TIME_TOLERANCE * machine.period_s
     if uneven.any():
         row = int(np.argmax(uneven))

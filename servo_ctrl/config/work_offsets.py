@@ -18,14 +18,14 @@ from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.motion.gcode.words import WORK_OFFSETS
 from servo_ctrl.units import MM
 
-FILE = "work_offsets.toml"
+OFFSETS_FILE = "work_offsets.toml"
 Offsets = dict[str, dict[str, float]]
 """Position of the zero in metres from home, by name and axis."""
 
 
 def read_offsets(directory: Path, axes: Mapping[str, tuple[float, float]]) -> Offsets:
     """Read the offsets that are set; empty without a file. `axes`: travels, m. Raises ConfigError."""
-    path = directory / FILE
+    path = directory / OFFSETS_FILE
     if not path.exists():
         return {}
     document = read_toml(path)
@@ -54,10 +54,10 @@ def write_offsets(directory: Path, offsets: Mapping[str, Mapping[str, float]]) -
     """Write the offsets. Raises OSError."""
     directory.mkdir(parents=True, exist_ok=True)
     tables = {
-        name: {axis: round(zero_m / MM, 9) for axis, zero_m in of_axis.items()}
-        for name, of_axis in offsets.items()
+        name: {axis: round(zero_m / MM, 9) for axis, zero_m in zeros_m.items()}
+        for name, zeros_m in offsets.items()
     }
-    write_text_whole(directory / FILE, toml_text({"format": 1, "offset_mm": tables}))
+    write_text_whole(directory / OFFSETS_FILE, toml_text({"format": 1, "offset_mm": tables}))
 
 
 def within_reach(zero_m: float, travel_m: tuple[float, float]) -> bool:

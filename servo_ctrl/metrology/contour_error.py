@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import motion_limits
+from servo_ctrl.config.kernel_params import motion_limits
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import reason_of
 from servo_ctrl.files.whole_file import write_text_whole

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation.notch import NotchSettings
 from servo_ctrl.control.tick import AxisParams

@@ -15,12 +15,12 @@ import numpy as np
 
 from hil_sim.config import PlantConfig
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import (
+from servo_ctrl.config.kernel_params import (
     axis_params,
     with_fuzzy,
     with_observer,
     with_pulse,
-    with_sampled,
+    with_sampled_dual_loop,
     with_screw,
 )
 from servo_ctrl.config.law_sections import SECTION_TYPES
@@ -125,14 +125,14 @@ class AxisStudy:
         """Return the parameters of the combination, each compensation learned with the others in action."""
         params = axis_params(machine, self._axis)
         params = with_fuzzy(params, enabled=acting.fuzzy)
-        params = with_sampled(params, enabled=False)
+        params = with_sampled_dual_loop(params, enabled=False)
         if acting.pulse:
             functions = learn_axis(machine, self._plant, self._axis, "fast", params).learned
             params = with_pulse(params, table(functions))
         if acting.screw:
             screw = learn_screw(machine, self._axis, self._rollout(machine, params), params)
             params = with_screw(params, error_table(screw), screw.lost_motion_m)
-        return with_sampled(with_observer(params, enabled=acting.observer), enabled=acting.sampled)
+        return with_sampled_dual_loop(with_observer(params, enabled=acting.observer), enabled=acting.sampled)
 
     def _rollout(self, machine: MachineConfig, params: AxisParams) -> AxisRollout:
         return twin_axis(machine, self._plant, self._axis, params).rollout

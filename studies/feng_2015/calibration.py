@@ -19,7 +19,7 @@ from scipy.optimize import Bounds, differential_evolution
 from hil_sim.config import PlantConfig
 from hil_sim.physics.friction import presliding_gms
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.metrology.circles import ReversalFigures, analyse_circles, figures_um

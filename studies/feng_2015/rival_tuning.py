@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from hil_sim.config import PlantConfig
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import with_waveform
+from servo_ctrl.config.kernel_params import with_waveform
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.loop_margins import noise_gain_n_m, sensitivity_peak
 from servo_ctrl.control.tick import AxisParams

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hil_sim.config import PlantConfig
-from servo_ctrl.config.freeze import with_pulse
+from servo_ctrl.config.kernel_params import with_pulse
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.reversal_waveform import SLOPES, WaveformLearned

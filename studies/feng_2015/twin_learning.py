@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from hil_sim.config import PlantConfig
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params, with_pulse
+from servo_ctrl.config.kernel_params import axis_params, with_pulse
 from servo_ctrl.config.learning import learning_settings, stroke_steps
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig

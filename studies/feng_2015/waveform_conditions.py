@@ -13,7 +13,7 @@ import numpy as np
 
 from hil_sim.config import PlantConfig
 from hil_sim.physics.transmission import backlash
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.loop_margins import sensitivity_peak
 from studies.random_plants import FORCES, FRICTION_SHARE, MASS_SHARE, each_axis, random_plant, scaled

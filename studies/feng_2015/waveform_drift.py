@@ -10,7 +10,7 @@ import numpy as np
 from hil_sim.config import PlantConfig
 from hil_sim.physics.friction import lubrication_loss
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.learning.performance import evaluation_m, window_samples

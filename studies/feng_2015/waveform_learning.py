@@ -9,7 +9,7 @@ import numpy as np
 
 from hil_sim.config import PlantConfig
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params, with_waveform
+from servo_ctrl.config.kernel_params import axis_params, with_waveform
 from servo_ctrl.config.learning import stroke_steps, waveform_settings
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams

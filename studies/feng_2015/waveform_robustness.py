@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from servo_ctrl.cli.figures_file import write_figures
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.learning.reversal_waveform import WaveformLearned

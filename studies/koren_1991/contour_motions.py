@@ -7,7 +7,7 @@ import numpy as np
 from hil_sim.config import PlantConfig
 from kernels.arrays import Array
 from servo_ctrl.config.contour_model import ContourControl
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_program
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program

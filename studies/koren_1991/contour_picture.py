@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.plots.figures import plot_contour
 from studies.feng_2015.twin_motions import twin_program

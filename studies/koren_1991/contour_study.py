@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from servo_ctrl.cli.figures_file import write_figures
-from servo_ctrl.config.contour import MOST_SENSITIVITY, sensitivity_peak_of
+from servo_ctrl.config.contour import SENSITIVITY_PEAK_MAX, sensitivity_peak_of
 from servo_ctrl.config.contour_model import ContourControl
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
@@ -76,7 +76,7 @@ def measured(condition: Condition, *, waveforms: bool = False) -> dict[str, Any]
     machine, plant = condition.machine, condition.plant
     section = ContourControl(axes=list(machine.axes), kp_1_s=GAIN_1_S)
     peak = sensitivity_peak_of(machine, section)
-    entry: dict[str, Any] = {"name": condition.name, "Ms": peak, "refused": peak > MOST_SENSITIVITY}
+    entry: dict[str, Any] = {"name": condition.name, "Ms": peak, "refused": peak > SENSITIVITY_PEAK_MAX}
     if entry["refused"]:
         return {**entry, "motions": []}
     params = {name: axis_params(machine, name) for name in machine.axes}

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from servo_ctrl.cli.figures_file import write_figures
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.metrology.iso_230_2 import positioning
 from studies.wang_2014.plan import AXIS, stage_machine
 from studies.wang_2014.random_stages import RandomStage, random_stages

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from servo_ctrl.config.freeze import with_sampled, with_screw
+from servo_ctrl.config.kernel_params import with_sampled_dual_loop, with_screw
 from servo_ctrl.config.learning import screw_settings, screw_steps
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import program_segments
@@ -20,7 +20,7 @@ def learn_screw(machine: MachineConfig, name: str, axis: AxisRollout, params: Ax
     start_m = [0.0] * len(machine.axes)
     while (travel := run.stroke) is not None:
         with_table = with_screw(params, travel.table, travel.lost_motion_m)
-        axis.change_params(with_sampled(with_table, enabled=False))
+        axis.change_params(with_sampled_dual_loop(with_table, enabled=False))
         rows = []
         for segment in program_segments(screw_steps(machine, name, start_m), machine, start_m):
             rows.append(axis.rows(set_points(segment, column)))

@@ -17,7 +17,7 @@ import numpy as np
 
 from hil_sim.config import PlantConfig
 from hil_sim.plant.measured_point import measured_point_m
-from servo_ctrl.config.freeze import axis_params, with_screw
+from servo_ctrl.config.kernel_params import axis_params, with_screw
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.config.steps import program_steps

@@ -15,7 +15,7 @@ import numpy as np
 
 from hil_sim.config import AxisPlant, PlantConfig
 from servo_ctrl.cli.figures_file import write_figures
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.motion.move import Dwell, Move

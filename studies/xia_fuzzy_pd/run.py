@@ -9,7 +9,7 @@ from rich.table import Table
 
 from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.cli.progress import progress_bar
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.learning.performance import reversals
 from studies.xia_fuzzy_pd.plots import plot_sines, plot_steps, plot_surface, plot_velocity_step

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program
 from studies.twin_axis import motion, twin_axis

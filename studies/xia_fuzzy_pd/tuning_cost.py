@@ -13,7 +13,7 @@ import numpy as np
 
 from hil_sim.config import PlantConfig
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.motion.move import Dwell, Move

@@ -8,7 +8,7 @@ from typing import Any, get_type_hints
 import pytest
 
 from kernels.quantities import Quantity, suffix_of
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.parts import SECTIONS
 from servo_ctrl.control.section import AxisFacts, Key

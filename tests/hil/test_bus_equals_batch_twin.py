@@ -10,7 +10,7 @@ from program_steps import circle, move
 from waveform_examples import example_waveform
 
 from hil_sim.config import load_plant
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.hil_rig.simulated_run import SimulatedRun, simulated_run

@@ -11,7 +11,7 @@ import pytest
 from machine_files import text_of
 
 from hil_sim.config import load_plant
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.recording.reader import load_recording

@@ -13,7 +13,7 @@ from pyarrow import parquet
 
 from hil_sim.config import load_plant
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.program import check_program, program_segments
 from twin.rollout import rollout

@@ -15,7 +15,7 @@ from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.file_format import ADVICE
 from servo_ctrl.config.load import FOREIGN_ENDINGS, KINDS
-from servo_ctrl.config.program import SHOWN_IN
+from servo_ctrl.config.program import REPORTED_UNITS
 from servo_ctrl.motion.gcode.words import G_CODES, M_CODES, Effect
 
 ROOM = Path(servo_ctrl.__file__).parent
@@ -229,7 +229,7 @@ def _words_of_loaders() -> set[str]:
         | set(KINDS.values())
         | set(FOREIGN_ENDINGS.values()) - {"G-code"}
         | {ADVICE}
-        | {f"{quantity} {{0}}" for quantity in SHOWN_IN}
+        | {f"{quantity} {{0}}" for quantity in REPORTED_UNITS}
         | {os.strerror(number) for number in (EACCES, EEXIST, EISDIR, ENOENT, ENOSPC, ENOTDIR, EROFS)}
         | {"[Errno {0}] {1}"}
         | library

@@ -7,7 +7,7 @@ from servo_ctrl.axis.axis_watch import Found
 from servo_ctrl.axis.cycle_memory import CycleMemory
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.node_plan import NodePlan
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.cyclic.sequence import SETTLING_CYCLES
 from servo_ctrl.recording.channels import AXIS_CHANNELS

@@ -42,7 +42,7 @@ NEUTRAL = Params(enabled=False, lost_motion_m=0.0, acceleration_m_s2=1.0, jerk_m
 
 
 def params_of(settings: TakeUpSettings, _axis: AxisFacts) -> Params:
-    """Parameters before anything is learned, hence off; `config.freeze.with_screw` sets the lost motion."""
+    """Parameters before anything is learned: off; `config.kernel_params.with_screw` sets the lost motion."""
     return NEUTRAL._replace(
         acceleration_m_s2=float(settings.take_up_acceleration_mm_s2) * MM,
         jerk_m_s3=float(settings.take_up_jerk_mm_s3) * MM,

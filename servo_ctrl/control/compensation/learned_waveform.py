@@ -106,7 +106,7 @@ NEUTRAL = Params(
 
 
 def params_of(settings: LearnedWaveformSettings, axis: AxisFacts) -> Params:
-    """Parameters before anything is learned, hence off; `config.freeze.with_waveform` sets the rest."""
+    """Parameters before anything is learned: off; `config.kernel_params.with_waveform` sets the rest."""
     return NEUTRAL._replace(
         limit_n=float(settings.limit_n),
         lead_s=DEAD_PERIODS * axis.period_s + float(settings.amplifier_delay_ms) * 1e-3,

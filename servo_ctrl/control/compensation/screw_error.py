@@ -56,7 +56,7 @@ NEUTRAL = Params(enabled=False, table=np.zeros((2, 1)))
 
 
 def params_of(_settings: ScrewCompensationSettings, _axis: AxisFacts) -> Params:
-    """Parameters before anything is learned, hence off; `config.freeze.with_screw` sets the table."""
+    """Parameters before anything is learned: off; `config.kernel_params.with_screw` sets the table."""
     return NEUTRAL
 
 

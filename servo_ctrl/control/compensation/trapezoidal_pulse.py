@@ -82,7 +82,7 @@ NEUTRAL = Params(enabled=False, rise_s=1.0, amplitude_max_m_s=0.0, learned=np.ze
 
 
 def params_of(settings: FrictionCompensationSettings, _axis: AxisFacts) -> Params:
-    """Parameters before anything is learned, hence off; `config.freeze.with_pulse` sets the functions."""
+    """Parameters before anything is learned: off; `config.kernel_params.with_pulse` sets the functions."""
     rise_s = float(settings.rise_ms) * 1e-3
     return NEUTRAL._replace(
         rise_s=rise_s, amplitude_max_m_s=float(settings.acceleration_allowed_mm_s2) * MM * rise_s

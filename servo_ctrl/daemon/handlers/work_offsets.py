@@ -7,7 +7,7 @@ from pathlib import Path
 from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.machine_status import WorkOffset
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.config.work_offsets import FILE, Offsets, read_offsets, within_reach, write_offsets
+from servo_ctrl.config.work_offsets import OFFSETS_FILE, Offsets, read_offsets, within_reach, write_offsets
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.errors import ConfigError, ServoCtrlError
 from servo_ctrl.units import MM
@@ -47,7 +47,7 @@ class WorkOffsets:
         """Return the offsets for reading a part program. Raises ConfigError if the file was unreadable."""
         if self.problem:
             reason = f"the work offsets are unknown, clear them first: {self.problem}"
-            raise ConfigError(self._directory / FILE, "", reason)
+            raise ConfigError(self._directory / OFFSETS_FILE, "", reason)
         return {name: dict(of_axis) for name, of_axis in self._offsets.items()}
 
     def status(self) -> tuple[WorkOffset, ...]:
@@ -98,5 +98,7 @@ class WorkOffsets:
         try:
             write_offsets(self._directory, offsets)
         except OSError as error:
-            text = f"{self._directory / FILE}: cannot be written, it holds until the run ends: {error}"
+            text = (
+                f"{self._directory / OFFSETS_FILE}: cannot be written, it holds until the run ends: {error}"
+            )
             raise OffsetsNotWrittenError(text) from None

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 
 from kernels.arrays import Array
 from servo_ctrl.axis.servo import AxisServo
-from servo_ctrl.config.freeze import with_observer, with_pulse
+from servo_ctrl.config.kernel_params import with_observer, with_pulse
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings

@@ -7,7 +7,7 @@ neither its stored table nor the sampled dual loop acts, because both would hide
 from collections.abc import Sequence
 
 from servo_ctrl.axis.servo import AxisServo
-from servo_ctrl.config.freeze import with_sampled, with_screw
+from servo_ctrl.config.kernel_params import with_sampled_dual_loop, with_screw
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.sampled_dual_loop import SampledDualLoopSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
@@ -48,7 +48,9 @@ class ScrewCompensation(LearnedCompensation[ScrewTravel]):
             table, lost_motion_m, sampled = self._trial.table, self._trial.lost_motion_m, False
         elif self.enabled and self.stored is not None:
             table, lost_motion_m = error_table(self.stored.learned), self.stored.learned.lost_motion_m
-        self._servo.change_params(with_sampled(with_screw(self._servo.params, table, lost_motion_m), sampled))
+        self._servo.change_params(
+            with_sampled_dual_loop(with_screw(self._servo.params, table, lost_motion_m), sampled)
+        )
 
 
 def load_screws(

@@ -7,8 +7,8 @@ acts, pulse and observer do not act, regardless of their switches (see `learned_
 from collections.abc import Sequence
 
 from servo_ctrl.axis.servo import AxisServo
-from servo_ctrl.config.freeze import with_waveform
-from servo_ctrl.config.learning import unlearnable
+from servo_ctrl.config.kernel_params import with_waveform
+from servo_ctrl.config.learning import waveform_objection
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.learned_waveform import LearnedWaveformSettings
 from servo_ctrl.daemon.learning.learned_compensation import LearnedCompensation
@@ -27,7 +27,7 @@ class WaveformCompensation(LearnedCompensation[WaveformStroke]):
         super().__init__(servo)
         self.fitted = config.section(LearnedWaveformSettings) is not None
         """Whether the machine file has the section."""
-        self.learns = not unlearnable(config)
+        self.learns = not waveform_objection(config)
         self.enabled = config.acts(LearnedWaveformSettings)
         self.stored: StoredResult[WaveformLearned] | None = None
         """The stored version in use."""

@@ -12,7 +12,7 @@ from servo_ctrl.canopen.node import ControllerNode
 from servo_ctrl.canopen.node_plan import LIMIT_SWITCHES, NodePlan, PdoPlan
 from servo_ctrl.canopen.watch import HeartbeatWatch, emcy_handler
 from servo_ctrl.config.contour import couplings
-from servo_ctrl.config.freeze import axis_params, input_shaper
+from servo_ctrl.config.kernel_params import axis_params, input_shaper
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.cycle.drives import AxisPlace

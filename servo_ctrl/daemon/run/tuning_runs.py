@@ -17,7 +17,7 @@ from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.local_messages import TuningRun
 from servo_ctrl.commands.objections import OVERRIDDEN
 from servo_ctrl.commands.stage import Stage, refused, refused_now
-from servo_ctrl.config.freeze import axis_params, with_observer, with_sampled
+from servo_ctrl.config.kernel_params import axis_params, with_observer, with_sampled_dual_loop
 from servo_ctrl.config.law_sections import SECTION_TYPES, period_objections
 from servo_ctrl.config.model import Control, MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
@@ -209,7 +209,7 @@ class TuningRuns:
 
 def _without_compensations(params: AxisParams) -> AxisParams:
     """Switch off what the machine file switches on; what was learned does not act without its tables."""
-    return with_sampled(with_observer(params, enabled=False), enabled=False)
+    return with_sampled_dual_loop(with_observer(params, enabled=False), enabled=False)
 
 
 def _beyond_bounds(asked: TuningRun, limit_n: float) -> CommandResult | None:

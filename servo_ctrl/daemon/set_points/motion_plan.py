@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from servo_ctrl.config.freeze import motion_limits
-from servo_ctrl.config.learning import screw_steps, stroke_steps, unlearnable
+from servo_ctrl.config.kernel_params import motion_limits
+from servo_ctrl.config.learning import screw_steps, stroke_steps, waveform_objection
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.program import check_program, check_steps
@@ -190,7 +190,7 @@ class MotionPlan:
         for name, axis in self._machine.axes.items():
             if axis.section(learned) is None:
                 continue
-            if learned is LearnedWaveformSettings and (reason := unlearnable(axis)):
+            if learned is LearnedWaveformSettings and (reason := waveform_objection(axis)):
                 found[name] = str(ConfigError(self._machine.source, f"axis.{name}.learned_waveform", reason))
                 continue
             for acceleration_mm_s2 in self._machine.learning.accelerations_mm_s2:

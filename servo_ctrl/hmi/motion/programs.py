@@ -100,7 +100,7 @@ def preview_of(machine_file: Path, name: str, text: str, reading: ReadingOptions
             file = name if error.file == str(path) else Path(error.file).name
             raise ConfigError(file, error.key, error.reason) from None
     run = dry_run(steps, machine)
-    drawn = equidistant(run.drawn_m, run.drawn_m_s)
+    drawn = equidistant(run.plot_m, run.plot_m_s)
     release_compiler()  # the first program loads the kernels of planning
     entry = program.entry if isinstance(program, PartProgram) else None
     return Preview(tuple(machine.axes), len(steps), run, *drawn, entry)

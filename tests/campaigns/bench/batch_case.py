@@ -7,7 +7,7 @@ import numpy as np
 
 from hil_sim.config import Plant, PlantConfig, build_plant, load_plant
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments

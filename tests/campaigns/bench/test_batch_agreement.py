@@ -28,7 +28,7 @@ from hil_sim.physics.transmission import (
     thermal_expansion,
 )
 from kernels.quantities import section_of
-from servo_ctrl.config.freeze import with_observer, with_pulse
+from servo_ctrl.config.kernel_params import with_observer, with_pulse
 from servo_ctrl.control import position_loop
 from servo_ctrl.control.compensation import backlash as take_up
 from servo_ctrl.control.compensation import fuzzy_pd, sampled_dual_loop, screw_error

@@ -15,7 +15,7 @@ import numpy as np
 
 from hil_sim.config import PlantConfig
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams

@@ -19,7 +19,7 @@ from settled_axis import (
 )
 
 from servo_ctrl.axis.fault_policy import Event
-from servo_ctrl.config.freeze import with_screw
+from servo_ctrl.config.kernel_params import with_screw
 from servo_ctrl.cyclic.cia402 import SHUTDOWN
 from servo_ctrl.cyclic.drive_phases import Phase
 

@@ -11,7 +11,7 @@ from servo_ctrl.axis.axis_parts import axis_parts
 from servo_ctrl.axis.cycle_memory import CycleMemory
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.pdo import MappedObject, PdoCodec
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.cyclic.cia402 import Mode
 from servo_ctrl.cyclic.drive_phases import Phase, problem_text
 from servo_ctrl.cyclic.sequence import advance

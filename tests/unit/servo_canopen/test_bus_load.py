@@ -49,7 +49,7 @@ def test_a_cycle_that_the_bus_cannot_carry_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("key", ["fd = true", "data_bit_rate_kbit_s = 4000"])
 def test_can_fd_is_refused_in_words(key: str, tmp_path: Path) -> None:
     text = text_of(XY_TABLE / "controller.toml", {"[bus]": f"[bus]\n{key}"})
-    with pytest.raises(ConfigError, match=rf"bus\.{key.split(maxsplit=1)[0]}: CAN FD is not spoken here"):
+    with pytest.raises(ConfigError, match=rf"bus\.{key.split(maxsplit=1)[0]}: CAN FD is not supported"):
         load_machine(write_controller(tmp_path, text))
 
 

@@ -9,7 +9,7 @@ from hil_sim.config.load import load_plant
 from servo_ctrl.cli import conformance_request
 from servo_ctrl.cli.main import app
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.config.machine_sheet import QUESTIONS, AxisSheet
+from servo_ctrl.config.machine_sheet import PROMPTS, AxisSheet
 from servo_ctrl.conformance.scan import FoundNode
 
 X = "x drive=1 scale=11 lead_mm=10 mass_kg=45 travel_mm=-100..100"
@@ -23,7 +23,7 @@ def made(directory: Path, *arguments: str, typed: str = "", status: int = 0) -> 
 
 
 def test_every_answer_has_a_question() -> None:
-    assert set(QUESTIONS) == set(AxisSheet._fields) - {"name"}
+    assert set(PROMPTS) == set(AxisSheet._fields) - {"name"}
 
 
 def test_both_files_are_read_by_their_programs_and_describe_one_machine(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from machine_files import XY_TABLE, text_of, write_controller
 
-from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse
+from servo_ctrl.config.kernel_params import axis_params, with_observer, with_pulse
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.errors import ConfigError
 
@@ -135,7 +135,7 @@ def test_an_observer_without_the_current_is_refused(made: Make) -> None:
 @pytest.mark.parametrize(
     ("section", "mode", "reason"),
     [
-        (PULSE, "csp", "friction_compensation: mode csp has no velocity set point of ours"),
+        (PULSE, "csp", "friction_compensation: mode csp has no velocity set point of the controller"),
         (OBSERVER, "csv", "disturbance_observer: only mode cst has a force set point"),
         (OBSERVER, "csp", "disturbance_observer: only mode cst has a force set point"),
     ],

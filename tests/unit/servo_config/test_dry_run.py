@@ -56,8 +56,8 @@ def test_the_highest_of_each_axis_are_those_of_the_samples(xy: MachineConfig, tm
         found.jerk_m_s3, np.abs(np.diff(acceleration, axis=0)).max(axis=0) / xy.period_s
     )
     assert found.path_speed_m_s == pytest.approx(np.linalg.norm(velocity, axis=1).max())
-    assert found.drawn_rapid[1]
-    assert not found.drawn_rapid[-1]
+    assert found.plot_rapid[1]
+    assert not found.plot_rapid[-1]
 
 
 def test_a_line_too_short_to_reach_its_feed_is_named(xy: MachineConfig, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_ctrl.config.freeze import axis_params, motion_limits
+from servo_ctrl.config.kernel_params import axis_params, motion_limits
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.section import filter_blend

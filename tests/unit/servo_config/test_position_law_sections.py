@@ -14,7 +14,7 @@ from law_records import axis_records
 from machine_files import XY_TABLE, replaced, text_of, without_sections, write_controller
 from pydantic import ValidationError
 
-from servo_ctrl.config.freeze import axis_params, with_fuzzy, with_sampled, with_screw
+from servo_ctrl.config.kernel_params import axis_params, with_fuzzy, with_sampled_dual_loop, with_screw
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.axis_record import tick_axis
@@ -82,7 +82,7 @@ def test_motor_corrections_are_converted_to_si_and_need_a_learned_table(
     p, limits = axis_params(machine, "x"), machine.axes["x"].limits
     assert p.sampled[:6] == pytest.approx((True, 0.08, 0.4e-6, 3, 100e-6, False))
     assert p.sampled[6:] == pytest.approx((0.02, limits.jerk_mm_s3 * 1e-3, 0.25))
-    assert not with_sampled(p, enabled=False).sampled.enabled
+    assert not with_sampled_dual_loop(p, enabled=False).sampled.enabled
     assert (p.screw.enabled, p.take_up.enabled) == (False, False)
     led = with_screw(p, np.asfortranarray([[0.0, 1.0], [1e-6, 2e-6]]), 7e-6)
     assert (led.screw.enabled, led.take_up.enabled, led.take_up.lost_motion_m) == (True, True, 7e-6)
@@ -95,7 +95,7 @@ def test_motor_corrections_are_converted_to_si_and_need_a_learned_table(
 @pytest.mark.parametrize(
     ("sections", "replaced", "reason"),
     [
-        (FUZZY, CSP, "axis.x.fuzzy_pd: mode csp has no velocity set point of ours"),
+        (FUZZY, CSP, "axis.x.fuzzy_pd: mode csp has no velocity set point of the controller"),
         (SCREW, {}, 'axis.x.screw_compensation: needs mode csp, or control.feedback "motor"'),
         (SAMPLED, {}, 'axis.x.sampled_dual_loop: needs mode csp, or control.feedback "motor"'),
         (f"{SAMPLED}tolerance_um = 0.04", CSP, "tolerance_um: 0.04 is less than half a count of the scale"),

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.contour_control import Pair, Params, at_rest, coupled
 from servo_ctrl.control.contour_margin import coupled_sensitivity_peak

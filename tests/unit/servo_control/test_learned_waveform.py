@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from waveform_examples import example_waveform
 
-from servo_ctrl.config.freeze import axis_params, with_observer, with_waveform
+from servo_ctrl.config.kernel_params import axis_params, with_observer, with_waveform
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation.learned_waveform import AHEAD_S, NEUTRAL, wave_n

@@ -8,7 +8,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from kernels.jit import signatures
-from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse
+from servo_ctrl.config.kernel_params import axis_params, with_observer, with_pulse
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import signal
 
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation import notch
 from servo_ctrl.control.tick import axis_tick, initial_state

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import optimize
 
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params, with_observer
+from servo_ctrl.config.kernel_params import axis_params, with_observer
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
 from servo_ctrl.control.limits import AxisLimits

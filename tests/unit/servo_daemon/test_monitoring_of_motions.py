@@ -9,7 +9,7 @@ from recorded_rows import rows_of
 
 from hil_sim.config import load_plant
 from kernels.arrays import Array
-from servo_ctrl.config.freeze import axis_params, motion_limits
+from servo_ctrl.config.kernel_params import axis_params, motion_limits
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.learning.monitoring import ReversalMonitor
 from servo_ctrl.learning.performance import (

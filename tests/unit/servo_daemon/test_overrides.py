@@ -8,7 +8,7 @@ from ideal_drives import PERIOD_S, Operate, OperatedStand
 from operated_programs import LIMIT_M_S2, run_out, speed_m_s
 
 from servo_ctrl.commands.command import Command, Refusal
-from servo_ctrl.config.freeze import motion_limits
+from servo_ctrl.config.kernel_params import motion_limits
 from servo_ctrl.daemon.set_points.pace import at_raised_feed
 from servo_ctrl.motion.circle import Circle
 from servo_ctrl.motion.move import Move

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import signal
 
-from servo_ctrl.config.freeze import input_shaper
+from servo_ctrl.config.kernel_params import input_shaper
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.set_points.reference import ProgramReference, interleave
 from servo_ctrl.daemon.set_points.set_point_source import SetPointSource

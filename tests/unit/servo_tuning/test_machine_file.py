@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation import notch
 from servo_ctrl.excitation.measuring_motion import TuneError

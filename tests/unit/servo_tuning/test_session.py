@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from hil_sim.config import PlantConfig
 from servo_ctrl.cli.main import app
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.config.program_model import ProgramConfig

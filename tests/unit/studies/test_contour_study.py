@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from studies.feng_2015.waveform_conditions import Condition, with_period
 from studies.koren_1991.contour_study import MACHINE, machines, measured, with_more_gain

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hil_sim.config import load_plant
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from studies.xia_fuzzy_pd import tuning_cost
 from studies.xia_fuzzy_pd.position_tuning import POPULATION, tuned

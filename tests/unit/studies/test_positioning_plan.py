@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from machine_files import text_of, write_controller
 
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.program import check_program
 from servo_ctrl.config.program_model import DwellStep, MoveStep
 from servo_ctrl.errors import ServoCtrlError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hil_sim.config import build_plant, load_plant
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.program import program_segments
 from servo_ctrl.config.steps import program_steps
 from servo_ctrl.learned.store import ScrewStore

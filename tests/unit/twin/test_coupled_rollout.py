@@ -8,7 +8,7 @@ import pytest
 from hil_sim.config import load_plant
 from kernels.arrays import Array
 from servo_ctrl.config.contour_model import ContourControl
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from twin.rollout import RolloutError, rollout

@@ -12,7 +12,7 @@ from hil_sim.physics.sensor import cross_axis_coupling
 from hil_sim.plant.integrate import advance
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count, to_integer
 from servo_ctrl.canopen.settings import force_limit_permille
-from servo_ctrl.config.freeze import axis_params, with_observer, with_pulse, with_screw
+from servo_ctrl.config.kernel_params import axis_params, with_observer, with_pulse, with_screw
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation import fuzzy_pd, sampled_dual_loop

@@ -9,7 +9,7 @@ from machine_files import XY_TABLE, text_of, write_controller
 
 from hil_sim.config import build_plant, load_plant
 from servo_ctrl.axis.fault_policy import Event
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program import program_segments
 from twin.axis_rollout import AxisRollout

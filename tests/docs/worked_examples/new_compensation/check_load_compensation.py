@@ -8,7 +8,7 @@ from law_records import axis_records
 from numpy.testing import assert_allclose
 
 from kernels.records import read
-from servo_ctrl.config.freeze import axis_params
+from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.key_tables import filled
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.axis_record import tick_axis

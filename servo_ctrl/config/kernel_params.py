@@ -61,7 +61,7 @@ def axis_params(machine: MachineConfig, axis: str) -> AxisParams:
 
 
 def _sections_of(config: AxisConfig, period_s: float) -> dict[str, Any]:
-    """Return the parameters of the parts of the law with their own section, by field of `AxisParams`."""
+    """Return the parameters of the parts of the law with a section of their own, by field of `AxisParams`."""
     axis = AxisFacts(
         period_s=period_s,
         acceleration_m_s2=float(config.limits.acceleration_mm_s2) * MM,
@@ -111,7 +111,7 @@ def with_screw(params: AxisParams, table: Array | None, lost_motion_m: float = 0
     )
 
 
-def with_sampled(params: AxisParams, enabled: bool) -> AxisParams:
+def with_sampled_dual_loop(params: AxisParams, enabled: bool) -> AxisParams:
     """Return parameters with the sampled dual loop on or off."""
     return params._replace(sampled=params.sampled._replace(enabled=enabled))
 
@@ -123,7 +123,7 @@ def with_fuzzy(params: AxisParams, enabled: bool) -> AxisParams:
 
 
 def input_shaper(machine: MachineConfig, axis: str) -> Taps | None:
-    """The shaper of the set points of an axis, None without one."""
+    """Return the impulses of an axis's input shaper; None without one."""
     config = machine.axes[axis].input_shaper
     if config is None:
         return None
