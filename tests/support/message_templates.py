@@ -14,7 +14,7 @@ from kernels.complaints import plain_complaint
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.file_format import ADVICE
-from servo_ctrl.config.load import FOREIGN_ENDINGS, KINDS
+from servo_ctrl.config.load import FILE_KINDS, FOREIGN_SUFFIXES
 from servo_ctrl.config.program import REPORTED_UNITS
 from servo_ctrl.motion.gcode.words import G_CODES, M_CODES, Effect
 
@@ -226,8 +226,8 @@ def _words_of_loaders() -> set[str]:
         library.add(plain_complaint(text))
     return (
         {code.meaning for code in refused}
-        | set(KINDS.values())
-        | set(FOREIGN_ENDINGS.values()) - {"G-code"}
+        | set(FILE_KINDS.values())
+        | set(FOREIGN_SUFFIXES.values()) - {"G-code"}
         | {ADVICE}
         | {f"{quantity} {{0}}" for quantity in REPORTED_UNITS}
         | {os.strerror(number) for number in (EACCES, EEXIST, EISDIR, ENOENT, ENOSPC, ENOTDIR, EROFS)}
