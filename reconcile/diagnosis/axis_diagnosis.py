@@ -21,7 +21,7 @@ from reconcile.proof.proof import Proof
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_problem import SINCE_REVERSAL
 from reconcile.regression.residual import rms
-from reconcile.selection.cross_validation import SelectionRules
+from reconcile.selection.selection_rules import SelectionRules
 
 DEVIATION_LEAST_GAIN = 0.2
 """Least share of squares that a term explains in the deviation, where the drift of a scale resembles a term.
@@ -56,7 +56,9 @@ def diagnose_axis(
     name = recordings[0].axis
     axis = model.axes[name]
     on_progress(f"axis {name}: force")
-    searches = [TermSearch(recordings, axis, ResidualChannel.FORCE, SelectionRules(matters=matters))]
+    searches = [
+        TermSearch(recordings, axis, ResidualChannel.FORCE, SelectionRules(negligible_force_share=matters))
+    ]
     found = [explain(searches[0])]
     with_scale = [recording for recording in recordings if recording.scale_m is not None]
     if with_scale:

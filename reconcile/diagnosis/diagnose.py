@@ -24,7 +24,7 @@ from reconcile.regression.thinning import to_be_thinned
 from reconcile.replay.controller import load_controllers
 from reconcile.replay.model_replays import control_loop, replay_models
 from reconcile.report.report import write_report
-from reconcile.selection.cross_validation import SelectionRules
+from reconcile.selection.selection_rules import SelectionRules
 from reconcile.sensing.checks import examine
 from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE, VERDICT_FILE
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
@@ -57,7 +57,7 @@ def diagnose(
     with_next: bool = True,
     with_proof: bool = True,
     set_aside: bool = True,
-    matters: float = SelectionRules().matters,
+    matters: float = SelectionRules().negligible_force_share,
     limits: ByName[str, AxisLimits] | None = None,
     made: Sequence[str] = (),
 ) -> WrittenDiagnosis:

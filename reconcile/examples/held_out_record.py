@@ -22,8 +22,9 @@ from reconcile.regression.regression_data import FILTER_HZ, regression_data
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
 from reconcile.regression.state_filter import StateFilter
 from reconcile.replay.replay import ORIGIN_FIT_S
-from reconcile.selection.block_statistics import threshold
-from reconcile.selection.cross_validation import CrossValidation, SelectionRules
+from reconcile.selection.block_statistics import bonferroni_threshold
+from reconcile.selection.cross_validation import CrossValidation
+from reconcile.selection.selection_rules import SelectionRules
 
 Effect = tuple[str, ShapeParameters]
 ONCE_A_TURN = ("cogging",)
@@ -102,8 +103,9 @@ class TwoRecords:
         longer = [*found, (effect, best.candidate.shape_parameters)]
         both = regression_problem(self._datasets, ResidualChannel.FORCE, longer, only=True)
         without, with_it = self._rms(both, found)[1], self._rms(both, longer)[1]
-        needed = threshold(len(equations.candidates), len(validation.blocks), SelectionRules().false_alarm)
-        return RejectedEffect(effect, best.gain, best.t, needed, 1.0 - (with_it / without) ** 2)
+        false_alarm = SelectionRules().false_alarm
+        needed = bonferroni_threshold(len(equations.candidates), len(validation.blocks), false_alarm)
+        return RejectedEffect(effect, best.gain, best.log_ratio_t, needed, 1.0 - (with_it / without) ** 2)
 
     def ripples(self, effects: Sequence[Effect]) -> list[Ripple]:
         """Fit the ripple on each record by itself."""

@@ -18,9 +18,10 @@ from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.regression.residual import Residual, residuals, rms
 from reconcile.regression.residual_noise import noise_floor
-from reconcile.selection.block_statistics import paired, threshold
-from reconcile.selection.cross_validation import CrossValidation, SelectionRules
-from reconcile.selection.left_out import Withdrawn
+from reconcile.selection.block_statistics import bonferroni_threshold, log_ratio_t
+from reconcile.selection.cross_validation import CrossValidation
+from reconcile.selection.predictive_terms import WithdrawnEffect
+from reconcile.selection.selection_rules import SelectionRules
 
 
 class ResidualRms(NamedTuple):
@@ -57,7 +58,7 @@ class Explanation(NamedTuple):
     """Baseline parameters fitted without effects, SI; None in the deviation."""
     accounted: Accounted | None = None
     """RMS of each part of the model; None where nothing was fitted."""
-    withdrawn: tuple[Withdrawn, ...] = ()
+    withdrawn: tuple[WithdrawnEffect, ...] = ()
     """Effects that were selected and then rejected, with the reason."""
     found: FoundTerms | None = None
     """The terms and the data that they were found on, for a refit without some of them; None once the axis is
@@ -132,7 +133,7 @@ def _explained(found: FoundTerms) -> Explanation:
         found.terms,
         equations.denormalised(equations.slots(found.terms), models[-1][1]),
         noise=noise_floor(found_residuals, channel, mass_kg).rms,
-        share=rules.matters,
+        share=rules.negligible_force_share,
     )
     added_mass = None
     if is_force:
@@ -214,7 +215,7 @@ def _nominal_values_are_worse(
 ) -> bool:
     """Whether refitted values predict left-out folds significantly better than the nominal ones."""
     validation = CrossValidation(equations, train)
-    refitted, given = validation.cross_validated_squares(timing), validation.squares_with(timing, nominal)
-    t = paired(refitted, given)
+    refitted, given = validation.cross_validated_squares(timing), validation.squares_at(timing, nominal)
+    t = log_ratio_t(refitted, given)
     gain = 1.0 - float(refitted.sum()) / max(float(given.sum()), 1e-300)
-    return t >= threshold(1, len(train), rules.false_alarm) and gain >= rules.least_parameters
+    return t >= bonferroni_threshold(1, len(train), rules.false_alarm) and gain >= rules.least_refit_gain

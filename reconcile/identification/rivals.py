@@ -8,7 +8,7 @@ from scipy.stats import norm
 from reconcile.catalogue.registry import has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.candidate_term import CandidateTerm
-from reconcile.selection.block_statistics import paired
+from reconcile.selection.block_statistics import log_ratio_t
 from reconcile.selection.cross_validation import SHORTLIST, CrossValidation
 
 RIVAL_STANDARD_ERRORS = 2.0
@@ -32,7 +32,7 @@ def compare_rivals(
     equations = validation.equations
     others = [c for c in chosen if c.effect != effect]
     before = validation.cross_validated_squares(others)
-    own_score = validation.compare([*others, *(c for c in chosen if c.effect == effect)], before)
+    own_score = validation.score_last([*others, *(c for c in chosen if c.effect == effect)], before)
     chosen_effects = {c.effect for c in chosen}
     rivals_tried = [
         c
@@ -41,7 +41,7 @@ def compare_rivals(
         and not c.effect.startswith(PREFIX)
         and not has_levels(c.effect, len(c.columns))  # levels of each recording alone are no rival
     ]
-    rivals_tried.sort(key=lambda c: validation.explained([*others, c]), reverse=True)
+    rivals_tried.sort(key=lambda c: validation.explained_squares([*others, c]), reverse=True)
     best: dict[str, tuple[float, CandidateTerm]] = {}
     for candidate in rivals_tried[:SHORTLIST]:
         gain = validation.gain([*others, candidate], before)
@@ -53,6 +53,6 @@ def compare_rivals(
         score = validation.score(others, before, candidate)
         # a rival with more coefficients must be better by as much as a further term must
         handicap = RIVAL_STANDARD_ERRORS if equations.coefficients(score.candidate) > coefficients else 0.0
-        confidence = float(norm.sf(paired(own_score.squares, score.squares) + handicap))
+        confidence = float(norm.sf(log_ratio_t(own_score.squares, score.squares) + handicap))
         found.append(RivalEffect(name, confidence, score.gain / max(own_score.gain, 1e-12)))
     return own_score.gain, sorted(found, key=lambda rival: rival.share, reverse=True)

@@ -27,8 +27,9 @@ from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import RegressionProblem, extended, regression_problem
 from reconcile.regression.residual import residuals, rms
 from reconcile.regression.residual_noise import noise_floor
-from reconcile.selection.cross_validation import CrossValidation, SelectionRules
-from reconcile.selection.left_out import Withdrawn, predictive_terms
+from reconcile.selection.cross_validation import CrossValidation
+from reconcile.selection.predictive_terms import WithdrawnEffect, predictive_terms
+from reconcile.selection.selection_rules import SelectionRules
 from reconcile.selection.stepwise_selection import select, select_beside_unnamed
 from reconcile.selection.unnamed_selection import select_unnamed
 
@@ -64,7 +65,7 @@ class FoundTerms(NamedTuple):
     train: Index
     held_out: Index
     rivals: dict[str, tuple[float, list[RivalEffect]]]
-    withdrawn: list[Withdrawn]
+    withdrawn: list[WithdrawnEffect]
 
     def without(self, effects: Container[str]) -> "FoundTerms":
         """The same without some effects; `unknown` are all terms that have no name."""
@@ -110,7 +111,7 @@ class TermSearch:
         ]  # a term of another axis has the same columns in all
         model_terms = regressed_terms(axis, datasets, channel)
         self.problem = regression_problem(
-            datasets, channel, model_terms=model_terms, spare=rules.most_unknown * max(KNOTS)
+            datasets, channel, model_terms=model_terms, spare=rules.most_unnamed_terms * max(KNOTS)
         )
         self._train, self._held_out = training_and_held_out(self.problem)
 
@@ -140,7 +141,7 @@ class TermSearch:
     def _select(self, problem: RegressionProblem, train: Index, held_out: Index) -> _Selection:
         """Select named terms, again without those that do not predict what is left out."""
         validation = CrossValidation(problem.equations, train)
-        withdrawn: list[Withdrawn] = []
+        withdrawn: list[WithdrawnEffect] = []
         for _ in range(MOST_SEARCHES):
             chosen = select(validation, self.rules, {one.effect for one in withdrawn})
             refined, terms = refine(problem, chosen, train)
@@ -182,9 +183,9 @@ class TermSearch:
 
     def _admissible_and_predictive(
         self, refined: RegressionProblem, terms: list[CandidateTerm], train: Index
-    ) -> tuple[list[CandidateTerm], list[Withdrawn]]:
+    ) -> tuple[list[CandidateTerm], list[WithdrawnEffect]]:
         """The terms that are physically possible and predict what is left out; the others with the reason."""
-        withdrawn: list[Withdrawn] = []
+        withdrawn: list[WithdrawnEffect] = []
         while True:
             equations = refined.equations
             slots = equations.slots(terms)
@@ -193,7 +194,7 @@ class TermSearch:
             impossible = impossible or self._absorbing_mass(refined, terms, train)
             if not impossible:
                 break
-            withdrawn += [Withdrawn(effect, why) for effect, why in impossible.items()]
+            withdrawn += [WithdrawnEffect(effect, why) for effect, why in impossible.items()]
             terms = [c for c in terms if c.effect not in impossible]
         terms, more = predictive_terms(equations, terms, train)
         return terms, [*withdrawn, *more]

@@ -38,7 +38,7 @@ from reconcile.identification.two_mass_rollout import DrivingInputs, respond
 from reconcile.regression.regression_data import FILTER_HZ, LEAST_CLEAN_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import StateFilter
-from reconcile.selection.block_statistics import paired
+from reconcile.selection.block_statistics import log_ratio_t
 
 LEAST_STANDARD_ERRORS = 4.0
 """Least significance of the improvement over the starting values, in standard errors."""
@@ -85,7 +85,7 @@ def identify_two_mass(
         return None
     number = list(plant.axes).index(name)
     fit = fit_two_mass(plant, number, free_parameters, recordings)
-    if fit.at_bound or paired(fit.blocks, fit.at_start) < LEAST_STANDARD_ERRORS:
+    if fit.at_bound or log_ratio_t(fit.blocks, fit.at_start) < LEAST_STANDARD_ERRORS:
         return None
     return TwoMassModel(fit, plant, number)
 

@@ -26,7 +26,7 @@ from reconcile.proof.proof import LEAST_BETTER, LeftOut, Proof
 from reconcile.proof.written_model import written_residual
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.residual import without_traces
-from reconcile.selection.left_out import Withdrawn
+from reconcile.selection.predictive_terms import WithdrawnEffect
 
 LAST_SHARE = 1.0 / 3.0
 """Share of an only recording that is left out."""
@@ -149,7 +149,7 @@ def without_dropped(explanation: Explanation, proof: Proof) -> Explanation:
     dropped = [name for name in proof.dropped if name not in {*own_phase, "unknown"}]
     found = {finding.effect for finding in [*explanation.findings, *explanation.minor]}
     why = "the model that holds it predicts what was left out no better than a rigid one"
-    more = [Withdrawn(name, why) for name in dropped if name in found]
+    more = [WithdrawnEffect(name, why) for name in dropped if name in found]
     kept = without(explanation, dropped)
     return kept._replace(withdrawn=(*explanation.withdrawn, *more))
 

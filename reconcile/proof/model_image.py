@@ -31,7 +31,7 @@ from reconcile.regression.regression_problem import regression_problem
 from reconcile.regression.residual import rms
 from reconcile.replay.along_reference import along_reference
 from reconcile.replay.model_along_motion import along_motion
-from reconcile.selection.left_out import Withdrawn
+from reconcile.selection.predictive_terms import WithdrawnEffect
 
 IMAGE_SHARE = 0.5
 """Size of a term in the simulation over that in the recording, from which on it is the model's own. Chosen:
@@ -93,7 +93,7 @@ def without_image(
         gone = {"unknown" if effect.startswith(PREFIX) else effect for effect in own}
         fitted = without(explanation, gone)
         why = "the model itself, simulated along this motion, shows it as well"
-        more = [Withdrawn(effect, why) for effect in own if not effect.startswith(PREFIX)]
+        more = [WithdrawnEffect(effect, why) for effect in own if not effect.startswith(PREFIX)]
         fitted = fitted._replace(withdrawn=(*fitted.withdrawn, *more))
         return without_image(fitted, recordings, axis)
     findings = list(explanation.findings)
@@ -137,7 +137,7 @@ def _image(
     totals, samples = equations.totals(blocks), max(int(equations.samples.sum()), 1)
     slots, base = equations.slots(terms), equations.slots(timing)
     weights = equations.denormalised(slots, equations.solve(slots, totals))
-    sizes = accounted(problem, terms, weights, noise=0.0, share=found.inputs.rules.matters)
+    sizes = accounted(problem, terms, weights, noise=0.0, share=found.inputs.rules.negligible_force_share)
     rigid = equations.solve(base, totals)
     given = nominal_coefficients(axis, problem, rigid) if channel is ResidualChannel.FORCE else rigid
     squares = [float(equations.squares(base, theta, blocks).sum()) / samples for theta in (given, rigid)]

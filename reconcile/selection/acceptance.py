@@ -1,4 +1,4 @@
-"""Acceptance of a term: large enough, beyond chance, physically possible, and not imitated by presliding."""
+"""Acceptance of a term: large enough, significant, physically possible, and not imitated by presliding."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,10 +13,11 @@ from reconcile.catalogue.registry import (
     possible,
 )
 from reconcile.regression.candidate_term import CandidateTerm
-from reconcile.selection.cross_validation import CrossValidation, Score, SelectionRules
+from reconcile.selection.cross_validation import CrossValidation, Score
+from reconcile.selection.selection_rules import SelectionRules
 
-CLEARLY_BETTER = 2.0
-"""Standard errors (2, about 95 %) from which on one term is better than another."""
+CLEARLY_BETTER_T = 2.0
+"""Standard errors from which on one term is better than another: about 95 %."""
 PRESLIDING = presliding_hysteresis.ENTRY.name
 SETTLED_PRESLIDING_RATIO = 10.0
 """Distance after which presliding is over, in lengths of the longest identified one."""
@@ -28,52 +29,68 @@ class SelectionContext(NamedTuple):
     validation: CrossValidation
     rules: SelectionRules
     named_terms: list[CandidateTerm]
-    initial: float
+    initial_squares: float
     """Cross-validated squares of the model without any term but timing."""
     since_reversal_terms: list[CandidateTerm]
     """Unnamed terms over the distance since the reversal; what they explain as well is presliding."""
 
 
-def accepted(search: SelectionContext, chosen: Sequence[CandidateTerm], score: Score, before: Array) -> bool:
-    """Whether a scored term is accepted beside the `chosen` ones, whose squares are `before`."""
-    c, rules = score.candidate, search.rules
-    share = float(before.sum() - score.squares.sum()) / max(search.initial, 1e-300)
+def is_accepted(
+    context: SelectionContext, chosen: Sequence[CandidateTerm], score: Score, squares_without: Array
+) -> bool:
+    """Whether a scored term is accepted beside the `chosen` ones, which alone leave the given squares."""
+    term, rules, validation = score.candidate, context.rules, context.validation
     # a further term of a chosen effect is compared within that effect
-    further = any(other.effect == c.effect for other in chosen)
-    count = sum(other.effect == c.effect or not further for other in search.named_terms)
-    if not score.beyond_chance(count, rules.false_alarm):
+    is_further = any(other.effect == term.effect for other in chosen)
+    compared = sum(other.effect == term.effect or not is_further for other in context.named_terms)
+    if not score.is_significant(compared, rules.false_alarm):
         return False
-    if score.gain < rules.least_gain or share < rules.least_share:
+    removed_squares = float(squares_without.sum() - score.squares.sum())
+    initial_share = removed_squares / max(context.initial_squares, 1e-300)
+    if score.gain < rules.least_gain or initial_share < rules.least_initial_share:
         return False
-    validation = search.validation
-    if not possible(c.effect, validation.coefficients([*chosen, c])[-len(c.columns) :]):
+    if not possible(term.effect, validation.coefficients([*chosen, term])[-len(term.columns) :]):
         return False
-    if c.effect in DRIFTING_COLUMNS and not _drifts(search, chosen, c):
+    if term.effect in DRIFTING_COLUMNS and not _drifts(context, chosen, term):
         return False
-    if c.effect in IMITATED_BY_PRESLIDING and search.since_reversal_terms:
-        beside = [*chosen, *search.since_reversal_terms]
-        before_beside = validation.cross_validated_squares(beside)
-        own = [validation.score(beside, before_beside, c)]
-        if c.effect in SHOWS_AFTER_PRESLIDING:
-            presliding_m = [c.shape_parameters[0] for c in chosen if c.effect == PRESLIDING]
-            among = validation.settled_travel_m > SETTLED_PRESLIDING_RATIO * max(presliding_m, default=0.0)
-            own.append(validation.compare([*beside, c], before_beside, among=among))
-        return all(_is_significant(score, rules) for score in own)
+    if term.effect in IMITATED_BY_PRESLIDING and context.since_reversal_terms:
+        return _explains_more_than_presliding(context, chosen, term)
     return True
 
 
-def _drifts(search: SelectionContext, chosen: Sequence[CandidateTerm], c: CandidateTerm) -> bool:
+def _drifts(context: SelectionContext, chosen: Sequence[CandidateTerm], term: CandidateTerm) -> bool:
     """Whether friction drifts within the recordings, and does not only differ between them."""
-    drifting = DRIFTING_COLUMNS[c.effect]
-    whole = (o for o in search.named_terms if o.effect == c.effect and has_levels(o.effect, len(o.columns)))
-    levels = next((o._replace(columns=o.columns[drifting:]) for o in whole), None)
+    drifting = DRIFTING_COLUMNS[term.effect]
+    with_levels = (
+        other
+        for other in context.named_terms
+        if other.effect == term.effect and has_levels(other.effect, len(other.columns))
+    )
+    levels = next((other._replace(columns=other.columns[drifting:]) for other in with_levels), None)
     if levels is None:
         return True
-    beside, validation = [*chosen, levels], search.validation
-    drift = c._replace(columns=c.columns[:drifting])
+    beside, validation = [*chosen, levels], context.validation
+    drift = term._replace(columns=term.columns[:drifting])
     score = validation.score(beside, validation.cross_validated_squares(beside), drift)
-    return _is_significant(score, search.rules)
+    return _is_clear_gain(score, context.rules)
 
 
-def _is_significant(score: Score, rules: SelectionRules) -> bool:
-    return max(score.t, score.summed) >= CLEARLY_BETTER and score.gain >= rules.least_gain
+def _explains_more_than_presliding(
+    context: SelectionContext, chosen: Sequence[CandidateTerm], term: CandidateTerm
+) -> bool:
+    """Whether a term is still needed beside a friction of any form over the distance since a reversal."""
+    validation = context.validation
+    beside = [*chosen, *context.since_reversal_terms]
+    squares_without = validation.cross_validated_squares(beside)
+    scores = [validation.score(beside, squares_without, term)]
+    if term.effect in SHOWS_AFTER_PRESLIDING:
+        presliding_m = [other.shape_parameters[0] for other in chosen if other.effect == PRESLIDING]
+        settled_m = SETTLED_PRESLIDING_RATIO * max(presliding_m, default=0.0)
+        is_settled = validation.settled_travel_m > settled_m
+        scores.append(validation.score_last([*beside, term], squares_without, counted=is_settled))
+    return all(_is_clear_gain(score, context.rules) for score in scores)
+
+
+def _is_clear_gain(score: Score, rules: SelectionRules) -> bool:
+    is_clear = max(score.log_ratio_t, score.normalised_sum) >= CLEARLY_BETTER_T
+    return is_clear and score.gain >= rules.least_gain

@@ -14,41 +14,43 @@ from kernels.arrays import Array
 
 CORRELATED_BLOCKS = 20
 """Neighbouring short blocks whose noise may be correlated: 0.5 s."""
+LEAST_LONG_RUN_RATIO = 0.2
+"""Least long-run sum of squares over the plain one: bounds the reduction by negative correlation; chosen."""
 
 
-def paired(better: Array, worse: Array, where: NDArray[np.bool_] | None = None) -> float:
+def log_ratio_t(better: Array, worse: Array, counted: NDArray[np.bool_] | None = None) -> float:
     """Mean log ratio of the blocks' squares over its standard error; positive if `better` is smaller.
 
-    Blocks are in the order of time; only those of `where` count.
+    Arrays (blocks,) in the order of time; only the `counted` blocks enter, all by default.
     """
-    full = (better > 0.0) & (worse > 0.0) & (True if where is None else where)
-    ratio = np.log(worse[full] / better[full])
-    if len(ratio) < 2 or not ratio.any():
+    compared = (better > 0.0) & (worse > 0.0) & (True if counted is None else counted)
+    log_ratio = np.log(worse[compared] / better[compared])
+    if len(log_ratio) < 2 or not log_ratio.any():
         return 0.0
     series = np.zeros(len(better))
-    series[full] = ratio - ratio.mean()
-    error = math.sqrt(_long_run(series)) / len(ratio) + 1e-12
-    return float(ratio.mean() / error)
+    series[compared] = log_ratio - log_ratio.mean()
+    standard_error = math.sqrt(_long_run_squares(series)) / len(log_ratio) + 1e-12
+    return float(log_ratio.mean() / standard_error)
 
 
-def summed(better: Array, worse: Array, where: NDArray[np.bool_] | None = None) -> float:
+def self_normalised_sum(better: Array, worse: Array, counted: NDArray[np.bool_] | None = None) -> float:
     """Sum of the blocks' differences over the root of the sum of their squares; one event alone gives 1.
 
     For symmetric noise its distribution is no wider than the normal one, however long the tails (Efron 1969).
-    It is sensitive to effects that are large in few blocks, `paired` to those that are small in all.
+    It is sensitive to effects that are large in few blocks, `log_ratio_t` to those that are small in all.
     """
-    reduction = worse - better if where is None else np.where(where, worse - better, 0.0)
-    return float(reduction.sum() / (math.sqrt(_long_run(reduction)) + 1e-300))
+    reduction = worse - better if counted is None else np.where(counted, worse - better, 0.0)
+    return float(reduction.sum() / (math.sqrt(_long_run_squares(reduction)) + 1e-300))
 
 
-def _long_run(series: Array) -> float:
+def _long_run_squares(series: Array) -> float:
     """Long-run sum of squares of a correlated series (Newey and West 1987, equation 5)."""
     total = float(series @ series)
     for lag in range(1, min(CORRELATED_BLOCKS, len(series) - 1) + 1):
         total += 2.0 * (1.0 - lag / (CORRELATED_BLOCKS + 1.0)) * float(series[lag:] @ series[:-lag])
-    return max(total, 0.2 * float(series @ series))
+    return max(total, LEAST_LONG_RUN_RATIO * float(series @ series))
 
 
-def threshold(candidates: int, blocks: int, false_alarm: float) -> float:
+def bonferroni_threshold(candidates: int, blocks: int, false_alarm: float) -> float:
     """Student's t that the best of `candidates` exceeds by chance with probability `false_alarm`."""
     return float(student.isf(false_alarm / max(candidates, 1), max(blocks - 1, 1)))

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from kernels.arrays import Array, Index
+from kernels.arrays import Array, Index, true_runs
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.normal_equations import BlockNormalEquations
-from reconcile.selection.block_statistics import paired, summed, threshold
+from reconcile.selection.block_statistics import bonferroni_threshold, log_ratio_t, self_normalised_sum
 
 FOLDS = 8
 """Folds; each is predicted from the seven others."""
-FOLD_RUN = 3
+BLOCKS_IN_A_ROW = 3
 """Consecutive blocks (0.5 s each) in one fold, so that slow noise is not predicted from a neighbour."""
 SHORTLIST = 30
 """Candidates that are cross-validated: the best by their plain fit."""
@@ -24,35 +24,10 @@ INFORMATIVE_SHARE = 0.3
 FEWEST_INFORMATIVE = 20
 """Blocks that are informative in any case: those with the largest contributions."""
 RARE_EVENT_GAIN, RARE_EVENT_SUM = 0.5, 1.5
-"""Gain and self-normalised sum from which on a term of rare events is accepted: one event has a sum of 1,
+"""Gain and self-normalised sum from which on a term of rare events is significant: one event has a sum of 1,
 three equal ones 1.7."""
-BLOCK_SAMPLES = 6
+SHORT_BLOCK_SAMPLES = 6
 """Length of a short block in kept samples: 25 ms, nine time constants of the state filter."""
-
-
-class SelectionRules(NamedTuple):
-    """When a term is accepted; calibrated on training seeds of the blind trials (docs/blind-trials.md)."""
-
-    least_gain: float = 0.01
-    """Least share of the unexplained variance that a term explains, cross-validated."""
-    least_share: float = 0.002
-    """Least share of the initial variance: less is the misfit of a larger effect."""
-    false_alarm: float = 0.01
-    """Probability that the best of all candidates passes by chance."""
-    least_set_gain: float = 0.1
-    """Least share of the unexplained variance of each further term in a set that is judged as a whole."""
-    least_parameters: float = 0.15
-    """Least share of the variance that refitting removes where the nominal values are reported as wrong."""
-    most_effects: int = 12
-    """Terms in one channel."""
-    least_unknown: float = 0.1
-    """Least share of the unexplained variance of an unnamed term."""
-    least_unknown_share: float = 0.02
-    """Least share of the initial variance of an unnamed term."""
-    most_unknown: int = 2
-    """Unnamed terms in one channel."""
-    matters: float = 0.01
-    """Share of the force that the motion needs below which an effect is negligible."""
 
 
 class Score(NamedTuple):
@@ -61,37 +36,38 @@ class Score(NamedTuple):
     candidate: CandidateTerm
     gain: float
     """Share of the sum of squares that the term removes."""
-    t: float
+    log_ratio_t: float
     """Mean log ratio of informative blocks, over its standard error."""
-    summed: float
+    normalised_sum: float
     """Self-normalised sum of the differences."""
-    blocks: int
-    """Number of informative blocks."""
+    informative_blocks: int
     squares: Array
     """Cross-validated squares with the term, by short block."""
 
-    def beyond_chance(self, candidates: int, false_alarm: float) -> bool:
-        """Whether the score is significant as the best one of this number of `candidates`."""
-        if self.gain >= RARE_EVENT_GAIN and self.summed >= RARE_EVENT_SUM:
+    def is_significant(self, candidates: int, false_alarm: float) -> bool:
+        """Whether the score is beyond chance for the best of this number of `candidates`."""
+        if self.gain >= RARE_EVENT_GAIN and self.normalised_sum >= RARE_EVENT_SUM:
             return True
-        by_ratio = self.t >= threshold(candidates, self.blocks, false_alarm)
-        return by_ratio or self.summed >= float(norm.isf(false_alarm / max(candidates, 1)))
+        by_ratio = self.log_ratio_t >= bonferroni_threshold(candidates, self.informative_blocks, false_alarm)
+        return by_ratio or self.normalised_sum >= float(norm.isf(false_alarm / max(candidates, 1)))
 
 
-class _Stretch(NamedTuple):
+class _FoldSegment(NamedTuple):
     """Consecutive samples of one recording in one fold."""
 
     fold: int
     recording: int
     rows: Array
-    """(c + 1, n), a view of the rows of the recording."""
+    """(c + 1, n): target and columns, a view of the rows of the recording."""
     starts: Index
     """First sample of each short block."""
 
 
 def folds_of(blocks: Index) -> Index:
     """The fold of each block: runs of neighbours, in turn."""
-    folds: Index = np.arange(len(blocks)) // FOLD_RUN % min(FOLDS, max(len(blocks) // FOLD_RUN, 2))
+    folds: Index = (
+        np.arange(len(blocks)) // BLOCKS_IN_A_ROW % min(FOLDS, max(len(blocks) // BLOCKS_IN_A_ROW, 2))
+    )
     return folds
 
 
@@ -100,51 +76,54 @@ class CrossValidation:
 
     def __init__(self, equations: BlockNormalEquations, blocks: Index) -> None:
         self.equations, self.blocks = equations, blocks
-        self.whole = equations.totals(blocks)
+        self.totals = equations.totals(blocks)
+        """Normal equations of all training blocks, by recording."""
         fold = np.full(len(equations.samples), -1)
         fold[blocks] = folds_of(blocks)
         folds = int(fold.max()) + 1
-        self._training_totals = np.stack(
-            [self.whole - equations.totals(blocks[fold[blocks] == k]) for k in range(folds)]
+        self._totals_without_fold = np.stack(
+            [self.totals - equations.totals(blocks[fold[blocks] == k]) for k in range(folds)]
         )
-        self.size = float(self.whole[:, 0, 0].sum())
+        self.target_squares = float(self.totals[:, 0, 0].sum())
         """Sum of squares of the target, normalised."""
-        self._stretches = []
+        self._segments = []
         travels_m = []
         for recording, (rows, block) in enumerate(zip(equations.rows, equations.block, strict=True)):
             for k in range(folds):
-                for first, last in _runs(fold[block] == k):
-                    own = slice(first, last)
-                    starts = _block_starts(last - first, np.flatnonzero(np.diff(block[own])) + 1)
-                    self._stretches.append(_Stretch(k, recording, rows[:, own], starts))
-                    travels_m.append(np.minimum.reduceat(equations.settled_travel_m[recording][own], starts))
+                for first, end in true_runs(fold[block] == k):
+                    samples = slice(first, end)
+                    starts = _short_block_starts(end - first, np.flatnonzero(np.diff(block[samples])) + 1)
+                    self._segments.append(_FoldSegment(k, recording, rows[:, samples], starts))
+                    travels_m.append(
+                        np.minimum.reduceat(equations.settled_travel_m[recording][samples], starts)
+                    )
         self.settled_travel_m = np.concatenate(travels_m)
         """Least distance since the last reversal or standstill in each short block, m."""
 
     def cross_validated_squares(self, chosen: Sequence[CandidateTerm]) -> Array:
         """Sum of squared residuals of each short block, predicted from the other folds."""
         slots = self.equations.slots(chosen)
-        theta = self.equations.solve(slots, self._training_totals)
+        theta = self.equations.solve(slots, self._totals_without_fold)
         return self._squares(slots, np.concatenate((np.ones((len(theta), 1)), -theta), axis=1), first=0)
 
     def total_squares(self, chosen: Sequence[CandidateTerm]) -> float:
         """Sum of `cross_validated_squares`, from the folds' own products instead of the samples."""
         slots = self.equations.slots(chosen)
-        theta = self.equations.solve(slots, self._training_totals)
+        theta = self.equations.solve(slots, self._totals_without_fold)
         column, active = self.equations.places(slots)
-        places, has = np.append(0, column), np.insert(active, 0, values=True, axis=1).astype(np.float64)
-        weights: Array = np.concatenate((np.ones((len(theta), 1)), -theta), axis=1)[:, None] * has
-        sub = (..., places[:, None], places)
-        products = self.whole[sub] - self._training_totals[sub]
+        places, is_active = np.append(0, column), np.insert(active, 0, values=True, axis=1).astype(np.float64)
+        weights: Array = np.concatenate((np.ones((len(theta), 1)), -theta), axis=1)[:, None] * is_active
+        of_places = (..., places[:, None], places)
+        products = self.totals[of_places] - self._totals_without_fold[of_places]
         squared = np.einsum("kri,krij,krj->", weights, products, weights)
         return max(float(squared), 0.0) * float(self.equations.unit[0]) ** 2
 
-    def gain(self, chosen: Sequence[CandidateTerm], before: Array) -> float:
-        """The gain that `compare` would find of the last terms."""
-        return 1.0 - self.total_squares(chosen) / max(float(before.sum()), 1e-300)
+    def gain(self, chosen: Sequence[CandidateTerm], squares_without: Array) -> float:
+        """The gain that `score_last` would find of the last terms."""
+        return 1.0 - self.total_squares(chosen) / max(float(squares_without.sum()), 1e-300)
 
-    def squares_with(self, chosen: Sequence[CandidateTerm], theta: Array) -> Array:
-        """Sum of squared residuals of each short block with these normalised coefficients."""
+    def squares_at(self, chosen: Sequence[CandidateTerm], theta: Array) -> Array:
+        """Sum of squared residuals of each short block at these normalised coefficients."""
         return self._squares(self.equations.slots(chosen), np.concatenate(([1.0], -theta)), first=0)
 
     def _squares(self, slots: list[tuple[int, int]], weights: Array, first: int) -> Array:
@@ -152,78 +131,79 @@ class CrossValidation:
 
         `weights` (c + 1,) or by fold (folds, c + 1).
         """
-        weights = np.broadcast_to(weights, (len(self._training_totals), weights.shape[-1]))
+        weights = np.broadcast_to(weights, (len(self._totals_without_fold), weights.shape[-1]))
         column, active = self.equations.places(slots)
         places = np.concatenate(([0], column))[first:]
-        found = []
-        for fold, recording, rows, starts in self._stretches:
-            here = np.concatenate(([True], active[recording]))[first:]
-            sums = weights[fold, first:][here] @ rows[places[here]]
-            found.append(np.add.reduceat(sums**2, starts))
-        squares: Array = np.concatenate(found) * self.equations.unit[0] ** 2
+        by_segment = []
+        for fold, recording, rows, starts in self._segments:
+            is_active = np.concatenate(([True], active[recording]))[first:]
+            sums = weights[fold, first:][is_active] @ rows[places[is_active]]
+            by_segment.append(np.add.reduceat(sums**2, starts))
+        squares: Array = np.concatenate(by_segment) * self.equations.unit[0] ** 2
         return squares
 
     def coefficients(self, chosen: Sequence[CandidateTerm]) -> Array:
         """Coefficients of the columns before normalisation, fitted on all training blocks."""
         slots = self.equations.slots(chosen)
-        return self.equations.denormalised(slots, self.equations.solve(slots, self.whole))
+        return self.equations.denormalised(slots, self.equations.solve(slots, self.totals))
 
-    def explained(self, chosen: Sequence[CandidateTerm]) -> float:
+    def explained_squares(self, chosen: Sequence[CandidateTerm]) -> float:
         """Normalised squares that a fit on all training blocks explains."""
         slots = self.equations.slots(chosen)
-        theta = self.equations.solve(slots, self.whole)
-        places, recording = np.array([(column + 1, own) for column, own in slots]).T
-        shared, own = self.whole.sum(axis=0)[places, 0], self.whole[recording, places, 0]
-        products = np.where(recording < 0, shared, own)
+        theta = self.equations.solve(slots, self.totals)
+        places, recording = np.array([(column + 1, of_recording) for column, of_recording in slots]).T
+        shared, of_one_recording = self.totals.sum(axis=0)[places, 0], self.totals[recording, places, 0]
+        products = np.where(recording < 0, shared, of_one_recording)
         return float(theta @ products)
 
-    def score(self, chosen: Sequence[CandidateTerm], before: Array, candidate: CandidateTerm) -> Score:
-        """Score a candidate beside the `chosen` terms, whose cross-validated squares are `before`."""
-        return self.compare([*chosen, candidate], before)
+    def score(
+        self, chosen: Sequence[CandidateTerm], squares_without: Array, candidate: CandidateTerm
+    ) -> Score:
+        """Score a candidate beside the `chosen` terms, which alone leave the cross-validated squares."""
+        return self.score_last([*chosen, candidate], squares_without)
 
-    def compare(
+    def score_last(
         self,
         chosen: Sequence[CandidateTerm],
-        before: Array,
-        terms: int = 1,
-        among: NDArray[np.bool_] | None = None,
+        squares_without: Array,
+        last: int = 1,
+        counted: NDArray[np.bool_] | None = None,
     ) -> Score:
-        """Score the last `terms` of `chosen` against the squares `before` of a model without them.
+        """Score the `last` terms of `chosen` against the cross-validated squares of a model without them.
 
-        `among`: the short blocks that count; all by default.
+        `counted`: the short blocks that count; all by default.
         """
-        after = self.cross_validated_squares(chosen)
-        where = self._informative(chosen, terms)
-        if among is not None:
-            after, before, where = np.where(among, after, 0.0), np.where(among, before, 0.0), where & among
-        gain = 1.0 - float(after.sum()) / max(float(before.sum()), 1e-300)
-        t, total = paired(after, before, where), summed(after, before, where)
+        squares = self.cross_validated_squares(chosen)
+        informative = self._informative(chosen, last)
+        if counted is not None:
+            squares = np.where(counted, squares, 0.0)
+            squares_without = np.where(counted, squares_without, 0.0)
+            informative &= counted
         return Score(
-            candidate=chosen[-1], gain=gain, t=t, summed=total, blocks=int(where.sum()), squares=after
+            candidate=chosen[-1],
+            gain=1.0 - float(squares.sum()) / max(float(squares_without.sum()), 1e-300),
+            log_ratio_t=log_ratio_t(squares, squares_without, informative),
+            normalised_sum=self_normalised_sum(squares, squares_without, informative),
+            informative_blocks=int(informative.sum()),
+            squares=squares,
         )
 
-    def _informative(self, chosen: Sequence[CandidateTerm], terms: int) -> NDArray[np.bool_]:
-        """Short blocks to which the last `terms` contribute, rightly or wrongly."""
+    def _informative(self, chosen: Sequence[CandidateTerm], last: int) -> NDArray[np.bool_]:
+        """Short blocks to which the `last` terms contribute, rightly or wrongly."""
         slots = self.equations.slots(chosen)
-        first = len(self.equations.slots(chosen[:-terms]))
-        theta = self.equations.solve(slots, self.whole)
+        first = len(self.equations.slots(chosen[:-last]))
+        theta = self.equations.solve(slots, self.totals)
         contribution = self._squares(slots, np.concatenate(([1.0], theta)), first + 1)
         fewest = min(FEWEST_INFORMATIVE, len(contribution))
         least = INFORMATIVE_SHARE * float(contribution.mean())
         return contribution >= min(least, float(np.sort(contribution)[-fewest]))
 
 
-def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and one past last index of each run of true values."""
-    edges = np.flatnonzero(np.diff(flags.astype(np.int8), prepend=0, append=0))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
-
-
-def _block_starts(length: int, breaks: Index) -> Index:
-    """First samples of the short blocks: at the breaks and every BLOCK_SAMPLES between them."""
+def _short_block_starts(length: int, breaks: Index) -> Index:
+    """First samples of the short blocks: at the breaks and every SHORT_BLOCK_SAMPLES between them."""
     edges = [0, *breaks.tolist(), length]
     starts = [
-        np.arange(low, max(high - BLOCK_SAMPLES // 2, low + 1), BLOCK_SAMPLES)
+        np.arange(low, max(high - SHORT_BLOCK_SAMPLES // 2, low + 1), SHORT_BLOCK_SAMPLES)
         for low, high in itertools.pairwise(edges)
     ]
     return np.concatenate(starts)

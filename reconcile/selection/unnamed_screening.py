@@ -1,7 +1,7 @@
 """Screening of unnamed terms: a fast fit of each to the residual of the named terms chooses the few to try.
 
 A curve over a coordinate may need nine knots or thirty, and the columns of all of them would take more memory
-than every other candidate together. So each is first fitted to the residual alone, and judged on folds that
+than every other candidate together. So each is first fitted to the residual alone, and scored on folds that
 it was not fitted on; the best few are then tried beside the named terms. The moments of a step event are
 screened by sums of products before and after each moment, all of them at once.
 """
@@ -22,85 +22,117 @@ from reconcile.regression.regression_data import low_pass_of, stride
 from reconcile.regression.regression_problem import RegressionProblem
 from reconcile.selection.cross_validation import folds_of
 
-MOST_SMOOTH = 6
+MOST_SMOOTH_TERMS = 6
 """Smooth terms that are tried beside the named ones: bounds the memory of their columns."""
-MOMENT_PREFIX = "moment_of_"
-"""Beginning of the names of step events, the quantity follows."""
+STEP_EVENT_PREFIX = "moment_of_"
+"""Beginning of the names of step events; the quantity that steps follows."""
 MOST_MOMENTS = 3
-"""Moments of each step event that are tried beside the named terms."""
-BEFORE_ALL_S = -1.0
+"""Moments of each step event that are tried beside the named terms: bounds the time; chosen."""
+BEFORE_START_S = -1.0
 """A moment before the first sample: all of the recording is after it."""
 BUMP_BINS = 64
-"""Bins of a coordinate's range; a narrow bump is sought around the one that explains most."""
+"""Bins of a coordinate's range; knots are concentrated around the bin that explains most."""
 WINDOW_SHARE, WINDOW_KNOTS = 1.0 / 8.0, 17.0
 """Share of the range around that bin that has knots of its own, and their number: they resolve a bump as wide
 as a hundredth of the range."""
 
+TermShape = tuple[str, ShapeParameters]
+"""An effect and its shape parameters."""
 
-class _Screened(NamedTuple):
-    """A smooth term at one set of shape parameters, by its gain."""
+
+class _ScreenedTerm(NamedTuple):
+    """A smooth term at one set of shape parameters; sorts by its gain."""
 
     gain: float
-    """Share of the squares of the residual that it predicts."""
+    """Share of the squared residual that it predicts."""
     effect: str
     shape: ShapeParameters
 
 
+class _FoldResidual(NamedTuple):
+    """The residual of the named terms in the samples of the normal equations; by recording, (n,) each."""
+
+    values: list[Array]
+    folds: list[Index]
+    """-1 in a block that is not used."""
+
+
 def promising_curves(
     problem: RegressionProblem, chosen: Sequence[CandidateTerm], blocks: Index
-) -> list[tuple[str, ShapeParameters]]:
-    """The most promising smooth terms as (effect, shape), beside the `chosen` ones, from `blocks` alone."""
-    residual, fold_of = _residual(problem, chosen, blocks)
-    best: list[_Screened] = []
-    for name, of in SMOOTH_TERMS.items():
-        effect = PREFIX + name
-        shapes, own = of.shapes(problem.datasets), True in of.per_recording
+) -> list[TermShape]:
+    """The most promising smooth terms beside the `chosen` ones, from `blocks` alone."""
+    residual = _residual(problem, chosen, blocks)
+    best: list[_ScreenedTerm] = []
+    for name, smooth_term in SMOOTH_TERMS.items():
+        effect, per_recording = PREFIX + name, True in smooth_term.per_recording
+        shapes = smooth_term.shapes(problem.datasets)
         if len(COORDINATES[name].knots) > 1 and shapes:
-            shapes = [*shapes, _window(problem, COORDINATES[name], shapes[0], residual, own=own)]
-        tried = [
-            _Screened(_gain(_columns(problem, effect, shape), residual, fold_of, own=own), effect, shape)
+            window = _best_window(
+                problem, COORDINATES[name], shapes[0], residual.values, per_recording=per_recording
+            )
+            shapes = [*shapes, window]
+        screened = [
+            _ScreenedTerm(
+                _predicted_share(_columns(problem, effect, shape), residual, per_recording=per_recording),
+                effect,
+                shape,
+            )
             for shape in shapes
         ]
-        best += sorted(tried, reverse=True)[:1]
+        best += sorted(screened, reverse=True)[:1]
     best.sort(reverse=True)
-    return [(one.effect, one.shape) for one in best[:MOST_SMOOTH]]
+    return [(screened.effect, screened.shape) for screened in best[:MOST_SMOOTH_TERMS]]
 
 
 def promising_moments(
     problem: RegressionProblem, chosen: Sequence[CandidateTerm], blocks: Index
-) -> list[tuple[str, ShapeParameters]]:
-    """The moments as (effect, shape) at which a step explains most of the residual of the `chosen` terms."""
-    residual, fold_of = _residual(problem, chosen, blocks)
-    found = []
-    for name, of in TERMS[problem.channel].items():
-        if not name.startswith(MOMENT_PREFIX):
+) -> list[TermShape]:
+    """The moments at which a step explains most of the residual of the `chosen` terms, by step event."""
+    residual = _residual(problem, chosen, blocks)
+    promising = []
+    for name, step_event in TERMS[problem.channel].items():
+        if not name.startswith(STEP_EVENT_PREFIX):
             continue
-        effect, shapes = PREFIX + name, of.shapes(problem.datasets)
+        effect, shapes = PREFIX + name, step_event.shapes(problem.datasets)
         moments_s = np.array([moment_s for (moment_s,) in shapes])
-        sums = []
-        everywhere = _columns(problem, effect, (BEFORE_ALL_S,))
-        for data, used, x, y, fold in zip(
-            problem.datasets, problem.used, everywhere, residual, fold_of, strict=True
-        ):
-            time_s = data.time_s[_kept(data, used)]
-            factor = np.where(fold >= 0, 2.0 * x[:, 0], 0.0)
-            at = np.searchsorted(time_s, moments_s)
-            sums.append([np.append(0.0, np.cumsum(v))[[*at, -1]] for v in (factor * y, factor * factor)])
-        parts = np.array(sums) if True in of.per_recording else np.array(sums).sum(axis=0)[None]
-        products, squares = parts[:, 0], parts[:, 1]
-        before, squares_before = products[:, :-1], squares[:, :-1]
-        after, squares_after = products[:, -1:] - before, squares[:, -1:] - squares_before
-        explained = before**2 / np.maximum(squares_before, 1e-300)
-        explained = explained + after**2 / np.maximum(squares_after, 1e-300)
+        explained = _explained_by_steps(
+            problem, effect, moments_s, residual, per_recording=True in step_event.per_recording
+        )
         order = explained.max(axis=0).argsort()[::-1] if shapes else []
-        found += [(effect, shapes[place]) for place in order[:MOST_MOMENTS]]
-    return found
+        promising += [(effect, shapes[place]) for place in order[:MOST_MOMENTS]]
+    return promising
 
 
-def _residual(
-    problem: RegressionProblem, chosen: Sequence[CandidateTerm], blocks: Index
-) -> tuple[list[Array], list[Index]]:
-    """Residual (n,) of the chosen terms in each recording, and the fold of each sample, -1 in none."""
+def _explained_by_steps(
+    problem: RegressionProblem,
+    effect: str,
+    moments_s: Array,
+    residual: _FoldResidual,
+    *,
+    per_recording: bool,
+) -> Array:
+    """Squares that a level before and one after each moment explain, (recordings or 1, moments)."""
+    sums = []
+    whole_columns = _columns(problem, effect, (BEFORE_START_S,))
+    for data, used, column, values, fold in zip(
+        problem.datasets, problem.used, whole_columns, residual.values, residual.folds, strict=True
+    ):
+        time_s = data.time_s[_kept_samples(data, used)]
+        # the columns of a step event have half its height on either side
+        factor = np.where(fold >= 0, 2.0 * column[:, 0], 0.0)
+        at = np.searchsorted(time_s, moments_s)
+        sums.append([np.append(0.0, np.cumsum(v))[[*at, -1]] for v in (factor * values, factor * factor)])
+    by_group = np.array(sums) if per_recording else np.array(sums).sum(axis=0)[None]
+    products, squares = by_group[:, 0], by_group[:, 1]
+    before, squares_before = products[:, :-1], squares[:, :-1]
+    after, squares_after = products[:, -1:] - before, squares[:, -1:] - squares_before
+    explained: Array = before**2 / np.maximum(squares_before, 1e-300)
+    explained += after**2 / np.maximum(squares_after, 1e-300)
+    return explained
+
+
+def _residual(problem: RegressionProblem, chosen: Sequence[CandidateTerm], blocks: Index) -> _FoldResidual:
+    """Residual of the chosen terms, fitted on `blocks`."""
     equations = problem.equations
     slots = equations.slots(chosen)
     weights = np.append(1.0, -equations.solve(slots, equations.totals(blocks)))
@@ -108,36 +140,35 @@ def _residual(
     places = np.append(0, column)
     fold = np.full(len(equations.samples), -1)
     fold[blocks] = folds_of(blocks)
-    residual = []
-    for rows, here in zip(equations.rows, active, strict=True):
-        has = np.append(True, here)
-        residual.append(weights[has] @ rows[places[has]])
-    return residual, [fold[block] for block in equations.block]
+    values = []
+    for rows, active_here in zip(equations.rows, active, strict=True):
+        is_active = np.append(True, active_here)
+        values.append(weights[is_active] @ rows[places[is_active]])
+    return _FoldResidual(values, [fold[block] for block in equations.block])
 
 
-def _window(
+def _best_window(
     problem: RegressionProblem,
-    over: SplineCoordinate,
-    whole: ShapeParameters,
+    coordinate: SplineCoordinate,
+    whole_range: ShapeParameters,
     residual: Sequence[Array],
     *,
-    own: bool,
+    per_recording: bool,
 ) -> ShapeParameters:
     """Shape parameters of a curve around the bin of the coordinate that explains most of the residual.
 
-    `own`: each recording has a curve of its own, so the bin is that of the recording that stands out.
+    `per_recording`: each recording has its own curve, so the bin is that of the recording that stands out.
     """
-    low, high = whole[:2]
+    low, high = whole_range[:2]
     products, squares = np.zeros((len(residual), BUMP_BINS)), np.zeros((len(residual), BUMP_BINS))
     for number, (data, used, values) in enumerate(zip(problem.datasets, problem.used, residual, strict=True)):
-        kept = _kept(data, used)
-        factor = np.ones(len(kept)) if over.factor is None else over.factor(data)[kept]
-        place = (
-            np.clip((over.values(data)[kept] - low) / max(high - low, 1e-300), 0.0, 1.0 - 1e-9) * BUMP_BINS
-        )
-        products[number] = np.bincount(place.astype(int), factor * values, BUMP_BINS)
-        squares[number] = np.bincount(place.astype(int), factor * factor, BUMP_BINS)
-    if not own:
+        kept = _kept_samples(data, used)
+        factor = np.ones(len(kept)) if coordinate.factor is None else coordinate.factor(data)[kept]
+        position = (coordinate.values(data)[kept] - low) / max(high - low, 1e-300)
+        bins = (np.clip(position, 0.0, 1.0 - 1e-9) * BUMP_BINS).astype(int)
+        products[number] = np.bincount(bins, factor * values, BUMP_BINS)
+        squares[number] = np.bincount(bins, factor * factor, BUMP_BINS)
+    if not per_recording:
         products, squares = products.sum(axis=0)[None], squares.sum(axis=0)[None]
     explained = products**2 / np.maximum(squares, 1e-300)
     centre = low + (int(explained.max(axis=0).argmax()) + 0.5) / BUMP_BINS * (high - low)
@@ -147,47 +178,62 @@ def _window(
 
 def _columns(problem: RegressionProblem, effect: str, shape: ShapeParameters) -> list[Array]:
     """Columns (n, k) of each recording, filtered, at the samples that count."""
-    found = []
+    by_recording = []
     for data, used in zip(problem.datasets, problem.used, strict=True):
-        kept, low_pass = _kept(data, used), low_pass_of(data)
+        kept, low_pass = _kept_samples(data, used), low_pass_of(data)
         columns = term(effect).columns(data, shape)
-        few = np.empty((len(kept), columns.shape[1]))
+        filtered = np.empty((len(kept), columns.shape[1]))
         for number, column in enumerate(columns.T):  # filtered as a whole they would take gigabytes
-            few[:, number] = low_pass(column)[kept]
-        found.append(few)
-    return found
+            filtered[:, number] = low_pass(column)[kept]
+        by_recording.append(filtered)
+    return by_recording
 
 
-def _kept(data: RegressionData, used: NDArray[np.bool_]) -> Index:
+def _kept_samples(data: RegressionData, used: NDArray[np.bool_]) -> Index:
     """The samples that the normal equations have."""
     kept: Index = np.flatnonzero(used)[:: stride(data.period_s)]
     return kept
 
 
-def _gain(columns: Sequence[Array], residual: Sequence[Array], fold: Sequence[Index], *, own: bool) -> float:
+class _NormalEquations(NamedTuple):
+    """Products of columns x (n, k) and target y (n,)."""
+
+    gram: Array
+    """x'x (k, k)."""
+    right_side: Array
+    """x'y (k,)."""
+    target_squares: float
+
+
+def _predicted_share(columns: Sequence[Array], residual: _FoldResidual, *, per_recording: bool) -> float:
     """Share of the squared residual that the columns predict in folds that they were not fitted on."""
-    groups = [[place] for place in range(len(columns))] if own else [[*range(len(columns))]]
-    before = after = 0.0
+    groups = [[number] for number in range(len(columns))] if per_recording else [[*range(len(columns))]]
+    total_squares = remaining_squares = 0.0
     for group in groups:
-        x, y, k = (_joined([of[place] for place in group]) for of in (columns, residual, fold))
-        folds = [one for one in np.unique(k) if one >= 0]
+        x = _joined([columns[number] for number in group])
+        y = _joined([residual.values[number] for number in group])
+        fold_of_sample = _joined([residual.folds[number] for number in group])
+        folds = [fold for fold in np.unique(fold_of_sample) if fold >= 0]
         if not folds:
             continue  # a recording that is left out
-        grams = [_gram(x, y, k == one) for one in folds]
-        whole_g, whole_b, _ = (sum(parts) for parts in zip(*grams, strict=True))
-        ridge = SMOOTH_RIDGE * max(float(whole_g.diagonal().max()), 1e-300) * np.eye(x.shape[1])
-        for g, b, square in grams:
-            theta = np.linalg.solve(whole_g - g + ridge, whole_b - b)
-            before += square
-            after += square - 2.0 * float(theta @ b) + float(theta @ g @ theta)
-    return 1.0 - after / max(before, 1e-300)
+        by_fold = [_normal_equations(x, y, fold_of_sample == fold) for fold in folds]
+        gram = sum((fold.gram for fold in by_fold), np.zeros(()))
+        right_side = sum((fold.right_side for fold in by_fold), np.zeros(()))
+        ridge = SMOOTH_RIDGE * max(float(gram.diagonal().max()), 1e-300) * np.eye(x.shape[1])
+        for fold in by_fold:
+            theta = np.linalg.solve(gram - fold.gram + ridge, right_side - fold.right_side)
+            total_squares += fold.target_squares
+            remaining_squares += (
+                fold.target_squares - 2.0 * float(theta @ fold.right_side) + float(theta @ fold.gram @ theta)
+            )
+    return 1.0 - remaining_squares / max(total_squares, 1e-300)
 
 
 def _joined(parts: Sequence[Any]) -> Any:
+    """The parts one after the other; a single one is not copied."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
-def _gram(x: Array, y: Array, among: NDArray[np.bool_]) -> tuple[Array, Array, float]:
-    """Products x'x (k, k), x'y (k,) and y'y of the samples in `among`."""
-    part, target = x[among], y[among]
-    return part.T @ part, part.T @ target, float(target @ target)
+def _normal_equations(x: Array, y: Array, used: NDArray[np.bool_]) -> _NormalEquations:
+    columns, target = x[used], y[used]
+    return _NormalEquations(columns.T @ columns, columns.T @ target, float(target @ target))

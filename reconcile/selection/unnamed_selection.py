@@ -9,8 +9,10 @@ from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import other_shapes
 from reconcile.regression.candidate_term import CandidateTerm, TermKey
 from reconcile.regression.regression_problem import RegressionProblem, regression_problem
-from reconcile.selection.cross_validation import CrossValidation, SelectionRules
-from reconcile.selection.stepwise_selection import TIED_GAIN_RATIO, initial_squares
+from reconcile.selection.cross_validation import CrossValidation
+from reconcile.selection.selection_rules import SelectionRules
+from reconcile.selection.shortlist import TIED_GAIN_RATIO
+from reconcile.selection.stepwise_selection import initial_squares
 from reconcile.selection.unnamed_screening import promising_curves, promising_moments
 
 SAME_MODE_RATIO = 1.3
@@ -19,17 +21,17 @@ covers a tenth to either side, as the flank of the spring does."""
 
 
 def select_unnamed(
-    final: RegressionProblem, chosen: Sequence[CandidateTerm], train: Index, rules: SelectionRules
+    named: RegressionProblem, chosen: Sequence[CandidateTerm], train: Index, rules: SelectionRules
 ) -> list[TermKey]:
-    """Select at most `rules.most_unknown` unnamed terms beside the `chosen` ones."""
-    tried = [
+    """Select at most `rules.most_unnamed_terms` beside the `chosen` terms of the problem `named`."""
+    shapes = [
         *((c.effect, c.shape_parameters) for c in chosen),
-        *promising_curves(final, chosen, train),
-        *promising_moments(final, chosen, train),
-        *other_shapes(final.datasets, final.channel),
+        *promising_curves(named, chosen, train),
+        *promising_moments(named, chosen, train),
+        *other_shapes(named.datasets, named.channel),
     ]
     problem = regression_problem(
-        final.datasets, final.channel, tried, only=True, model_terms=final.model_terms
+        named.datasets, named.channel, shapes, only=True, model_terms=named.model_terms
     )
     validation = CrossValidation(problem.equations, train)
     unnamed = [
@@ -38,24 +40,22 @@ def select_unnamed(
         if c.effect.startswith(PREFIX) and not any(is_of_spring(c, spring) for spring in chosen)
     ]
     named_terms = [problem.equations.by_key[c.key] for c in chosen]
-    initial = initial_squares(validation, named_terms)
+    least_removed = rules.least_unnamed_initial_share * initial_squares(validation, named_terms)
     selected: list[CandidateTerm] = []
-    while len(selected) < rules.most_unknown:
-        before = validation.cross_validated_squares([*named_terms, *selected])
-        least_gain = max(
-            rules.least_unknown, rules.least_unknown_share * initial / max(float(before.sum()), 1e-300)
-        )
+    while len(selected) < rules.most_unnamed_terms:
+        squares_without = validation.cross_validated_squares([*named_terms, *selected])
+        least_gain = max(rules.least_unnamed_gain, least_removed / max(float(squares_without.sum()), 1e-300))
         scores = [
-            validation.score([*named_terms, *selected], before, c)
+            validation.score([*named_terms, *selected], squares_without, c)
             for c in unnamed
             if c.effect not in {other.effect for other in selected}
-            and validation.gain([*named_terms, *selected, c], before) >= least_gain
+            and validation.gain([*named_terms, *selected, c], squares_without) >= least_gain
         ]
-        accepted = [score for score in scores if score.beyond_chance(len(unnamed), rules.false_alarm)]
-        if not accepted:
+        significant = [score for score in scores if score.is_significant(len(unnamed), rules.false_alarm)]
+        if not significant:
             break
-        least = TIED_GAIN_RATIO * max(score.gain for score in accepted)
-        tied = [score.candidate for score in accepted if score.gain >= least]
+        least_tied_gain = TIED_GAIN_RATIO * max(score.gain for score in significant)
+        tied = [score.candidate for score in significant if score.gain >= least_tied_gain]
         selected.append(min(tied, key=problem.equations.coefficients))
     return [c.key for c in selected]
 
@@ -63,7 +63,7 @@ def select_unnamed(
 def is_of_spring(unnamed: CandidateTerm, named: CandidateTerm) -> bool:
     """Whether an unnamed ringing is at the antiresonance of a spring that is named from the motor alone.
 
-    The two would share one load, and no plant is their sum.
+    Both would be the same load on the same spring, so a plant cannot have them beside each other.
     """
     if (
         unnamed.effect != RINGING_EFFECT

@@ -16,7 +16,8 @@ from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.rivals import compare_rivals
 from reconcile.regression.candidate_term import effect_names
 from reconcile.regression.regression_problem import SINCE_REVERSAL, regression_problem
-from reconcile.selection.cross_validation import CrossValidation, SelectionRules
+from reconcile.selection.cross_validation import CrossValidation
+from reconcile.selection.selection_rules import SelectionRules
 from reconcile.selection.stepwise_selection import select
 
 SEEDS = (0, 1, 2)

@@ -12,7 +12,7 @@ from reconcile.identification.explain import explain
 from reconcile.identification.term_search import TermSearch
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import load_recordings
-from reconcile.selection.cross_validation import SelectionRules
+from reconcile.selection.selection_rules import SelectionRules
 from reconcile.sensing.checks import examine
 
 T, N = 1e-3, 12_000

@@ -12,7 +12,7 @@ from reconcile.identification.term_search import TermSearch
 from reconcile.nominal_model.model_file import load_model
 from reconcile.proof.model_variants import AS_FOUND, VARIANTS, variants_of
 from reconcile.recording.recording import load_recordings
-from reconcile.selection.cross_validation import SelectionRules
+from reconcile.selection.selection_rules import SelectionRules
 
 T, N = 2e-3, 4000
 PULL_N, BY_DIRECTION_N_S_M = 4.0, 25.0
@@ -83,7 +83,7 @@ def test_nothing_without_a_name_is_reported_where_a_rigid_model_leaves_less_than
     share = explanation.refitted.train / explanation.accounted.measured
 
     def reported(matters: float) -> set[str]:
-        inputs = found.inputs._replace(rules=SelectionRules(matters=matters))
+        inputs = found.inputs._replace(rules=SelectionRules(negligible_force_share=matters))
         nameless = found.without({c.effect for c in found.terms})._replace(inputs=inputs)
         return {f.effect for f in with_terms(explanation, nameless).findings}
 

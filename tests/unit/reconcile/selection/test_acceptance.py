@@ -9,8 +9,10 @@ from formula_residuals import problem
 
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.regression.regression_problem import SINCE_REVERSAL
-from reconcile.selection.acceptance import SelectionContext, accepted
-from reconcile.selection.cross_validation import CrossValidation, SelectionRules
+from reconcile.selection import acceptance
+from reconcile.selection.acceptance import SelectionContext
+from reconcile.selection.cross_validation import CrossValidation
+from reconcile.selection.selection_rules import SelectionRules
 
 Effect = Callable[[RegressionData], np.ndarray]
 
@@ -45,10 +47,10 @@ def is_accepted(
     [candidate] = [c for c in found.equations.candidates if c.effect == term[0]]
     [shadow] = [c for c in found.equations.candidates if c.effect == SINCE_REVERSAL]
     before = validation.cross_validated_squares([])
-    search = SelectionContext(
+    context = SelectionContext(
         validation, rules or SelectionRules(), [candidate], float(before.sum()), [shadow] * shadowed
     )
-    return accepted(search, [], validation.score([], before, candidate), before)
+    return acceptance.is_accepted(context, [], validation.score([], before, candidate), before)
 
 
 def nothing(data: RegressionData) -> np.ndarray:
@@ -61,7 +63,7 @@ def test_present_effects_are_accepted_and_absent_ones_are_not() -> None:
 
 
 def test_an_effect_below_the_least_share_is_not_accepted() -> None:
-    assert not is_accepted(cogging, COGGING, SelectionRules(least_share=0.999))
+    assert not is_accepted(cogging, COGGING, SelectionRules(least_initial_share=0.999))
     assert not is_accepted(cogging, COGGING, SelectionRules(least_gain=0.999))
 
 

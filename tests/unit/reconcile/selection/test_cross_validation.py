@@ -41,7 +41,7 @@ def test_the_sum_of_cross_validated_squares_is_that_of_all_short_blocks(chosen: 
     )
     if terms:
         assert validation.gain(terms, before) == pytest.approx(
-            validation.compare(terms, before, len(terms)).gain, abs=1e-9
+            validation.score_last(terms, before, len(terms)).gain, abs=1e-9
         )
 
 

@@ -10,8 +10,9 @@ from reconcile.recording.kinematics import dahl_deflection, kinematics
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.regression.state_filter import StateFilter
-from reconcile.selection.block_statistics import threshold
-from reconcile.selection.cross_validation import CrossValidation, SelectionRules
+from reconcile.selection.block_statistics import bonferroni_threshold
+from reconcile.selection.cross_validation import CrossValidation
+from reconcile.selection.selection_rules import SelectionRules
 from reconcile.selection.stepwise_selection import select
 
 T = 1e-3
@@ -106,12 +107,12 @@ def test_held_out_blocks_are_predicted_worse_than_fitted_ones() -> None:
     equations, *_ = _ledger()
     validation = CrossValidation(equations, np.arange(40))
     slots = equations.slots(equations.candidates[:8])
-    seen = equations.squares(slots, equations.solve(slots, validation.whole), np.arange(40)).sum()
+    seen = equations.squares(slots, equations.solve(slots, validation.totals), np.arange(40)).sum()
     assert validation.cross_validated_squares(equations.candidates[:8]).sum() > seen
 
 
 def test_more_candidate_terms_need_more_evidence() -> None:
-    assert threshold(300, 40, 0.01) > threshold(3, 40, 0.01) > 2.0
+    assert bonferroni_threshold(300, 40, 0.01) > bonferroni_threshold(3, 40, 0.01) > 2.0
 
 
 @pytest.mark.parametrize("name", sorted(ENTRIES))

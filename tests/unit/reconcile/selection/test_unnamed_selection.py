@@ -10,7 +10,7 @@ from formula_residuals import data, problem
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.regression_problem import regression_problem
-from reconcile.selection.cross_validation import SelectionRules
+from reconcile.selection.selection_rules import SelectionRules
 from reconcile.selection.unnamed_selection import select_unnamed
 
 

@@ -6,7 +6,7 @@ import pytest
 from kernels.arrays import Array, Index
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.normal_equations import BlockNormalEquations
-from reconcile.selection.left_out import left_out_parts, left_out_squares_by_block, predictive_terms
+from reconcile.selection.predictive_terms import left_out_parts, left_out_squares_by_block, predictive_terms
 
 RECORDINGS, BLOCKS, SAMPLES = 3, 16, 40
 
