@@ -13,11 +13,12 @@ from reconcile.identification.unexplained_residual import is_misfit
 from reconcile.model_update.axis_update import update_axis
 from reconcile.model_update.shared_values import Sections
 from reconcile.nominal_model.model_file import NominalModel
-from reconcile.proof.left_out import best_predicting, prove, without_dropped, written_explanations
-from reconcile.proof.model_image import recordings_of_model, without_image
+from reconcile.proof.model_choice import best_predicting, without_dropped, writable_model
 from reconcile.proof.model_variants import AS_FOUND
 from reconcile.proof.model_variants import NOTES as VARIANT_NOTES
 from reconcile.proof.proof import Proof
+from reconcile.proof.prove import prove
+from reconcile.proof.simulated_model import simulated_recordings, without_simulated_terms
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_problem import SINCE_REVERSAL
 from reconcile.regression.residual import rms
@@ -67,8 +68,8 @@ def diagnose_axis(
         searches.append(TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
         found.append(explain(searches[1]))
         found = [_without_cross_channel_misfit(one, found, axis) for one in found]
-    simulated = recordings_of_model(recordings, model) if any(map(_may_be_of_the_model, found)) else []
-    found = [without_image(one, simulated, axis) for one in found]
+    simulated = simulated_recordings(recordings, model) if any(map(_may_be_of_the_model, found)) else []
+    found = [without_simulated_terms(one, simulated, axis) for one in found]
     proofs: list[Proof] = []
     if with_proof:
         on_progress(f"axis {name}: proof")
@@ -79,9 +80,9 @@ def diagnose_axis(
     if proofs:
         reported = [without_dropped(one, proof) for one, proof in zip(found, proofs, strict=True)]
         written = [best_predicting(one, proof) for one, proof in zip(found, proofs, strict=True)]
-    reported = [without_image(one, simulated, axis) for one in reported]
-    written, sections = written_explanations(written, model, name)
-    written = [without_image(one, simulated, axis) for one in written]
+    reported = [without_simulated_terms(one, simulated, axis) for one in reported]
+    written, sections = writable_model(written, model, name)
+    written = [without_simulated_terms(one, simulated, axis) for one in written]
     updated = update_axis(written, model, name)
     explanations = [
         _with_unwritten_findings(one, whole)._replace(found=None)  # its columns take most of the memory

@@ -1,8 +1,8 @@
 """Variants of the model that may be written in place of the identified effects.
 
-A search on few recordings also finds what is particular to them. The model that is written is the one that
-predicts left-out recordings best, and it must not lose to least squares with textbook friction. What a
-variant adds is in the file only; it is not reported as a finding.
+A search on few recordings also fits what is particular to them. The model that is written is the one that
+predicts left-out recordings best, so least squares with textbook friction must be among the variants. What
+a variant adds is in the file only; it is not reported as a finding.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,10 +22,10 @@ from reconcile.regression.physical_veto import vetoed
 from reconcile.regression.regression_problem import regression_problem
 
 STRIBECK_SHARES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4)
-"""Stribeck speeds that are tried, of the 95th percentile of the speed."""
+"""Stribeck speeds that are tried, as shares of the FAST_PERCENTILE of the speed; chosen."""
 FAST_PERCENTILE = 95.0
-OVER_TRAVEL = "position"
-"""The smooth term that a plant's table of force is."""
+TABLE_COORDINATE = "position"
+"""Coordinate of the smooth term that a plant file holds as a table of force."""
 COLLINEAR_RIDGE = 1e-3
 """Ridge on the columns of textbook friction and weight: directions with less than a thirtieth of the
 excitation are not fitted. With a tenth of this ridge a cobot's weight was predicted up to three times worse
@@ -43,14 +43,14 @@ def as_found(explanation: Explanation, _brief: bool) -> Explanation:
 def of_all_recordings(explanation: Explanation, brief: bool) -> Explanation:
     """The identified effects, refitted without the unnamed terms that each recording has of its own."""
     found = explanation.found
-    own = {c.effect for c in found.terms if _is_own(c)} if found else set()
-    return without(explanation, own, brief=brief)
+    unnamed = {c.effect for c in found.terms if _is_unnamed_per_recording(c)} if found else set()
+    return without(explanation, unnamed, brief=brief)
 
 
 def beside_textbook(explanation: Explanation, brief: bool) -> Explanation:
     """The identified effects and textbook friction."""
     found = explanation.found
-    kept = [c for c in found.terms if not _is_own(c)] if found else []
+    kept = [c for c in found.terms if not _is_unnamed_per_recording(c)] if found else []
     return _with_textbook(explanation, kept, brief=brief)
 
 
@@ -61,13 +61,14 @@ def textbook(explanation: Explanation, brief: bool) -> Explanation:
 
 def textbook_and_weight(explanation: Explanation, brief: bool) -> Explanation:
     """Textbook friction and, on a joint, the weight that it carries."""
-    weight = _weight(explanation)
+    weight = _weight_shapes(explanation)
     return _with_textbook(explanation, [], weight, brief=brief) if weight else explanation
 
 
 def textbook_and_table(explanation: Explanation, brief: bool) -> Explanation:
     """Textbook friction, the weight on a joint, and a table of force over the travel."""
-    return _with_textbook(explanation, [], _weight(explanation) + _table(explanation), brief=brief)
+    shapes = _weight_shapes(explanation) + _table_shapes(explanation)
+    return _with_textbook(explanation, [], shapes, brief=brief)
 
 
 AS_FOUND, OF_ALL_RECORDINGS = "as found", "fitted to all recordings"
@@ -82,127 +83,136 @@ VARIANTS: Mapping[str, Variant] = {
     WITH_TABLE: textbook_and_table,
 }
 """By the name in verdict.json; of those that predict alike the first is written."""
-BETTER = "predicted what was left out better"
-TEXTBOOK = "a constant force, viscous friction by direction and Stribeck friction, none of them a finding,"
+PREDICTED_BETTER = "predicted what was left out better"
+TEXTBOOK_FRICTION = (
+    "a constant force, viscous friction by direction and Stribeck friction, none of them a finding,"
+)
 NOTES = {
-    OF_ALL_RECORDINGS: f"fitted without what one recording has of its own it {BETTER}",
-    BESIDE_TEXTBOOK: f"with {TEXTBOOK} beside what was found it {BETTER}",
-    TEXTBOOK_ALONE: f"with {TEXTBOOK} in place of what was found it {BETTER}",
-    WITH_WEIGHT: f"with {TEXTBOOK} and a weight on the joint in place of what was found it {BETTER}",
-    WITH_TABLE: f"with {TEXTBOOK} and a table over the travel in place of what was found it {BETTER}",
+    OF_ALL_RECORDINGS: f"fitted without what one recording has of its own it {PREDICTED_BETTER}",
+    BESIDE_TEXTBOOK: f"with {TEXTBOOK_FRICTION} beside what was found it {PREDICTED_BETTER}",
+    TEXTBOOK_ALONE: f"with {TEXTBOOK_FRICTION} in place of what was found it {PREDICTED_BETTER}",
+    WITH_WEIGHT: (
+        f"with {TEXTBOOK_FRICTION} and a weight on the joint in place of what was found it {PREDICTED_BETTER}"
+    ),
+    WITH_TABLE: (
+        f"with {TEXTBOOK_FRICTION} and a table over the travel in place of what was found it "
+        f"{PREDICTED_BETTER}"
+    ),
 }
 """Note of the verdict on a variant that is written."""
 
 
-def has_own(explanation: Explanation) -> bool:
+def has_unnamed_per_recording(explanation: Explanation) -> bool:
     """Whether unnamed terms have coefficients of their own in each recording."""
-    return explanation.found is not None and any(_is_own(c) for c in explanation.found.terms)
+    return explanation.found is not None and any(map(_is_unnamed_per_recording, explanation.found.terms))
 
 
 def variants_of(explanation: Explanation) -> Mapping[str, Variant]:
-    """The variants to compare with the identified effects; none where the residual is noise.
+    """The variants to compare with the identified effects, by name.
 
-    Nor where a named effect has its own phase in each recording, which no left-out recording can test. Forces
-    over the position are compared only with several recordings: the last third of a motion covers the same
-    positions as the rest of it.
+    None where the residual is noise, nor where a named effect has its own phase in each recording, which no
+    left-out recording can test. Forces over the position are compared only with several recordings: the last
+    third of a motion covers the same positions as the first two.
     """
     found = explanation.found
-    if found is not None and any(c.per_recording and not _is_own(c) for c in found.terms):
+    if found is not None and any(c.per_recording and not _is_unnamed_per_recording(c) for c in found.terms):
         return {}
     is_force = explanation.channel is ResidualChannel.FORCE
     sizes = explanation.accounted
     if found is None or not is_force or sizes is None or sizes.is_noise:
         return {}
-    over_position = () if len(found.problem.datasets) > 1 else (WITH_WEIGHT, WITH_TABLE)
-    return {name: of for name, of in VARIANTS.items() if of is not as_found and name not in over_position}
+    omitted = {AS_FOUND}
+    if len(found.problem.datasets) == 1:
+        omitted |= {WITH_WEIGHT, WITH_TABLE}
+    return {name: variant for name, variant in VARIANTS.items() if name not in omitted}
 
 
-def _is_own(candidate: CandidateTerm) -> bool:
-    return candidate.per_recording and candidate.effect.startswith(PREFIX)
+def _is_unnamed_per_recording(term: CandidateTerm) -> bool:
+    return term.per_recording and term.effect.startswith(PREFIX)
 
 
-Shapes = list[tuple[str, ShapeParameters]]
+TermShapes = list[tuple[str, ShapeParameters]]
 """Effects, each with its shape parameters."""
 
 
-def _weight(explanation: Explanation) -> Shapes:
+def _weight_shapes(explanation: Explanation) -> TermShapes:
     """The weight on a joint; none on a linear axis, or where the joint hardly turns."""
     found = explanation.found
-    return [(GRAVITY.name, s) for s in GRAVITY.terms[0].shapes(found.problem.datasets)] if found else []
+    shapes = GRAVITY.terms[0].shapes(found.problem.datasets) if found else []
+    return [(GRAVITY.name, shape) for shape in shapes]
 
 
-def _table(explanation: Explanation) -> Shapes:
+def _table_shapes(explanation: Explanation) -> TermShapes:
     """A coarse table of force over the travel."""
     found = explanation.found
-    shapes = SMOOTH_TERMS[OVER_TRAVEL].shapes(found.problem.datasets) if found else []
-    return [(PREFIX + OVER_TRAVEL, shape) for shape in shapes if shape[2] == COARSE_KNOTS]
+    shapes = SMOOTH_TERMS[TABLE_COORDINATE].shapes(found.problem.datasets) if found else []
+    return [(PREFIX + TABLE_COORDINATE, shape) for shape in shapes if shape[2] == COARSE_KNOTS]
 
 
 def _with_textbook(
-    explanation: Explanation, kept: list[CandidateTerm], beside: Shapes | None = None, *, brief: bool
+    explanation: Explanation, kept: list[CandidateTerm], further: TermShapes | None = None, *, brief: bool
 ) -> Explanation:
-    """`kept` terms with a constant force, viscous friction by direction, Stribeck friction and `beside`.
+    """`kept` terms with a constant force, viscous friction by direction, Stribeck friction and `further`.
 
-    Those that the model has already, or that are physically impossible beside the others, are left out.
+    Those that the model has already, or that are physically impossible beside the others, are omitted.
     """
     found = explanation.found
     if found is None:
         return explanation
-    known = {*(c.effect for c in kept), *found.inputs.axis.model_effects.effects}
+    present = {*(c.effect for c in kept), *found.inputs.axis.model_effects.effects}
     textbook_shapes = [(entry.name, ()) for entry in (CONSTANT_FORCE, VISCOUS_BY_DIRECTION)]
-    more = [(name, shape) for name, shape in [*textbook_shapes, *(beside or [])] if name not in known]
-    best: tuple[float, FoundTerms] | None = None
-    for shape in _stribeck_shapes(found) if STRIBECK.name not in known else [None]:
-        fitted = _possible(found, kept, more, shape)
-        equations = fitted.problem.equations
-        slots = equations.slots(fitted.terms)
-        theta = equations.solve(slots, equations.totals(found.train))
-        squares = float(equations.squares(slots, theta, found.train).sum())
-        if best is None or squares < best[0]:
-            best = squares, fitted
-    if best is None or [c.key for c in best[1].terms] == [c.key for c in found.terms]:
+    added = [(name, shape) for name, shape in [*textbook_shapes, *(further or [])] if name not in present]
+    with_stribeck = [added]
+    if STRIBECK.name not in present:
+        with_stribeck = [[*added, (STRIBECK.name, shape)] for shape in _stribeck_shapes(found)]
+    fits = (_fit_possible(found, kept, shapes) for shapes in with_stribeck)  # two at a time in memory
+    best = min(fits, key=_training_squares, default=None)
+    if best is None or [c.key for c in best.terms] == [c.key for c in found.terms]:
         return explanation
-    made = with_terms(explanation, best[1], brief=brief)
-    own = {f.effect for f in explanation.findings}
-    unreported = [f for f in made.findings if f.effect not in own and (f.candidates or f.effect != "unknown")]
-    findings = [f for f in made.findings if f not in unreported]
-    return made._replace(findings=findings, minor=[*made.minor, *unreported])
+    variant = with_terms(explanation, best, brief=brief)
+    reported = {f.effect for f in explanation.findings}
+    unreported = [
+        f for f in variant.findings if f.effect not in reported and (f.candidates or f.effect != "unknown")
+    ]
+    findings = [f for f in variant.findings if f not in unreported]
+    return variant._replace(findings=findings, minor=[*variant.minor, *unreported])
 
 
-def _possible(
-    found: FoundTerms, kept: list[CandidateTerm], more: Shapes, stribeck: ShapeParameters | None
-) -> FoundTerms:
-    """The terms fitted together, without physically impossible ones among the added."""
-    added = list(more)
-    if stribeck is not None:
-        added.append((STRIBECK.name, stribeck))
-    problem = found.problem
-    wide = regression_problem(
-        problem.datasets,
-        problem.channel,
+def _training_squares(found: FoundTerms) -> float:
+    equations = found.problem.equations
+    slots = equations.slots(found.terms)
+    theta = equations.solve(slots, equations.totals(found.train))
+    return float(equations.squares(slots, theta, found.train).sum())
+
+
+def _fit_possible(found: FoundTerms, kept: list[CandidateTerm], added: TermShapes) -> FoundTerms:
+    """The `kept` and `added` terms fitted together, without added ones that are physically impossible."""
+    problem = regression_problem(
+        found.problem.datasets,
+        found.problem.channel,
         [*((c.effect, c.shape_parameters) for c in kept), *added],
         only=True,
-        model_terms=problem.model_terms,
+        model_terms=found.problem.model_terms,
     )
-    equations = wide.equations.with_ridge(COLLINEAR_RIDGE)
-    wide = wide._replace(equations=equations)
-    own = equations.by_key
-    terms = [own[c.key] for c in kept] + [own[name, shape, False] for name, shape in added]
+    equations = problem.equations.with_ridge(COLLINEAR_RIDGE)
+    problem = problem._replace(equations=equations)
+    by_key = equations.by_key
+    terms = [by_key[c.key] for c in kept] + [by_key[name, shape, False] for name, shape in added]
     while True:
         slots = equations.slots(terms)
         weights = equations.denormalised(slots, equations.solve(slots, equations.totals(found.train)))
-        refused = {*vetoed(wide, terms, weights, found.inputs.axis)} & {name for name, _ in added}
-        if not refused:
+        impossible = {*vetoed(problem, terms, weights, found.inputs.axis)} & {name for name, _ in added}
+        if not impossible:
             break
-        terms = [c for c in terms if c.effect not in refused]
+        terms = [c for c in terms if c.effect not in impossible]
     rivals = {**found.rivals, **{name: (0.0, []) for name, _ in added}}
-    return found._replace(problem=wide, terms=terms, rivals=rivals)
+    return found._replace(problem=problem, terms=terms, rivals=rivals)
 
 
 def _stribeck_shapes(found: FoundTerms) -> list[ShapeParameters]:
-    speeds = [
+    speeds_m_s = [
         np.abs(data.motion.velocity_m_s[used])
         for data, used in zip(found.problem.datasets, found.problem.used, strict=True)
     ]
-    fast_m_s = float(np.percentile(np.concatenate(speeds), FAST_PERCENTILE))
+    fast_m_s = float(np.percentile(np.concatenate(speeds_m_s), FAST_PERCENTILE))
     return [(share * fast_m_s,) for share in STRIBECK_SHARES] if fast_m_s > 0.0 else []

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.proof.model_variants import AS_FOUND
 
-LEAST_BETTER = 0.98
+BETTER_RMS_RATIO = 0.98
 """RMS error of a model over that of another, below which it counts as better; chosen."""
 
 
-class LeftOut(NamedTuple):
+class HeldOutErrors(NamedTuple):
     """Errors of two models on a recording that took no part in them, RMS, N or m."""
 
     source: str
@@ -29,8 +29,8 @@ class Proof(NamedTuple):
     """The errors on all that was left out of one axis in one channel."""
 
     channel: ResidualChannel
-    parts: list[LeftOut]
-    last_third: bool
+    parts: list[HeldOutErrors]
+    is_last_third: bool
     """There is one recording, and its last third was left out."""
     dropped: tuple[str, ...] = ()
     """Effects that the written model does without, because with them it predicted worse than a rigid one."""
@@ -39,18 +39,18 @@ class Proof(NamedTuple):
 
     @property
     def rigid(self) -> float:
-        """RMS over all parts, N or m."""
-        return _pooled([(part.samples, part.rigid) for part in self.parts])
+        """RMS error of the rigid model over all parts, N or m."""
+        return _pooled_rms(self.parts, [part.rigid for part in self.parts])
 
     @property
     def written(self) -> float:
-        """RMS over all parts, N or m."""
-        return _pooled([(part.samples, part.written) for part in self.parts])
+        """RMS error of the written model over all parts, N or m."""
+        return _pooled_rms(self.parts, [part.written for part in self.parts])
 
     @property
     def improves(self) -> bool:
         """Whether the written model predicts what was left out better than the rigid one."""
-        return self.written < LEAST_BETTER * self.rigid
+        return self.written < BETTER_RMS_RATIO * self.rigid
 
 
 def proof_json(proof: Proof) -> dict[str, Any]:
@@ -58,19 +58,25 @@ def proof_json(proof: Proof) -> dict[str, Any]:
     return {
         "channel": proof.channel.value,
         "unit": "N" if proof.channel is ResidualChannel.FORCE else "m",
-        "left_out": "the last third" if proof.last_third else "each recording in turn",
+        "left_out": "the last third" if proof.is_last_third else "each recording in turn",
         "rigid": proof.rigid,
         "written": proof.written,
         "improves": proof.improves,
         "dropped": list(proof.dropped),
         "written_model": proof.variant,
         "parts": [
-            {"recording": one.source, "measured": one.measured, "rigid": one.rigid, "written": one.written}
-            for one in proof.parts
+            {
+                "recording": part.source,
+                "measured": part.measured,
+                "rigid": part.rigid,
+                "written": part.written,
+            }
+            for part in proof.parts
         ],
     }
 
 
-def _pooled(parts: Sequence[tuple[int, float]]) -> float:
-    samples = sum(count for count, _ in parts)
-    return math.sqrt(sum(count * rms**2 for count, rms in parts) / samples) if samples else 0.0
+def _pooled_rms(parts: Sequence[HeldOutErrors], rms_of_parts: Sequence[float]) -> float:
+    samples = sum(part.samples for part in parts)
+    squares = sum(part.samples * rms**2 for part, rms in zip(parts, rms_of_parts, strict=True))
+    return math.sqrt(squares / samples) if samples else 0.0

@@ -34,21 +34,21 @@ class ModelResidual(NamedTuple):
 def written_residual(
     recording: AxisRecording, axis: NominalAxis, channel: ResidualChannel, timing_s: float = 0.0
 ) -> ModelResidual:
-    """Residual of the model on a recording; `timing_s`: how late its force was sampled."""
+    """Residual of the model on a recording; `timing_s`: delay between force and position samples."""
     data = regression_data(recording, axis)
     terms = regressed_terms(axis, [data], channel)
     if timing_s and channel is ResidualChannel.FORCE:
         terms = [*terms, ModelTerm(TRANSPORT_DELAY.name, (timing_s,), (1.0,))]
-    base = [0.0, 0.0]
+    baseline = [0.0, 0.0]
     if channel is ResidualChannel.FORCE:
-        base = list(baseline_parameters(axis).values())
-        problem = regression_problem([data], channel, only=True, model_terms=terms)
-        slots = problem.equations.slots([])
-        # terms that depend on the force see that of the model, not the measured one
-        data = with_identified_force(problem, 0, slots, np.array(base))
-    whole = regression_problem([data], channel, only=True, model_terms=terms)
-    target, columns = whole.target_and_columns(0)
-    residual = target - columns @ np.array(base)
+        baseline = list(baseline_parameters(axis).values())
+        with_measured_force = regression_problem([data], channel, only=True, model_terms=terms)
+        slots = with_measured_force.equations.slots([])
+        # terms that depend on the force use that of the model, which the measured one would falsify
+        data = with_identified_force(with_measured_force, 0, slots, np.array(baseline))
+    problem = regression_problem([data], channel, only=True, model_terms=terms)
+    target, columns = problem.target_and_columns(0)
+    residual = target - columns @ np.array(baseline)
     used = samples_in_use(data, channel)
     if channel is ResidualChannel.POSITION_DEVIATION:
         residual = residual - residual[used].mean()
