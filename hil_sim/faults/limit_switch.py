@@ -1,4 +1,4 @@
-"""Limit switch: it closes within the travel, by a metal chip or a broken wire.
+"""Limit switch: it closes within the travel because of a metal chip or a broken wire.
 
 The drive reads it in 60FDh (bit 0 negative, bit 1 positive side), brakes, and moves no further to that side.
 """

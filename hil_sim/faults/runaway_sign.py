@@ -1,8 +1,8 @@
 """Runaway sign: the motor pushes the other way than the amplifier assumes.
 
 Law: the force constant changes its sign, and so does the gain of the amplifier's velocity loop, which divides
-by it: two motor phases, or the encoder's tracks, are exchanged. Every loop closed on the axis, in controller
-and drive, has positive feedback; the reported current is the one that the amplifier assumes.
+by it, as if two motor phases, or the encoder's tracks, were exchanged. Every loop closed on the axis, in
+controller and drive, has positive feedback; the reported current is the one that the amplifier assumes.
 """
 
 from typing import NamedTuple

@@ -69,10 +69,10 @@ def _number(text: str, number: str) -> float:
 class Schedule:
     """Starts and ends faults by time. Raises FaultError for a fault that an axis cannot have."""
 
-    def __init__(self, scheduled: Sequence[Fault], axes: Mapping[str, FaultTarget]) -> None:
-        kinds = fault_kinds() if scheduled else {}
-        self._pending: list[tuple[int, Any, FaultTarget, Any]] = []  # time (us), begin or end, its arguments
-        for fault in scheduled:
+    def __init__(self, faults_scheduled: Sequence[Fault], axes: Mapping[str, FaultTarget]) -> None:
+        kinds = fault_kinds() if faults_scheduled else {}
+        self._pending: list[tuple[int, Any, FaultTarget, Any]] = []  # time (us), action, its arguments
+        for fault in faults_scheduled:
             if fault.axis not in axes:
                 raise FaultError(f"{fault.kind}: there is no axis {fault.axis!r}, only {', '.join(axes)}")
             module, target = kinds[fault.kind], axes[fault.axis]
@@ -89,8 +89,8 @@ class Schedule:
     def run(self, now_us: int) -> None:
         """Start and end all due faults."""
         while now_us >= self.due_us:
-            _, act, target, params = self._pending.pop(0)
-            act(target, params)
+            _, action, target, params = self._pending.pop(0)
+            action(target, params)
             self._update()
 
     def _update(self) -> None:

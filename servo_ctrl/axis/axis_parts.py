@@ -20,11 +20,11 @@ from servo_ctrl.cyclic.sequence_state import Route
 
 STATUSWORD, POSITION_ACTUAL_VALUE, CURRENT_ACTUAL_VALUE = (0x6041, 0), (0x6064, 0), (0x6078, 0)
 MODE_DISPLAY = (0x6061, 0)
-"""Objects of CiA 402."""
+"""Index and subindex of objects of CiA 402."""
 POSITION_VALUE = (0x6004, 0)
-"""Object of a scale, CiA 406."""
+"""Index and subindex of the position value of a scale (CiA 406)."""
 TORQUE_OFFSET = 0x60B2
-OUTPUT_OF: dict[int, RpdoValue] = {
+RPDO_VALUE_OF_INDEX: dict[int, RpdoValue] = {
     0x6040: RpdoValue.CONTROLWORD,
     0x6060: RpdoValue.MODE,
     0x60B0: RpdoValue.ZERO,  # position offset: in csp the position set point contains the correction
@@ -38,10 +38,10 @@ OUTPUT_OF: dict[int, RpdoValue] = {
 RETURN_OVERSHOOT = 0.5
 """Share of the following error limit that an axis may overshoot when it returns from beyond its position
 limits; chosen."""
-OBJECTS_MOST = 8
-"""Bounds the objects of a PDO: 8 bytes, each object at least one."""
-INTEGERS = {"b": True, "h": True, "i": True, "B": False, "H": False, "I": False}
-"""Formats of integers of up to 32 bits, and whether they are signed."""
+PDO_OBJECTS_MAX = 8
+"""Bounds the objects of a PDO: 8 bytes, each object has at least one."""
+SIGNED_OF_FORMAT = {"b": True, "h": True, "i": True, "B": False, "H": False, "I": False}
+"""Whether an integer format is signed; `struct` formats of up to 32 bits."""
 _NOT_MAPPED = InputPlace(0, 0, 0, signed=False)
 
 
@@ -62,44 +62,46 @@ def axis_parts(
     consecutive indices; `scale_tpdo`: index and codec of the scale's TPDO.
 
     Raises:
-        PdoTypeError: See there.
+        PdoTypeError: an object is no integer.
 
     """
-    unit, period_s = drive_scaling(config), params.period_s
+    scaling, period_s = drive_scaling(config), params.period_s
     drive, *further = tpdos
     return AxisParts(
         params=params,
         units=SetPointUnits(
-            unit.newton_per_permille,
-            unit.metre_per_count,
-            unit.metre_per_s_per_unit,
-            # without its own object the offset is part of the force, as in the twin
+            scaling.newton_per_permille,
+            scaling.metre_per_count,
+            scaling.metre_per_s_per_unit,
+            # without an object of its own the offset is part of the force set point, as in the twin
             offset_apart=any(rpdo.position(TORQUE_OFFSET) is not None for rpdo in rpdos),
             velocity_offset=config.mode == "csp",
         ),
-        limits=supervision_limits(config, unit, period_s),
+        limits=supervision_limits(config, scaling, period_s),
         route=drive_route(config, period_s),
         wiring=Wiring(
             drive=drive,
             further=min(further, default=0),
             further_count=len(further),
             scale=-1 if scale_tpdo is None else scale_tpdo[0],
-            statusword=_place(tpdos, STATUSWORD),
-            position=_place(tpdos, POSITION_ACTUAL_VALUE),
-            current=_place(tpdos, CURRENT_ACTUAL_VALUE),
-            mode_shown=_place(tpdos, MODE_DISPLAY),
-            scale_position=_NOT_MAPPED if scale_tpdo is None else _place(dict([scale_tpdo]), POSITION_VALUE),
-            metre_per_count=unit.metre_per_count,
-            ampere_per_permille=unit.ampere_per_permille,
-            newton_per_ampere=unit.newton_per_ampere,
+            statusword=_input_place(tpdos, STATUSWORD),
+            position=_input_place(tpdos, POSITION_ACTUAL_VALUE),
+            current=_input_place(tpdos, CURRENT_ACTUAL_VALUE),
+            mode_shown=_input_place(tpdos, MODE_DISPLAY),
+            scale_position=_NOT_MAPPED
+            if scale_tpdo is None
+            else _input_place(dict([scale_tpdo]), POSITION_VALUE),
+            metre_per_count=scaling.metre_per_count,
+            ampere_per_permille=scaling.ampere_per_permille,
+            newton_per_ampere=scaling.newton_per_ampere,
             scale_metre_per_count=scale_metre_per_count(config),
         ),
-        bounds=axis_bounds(config, unit, period_s),
+        bounds=axis_bounds(config, scaling, period_s),
     )
 
 
 def drive_route(config: AxisConfig, period_s: float) -> Route:
-    """Return what is fixed of the drive's sequence."""
+    """Return the constants of the drive's sequence."""
     return Route(
         int(MODE_OF_NAME[config.mode]),
         config.homing_method != 0,
@@ -109,15 +111,15 @@ def drive_route(config: AxisConfig, period_s: float) -> Route:
     )
 
 
-def axis_bounds(config: AxisConfig, unit: DriveScaling, period_s: float) -> AxisBounds:
-    """Return where the axis may be, and what is rest."""
+def axis_bounds(config: AxisConfig, scaling: DriveScaling, period_s: float) -> AxisBounds:
+    """Return the bounds of the position, and the largest movement in a cycle that counts as standstill."""
     lowest_mm, highest_mm = config.limits.position_mm
     margin_mm = config.limits.following_error_mm
     return AxisBounds(
         lowest_m=(lowest_mm - margin_mm) * 1e-3,
         highest_m=(highest_mm + margin_mm) * 1e-3,
         swing_m=RETURN_OVERSHOOT * margin_mm * 1e-3,
-        slow_m=COASTS_M_S * period_s + abs(unit.metre_per_count),
+        slow_m=COASTS_M_S * period_s + abs(scaling.metre_per_count),
     )
 
 
@@ -125,29 +127,29 @@ def output_places(rpdo: PdoCodec) -> Index:
     """Return `RpdoValue` and size in bytes of each object of an RPDO, (8, 2); size 0 after the last object.
 
     Raises:
-        PdoTypeError: See there.
+        PdoTypeError: an object is no integer.
 
     """
-    places = np.zeros((OBJECTS_MOST, 2), np.int64)
+    places = np.zeros((PDO_OBJECTS_MAX, 2), np.int64)
     for place, mapped in zip(places, rpdo.objects, strict=False):
         _check_integer(mapped)
-        place[:] = OUTPUT_OF[mapped.index], mapped.bits // 8
+        place[:] = RPDO_VALUE_OF_INDEX[mapped.index], mapped.bits // 8
     return places
 
 
-def _place(tpdos: Mapping[int, PdoCodec], address: tuple[int, int]) -> InputPlace:
-    """Return the place of an object in the TPDOs, in the last one of several that map it."""
-    found = _NOT_MAPPED
-    for place, tpdo in tpdos.items():
+def _input_place(tpdos: Mapping[int, PdoCodec], address: tuple[int, int]) -> InputPlace:
+    """Return where an object lies in the TPDOs; if several map it, in the last one."""
+    mapped_at = _NOT_MAPPED
+    for tpdo_index, tpdo in tpdos.items():
         start = 0
         for mapped in tpdo.objects:
             if mapped.address == address:
                 _check_integer(mapped)
-                found = InputPlace(place, start, mapped.bits // 8, INTEGERS[mapped.format])
+                mapped_at = InputPlace(tpdo_index, start, mapped.bits // 8, SIGNED_OF_FORMAT[mapped.format])
             start += mapped.bits // 8
-    return found
+    return mapped_at
 
 
 def _check_integer(mapped: MappedObject) -> None:
-    if mapped.format not in INTEGERS:
+    if mapped.format not in SIGNED_OF_FORMAT:
         raise PdoTypeError(f"{mapped.name} is no integer of 8, 16 or 32 bits, which the cycle needs")

@@ -1,4 +1,4 @@
-"""Turns findings of the compiled cycle about an axis into events, and monitors its limit switches."""
+"""Converts the findings of the compiled cycle on an axis to events, and monitors its limit switches."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from servo_ctrl.cyclic.axis_supervision import BAD_COMMAND, BEYOND, FOLLOWING_ER
 from servo_ctrl.cyclic.drive_phases import problem_text
 from servo_ctrl.cyclic.supervision import RUNAWAY, SATURATED
 
-Found = tuple[Event, str]
+AxisEvent = tuple[Event, str]
 
 EVENT_OF: dict[int, Event] = {
     BEYOND: Event.LIMIT,
@@ -24,7 +24,7 @@ EVENT_OF: dict[int, Event] = {
 
 
 class AxisWatch:
-    """Makes the events of the axis `name`."""
+    """Reports the events of the axis `name`."""
 
     def __init__(self, name: str, config: AxisConfig) -> None:
         self._name = name
@@ -34,40 +34,42 @@ class AxisWatch:
 
     def closed_switch(self, inputs: int, *, controlled: bool) -> str:
         """Take the digital inputs (60FDh); see `AxisServo.closed_switch`."""
-        closed, self._switches = inputs & ~self._switches & 0b11, inputs & 0b11
-        if not (controlled and closed):
+        newly_closed, self._switches = inputs & ~self._switches & 0b11, inputs & 0b11
+        if not (controlled and newly_closed):
             return ""
-        return f"axis {self._name}: the {_side(closed)} limit switch has closed"
+        return f"axis {self._name}: the {_side(newly_closed)} limit switch has closed"
 
     @property
     def at_a_switch(self) -> str:
-        """At which limit switch the axis stands, and what to do; "" if at none."""
+        """The limit switch at which the axis stands, and what to do; "" if it stands at none."""
         if not self._switches:
             return ""
         where = f"axis {self._name} stands at its {_side(self._switches)} limit switch"
         return f"{where}: jog it away, slowly, and find out why home is not where it was"
 
-    def findings(self, axis: Any) -> list[Found]:
+    def findings(self, axis: Any) -> list[AxisEvent]:
         """Return the events that the last cycle found, from the axis's `CycleRecord`."""
-        found, law = int(axis["found"]), axis["law"]
+        bits, law = int(axis["found"]), axis["law"]
         sample, command = law["sample"], law["command"]
         inputs, mode = axis["inputs"], axis["sequence"]["mode"]
         drive = problem_text(axis["problem"], int(inputs["statusword"]), inputs["mode_shown"], mode)
         error_mm, limit_mm = command["position_error_m"] * 1e3, self._following_error_mm
         deviation_m = sample["motor_position_m"] - command["correction_m"] - sample["scale_position_m"]
-        away = f"runs away from its set point, against {sample['motor_force_n']:.0f} N"
-        apart_mm = f"{deviation_m * 1e3:.3f} mm apart, more than {law['limits']['deviation_m'] * 1e3:g} mm"
-        at_limit = f"force at its limit for {self._saturation_ms:g} ms without a break"
+        runaway_text = f"runs away from its set point, against {sample['motor_force_n']:.0f} N"
+        deviation_text = (
+            f"{deviation_m * 1e3:.3f} mm apart, more than {law['limits']['deviation_m'] * 1e3:g} mm"
+        )
+        saturation_text = f"force at its limit for {self._saturation_ms:g} ms without a break"
         texts = {
             BEYOND: f"at {axis['beyond_m'] * 1e3:.3f} mm, beyond limits.position_mm",
             FOLLOWING_ERROR: f"following error of {error_mm:.3f} mm exceeds {limit_mm:g} mm",
             BAD_COMMAND: "the set point is not a number",
-            RUNAWAY: f"{away}; check the signs of feedback and current",
-            DISAGREE: f"encoder and scale are {apart_mm}; check scale and coupling",
-            SATURATED: f"{at_limit}; is something in its way?",
+            RUNAWAY: f"{runaway_text}; check the signs of feedback and current",
+            DISAGREE: f"encoder and scale are {deviation_text}; check scale and coupling",
+            SATURATED: f"{saturation_text}; is something in its way?",
             RUNAWAY_BRAKED: "gets faster while its drive brakes; check the feedback's sign",
         }
-        events = [(event, texts[bit]) for bit, event in EVENT_OF.items() if found & bit]
+        events = [(event, texts[bit]) for bit, event in EVENT_OF.items() if bits & bit]
         if drive:
             events.insert(0, (Event.DRIVE_FAULT, f"the drive {drive}"))
         return [(event, f"axis {self._name}: {text}") for event, text in events]

@@ -25,14 +25,14 @@ from servo_ctrl.cyclic.axis_supervision import begin_watch
 from servo_ctrl.cyclic.contour_coupling import Coupling, contour_records
 
 PDO_BYTES = 8
+"""Bytes reserved for each PDO: the most that a CAN frame carries."""
 
 
 class CycleMemory:
     """Holds the axis records, the `inputs` TPDOs of a cycle, and its outputs; `rpdos`: codecs by axis.
 
-    Making it compiles the kernels before the first SYNC, which takes seconds, or loads them.
-
-    `couplings`: pairs of axes under contour control.
+    `couplings`: pairs of axes under contour control. The constructor compiles the kernels, which takes
+    seconds, or loads them, so that the first SYNC does not wait.
 
     Raises:
         PdoTypeError: an object of an RPDO is no integer.
@@ -48,11 +48,11 @@ class CycleMemory:
     ) -> None:
         count = len(parts)
         self._contours = contour_records(couplings)
-        self.axes, self._tables, kept = cycle_records(parts)
+        self.axes, self._tables, pool = cycle_records(parts)
         self.row: Array = np.full(MACHINE_COLUMNS + count * AXIS_COLUMNS, math.nan)
         """The recorded row of the last cycle."""
         self._params = [part.params for part in parts]
-        codecs = [(axis, codec) for axis, own in enumerate(rpdos) for codec in own]
+        codecs = [(axis, codec) for axis, axis_rpdos in enumerate(rpdos) for codec in axis_rpdos]
         axis_of: Index = np.array([axis for axis, _codec in codecs], np.int64)
         outputs: Index = np.stack([output_places(codec) for _axis, codec in codecs])
         self._inputs = np.zeros((inputs, PDO_BYTES), np.uint8)
@@ -68,7 +68,7 @@ class CycleMemory:
             for start, (_axis, codec) in zip(range(0, self._payloads.size, PDO_BYTES), codecs, strict=True)
         ]
         self._payload_bytes = self._payloads.reshape(-1).data
-        self._memory = kept, axis_of, outputs, self._inputs, self._received, self._reference
+        self._memory = pool, axis_of, outputs, self._inputs, self._received, self._reference
         before, after = (self.axes, self._contours, self._tables), (self.row, self._payloads)
         self._step_axes = ready_for(step_axes, *before, *self._memory, False, 0.0, 0, 0, *after)
         begin_watch(self.axes.copy()[0], 0.0)
@@ -123,7 +123,7 @@ class CycleMemory:
         return self._params[axis]
 
     def coupled(self) -> tuple[tuple[int, int], float] | None:
-        """Return the axes under contour control and their contour error (m); None where it is off."""
+        """Return the axes under contour control and their contour error (m); None if it is off."""
         for contour in self._contours:
             return (int(contour["axes"]["first"]), int(contour["axes"]["second"])), float(contour["error_m"])
         return None

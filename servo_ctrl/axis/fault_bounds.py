@@ -14,38 +14,38 @@ from servo_ctrl.axis.supervision import runaway_cycles, saturation_cycles
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 from servo_ctrl.config.model import MachineConfig
 
-_READ = 1  # found in a cycle's inputs after its RPDOs were computed: the next RPDOs carry the reaction
-_FRAME = 2  # a separate frame, which may arrive after the cycle's inputs and then waits for the next cycle
+_IN_INPUTS = 1  # found in a cycle's inputs after its RPDOs were computed: the next RPDOs carry the reaction
+_IN_FRAME = 2  # a separate frame, which may arrive after the cycle's inputs and then waits for the next cycle
 
 BOUND_CYCLES: dict[Event, int] = {
-    Event.LOST_TPDO: _READ,
-    Event.LATE_TICK: _READ,
-    Event.LOST_HEARTBEAT: _FRAME,
-    Event.EMCY: _FRAME,
-    Event.DRIVE_FAULT: _READ,
-    Event.FOLLOWING_ERROR: _READ,
-    Event.LIMIT: _READ,
-    Event.LIMIT_SWITCH: _FRAME,
-    Event.SENSORS_DISAGREE: _READ,
-    Event.RUNAWAY: _READ,
-    Event.SATURATED: _READ,
-    Event.BAD_COMMAND: _READ,
-    Event.BAD_PROGRAM: _READ,
-    Event.FOREIGN_MASTER: _FRAME,
-    Event.DUPLICATE_NODE: _FRAME,
-    Event.WRONG_PDO: _FRAME,
-    Event.OBJECT_CHANGED: _FRAME,
-    Event.FRAMES_LOST: _FRAME,
+    Event.LOST_TPDO: _IN_INPUTS,
+    Event.LATE_TICK: _IN_INPUTS,
+    Event.LOST_HEARTBEAT: _IN_FRAME,
+    Event.EMCY: _IN_FRAME,
+    Event.DRIVE_FAULT: _IN_INPUTS,
+    Event.FOLLOWING_ERROR: _IN_INPUTS,
+    Event.LIMIT: _IN_INPUTS,
+    Event.LIMIT_SWITCH: _IN_FRAME,
+    Event.SENSORS_DISAGREE: _IN_INPUTS,
+    Event.RUNAWAY: _IN_INPUTS,
+    Event.SATURATED: _IN_INPUTS,
+    Event.BAD_COMMAND: _IN_INPUTS,
+    Event.BAD_PROGRAM: _IN_INPUTS,
+    Event.FOREIGN_MASTER: _IN_FRAME,
+    Event.DUPLICATE_NODE: _IN_FRAME,
+    Event.WRONG_PDO: _IN_FRAME,
+    Event.OBJECT_CHANGED: _IN_FRAME,
+    Event.FRAMES_LOST: _IN_FRAME,
     Event.BUS_OFF: 0,  # no frame can be sent; the drives stop because our heartbeat is missing
     Event.BUS_DOWN: 0,  # the same, for good
-    Event.STOP_SIGNAL: _FRAME,
-    Event.DISABLE: _FRAME,
-    Event.QUICK_STOP: _FRAME,
+    Event.STOP_SIGNAL: _IN_FRAME,
+    Event.DISABLE: _IN_FRAME,
+    Event.QUICK_STOP: _IN_FRAME,
 }
 """Reaction: cycles from the event to the RPDOs that carry the reaction."""
 
 GAP_TOLERATED_S = 0.02
-"""Longest tolerated gap of ticks or a node's inputs in real time (chosen). Axes keep their set points."""
+"""Longest tolerated gap of ticks or of a node's inputs in real time; axes keep their set points. Chosen."""
 
 
 def detection_cycles(machine: MachineConfig, *, lockstep: bool) -> dict[Event, int]:
@@ -59,7 +59,7 @@ def detection_cycles(machine: MachineConfig, *, lockstep: bool) -> dict[Event, i
     switches = max(axis.drive.limit_switch_syncs for axis in axes)
     return {
         Event.LIMIT_SWITCH: max(switches, 1),
-        Event.RUNAWAY: 3 * runaway,  # while the drive brakes: two blocks after a begun one; else less
+        Event.RUNAWAY: 3 * runaway,  # while the drive brakes: two whole blocks after an incomplete one
         Event.SATURATED: saturation,
         Event.DUPLICATE_NODE: 4,  # at rest; 2 in motion, where the two nodes send different values
         Event.LOST_TPDO: 1 if lockstep else gap,

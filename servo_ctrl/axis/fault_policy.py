@@ -70,10 +70,10 @@ _UNDER_CONTROL = {
     Event.BAD_PROGRAM: _HOLD,
     Event.FOREIGN_MASTER: _QUICK,  # two masters on one bus: set points and SYNC are not ours alone
     Event.DUPLICATE_NODE: _QUICK,  # the position read may be that of either node
-    Event.WRONG_PDO: _QUICK,  # likewise unreliable inputs: the mapping is not the configured one
+    Event.WRONG_PDO: _QUICK,  # the inputs are unreliable: the mapping is not the configured one
     Event.OBJECT_CHANGED: _HOLD,
     Event.FRAMES_LOST: _HOLD,
-    Event.BUS_OFF: _QUICK,  # nothing reaches the drives; where the bus is back soon, they brake
+    Event.BUS_OFF: _QUICK,  # no frame reaches the drives until the bus is back; then they brake
     Event.BUS_DOWN: _OFF,
     Event.STOP_SIGNAL: _HOLD,
     Event.DISABLE: _HOLD,

@@ -1,11 +1,11 @@
 """One axis in the daemon: reads and changes the axis's record between two compiled cycles."""
 
-from collections.abc import Sequence as Several
+from collections.abc import Sequence as Values
 from typing import Any
 
 from kernels.records import read, write
 from servo_ctrl.axis.axis_parts import CURRENT_ACTUAL_VALUE, MODE_DISPLAY, STATUSWORD
-from servo_ctrl.axis.axis_watch import AxisWatch, Found
+from servo_ctrl.axis.axis_watch import AxisEvent, AxisWatch
 from servo_ctrl.axis.cycle_memory import CycleMemory
 from servo_ctrl.canopen.pdo import PdoCodec
 from servo_ctrl.config.model import AxisConfig
@@ -22,7 +22,7 @@ REFERENCE_FIELDS = len(Motion._fields)
 
 
 class AxisServo:
-    """The axis `name`, number `place` in `memory`. Positions are metres at the table, from home."""
+    """The axis `name`, with index `place` in `memory`. Positions are metres at the table, from home."""
 
     def __init__(self, name: str, config: AxisConfig, memory: CycleMemory, place: int) -> None:
         self.name = name
@@ -33,13 +33,13 @@ class AxisServo:
         self._place = place
         self._record: Any = memory.record(place)
         self._route = read(self._record["route"], Route)
-        self._kept: AxisParams | None = None
-        """Its own parameters while others are tried."""
+        self._own_params: AxisParams | None = None
+        """Its own parameters during a trial of others."""
 
     @property
     def params(self) -> AxisParams:
-        """The parameters of its control law; its own ones while others are tried."""
-        return self.memory.params(self._place) if self._kept is None else self._kept
+        """The parameters of its control law; during a trial its own ones, not those on trial."""
+        return self.memory.params(self._place) if self._own_params is None else self._own_params
 
     @property
     def sequence(self) -> Sequence:
@@ -115,8 +115,8 @@ class AxisServo:
         """Mark the axis as not homed."""
         self._record["homed"] = False
 
-    def take_event(self, codec: PdoCodec, values: Several[int]) -> None:
-        """Take an event-driven TPDO of the drive, whose values are valid until the next one."""
+    def take_event_tpdo(self, codec: PdoCodec, values: Values[int]) -> None:
+        """Take an event-driven TPDO of the drive; its values are valid until the next one."""
         inputs = self._record["inputs"]
         for mapped, value in zip(codec.objects, values, strict=True):
             if mapped.address == STATUSWORD:
@@ -126,7 +126,7 @@ class AxisServo:
             elif mapped.address == CURRENT_ACTUAL_VALUE:
                 inputs["current_held_a"] = value * self._record["wiring"]["ampere_per_permille"]
 
-    def findings(self) -> list[Found]:
+    def findings(self) -> list[AxisEvent]:
         """Return the events that the last cycle found."""
         return self.watch.findings(self._record)
 
@@ -137,30 +137,30 @@ class AxisServo:
     def change_params(self, params: AxisParams) -> None:
         """Change the control-law parameters from the next cycle on; the state of the law stays.
 
-        While others are tried, the change acts behind the trial.
+        During a trial of others, the change acts after the trial.
         """
-        if self._kept is None:
+        if self._own_params is None:
             self.memory.change_params(self._place, params)
         else:
-            self._kept = params
+            self._own_params = params
 
     def try_params(self, params: AxisParams) -> None:
-        """Let these parameters act until `end_trial`, whatever is changed meanwhile."""
-        self._kept = self.params
+        """Apply these parameters until `end_trial`, even if the axis's own ones change meanwhile."""
+        self._own_params = self.params
         self.memory.change_params(self._place, params)
 
     def end_trial(self) -> None:
-        """Let its own parameters act again."""
-        if self._kept is not None:
-            self.memory.change_params(self._place, self._kept)
-            self._kept = None
+        """Apply the axis's own parameters again."""
+        if self._own_params is not None:
+            self.memory.change_params(self._place, self._own_params)
+            self._own_params = None
 
-    def pass_missed(self, cycles: int) -> None:
-        """Count periods that had no SYNC."""
+    def skip_cycles(self, cycles: int) -> None:
+        """Count periods without a SYNC."""
         self._record["periods_without"] += cycles
 
     def allow_power(self, *, allowed: bool) -> None:
-        """Set whether a drive without power may get power."""
+        """Set whether a drive without power may be switched on."""
         self._record["power_allowed"] = allowed
 
     def input_age(self, cycles: int) -> None:

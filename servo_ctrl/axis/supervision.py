@@ -27,18 +27,18 @@ def runaway_cycles(axis: AxisConfig, period_s: float) -> int:
     return max(math.ceil(axis.limits.runaway_ms * 1e-3 / period_s), 3)
 
 
-def supervision_limits(axis: AxisConfig, unit: DriveScaling, period_s: float) -> SupervisionLimits:
+def supervision_limits(axis: AxisConfig, scaling: DriveScaling, period_s: float) -> SupervisionLimits:
     """Return the supervision limits of an axis."""
     limits = axis.limits
     following_m = limits.following_error_mm * 1e-3
-    given_mm = limits.scale_deviation_mm
+    deviation_mm = limits.scale_deviation_mm
     return SupervisionLimits(
-        deviation_m=0.5 * following_m if given_mm is None else given_mm * 1e-3,
+        deviation_m=0.5 * following_m if deviation_mm is None else deviation_mm * 1e-3,
         force_n=limits.force_n,
-        current_a=LIMIT_SHARE * limits.force_n / unit.newton_per_ampere,
+        current_a=LIMIT_SHARE * limits.force_n / scaling.newton_per_ampere,
         push_n=PUSH_SHARE * limits.force_n,
         error_m=ERROR_SHARE * following_m,
-        velocity_m_s=SPEED_FLOOR_M_S + 2.0 * unit.metre_per_count / period_s,
+        velocity_m_s=SPEED_FLOOR_M_S + 2.0 * scaling.metre_per_count / period_s,
         saturation_cycles=saturation_cycles(axis, period_s),
         runaway_cycles=runaway_cycles(axis, period_s),
     )

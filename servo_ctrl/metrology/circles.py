@@ -23,8 +23,10 @@ from servo_ctrl.plots.contour_traces import ContourTrace, ErrorTrace
 from servo_ctrl.recording.reader import Recording
 
 AXES = ("x", "y")
-SPEED_TOLERANCE = 1e-6  # relative, chosen: after one sample of a ramp the speed already differs by far more
-BEFORE_S, AFTER_S = 0.05, 0.15  # chosen: parts of an error trace shown before and after the monitoring window
+SPEED_TOLERANCE = 1e-6
+"""Relative tolerance of the constant speed; chosen: one sample of a ramp differs by far more."""
+BEFORE_S, AFTER_S = 0.05, 0.15
+"""Parts of an error trace before the reversal and after the monitoring time, seconds; chosen."""
 
 
 class ReversalFigures(NamedTuple):
@@ -65,25 +67,25 @@ def _analyse(label: str, columns: dict[str, NDArray[Any]], window_s: float) -> C
     speed_m_s = np.hypot(columns["x.velocity_command_m_s"], columns["y.velocity_command_m_s"])
     feed_m_s = float(np.median(speed_m_s))
     steady = np.flatnonzero(np.abs(speed_m_s - feed_m_s) < SPEED_TOLERANCE * feed_m_s)
-    part = slice(int(steady[0]), int(steady[-1]) + 1)
-    command = {axis: columns[f"{axis}.position_command_m"][part] for axis in AXES}
-    scale = {axis: columns[f"{axis}.scale_position_m"][part] for axis in AXES}
+    steady_part = slice(int(steady[0]), int(steady[-1]) + 1)
+    command = {axis: columns[f"{axis}.position_command_m"][steady_part] for axis in AXES}
+    scale = {axis: columns[f"{axis}.scale_position_m"][steady_part] for axis in AXES}
     circle = commanded_circle(command["x"], command["y"])
     deviation_m = circle_deviation(circle, scale["x"], scale["y"])
-    found, traces = {}, {}
+    of_axis, traces = {}, {}
     for axis in AXES:
-        entries = indicators(command[axis], scale[axis], deviation_m, window)
-        if not entries:
+        reversal_indicators = indicators(command[axis], scale[axis], deviation_m, window)
+        if not reversal_indicators:
             raise ValueError(
                 f"{label}: no reversal of {axis} with its whole monitoring time at constant speed"
             )
-        found[axis] = combined(entries)
+        of_axis[axis] = combined(reversal_indicators)
         traces[axis] = error_trace(label, command[axis] - scale[axis], command[axis], period_s, window_s)
     return CircleResult(
         label=label,
         feed_mm_min=round(feed_m_s * 60e3),
         radius_m=circle.radius_m,
-        indicators=found,
+        indicators=of_axis,
         error_traces=traces,
         contour=last_turn(label, circle, command["x"], command["y"], deviation_m),
     )
@@ -105,21 +107,21 @@ def error_trace(label: str, error_m: Array, command_m: Array, period_s: float, w
     """Return the error around the last completely recorded reversal, positive when the table lags."""
     before, after = round(BEFORE_S / period_s), round((window_s + AFTER_S) / period_s)
     starts = reversals(command_m)
-    whole = starts[(starts >= before) & (starts + after <= len(error_m))]
-    if not len(whole):
+    complete = starts[(starts >= before) & (starts + after <= len(error_m))]
+    if not len(complete):
         raise ValueError(f"{label}: no reversal with {BEFORE_S} s before and {window_s + AFTER_S} s after it")
-    start = int(whole[-1])
-    part = slice(start - before, start + after)
+    start = int(complete[-1])
+    steady_part = slice(start - before, start + after)
     direction = 1.0 if command_m[start] > command_m[start - 1] else -1.0
-    lag_m = error_m[part] * direction
+    lag_m = error_m[steady_part] * direction
     return ErrorTrace(label, np.arange(-before, after, dtype=np.float64) * period_s, lag_m)
 
 
-def figures_um(entry: Indicators) -> ReversalFigures:
+def figures_um(figures: Indicators) -> ReversalFigures:
     """Return the four indicators in micrometres."""
     return ReversalFigures(
-        contour_peak_um=1e6 * entry.contour_peak_m,
-        mean_um=1e6 * entry.error_mean_m,
-        peak_um=1e6 * entry.error_peak_m,
-        rms_um=1e6 * entry.error_rms_m,
+        contour_peak_um=1e6 * figures.contour_peak_m,
+        mean_um=1e6 * figures.error_mean_m,
+        peak_um=1e6 * figures.error_peak_m,
+        rms_um=1e6 * figures.error_rms_m,
     )

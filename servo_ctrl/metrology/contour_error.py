@@ -72,8 +72,10 @@ def contour_error(recording: Recording, steps: Sequence[Step], machine: MachineC
     The first path is the approach from the initial position, and no contour.
     """
     paths = [(index, step) for index, step in enumerate(steps) if isinstance(step, PathMove)]
-    found = [_distances(recording, index, step, machine) for index, step in paths[1:]]
-    joined = _Distances(*(np.concatenate(parts) for parts in zip(*found, strict=True))) if found else None
+    distances = [_distances(recording, index, step, machine) for index, step in paths[1:]]
+    joined = (
+        _Distances(*(np.concatenate(parts) for parts in zip(*distances, strict=True))) if distances else None
+    )
     if joined is None or not len(joined.line):
         return None
     return ContourError(
@@ -84,10 +86,10 @@ def contour_error(recording: Recording, steps: Sequence[Step], machine: MachineC
     )
 
 
-def write_contour_error(recording: Recording, found: ContourError) -> None:
+def write_contour_error(recording: Recording, contour: ContourError) -> None:
     """Write the figures beside the recording. Raises RecordingError."""
-    values = {"samples_at_feed": found.samples} | {
-        name: figures.as_json() for name, figures in found._asdict().items() if isinstance(figures, Figures)
+    values = {"samples_at_feed": contour.samples} | {
+        name: figures.as_json() for name, figures in contour._asdict().items() if isinstance(figures, Figures)
     }
     path = recording.directory / CONTOUR_FILE
     try:
@@ -108,10 +110,10 @@ def distance_to_path(points_m: Array, path_m: Array, window: int) -> Array:
     for shift in range(-window, window + 1):
         rows = slice(max(0, -shift), max(min(len(points_m), pieces - shift), 0))
         part = slice(max(0, shift), max(min(pieces, len(points_m) + shift), 0))
-        off_m = points_m[rows] - path_m[:-1][part]
-        along = np.clip(np.sum(off_m * piece_m[part], axis=1) / length_m2[part], 0.0, 1.0)
-        off_m -= along[:, np.newaxis] * piece_m[part]
-        nearest_m2[rows] = np.minimum(nearest_m2[rows], np.sum(off_m**2, axis=1))
+        offset_m = points_m[rows] - path_m[:-1][part]
+        along = np.clip(np.sum(offset_m * piece_m[part], axis=1) / length_m2[part], 0.0, 1.0)
+        offset_m -= along[:, np.newaxis] * piece_m[part]
+        nearest_m2[rows] = np.minimum(nearest_m2[rows], np.sum(offset_m**2, axis=1))
     return np.asarray(np.sqrt(nearest_m2))
 
 
@@ -131,12 +133,12 @@ def _distances(recording: Recording, index: int, step: PathMove, machine: Machin
     time_s = (recording.columns["cycle"][rows] - recording.columns["cycle"][of_step[0]] + 1.0) * period_s
     element = plan_path(step, start_m, motion_limits(machine), period_s).element_at(time_s)
     feed_m_s = np.array([entry.feed_m_s for entry in step.elements])
-    fed = np.isfinite(feed_m_s[element])
+    at_feed = np.isfinite(feed_m_s[element])
     return _Distances(
-        to_program_m=nearest(table_m[rows])[0][fed],
-        to_command_m=distance_to_path(table_m[rows], path_m, window)[fed],
-        rounding_m=nearest(command_m[rows])[0][fed],
-        line=np.array([entry.line for entry in step.elements], dtype=np.int64)[element[fed]],
+        to_program_m=nearest(table_m[rows])[0][at_feed],
+        to_command_m=distance_to_path(table_m[rows], path_m, window)[at_feed],
+        rounding_m=nearest(command_m[rows])[0][at_feed],
+        line=np.array([entry.line for entry in step.elements], dtype=np.int64)[element[at_feed]],
     )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from servo_ctrl.axis.axis_parts import axis_parts
-from servo_ctrl.axis.axis_watch import Found
+from servo_ctrl.axis.axis_watch import AxisEvent
 from servo_ctrl.axis.cycle_memory import CycleMemory
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.node_plan import NodePlan
@@ -38,7 +38,7 @@ class SteppedAxis(AxisServo):
         inputs = {0: drive.tpdo.codec}, (1, scale.tpdo.codec)
         parts = axis_parts(axis, axis_params(machine, "x"), rpdos, *inputs)
         super().__init__("x", axis, CycleMemory([parts], [rpdos], 2), 0)
-        self.events: list[Found] = []
+        self.events: list[AxisEvent] = []
         self.power_allowed: Callable[[], bool] = lambda: True
         self._pack = drive.tpdo.codec.pack, scale.tpdo.codec.pack
 

@@ -122,10 +122,10 @@ class Drives:
         self._found = False
         return [(servo, event, text) for servo in self._servos for event, text in servo.findings()]
 
-    def pass_missed(self, cycles: int) -> None:
+    def skip_cycles(self, cycles: int) -> None:
         """Advance all axes over periods that had no SYNC."""
         for servo in self._servos:
-            servo.pass_missed(cycles)
+            servo.skip_cycles(cycles)
 
     def cut_off(self, servo: AxisServo | None) -> None:
         """Switch this drive's power off at once while the others brake; all of them for None."""

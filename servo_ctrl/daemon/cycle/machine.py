@@ -181,7 +181,7 @@ class MachineController(MachineFigures):
         else:
             for late in range(missed, 0, -1):
                 self._take_set_points(cycle - late)
-        self._drives.pass_missed(missed)
+        self._drives.skip_cycles(missed)
 
     def _hold(self) -> None:
         """Come to rest, then switch the power off."""

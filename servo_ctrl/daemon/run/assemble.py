@@ -203,7 +203,7 @@ def _event_handler(
             machine.input_of_other_length(place, len(payload))
             return
         values = pdo.codec.unpack(payload)
-        servo.take_event(pdo.codec, values)
+        servo.take_event_tpdo(pdo.codec, values)
         if switches_at is not None and (text := servo.closed_switch(values[switches_at])):
             machine.event(Event.LIMIT_SWITCH, text, servo)
 

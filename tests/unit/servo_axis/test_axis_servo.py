@@ -139,7 +139,7 @@ def test_missed_cycle_does_not_look_like_a_jump(cst: tuple[SteppedAxis, Any]) ->
     for step in range(1, 20):
         servo.step((ENABLED, 100 * step, 0), (round(100 * step * COUNT_M / SCALE_COUNT_M),), None)
     steady = values(servo)["motor_velocity_m_s"]
-    servo.pass_missed(1)
+    servo.skip_cycles(1)
     servo.step((ENABLED, 2100, 0), (round(2100 * COUNT_M / SCALE_COUNT_M),), None)
     assert values(servo)["motor_velocity_m_s"] == pytest.approx(steady, rel=0.02)
 
@@ -153,7 +153,7 @@ def test_gap_while_the_axis_accelerates_makes_no_force_pulse(cst: tuple[SteppedA
     for k in [*range(1, 50), *range(50 + gap, 70)]:
         if k == 50 + gap:
             if lost == "ticks":
-                servo.pass_missed(gap)
+                servo.skip_cycles(gap)
             else:
                 for _ in range(gap):
                     servo.step(None, None, [0.0, 0.0, 0.0, 0.0])

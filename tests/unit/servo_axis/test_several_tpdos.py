@@ -70,7 +70,7 @@ def test_an_object_of_the_cycle_that_is_no_integer_of_32_bits_is_refused_by_name
 
 def test_values_that_come_at_a_change_hold(machine_with: Callable[..., Any], servo_of: Any) -> None:
     servo, _plan = servo_of(machine_with())
-    servo.take_event(codec(("H", 0x6041), ("b", 0x6061)), (ENABLED, 8))
+    servo.take_event_tpdo(codec(("H", 0x6041), ("b", 0x6061)), (ENABLED, 8))
     assert (servo.inputs.statusword, servo.inputs.mode_shown) == (ENABLED, 8)
 
 
