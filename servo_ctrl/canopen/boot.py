@@ -36,8 +36,8 @@ async def boot_nodes(
 ) -> None:
     """Check and configure every node; they are pre-operational afterwards.
 
-    `timeout_s` bounds the wait for each SDO answer (wall clock). `in_thread` is called first in the thread of
-    each node. A node counts as absent after `tries` requests.
+    `timeout_s` bounds the wait for each SDO response (wall clock). `in_thread` is called first in the thread
+    of each node. A node counts as absent after `tries` requests.
     Raises BootError with all nodes that cannot be used.
     """
     command_nodes(network, plans, NmtCommand.ENTER_PRE_OPERATIONAL)
@@ -65,7 +65,7 @@ async def boot_nodes(
 
 @contextlib.contextmanager
 def _boot_ups(network: Network, plans: Sequence[NodePlan]) -> Iterator[set[int]]:
-    """Collect the ids of nodes that send a boot-up message meanwhile."""
+    """Collect the ids of the nodes that send a boot-up message inside the block."""
     booted: set[int] = set()
 
     def on_heartbeat(can_id: int, payload: bytes | bytearray, _timestamp_s: float) -> None:
@@ -95,13 +95,13 @@ def _boot_node(
     restarted.discard(plan.node_id)  # it may have just been switched on; a later restart is an error
     with contextlib.closing(SdoPort(network, plan.node_id, timeout_s=timeout_s)) as sdo:
         _check_identity(sdo, plan)
-        _write(sdo, plan, _concise(plan))  # before the units are checked: it may set them
+        _write(sdo, plan, _concise_dcf_writes(plan))  # before the check of the units, which it may set
         _check_expectations(sdo, plan)
         _check_units(sdo, plan)
         for pdo in plan.pdos:
             if pdo.fixed:
                 _check_mapping(sdo, plan, pdo)
-        _write(sdo, plan, chain(_unused_pdos_off(plan), *map(_pdo_writes, plan.pdos), plan.writes))
+        _write(sdo, plan, chain(_unused_pdo_writes(plan), *map(_pdo_writes, plan.pdos), plan.writes))
 
 
 def _write(sdo: SdoPort, plan: NodePlan, writes: Iterable[Write]) -> None:
@@ -110,7 +110,7 @@ def _write(sdo: SdoPort, plan: NodePlan, writes: Iterable[Write]) -> None:
         try:
             sdo.write(write.index, write.subindex, write.data)
         except SdoError as error:
-            text = f"{write.what}: {error}; see {plan.key} in the machine file"
+            text = f"{write.description}: {error}; see {plan.key} in the machine file"
             raise NodeError(plan.name, text) from None
 
 
@@ -126,25 +126,25 @@ def _check_presence(sdo: SdoPort, plan: NodePlan, tries: int) -> None:
 
 def _check_identity(sdo: SdoPort, plan: NodePlan) -> None:
     for (index, subindex), name in IDENTITY.items():
-        stated = plan.eds.default(index, subindex)
-        if stated is None or (index == 0x1018 and stated == 0):
-            continue  # the EDS leaves it open
-        found = _read(sdo, plan, index, subindex)
-        if found != stated:
+        expected_value = plan.eds.default(index, subindex)
+        if expected_value is None or (index == 0x1018 and expected_value == 0):
+            continue  # the EDS does not fix this value
+        value = _read(sdo, plan, index, subindex)
+        if value != expected_value:
             raise NodeError(
                 plan.name,
-                f"a foreign node: {index:04X}h:{subindex:02X} ({name}) is 0x{found:08X}, "
-                f"{plan.eds.path} says 0x{stated:08X}; check the node id and {plan.key}.eds",
+                f"a foreign node: {index:04X}h:{subindex:02X} ({name}) is 0x{value:08X}, "
+                f"{plan.eds.path} says 0x{expected_value:08X}; check the node id and {plan.key}.eds",
             )
 
 
 def _check_expectations(sdo: SdoPort, plan: NodePlan) -> None:
     for expected in plan.expectations:
-        found = _read(sdo, plan, expected.index, expected.subindex)
-        if found & expected.mask != expected.value:
+        value = _read(sdo, plan, expected.index, expected.subindex)
+        if value & expected.mask != expected.value:
             raise NodeError(
                 plan.name,
-                f"{expected.index:04X}h:{expected.subindex:02X} is {found}, the machine file says "
+                f"{expected.index:04X}h:{expected.subindex:02X} is {value}, the machine file says "
                 f"{expected.value} ({expected.key}); correct the one that is wrong",
             )
 
@@ -153,8 +153,10 @@ def _check_units(sdo: SdoPort, plan: NodePlan) -> None:
     """Compare the units of the drive with the machine file. Raises NodeError."""
     if plan.units is None:
         return
-    wanted = [address for address in ADDRESSES if address in plan.eds and address[0] not in plan.left_alone]
-    values = {address: _read(sdo, plan, *address) for address in wanted}
+    present = [
+        address for address in ADDRESSES if address in plan.eds and address[0] not in plan.excluded_objects
+    ]
+    values = {address: _read(sdo, plan, *address) for address in present}
     if objections := "; ".join(plan.units.objections(values)):
         raise NodeError(plan.name, objections)
 
@@ -162,26 +164,26 @@ def _check_units(sdo: SdoPort, plan: NodePlan) -> None:
 def _check_mapping(sdo: SdoPort, plan: NodePlan, pdo: PdoPlan) -> None:
     """Raise NodeError unless a fixed mapping is the one of the machine file."""
     count = _read(sdo, plan, pdo.mapping, 0)
-    found = [_read(sdo, plan, pdo.mapping, entry) for entry in range(1, count + 1)]
-    wanted = [mapped.mapping_entry for mapped in pdo.codec.objects]
-    if found != wanted:
-        shown = ", ".join(f"{entry:08X}h" for entry in found)
+    mapped_entries = [_read(sdo, plan, pdo.mapping, entry) for entry in range(1, count + 1)]
+    expected_entries = [mapped.mapping_entry for mapped in pdo.codec.objects]
+    if mapped_entries != expected_entries:
+        shown = ", ".join(f"{entry:08X}h" for entry in mapped_entries)
         text = f"{pdo.name} maps {shown} and cannot be changed; the machine file says otherwise ({plan.key})"
         raise NodeError(plan.name, text)
 
 
-def _concise(plan: NodePlan) -> Iterator[Write]:
+def _concise_dcf_writes(plan: NodePlan) -> Iterator[Write]:
     for entry in plan.concise_dcf:
         yield Write(entry.index, entry.subindex, entry.data, "concise DCF")
 
 
-def _unused_pdos_off(plan: NodePlan) -> Iterator[Write]:
+def _unused_pdo_writes(plan: NodePlan) -> Iterator[Write]:
     for index, cob_id in plan.unused_pdos:
         yield Write(index, 1, _u32(cob_id | COB_ID_INVALID), "unused PDO off")
 
 
 def _pdo_writes(pdo: PdoPlan) -> Iterator[Write]:
-    """The sequence of CiA 301 for a new mapping: PDO off, count 0, entries, count, PDO on."""
+    """Yield the sequence of CiA 301 for a new mapping: PDO off, count 0, entries, count, PDO on."""
     objects = pdo.codec.objects
     yield Write(pdo.communication, 1, _u32(pdo.cob_id | COB_ID_INVALID), "PDO off")
     yield Write(pdo.communication, 2, bytes((pdo.transmission_type,)), "transmission type")

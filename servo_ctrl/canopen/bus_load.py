@@ -9,7 +9,7 @@ from servo_ctrl.errors import ConfigError
 
 
 def cyclic_load(machine: MachineConfig, plans: Sequence[NodePlan]) -> float:
-    """Share of the bit rate of SYNC, PDOs and heartbeats, with the most stuff bits possible.
+    """Return SYNC, PDOs and heartbeats as a share of the bit rate, with the most stuff bits possible.
 
     Event-driven PDOs count at their inhibit time, or else at their event timer.
     """
@@ -26,22 +26,24 @@ def cyclic_load(machine: MachineConfig, plans: Sequence[NodePlan]) -> float:
 
 
 def check_load(machine: MachineConfig, plans: Sequence[NodePlan]) -> float:
-    """Return the load. Raises ConfigError where the bus cannot carry a cycle."""
+    """Return the load. Raises ConfigError if the bus cannot carry a cycle."""
     load = cyclic_load(machine, plans)
     if load > 1.0:
         bus = machine.bus
-        needs = (
+        text = (
             f"a cycle of {bus.sync_period_us} us needs {100.0 * load:.0f} % of {bus.bit_rate_kbit_s} kbit/s"
         )
-        reason = f"{needs}; lengthen sync_period_us, or send less"
+        reason = f"{text}; lengthen sync_period_us, or send less"
         raise ConfigError(machine.source, "bus.bit_rate_kbit_s", reason)
     return load
 
 
-def _frames_per_s(kind: int, timer_ms: int, inhibit_ms: float, period_s: float, *, received: bool) -> float:
+def _frames_per_s(
+    transmission_type: int, timer_ms: int, inhibit_ms: float, period_s: float, *, received: bool
+) -> float:
     if received:
         return 1.0 / period_s  # set points are sent every cycle, whatever the transmission type
-    if 1 <= kind <= 240:
-        return 1.0 / (kind * period_s)
-    shortest_ms = inhibit_ms or timer_ms
-    return 1e3 / shortest_ms if shortest_ms else 0.0
+    if 1 <= transmission_type <= 240:
+        return 1.0 / (transmission_type * period_s)
+    interval_ms = inhibit_ms or timer_ms
+    return 1e3 / interval_ms if interval_ms else 0.0

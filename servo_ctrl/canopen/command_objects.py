@@ -37,16 +37,16 @@ class CommandObjects:
         self.fields: dict[tuple[int, int], tuple[ObjectField, int]] = {}
         """Status fields and their axes, from 1 (0: the machine), by index and subindex."""
         readers: defaultdict[int, dict[int, Callable[[], Value]]] = defaultdict(dict)
-        for found in object_fields(MachineStatus):
-            readers[found.entry.index][found.entry.subindex] = partial(self._value, found)
-            self.fields[found.entry.index, found.entry.subindex] = found, 0
-        for found, number in product(object_fields(AxisStatus), range(1, AXES + 1)):
-            index, subindex = found.entry.of_axis(number)
+        for field in object_fields(MachineStatus):
+            readers[field.entry.index][field.entry.subindex] = partial(self._value, field)
+            self.fields[field.entry.index, field.entry.subindex] = field, 0
+        for field, number in product(object_fields(AxisStatus), range(1, AXES + 1)):
+            index, subindex = field.entry.of_axis(number)
             if number <= len(self._names):
-                readers[index][subindex] = partial(self._value, found, number)
-                self.fields[index, subindex] = found, number
-            elif found.entry.axis is PerAxis.INDEX:
-                dictionary.readers[index] = _missing
+                readers[index][subindex] = partial(self._value, field, number)
+                self.fields[index, subindex] = field, number
+            elif field.entry.axis is PerAxis.INDEX:
+                dictionary.readers[index] = _absent_axis
         dictionary.readers |= {index: _reader(subindices) for index, subindices in readers.items()}
         dictionary.readers |= {
             o.COMMAND: lambda _sub: self._command,
@@ -63,29 +63,29 @@ class CommandObjects:
         }
 
     def payload(self, places: Sequence[tuple[int, int]]) -> bytes:
-        """Return the present values of these status fields, by index and subindex, as a PDO has them."""
+        """Return the PDO data of these status fields, given by index and subindex."""
         status, mapped = self._handler.status(), [self.fields[place] for place in places]
-        layout = "".join(STRUCT_FORMATS[found.entry.data_type] for found, _axis in mapped)
-        values = (found.of(status.axes[axis - 1] if axis else status, self._names) for found, axis in mapped)
+        layout = "".join(STRUCT_FORMATS[field.entry.data_type] for field, _axis in mapped)
+        values = (field.of(status.axes[axis - 1] if axis else status, self._names) for field, axis in mapped)
         return struct.pack(f"<{layout}", *values)
 
-    def _value(self, found: ObjectField, axis: int = 0) -> Value:
-        """Value of a field of the machine (axis 0), or of an axis, numbered from 1."""
+    def _value(self, field: ObjectField, axis: int = 0) -> Value:
+        """Return the value of a field of the machine (axis 0) or of an axis, numbered from 1."""
         status = self._handler.status()
-        return found.of(status.axes[axis - 1] if axis else status, self._names)
+        return field.of(status.axes[axis - 1] if axis else status, self._names)
 
     def _execute(self, _subindex: int, value: int) -> None:
-        self._carry_out(value, self._selection)
+        self._execute_command(value, self._selection)
         self._command = value
 
     def _execute_for_axis(self, _subindex: int, value: int) -> None:
         """Take axis and command in one transfer: no other client can select another axis in between."""
         axis, command = divmod(value, 0x100)
         self._check_axis(axis)
-        self._carry_out(command, axis)
+        self._execute_command(command, axis)
         self._axis_command = value
 
-    def _carry_out(self, command: int, axis: int) -> None:
+    def _execute_command(self, command: int, axis: int) -> None:
         if command not in COMMAND_OF:
             self._abort_if_refused(CommandResult(Refusal.UNKNOWN, f"there is no command {command}"))
         name = self._names[axis - 1] if axis else ""
@@ -101,9 +101,9 @@ class CommandObjects:
             self._abort_if_refused(CommandResult(Refusal.UNKNOWN, reason))
 
     def _change(self, subindex: int, value: int) -> None:
-        found = next(found for found in object_fields(Settings) if found.entry.subindex == subindex)
-        setting: Any = decoded(value, found.entry, found.found.hint)
-        self._abort_if_refused(self._handler.change(found.found.path[0], setting))
+        field = next(field for field in object_fields(Settings) if field.entry.subindex == subindex)
+        setting: Any = decoded(value, field.entry, field.status_field.hint)
+        self._abort_if_refused(self._handler.change(field.status_field.path[0], setting))
 
     def _switch(self, index: int) -> Writer:
         def write(subindex: int, value: int) -> None:
@@ -134,6 +134,6 @@ def _reader(subindices: dict[int, Callable[[], Value]]) -> Reader:
     return read
 
 
-def _missing(_subindex: int) -> Value:
+def _absent_axis(_subindex: int) -> Value:
     """Reader for an object of an axis that the machine lacks. Raises SdoAbort."""
     raise SdoAbort(AbortCode.NO_SUCH_OBJECT)

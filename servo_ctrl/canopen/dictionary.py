@@ -39,7 +39,7 @@ class Dictionary:
         return _encoded(value, variable)
 
     def writable_size(self, index: int, subindex: int) -> int:
-        """Number of bytes of a writable entry. Raises SdoAbort for any other."""
+        """Return the number of bytes of a writable entry. Raises SdoAbort for any other."""
         variable = self._variable(index, subindex)
         if "w" not in variable.access or index not in self.writers:
             raise SdoAbort(AbortCode.WRITE_OF_READ_ONLY)

@@ -4,8 +4,8 @@
 
 if 60A8h is increments or 0; revolutions, degrees and metres define the number themselves (CiA 402-2).
 
-Set points are computed with the numbers of the machine file. If those of the drive differ, it would move by
-other amounts, so boot refuses it.
+The controller computes set points with the numbers of the machine file. A drive with other numbers would move
+by other amounts, so boot refuses it.
 """
 
 from collections.abc import Iterator, Mapping
@@ -33,7 +33,7 @@ INCREMENT, REVOLUTION, DEGREE, METRE = 0x00B5_0000, 0x00B4_0000, 0x0041_0000, 0x
 
 
 class DriveUnits(NamedTuple):
-    """Units of a drive by the machine file; `key`: section of the drive."""
+    """Units of a drive according to the machine file; `key`: section of the drive."""
 
     key: str
     counts_per_rev: int
@@ -44,19 +44,19 @@ class DriveUnits(NamedTuple):
     acceleration_code: int | None
 
     def objections(self, values: Values) -> Iterator[str]:
-        """Say why a drive with these values of `ADDRESSES` cannot follow our set points."""
+        """Yield why a drive with these values of `ADDRESSES` cannot follow the controller's set points."""
         per_rev = self._positions_per_rev(values)
         if isinstance(per_rev, str):
             yield per_rev
         elif per_rev is not None and abs(per_rev - self.counts_per_rev) > 1e-6 * self.counts_per_rev:
             yield (
-                f"has {per_rev:.10g} positions a motor revolution ({_shown(values)}), the machine file says "
-                f"{self.counts_per_rev} ({self.key}.counts_per_rev); correct the one that is wrong"
+                f"has {per_rev:.10g} positions a motor revolution ({_ratios_text(values)}), the machine file "
+                f"says {self.counts_per_rev} ({self.key}.counts_per_rev); correct the one that is wrong"
             )
         if _ratio(values, VELOCITY_FACTOR) not in {None, 1.0}:
-            above, below = (values[VELOCITY_FACTOR, subindex] for subindex in (1, 2))
+            numerator, denominator = (values[VELOCITY_FACTOR, subindex] for subindex in (1, 2))
             advice = f"set it to 1/1 and say its unit in {self.key}.velocity_unit"
-            yield f"scales velocities by 6096h = {above}/{below}; {advice}"
+            yield f"scales velocities by 6096h = {numerator}/{denominator}; {advice}"
         low, high = (values.get((POSITION_RANGE, subindex), 0) for subindex in (1, 2))
         if low < high and (low, high) != WHOLE_RANGE:
             yield (
@@ -67,15 +67,15 @@ class DriveUnits(NamedTuple):
             (VELOCITY_UNIT, self.velocity, self.velocity_code, "velocity_unit"),
             (ACCELERATION_UNIT, self.acceleration, self.acceleration_code, "acceleration_unit"),
         ):
-            stated = values.get((index, 0), 0)
-            if stated and code is not None and stated != code:
+            drive_code = values.get((index, 0), 0)
+            if drive_code and code is not None and drive_code != code:
                 yield (
-                    f"has the unit {index:04X}h = {stated:08X}h, the machine file says {code:08X}h, "
+                    f"has the unit {index:04X}h = {drive_code:08X}h, the machine file says {code:08X}h, "
                     f"{text} ({self.key}.{key}); correct the one that is wrong"
                 )
 
     def _positions_per_rev(self, values: Values) -> float | str | None:
-        """Position units per motor revolution; None if not stated, a text for an unknown unit."""
+        """Return position units per motor revolution; None if not stated, a text for an unknown unit."""
         code = values.get((POSITION_UNIT, 0), 0)
         exponent = (code >> 24 ^ 0x80) - 0x80
         gear = _ratio(values, GEAR)
@@ -91,7 +91,7 @@ class DriveUnits(NamedTuple):
 
 
 def units_of(axis_key: str, axis: AxisConfig) -> DriveUnits:
-    """Units of an axis' drive by the machine file."""
+    """Return the units of an axis's drive according to the machine file."""
     drive = axis.drive
     return DriveUnits(
         key=f"{axis_key}.drive",
@@ -105,12 +105,12 @@ def units_of(axis_key: str, axis: AxisConfig) -> DriveUnits:
 
 
 def _ratio(values: Values, index: int) -> float | None:
-    """Ratio of the two entries of an object; None if the drive lacks it, or either is 0."""
-    above, below = values.get((index, 1)), values.get((index, 2), 1)
-    return above / below if above and below else None
+    """Return the ratio of the two entries of an object; None if the drive lacks it, or either is 0."""
+    numerator, denominator = values.get((index, 1)), values.get((index, 2), 1)
+    return numerator / denominator if numerator and denominator else None
 
 
-def _shown(values: Values) -> str:
+def _ratios_text(values: Values) -> str:
     ratios = (
         f"{index:04X}h = {values[index, 1]}/{values.get((index, 2), 1)}"
         for index in (ENCODER, GEAR, FEED)

@@ -65,7 +65,7 @@ class AbortCode(IntEnum):
     """An empty string or table: SDO cannot upload zero bytes."""
 
 
-class SdoAbort(Exception):  # noqa: N818  # the term of CiA 301; it is an answer, not an error of ours
+class SdoAbort(Exception):  # noqa: N818  # the term of CiA 301: a response to the client, not an error of the controller
     """Ends the transfer in progress with `code`."""
 
     def __init__(self, code: AbortCode) -> None:

@@ -6,7 +6,6 @@ the wall clock, and there is no PDO.
 """
 
 import socket
-import struct
 import time
 from binascii import crc32
 from collections.abc import Callable, Mapping
@@ -21,6 +20,7 @@ from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 from servo_ctrl.canopen.stack import Eds, Network, load_eds
 from servo_ctrl.canopen.status_mapping import StatusMapping
 from servo_ctrl.canopen.status_tpdo import SUBINDICES, StatusTpdo, TpdoSettings
+from servo_ctrl.canopen.watch import EMCY_FRAME
 from servo_ctrl.commands import controller_objects as o
 from servo_ctrl.commands.eds_sections import eds_of
 from servo_ctrl.commands.handler import CommandHandler
@@ -36,18 +36,18 @@ EMCY_FOLLOWING_ERROR = 0x8611
 GENERIC_ERROR = 0x01
 """Bit of the error register (1001h) that any error sets."""
 IDENTITY, SERIAL_NUMBER = 0x1018, 4
+"""Identity object (CiA 301) and the subindex of its serial number."""
 STORE_EDS = 0x1021
-SEGMENTS_A_CYCLE = 1
+SEGMENTS_PER_CYCLE = 1
 """Segments of an SDO block upload sent in a SYNC cycle: 14 % of the bus at 1 kHz and 1 Mbit/s; chosen."""
-ERRORS_KEPT = 8
+ERROR_HISTORY_SIZE = 8
 """Entries of 1003h in our EDS."""
 ERROR_REGISTER, ERROR_HISTORY, SYNC_PERIOD, CONSUMERS, HEARTBEAT = 0x1001, 0x1003, 0x1006, 0x1016, 0x1017
 CONSUMERS_MAX = 8
 """Entries of 1016h in our EDS."""
-EMCY = struct.Struct("<HB5x")
 
 
-def own_dictionary(machine: MachineConfig) -> Eds:
+def load_own_eds(machine: MachineConfig) -> Eds:
     """Load our own EDS. Raises ConfigError naming the machine file and the EDS."""
     path = machine.controller.eds
     try:
@@ -77,7 +77,7 @@ class ControllerNode:
 
         `now_s`: monotonic clock for the timeout of block transfers, seconds.
         """
-        eds = own_dictionary(machine)
+        eds = load_own_eds(machine)
         self._network = network
         self._node_id = machine.controller.node_id
         self._period_s = machine.period_s
@@ -86,15 +86,15 @@ class ControllerNode:
         self._register = 0
         self._errors: list[int] = []
         self._last_error = ""
-        kept = dict(stored or {})
-        self._default_heartbeat_ms = kept.pop("heartbeat_ms", machine.controller.heartbeat_ms) & 0xFFFF
+        settings = dict(stored or {})
+        self._default_heartbeat_ms = settings.pop("heartbeat_ms", machine.controller.heartbeat_ms) & 0xFFFF
         self._heartbeat_ms = self._default_heartbeat_ms
         dictionary = Dictionary(eds)
         self._objects = CommandObjects(handler, tuple(machine.axes), dictionary)
         defaults = TpdoSettings(*(eds.default(o.STATUS_TPDO, subindex) or 0 for subindex in SUBINDICES))
-        self._tpdo = StatusTpdo(defaults.kept(kept), machine.period_s, self._send_status)
+        self._tpdo = StatusTpdo(defaults.with_stored(settings), machine.period_s, self._send_status)
         self._mapping = StatusMapping(
-            eds, o.STATUS_MAPPING, self._objects.fields, lambda: self._tpdo.is_on, kept
+            eds, o.STATUS_MAPPING, self._objects.fields, lambda: self._tpdo.is_on, settings
         )
         self._settings = OwnSettings(self._present_settings, store)
         eds_text = eds_of(machine.controller.eds.read_text(encoding="utf-8"), len(machine.axes)).encode()
@@ -159,7 +159,7 @@ class ControllerNode:
         if self._state is NmtState.OPERATIONAL:
             self._tpdo.count_cycles(elapsed)
         self._server.paced = True
-        self._server.send_waiting(SEGMENTS_A_CYCLE)
+        self._server.send_pending(SEGMENTS_PER_CYCLE)
 
     def announce(self) -> None:
         """Announce a change of status: the TPDO is sent with the next cycle, once for several changes."""
@@ -168,7 +168,7 @@ class ControllerNode:
     def report_error(self, code: int, text: str) -> None:
         """Enter an error into 1001h, 1003h and 2001h and send it as EMCY. `code`: error code of CiA."""
         self._register |= GENERIC_ERROR
-        self._errors = [code, *self._errors][:ERRORS_KEPT]
+        self._errors = [code, *self._errors][:ERROR_HISTORY_SIZE]
         self._last_error = text
         self._send_emcy(code)
 
@@ -182,7 +182,7 @@ class ControllerNode:
         self._network.send_message(0x000, bytes((NmtCommand.START, node_id)))
 
     def _send_emcy(self, code: int) -> None:
-        self._network.send_message(0x080 + self._node_id, EMCY.pack(code, self._register))
+        self._network.send_message(0x080 + self._node_id, EMCY_FRAME.pack(code, self._register))
 
     def _send_status(self, cob_id: int) -> None:
         self._network.send_message(cob_id, self._objects.payload(self._mapping.places))
@@ -196,8 +196,8 @@ class ControllerNode:
         if len(payload) != 2 or payload[1] not in {0, self._node_id} or self._state is NmtState.INITIALISING:
             return
         if payload[0] in {NmtCommand.RESET_NODE, NmtCommand.RESET_COMMUNICATION}:
-            # the controller does not restart, but its communication parameters return to their defaults
-            self._server.forget()
+            # the controller does not restart; its communication parameters return to their defaults
+            self._server.drop_transfer()
             self._heartbeat_ms = self._default_heartbeat_ms
             self._tpdo.reset()
             self._mapping.reset()
@@ -206,7 +206,7 @@ class ControllerNode:
             self._state = STATE_AFTER.get(payload[0], self._state)
 
     def _present_settings(self) -> dict[str, int]:
-        """Settings that a client can change, as 1010h stores them."""
+        """Return the settings that a client can change, as 1010h stores them."""
         own = {"heartbeat_ms": self._heartbeat_ms, **self._tpdo.settings._asdict()}
         return {**own, **self._mapping.settings()}
 
@@ -225,12 +225,12 @@ class ControllerNode:
 
 
 def _serial_number(machine: MachineConfig) -> int:
-    """Number of the controller by its computer and its machine, never 0."""
+    """Return a serial number derived from the computer and the machine, never 0."""
     return crc32(f"{socket.gethostname()} {machine.machine.name}".encode()) or 1
 
 
 def _consumers(machine: MachineConfig) -> tuple[int, ...]:
-    """Entries of 1016h: the nodes whose heartbeat we consume, and the consumer time."""
+    """Return the entries of 1016h: the nodes whose heartbeat we consume, and the consumer time."""
     nodes = [axis.drive.node_id for axis in machine.axes.values()]
     nodes += [axis.scale.node_id for axis in machine.axes.values() if axis.scale is not None]
     time_ms = min(machine.controller.heartbeat_ms * HEARTBEATS_MISSED, 0xFFFF)

@@ -16,12 +16,12 @@ RPDO_1, TPDO_1 = 0x1400, 0x1800
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """One SDO download; `data` is little-endian, `what` names it in error messages."""
+    """One SDO download; `data` is little-endian, `description` names it in error messages."""
 
     index: int
     subindex: int
     data: bytes
-    what: str
+    description: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class NodePlan:
     writes: tuple[Write, ...]
     units: DriveUnits | None = None
     """Units of a drive, to compare with those it has; None for other nodes."""
-    left_alone: frozenset[int] = frozenset()
+    excluded_objects: frozenset[int] = frozenset()
     """Objects that are neither read nor written."""
     concise_dcf: tuple[SdoDownload, ...] = ()
     """Entries of a configuration file, written before everything else."""

@@ -7,7 +7,7 @@ from servo_ctrl.canopen.concise_dcf import read_concise_dcf
 from servo_ctrl.canopen.drive_units import DriveUnits, units_of
 from servo_ctrl.canopen.errors import EdsError
 from servo_ctrl.canopen.node_plan import RPDO_1, SYNCHRONOUS, TPDO_1, Expectation, NodePlan, PdoPlan, Write
-from servo_ctrl.canopen.pdo import STRUCT_FORMATS, compile_pdo
+from servo_ctrl.canopen.pdo import COB_ID_INVALID, STRUCT_FORMATS, compile_pdo
 from servo_ctrl.canopen.settings import Setting, common_settings, drive_settings
 from servo_ctrl.canopen.stack import load_eds
 from servo_ctrl.config.model import AxisConfig, MachineConfig
@@ -15,17 +15,17 @@ from servo_ctrl.config.node_model import Drive, Pdo, Scale
 from servo_ctrl.cyclic.cia402 import MODE_OF_NAME, SUPPORTED_BIT, Mode
 from servo_ctrl.errors import ConfigError
 
-PRODUCED = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
+CYCLIC_OUTPUTS = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF)
 """Objects for which the controller has a value in every cycle; an RPDO may map no other."""
 PDOS_MAX = 512
 """Largest number of PDOs per direction of a node (CiA 301)."""
 COB_ID_BASE = {0x1400: 0x200, 0x1800: 0x180}
 """Pre-defined connection set: base of the COB-ID of PDO 1 by communication parameter; 100h more a PDO."""
-PDOS = 4
+PREDEFINED_PDOS = 4
 """Number of PDOs per direction in that set."""
-COB_ID_INVALID = 1 << 31
 READ_ONLY = {"ro", "const"}
-RESTRICTED = (
+"""Access types of the EDS (CiA 306) that boot cannot write."""
+RESTRICTED_CAN_IDS = (
     range(0x081),
     range(0x101, 0x181),
     range(0x581, 0x600),
@@ -40,7 +40,8 @@ def plan_machine(machine: MachineConfig) -> tuple[NodePlan, ...]:
     """Plan the boot of every node, in order of axes, the drive before the scale.
 
     Raises ConfigError naming the machine file and the key: EDS absent or unreadable, unknown PDO name,
-    an object without a value of ours, a mode that the drive lacks, a limit that its integers cannot hold.
+    an object for which the controller has no value, a mode that the drive lacks, a limit that its integers
+    cannot hold.
     """
     plans = []
     for name, axis in machine.axes.items():
@@ -57,17 +58,17 @@ def _check_identifiers(machine: MachineConfig, plans: Sequence[NodePlan]) -> Non
     emcy = {
         0x080 + node_id: f"EMCY of node {node_id}" for node_id in (own, *(plan.node_id for plan in plans))
     }
-    taken = {**emcy, COB_ID_BASE[TPDO_1] + own: f"the status TPDO of node {own}"}
+    owners = {**emcy, COB_ID_BASE[TPDO_1] + own: f"the status TPDO of node {own}"}
     for plan in plans:
         for pdo in plan.pdos:
             reason = ""
-            if any(pdo.cob_id in reserved for reserved in RESTRICTED):
-                reason = f"{pdo.cob_id:03X}h is none that a PDO may have"
-            elif pdo.cob_id in taken:
-                reason = f"{pdo.cob_id:03X}h is that of {taken[pdo.cob_id]}"
+            if any(pdo.cob_id in reserved for reserved in RESTRICTED_CAN_IDS):
+                reason = f"{pdo.cob_id:03X}h is restricted: no PDO may have it"
+            elif pdo.cob_id in owners:
+                reason = f"{pdo.cob_id:03X}h is that of {owners[pdo.cob_id]}"
             if reason:
                 raise ConfigError(machine.source, f"{plan.key}.pdo.{pdo.key}.cob_id", reason)
-            taken[pdo.cob_id] = f"{pdo.name} of {plan.name}"
+            owners[pdo.cob_id] = f"{pdo.name} of {plan.name}"
 
 
 class _Planner:
@@ -90,19 +91,19 @@ class _Planner:
             raise ConfigError(self._machine.source, f"{self._key}.{key}", str(error)) from None
         settings = self._node.pdo.get(f"{'r' if received else 't'}pdo{number}", Pdo())
         cob_id = settings.cob_id
-        if cob_id is None and number > PDOS:
-            reason = f"is missing: the pre-defined connection set ends at PDO {PDOS}"
+        if cob_id is None and number > PREDEFINED_PDOS:
+            reason = f"is missing: the pre-defined connection set ends at PDO {PREDEFINED_PDOS}"
             raise ConfigError(self._machine.source, f"{self._key}.{key}.cob_id", reason)
         if (communication, 1) not in self.eds:
             raise ConfigError(self._machine.source, f"{self._key}.{key}", f"{self.eds.path} has no such PDO")
         mapping = self.eds.variables.get((communication + 0x200, 0))
         return PdoPlan(
-            communication,
-            _cob_id(communication, self._node.node_id) if cob_id is None else cob_id,
-            transmission_type,
-            codec,
-            settings.event_timer_ms,
-            settings.inhibit_ms,
+            communication=communication,
+            cob_id=_cob_id(communication, self._node.node_id) if cob_id is None else cob_id,
+            transmission_type=transmission_type,
+            codec=codec,
+            event_timer_ms=settings.event_timer_ms,
+            inhibit_ms=settings.inhibit_ms,
             fixed=mapping is not None and mapping.access in READ_ONLY,
         )
 
@@ -114,7 +115,7 @@ class _Planner:
                 yield self.pdo(number, f"{direction}pdo{number}", settings.objects or (), kind)
 
     def tpdo(self) -> PdoPlan:
-        """Plan TPDO 1, which answers every SYNC."""
+        """Plan TPDO 1, which the node sends after every SYNC."""
         if self._node.tpdo_transmission_type != SYNCHRONOUS:
             reason = "must be 1: every cycle waits for every node's inputs"
             raise ConfigError(self._machine.source, f"{self._key}.tpdo_transmission_type", reason)
@@ -129,7 +130,7 @@ class _Planner:
     ) -> NodePlan:
         """Plan the node, without entries that the EDS lacks or that are to be left alone."""
         used, node = {pdo.communication for pdo in pdos}, self._node
-        alone = {int(address, 16) for address in node.leave_alone}
+        excluded = {int(address, 16) for address in node.leave_alone}
         try:
             entries = read_concise_dcf(node.concise_dcf) if node.concise_dcf is not None else ()
         except EdsError as error:
@@ -141,45 +142,45 @@ class _Planner:
             pdos=pdos,
             unused_pdos=tuple(self._unused(used)),
             expectations=tuple(
-                one
-                for one in expectations
-                if (one.index, one.subindex) in self.eds and one.index not in alone
+                expectation
+                for expectation in expectations
+                if (expectation.index, expectation.subindex) in self.eds and expectation.index not in excluded
             ),
-            writes=tuple(write for write in self._writes(settings) if write.index not in alone),
+            writes=tuple(write for write in self._writes(settings) if write.index not in excluded),
             units=units,
-            left_alone=frozenset(alone),
+            excluded_objects=frozenset(excluded),
             concise_dcf=entries,
             sdo_timeout_s=None if node.sdo_timeout_ms is None else node.sdo_timeout_ms * 1e-3,
         )
 
     def _unused(self, used: set[int]) -> Iterator[tuple[int, int]]:
-        """Communication parameter and COB-ID of the other PDOs of the node that may be on."""
+        """Yield communication parameter and COB-ID of the other PDOs of the node that may be on."""
         for first in COB_ID_BASE:
             for communication in range(first, first + PDOS_MAX):
                 variable = self.eds.variables.get((communication, 1))
                 if communication in used or variable is None or variable.access in READ_ONLY:
                     continue
-                if communication - first < PDOS:
+                if communication - first < PREDEFINED_PDOS:
                     yield communication, _cob_id(communication, self._node.node_id)
                 elif isinstance(variable.default, int) and not variable.default & COB_ID_INVALID:
                     yield communication, variable.default & 0x7FF
 
     def _writes(self, settings: Iterable[Setting]) -> Iterator[Write]:
         """Encode the settings in the types of the EDS, without objects that are absent or read-only."""
-        for index, subindex, value, what in settings:
+        for index, subindex, value, description in settings:
             variable = self.eds.variables.get((index, subindex))
             if variable is None or variable.data_type not in STRUCT_FORMATS or variable.access in READ_ONLY:
                 continue
             try:
                 data = struct.pack("<" + STRUCT_FORMATS[variable.data_type], value)
             except struct.error:
-                reason = f"{what} would be {value}, which {index:04X}h of {self.eds.path} cannot hold"
+                reason = f"{description} would be {value}, which {index:04X}h of {self.eds.path} cannot hold"
                 raise ConfigError(self._machine.source, self._key, reason) from None
-            yield Write(index, subindex, data, what)
+            yield Write(index, subindex, data, description)
 
 
 def _cob_id(communication: int, node_id: int) -> int:
-    """COB-ID of a PDO in the pre-defined connection set."""
+    """Return the COB-ID of a PDO in the pre-defined connection set."""
     first, number = communication & ~0xFF, communication & 0xFF
     return COB_ID_BASE[first] + 0x100 * number + node_id
 
@@ -191,14 +192,14 @@ def _drive_plan(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Node
     _check_rpdos(machine, axis_key, axis, rpdos)
     modes = [MODE_OF_NAME[axis.mode]] + ([Mode.HOMING] if axis.homing_method else [])
     mask = sum(1 << SUPPORTED_BIT[mode] for mode in modes)
-    announced = planner.eds.default(0x6502)
-    if announced is not None and announced & mask != mask and "0x6502" not in drive.leave_alone:
+    supported_modes = planner.eds.default(0x6502)
+    if supported_modes is not None and supported_modes & mask != mask and "0x6502" not in drive.leave_alone:
         reason = f"{planner.eds.path} (6502h) has no mode {axis.mode} or no homing"
         raise ConfigError(machine.source, f"{axis_key}.mode", reason)
     tpdos = [planner.tpdo(), *planner.further("t")]
     if drive.limit_switch_syncs:
-        free = next(number for number in range(2, PDOS_MAX) if f"tpdo{number}" not in drive.pdo)
-        tpdos.append(planner.pdo(free, "tpdo_limit_switches", ["0x60FD:00"], drive.limit_switch_syncs))
+        free_number = next(number for number in range(2, PDOS_MAX) if f"tpdo{number}" not in drive.pdo)
+        tpdos.append(planner.pdo(free_number, "tpdo_limit_switches", ["0x60FD:00"], drive.limit_switch_syncs))
     expectations = (
         Expectation(0x6075, 0, drive.rated_current_ma, f"{key}.rated_current_ma"),
         Expectation(0x6076, 0, drive.rated_torque_mnm, f"{key}.rated_torque_mnm"),
@@ -209,31 +210,31 @@ def _drive_plan(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Node
 
 
 def _check_rpdos(machine: MachineConfig, axis_key: str, axis: AxisConfig, rpdos: Sequence[PdoPlan]) -> None:
-    """Refuse mapped objects without a value of ours, and missing objects that the axis needs."""
+    """Refuse mapped objects without a value of the controller, and missing objects that the axis needs."""
     key = f"{axis_key}.drive.rpdo1"
-    carried = set()
+    mapped_indices = set()
     for pdo in rpdos:
         for mapped in pdo.codec.objects:
-            if mapped.index not in PRODUCED:
-                reason = f"{mapped.name} is nothing the controller computes every cycle"
+            if mapped.index not in CYCLIC_OUTPUTS:
+                reason = f"{mapped.name} is not computed by the controller every cycle"
                 raise ConfigError(machine.source, f"{axis_key}.drive.{pdo.key}", reason)
-            carried.add(mapped.index)
-    if axis.homing_method and 0x6060 not in carried:
+            mapped_indices.add(mapped.index)
+    if axis.homing_method and 0x6060 not in mapped_indices:
         reason = "modes_of_operation is missing; homing switches the mode over the PDO"
         raise ConfigError(machine.source, key, reason)
-    # Where the amplifier closes a loop, feedforward reaches it only as an offset object.
-    control, csv, csp = axis.control, "csv", "csp"
+    # an amplifier that closes a loop gets feedforward only by an offset object
+    control = axis.control
     for gain, value, modes, index, name in (
         (
             "acceleration_feedforward_kg",
             control.acceleration_feedforward_kg,
-            {csv, csp},
+            {"csv", "csp"},
             0x60B2,
             "torque_offset",
         ),
-        ("velocity_feedforward", control.velocity_feedforward, {csp}, 0x60B1, "velocity_offset"),
+        ("velocity_feedforward", control.velocity_feedforward, {"csp"}, 0x60B1, "velocity_offset"),
     ):
-        if value > 0.0 and axis.mode in modes and index not in carried:
+        if value > 0.0 and axis.mode in modes and index not in mapped_indices:
             reason = f'mode {axis.mode} needs "{name}" in an RPDO (drive.pdo.rpdo2); else set it to 0.0'
             raise ConfigError(machine.source, f"{axis_key}.control.{gain}", reason)
 

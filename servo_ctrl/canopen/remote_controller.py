@@ -12,7 +12,7 @@ from servo_ctrl.canopen.dictionary import Value
 from servo_ctrl.canopen.errors import AbortCode, SdoError
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS
 from servo_ctrl.canopen.stack import Eds, Network, SdoPort
-from servo_ctrl.canopen.status_codec import built, decoded, object_fields
+from servo_ctrl.canopen.status_codec import build_record, decoded, object_fields
 from servo_ctrl.commands import controller_objects as o
 from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.command import CommandRequest, CommandResult, Refusal
@@ -21,9 +21,10 @@ from servo_ctrl.commands.learning_status import LearningStatus
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS
 
-ANSWER_S = 2.0
-"""Longest wait for an answer; chosen: lockstep on a slow computer leaves little bus time to others."""
+RESPONSE_TIMEOUT_S = 2.0
+"""Longest wait for an SDO response; chosen: lockstep on a slow computer leaves little bus time to others."""
 READ_TRIES = 2
+"""Requests of a read; chosen: reading has no effect, so it may be repeated."""
 WRITE_TRIES = 1
 """A command is sent once: a second request could be refused because the first is being executed."""
 REFUSALS = {int(code): refusal for refusal, code in ABORTS.items()} | {
@@ -37,22 +38,22 @@ class RemoteController:
 
     def __init__(self, network: Network, node_id: int, eds: Eds, axis_names: Sequence[str]) -> None:
         self._eds, self._names = eds, tuple(axis_names)
-        self._reader = SdoPort(network, node_id, timeout_s=ANSWER_S, tries=READ_TRIES)
-        self._writer = SdoPort(network, node_id, timeout_s=ANSWER_S, tries=WRITE_TRIES)
+        self._reader = SdoPort(network, node_id, timeout_s=RESPONSE_TIMEOUT_S, tries=READ_TRIES)
+        self._writer = SdoPort(network, node_id, timeout_s=RESPONSE_TIMEOUT_S, tries=WRITE_TRIES)
 
     def close(self) -> None:
-        """Stop receiving the controller's answers."""
+        """Stop receiving the controller's responses."""
         self._reader.close()
         self._writer.close()
 
     def identify(self) -> None:
         """Raise SdoError unless the node is a servo-ctrl."""
-        code, ours = self._number(*o.PRODUCT_CODE, DataType.U32), self._eds.default(*o.PRODUCT_CODE)
-        if code != ours:
-            raise SdoError(f"product code {code:08X}h is not that of a servo-ctrl ({ours:08X}h)")
+        code, expected_code = self._number(*o.PRODUCT_CODE, DataType.U32), self._eds.default(*o.PRODUCT_CODE)
+        if code != expected_code:
+            raise SdoError(f"product code {code:08X}h is not that of a servo-ctrl ({expected_code:08X}h)")
 
     def execute(self, request: CommandRequest) -> CommandResult:
-        """Have a command executed; return its result."""
+        """Request a command; return its result."""
         number = self._names.index(request.axis) + 1 if request.axis else 0
         return self._write(o.AXIS_COMMAND, 0, number << 8 | request.command)
 
@@ -76,12 +77,12 @@ class RemoteController:
         learning: LearningStatus = self._record(LearningStatus, {})
         return learning
 
-    def _record(self, kind: Any, given: dict[str, Any], axis: int = 0) -> Any:
-        """Read a status record entry by entry, except derived fields; `given`: fields without an entry."""
+    def _record(self, kind: Any, preset: dict[str, Any], axis: int = 0) -> Any:
+        """Read a status record entry by entry, except derived fields; `preset`: fields without an entry."""
         values: dict[tuple[str, ...], Any] = {}
         rows: dict[tuple[str, ...], int] = {}
-        counts_first = sorted(object_fields(kind), key=lambda found: not found[0].rows)
-        for (path, _field, hint, counts), entry in counts_first:
+        row_counts_first = sorted(object_fields(kind), key=lambda object_field: not object_field[0].rows)
+        for (path, _field, hint, counts), entry in row_counts_first:
             if hint is None:
                 continue
             address = entry.of_axis(axis)
@@ -91,7 +92,7 @@ class RemoteController:
                 values[path] = ()
             else:
                 values[path] = decoded(self._value(*address, entry.data_type), entry, hint, self._names)
-        return built(kind, values, given)
+        return build_record(kind, values, preset)
 
     def _value(self, index: int, subindex: int, data_type: DataType) -> Value:
         if data_type is DataType.TABLE:

@@ -25,7 +25,7 @@ class DriveScaling(NamedTuple):
 
 
 def drive_scaling(axis: AxisConfig) -> DriveScaling:
-    """Scaling of an axis by the machine file; boot compares it with the drive's."""
+    """Return the scaling of an axis according to the machine file; boot compares it with the drive's."""
     lead_m = axis.transmission.lead_mm * 1e-3
     rated_torque_nm = axis.drive.rated_torque_mnm * 1e-3
     metre_per_count = lead_m / axis.drive.counts_per_rev
@@ -42,7 +42,7 @@ def drive_scaling(axis: AxisConfig) -> DriveScaling:
 
 
 def scale_metre_per_count(axis: AxisConfig) -> float:
-    """Length of one count of the linear scale, metres; 0 without a scale."""
+    """Return the length of one count of the linear scale, metres; 0 without a scale."""
     return axis.scale.resolution_um * 1e-6 if axis.scale is not None else 0.0
 
 

@@ -11,7 +11,7 @@ from servo_ctrl.cyclic.cia402 import MODE_OF_NAME
 from servo_ctrl.errors import ConfigError
 
 HEARTBEATS_MISSED = 3
-"""Consumer heartbeat time in producer times, of our nodes for us and ours for them; chosen."""
+"""Consumer heartbeat time as a multiple of the producer heartbeat time, in the nodes and here; chosen."""
 HOMING_SPEED_SHARE = (0.1, 0.01)
 """6099h: speeds towards the switch and towards the index as shares of the velocity limit; chosen."""
 QUICK_STOP_RAMP_THEN_DISABLE = 2
@@ -23,16 +23,16 @@ Setting = tuple[int, int, int, str]
 
 
 def common_settings(machine: MachineConfig) -> Iterator[Setting]:
-    """Settings of every node: SYNC period, producer and consumer heartbeat time."""
-    own = machine.controller
+    """Yield the settings of every node: SYNC period, producer and consumer heartbeat time."""
+    controller = machine.controller
     yield (0x1006, 0, machine.bus.sync_period_us, "communication cycle period")
-    yield (0x1017, 0, own.heartbeat_ms, "producer heartbeat time")
-    consumed = min(own.heartbeat_ms * HEARTBEATS_MISSED, 0xFFFF)
-    yield (0x1016, 1, own.node_id << 16 | consumed, "consumer heartbeat time")
+    yield (0x1017, 0, controller.heartbeat_ms, "producer heartbeat time")
+    consumed = min(controller.heartbeat_ms * HEARTBEATS_MISSED, 0xFFFF)
+    yield (0x1016, 1, controller.node_id << 16 | consumed, "consumer heartbeat time")
 
 
 def force_limit_permille(axis: AxisConfig) -> tuple[int, int]:
-    """Values of 6072h and 6073h for the force limit, rounded up: the drive never limits before we do."""
+    """Return 6072h and 6073h for the force limit, rounded up: the controller limits before the drive."""
     drive = axis.drive
     torque_permille = axis.limits.force_n / drive_scaling(axis).newton_per_permille
     current_permille = (
@@ -42,17 +42,17 @@ def force_limit_permille(axis: AxisConfig) -> tuple[int, int]:
 
 
 def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> Iterator[Setting]:
-    """Settings of a drive: mode, stops, limits and homing, in device units.
+    """Yield the settings of a drive: mode, stops, limits and homing, in device units.
 
     Raises ConfigError for a limit that no set point can represent.
     """
     scaling, limits = drive_scaling(axis), axis.limits
     count_per_mm = 1e-3 / scaling.metre_per_count
     unit_per_mm_s, unit_per_mm_s2 = 1e-3 / scaling.metre_per_s_per_unit, 1e-3 / scaling.metre_per_s2_per_unit
-    beyond_mm = _correction_mm(axis)
+    correction_mm = _correction_mm(axis)
     lowest, highest = (
-        round((mm + side * beyond_mm) * count_per_mm)
-        for mm, side in zip(limits.position_mm, (-1.0, 1.0), strict=True)
+        round((mm + sign * correction_mm) * count_per_mm)
+        for mm, sign in zip(limits.position_mm, (-1.0, 1.0), strict=True)
     )
     max_torque, max_current = force_limit_permille(axis)
     key, reason = "", ""
@@ -87,7 +87,7 @@ def drive_settings(machine: MachineConfig, axis_key: str, axis: AxisConfig) -> I
 
 
 def _correction_mm(axis: AxisConfig) -> float:
-    """How far the motor may be commanded beyond the limits of the table, so that the drive must allow it."""
+    """Return how far the drive must allow a correction to move the motor beyond the table's limits."""
     sampled = axis.section(SampledDualLoopSettings)
     if sampled is None and axis.section(ScrewCompensationSettings) is None:
         return 0.0
@@ -95,7 +95,7 @@ def _correction_mm(axis: AxisConfig) -> float:
 
 
 def interpolation_period(period_us: int) -> tuple[int, int]:
-    """Value and exponent of 60C2h: period = value * 10^exponent seconds, as exactly as 8 bits allow."""
+    """Return value and exponent of 60C2h: period = value * 10^exponent seconds, as near as 8 bits allow."""
     value, exponent = period_us, -6
     while value > 0xFF or (value % 10 == 0 and exponent < 0):
         value, exponent = round(value / 10), exponent + 1

@@ -34,18 +34,18 @@ with as_if_absent("asammdf"):  # python-can imports it and pandas for MF4 logs: 
     from canopen.sdo.client import SdoClient
     from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
-Answer = TypeVar("Answer")
+Response = TypeVar("Response")
 
 SDO_TIMEOUT_S = 0.3
-"""Longest wait for the answer to one SDO request, wall clock, seconds; chosen."""
+"""Longest wait for the response to one SDO request, wall clock, seconds; chosen."""
 LOCKSTEP_SDO_TIMEOUT_S = 1.0
 """The same for a simulator in lockstep, which may have to wait for the processor; chosen."""
 SDO_TRIES = 3
 """Requests sent before a node counts as silent; chosen."""
-ADDRESSED = {2, 3, 4}
-"""Server command specifiers of answers that name an entry: initiate upload and download, abort."""
+ADDRESSED_RESPONSES = {2, 3, 4}
+"""Server command specifiers of responses that name an entry: initiate upload and download, abort."""
 TRANSFER_LIMIT_S = 5.0
-"""Bounds one transfer of any number of segments, seconds; chosen: a node might never end it."""
+"""Bounds one transfer with all its segments, seconds; chosen: a node might never end it."""
 NO_ADDRESS = bytes(3)
 """Address in an abort without a request; object 0000h is never requested."""
 
@@ -115,7 +115,7 @@ class Eds:
 def load_eds(path: Path, node_id: int) -> Eds:
     """Read an EDS for a node id ($NODEID is filled in). Raises EdsError naming the file."""
     try:
-        variables = _described(path.read_text(encoding="utf-8"), path.name)
+        variables = _parsed_eds(path.read_text(encoding="utf-8"), path.name)
     except FileNotFoundError:
         raise EdsError(f"{path}: no such EDS file") from None
     except (OSError, UnicodeDecodeError) as error:
@@ -127,25 +127,25 @@ def load_eds(path: Path, node_id: int) -> Eds:
     return Eds(
         path,
         {
-            address: _with_added(variable, node_id if relative else 0)
+            address: _with_node_id(variable, node_id if relative else 0)
             for address, (variable, relative) in variables.items()
         },
     )
 
 
 @lru_cache(maxsize=16)
-def _described(text: str, file_name: str) -> dict[tuple[int, int], tuple[EdsVariable, bool]]:
+def _parsed_eds(text: str, file_name: str) -> dict[tuple[int, int], tuple[EdsVariable, bool]]:
     """Return the entries of an EDS for node id 0, and whether each adds $NODEID to its default.
 
     Nodes of a kind share an EDS, and reading one takes 50 ms.
     """
     source = io.StringIO(text)
     source.name = file_name  # the library takes the format from it
-    found = _flatten(canopen.import_od(source, 0))
-    return {(v.index, v.subindex): (_variable(v), v.relative) for v in found}
+    entries = _flatten(canopen.import_od(source, 0))
+    return {(v.index, v.subindex): (_variable(v), v.relative) for v in entries}
 
 
-def _with_added(variable: EdsVariable, node_id: int) -> EdsVariable:
+def _with_node_id(variable: EdsVariable, node_id: int) -> EdsVariable:
     if not isinstance(variable.default, int) or not node_id:
         return variable
     default = variable.default + node_id
@@ -182,13 +182,13 @@ class _TimeLimitedClient(SdoClient):
     """The library's client, with a bound on each transfer."""
 
     deadline_s = math.inf
-    """Instant at which the present transfer is given up, monotonic clock."""
+    """Time on the monotonic clock at which the present transfer fails."""
 
     def read_response(self) -> bytes:
         if time.monotonic() > self.deadline_s:
             raise SdoCommunicationError(f"not over within {TRANSFER_LIMIT_S:g} s")
-        answer: bytes = super().read_response()  # type: ignore[no-untyped-call]  # the library is half typed
-        return answer
+        response: bytes = super().read_response()  # type: ignore[no-untyped-call]  # the library is half typed
+        return response
 
 
 class SdoPort:
@@ -203,46 +203,46 @@ class SdoPort:
     ) -> None:
         self.node_id = node_id
         self._network = network
-        unknown = ObjectDictionary()  # type: ignore[no-untyped-call]  # the library is only half typed
+        no_dictionary = ObjectDictionary()  # type: ignore[no-untyped-call]  # the library is only half typed
         self._client = _TimeLimitedClient(  # type: ignore[no-untyped-call]  # the same
-            0x600 + node_id, 0x580 + node_id, unknown
+            0x600 + node_id, 0x580 + node_id, no_dictionary
         )
         self._client.network = network
         self._client.RESPONSE_TIMEOUT = timeout_s
         self._tries = tries
         self._address = b""
         """Index and subindex of the request, as in its frame."""
-        network.subscribe(0x580 + node_id, self._on_answer)
+        network.subscribe(0x580 + node_id, self._on_response)
 
     def close(self) -> None:
-        """Stop listening to the node's answers."""
-        self._network.unsubscribe(0x580 + self.node_id, self._on_answer)
+        """Stop receiving the node's responses."""
+        self._network.unsubscribe(0x580 + self.node_id, self._on_response)
 
     def read(self, index: int, subindex: int) -> bytes:
-        """Upload an entry. Raises SdoError when it is refused or no try is answered."""
+        """Upload an entry. Raises SdoError if the node refuses it or responds to no try."""
         return self._with_tries(lambda: self._client.upload(index, subindex), index, subindex, "reading")
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
-        """Download an entry. Raises SdoError when it is refused or no try is answered."""
+        """Download an entry. Raises SdoError if the node refuses it or responds to no try."""
         self._with_tries(lambda: self._client.download(index, subindex, data), index, subindex, "writing")
 
-    def _on_answer(self, can_id: int, data: bytearray, timestamp_s: float) -> None:
-        """Pass an answer to our request on; drop those to another client of the node."""
+    def _on_response(self, can_id: int, data: bytearray, timestamp_s: float) -> None:
+        """Pass on a response to our request; drop responses to another client of the node."""
         if len(data) != 8:
             return
-        if data[0] >> 5 in ADDRESSED and bytes(data[1:4]) not in {self._address, NO_ADDRESS}:
+        if data[0] >> 5 in ADDRESSED_RESPONSES and bytes(data[1:4]) not in {self._address, NO_ADDRESS}:
             return
         self._client.on_response(can_id, data, timestamp_s)  # type: ignore[no-untyped-call]  # half typed
 
-    def _with_tries(self, request: Callable[[], Answer], index: int, subindex: int, doing: str) -> Answer:
-        what = f"{doing} {index:04X}h:{subindex:02X}"
+    def _with_tries(self, request: Callable[[], Response], index: int, subindex: int, verb: str) -> Response:
+        transfer = f"{verb} {index:04X}h:{subindex:02X}"
         self._address = struct.pack("<HB", index, subindex)
         for _ in range(self._tries):
             self._client.deadline_s = time.monotonic() + TRANSFER_LIMIT_S
             try:
                 return request()
             except SdoAbortedError as abort:
-                raise SdoError(f"{what} was refused: {abort}", abort.code) from None
+                raise SdoError(f"{transfer} was refused: {abort}", abort.code) from None
             except SdoCommunicationError:
                 continue
-        raise SdoError(f"{what} was not answered ({self._tries} tries)")
+        raise SdoError(f"{transfer} was not answered ({self._tries} tries)")

@@ -21,19 +21,21 @@ _INT32_MAX = 0x7FFF_FFFF
 class ObjectField(NamedTuple):
     """A status field that has an object."""
 
-    found: StatusField
+    status_field: StatusField
     entry: Entry
 
     def of(self, status: Any, axes: Sequence[str]) -> Value:
         """Value of the object; `axes`: axis names, numbered from 1."""
-        return encoded(self.found.of(status), self.entry, axes)
+        return encoded(self.status_field.of(status), self.entry, axes)
 
 
 @cache
 def object_fields(kind: Any) -> tuple[ObjectField, ...]:
     """Fields of a status type that have objects, in the order of declaration."""
     return tuple(
-        ObjectField(found, entry) for found in status_fields(kind) if (entry := found.field.entry) is not None
+        ObjectField(status_field, entry)
+        for status_field in status_fields(kind)
+        if (entry := status_field.field.entry) is not None
     )
 
 
@@ -76,11 +78,11 @@ def decoded(value: Value, entry: Entry, hint: Any, axes: Sequence[str] = ()) -> 
     if entry.names:
         return entry.names[value] if value < len(entry.names) else None
     if entry.unit:
-        return math.nan if value == entry.data_type.unknown else in_si(value, entry.unit)
+        return math.nan if value == entry.data_type.unknown else to_si(value, entry.unit)
     return hint(value)
 
 
-def in_si(number: int, unit: float) -> float:
+def to_si(number: int, unit: float) -> float:
     """Convert counts to SI, by one division: 3500 nm is 3.5e-6 to the last bit."""
     return number / round(1.0 / unit)
 
@@ -98,10 +100,10 @@ def packed_rows(rows: tuple[tuple[float, ...], ...], units: tuple[float, ...]) -
 def unpacked_rows(data: bytes, units: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
     """Decode a table. Raises struct.error for an incomplete row."""
     rows = struct.iter_unpack(f"<{len(units)}i", data)
-    return tuple(tuple(in_si(n, unit) for n, unit in zip(row, units, strict=True)) for row in rows)
+    return tuple(tuple(to_si(n, unit) for n, unit in zip(row, units, strict=True)) for row in rows)
 
 
-def built(kind: Any, values: Mapping[tuple[str, ...], Any], given: Mapping[str, Any]) -> Any:
+def build_record(kind: Any, values: Mapping[tuple[str, ...], Any], given: Mapping[str, Any]) -> Any:
     """Build a status record from values by path; `given`: fields without an object.
 
     None if the field that marks the presence of the record has no value.
@@ -109,14 +111,14 @@ def built(kind: Any, values: Mapping[tuple[str, ...], Any], given: Mapping[str, 
     fields, hints = FIELDS_OF[kind], type_hints(kind)
     if any(field.presence and not values[name,] for name, field in fields.items()):
         return None
-    arguments = dict(given)
+    fields_by_name = dict(given)
     for name in kind._fields:
         record = record_type(hints[name])
         if record is not None and name in fields:
             inner = {path[1:]: value for path, value in values.items() if path[0] == name and len(path) > 1}
-            arguments[name] = built(record, inner, {})
+            fields_by_name[name] = build_record(record, inner, {})
         elif (name,) in values:
-            arguments[name] = values[name,]
-    made = kind(**arguments)
-    absent = {n for n, f in fields.items() if f.part and not getattr(made, f.part) and n in arguments}
-    return made._replace(**{name: kind._field_defaults[name] for name in absent})
+            fields_by_name[name] = values[name,]
+    result = kind(**fields_by_name)
+    absent = {n for n, f in fields.items() if f.part and not getattr(result, f.part) and n in fields_by_name}
+    return result._replace(**{name: kind._field_defaults[name] for name in absent})

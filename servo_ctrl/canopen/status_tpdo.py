@@ -23,12 +23,12 @@ class TpdoSettings(NamedTuple):
     """Multiples of 100 us."""
     event_timer_ms: int
 
-    def kept(self, values: Mapping[str, int]) -> Self:
+    def with_stored(self, values: Mapping[str, int]) -> Self:
         """Return these settings with the stored values, if still valid; the CAN-ID may only be on or off."""
         stored = self._replace(**{name: value for name, value in values.items() if name in self._fields})
-        kind = stored.transmission_type
+        transmission_type = stored.transmission_type
         if (stored.cob_id ^ self.cob_id) & ~COB_ID_INVALID or (
-            kind > SYNCHRONOUS_MAX and kind not in EVENT_DRIVEN
+            transmission_type > SYNCHRONOUS_MAX and transmission_type not in EVENT_DRIVEN
         ):
             return self
         return stored
@@ -85,18 +85,18 @@ class StatusTpdo:
 
     def count_cycles(self, elapsed: int) -> None:
         """Count a SYNC, `elapsed` periods after the last one; send the TPDO if it is due."""
-        cob_id, kind, _, timer_ms = self._settings
+        cob_id, transmission_type, _, timer_ms = self._settings
         if cob_id & COB_ID_INVALID:
             return
-        if kind in EVENT_DRIVEN:
+        if transmission_type in EVENT_DRIVEN:
             self._since_cycles += elapsed
             due = self._changed and self._since_cycles >= self._inhibit_cycles
             due = due or (timer_ms > 0 and self._since_cycles >= self._timer_cycles)
-        elif kind == SYNCHRONOUS_ACYCLIC:
+        elif transmission_type == SYNCHRONOUS_ACYCLIC:
             due = self._changed
         else:
             self._since_cycles += 1  # SYNCs, not periods: a missed SYNC was not sent
-            due = self._since_cycles >= kind
+            due = self._since_cycles >= transmission_type
         if due:
             self._since_cycles, self._changed = 0, False
             self._send(cob_id & 0x7FF)

@@ -8,7 +8,8 @@ from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.settings import HEARTBEATS_MISSED
 
 RESTARTED = "has restarted, its configuration is gone"
-_EMCY = struct.Struct("<HB5x")
+EMCY_FRAME = struct.Struct("<HB5x")
+"""Error code and error register of an EMCY frame (CiA 301)."""
 
 EMCY_TEXTS: tuple[tuple[int, int, str], ...] = (
     (0xFFFF, 0x2310, "continuous over-current"),
@@ -40,7 +41,7 @@ EMCY_TEXTS: tuple[tuple[int, int, str], ...] = (
 
 
 def describe_emcy(code: int) -> str:
-    """Text for an emergency error code."""
+    """Return the text for an emergency error code."""
     return next((text for mask, value, text in EMCY_TEXTS if code & mask == value), "error")
 
 
@@ -48,10 +49,10 @@ def emcy_handler(plan: NodePlan, report: Callable[[str], None]) -> Callable[[byt
     """Make a handler for the node's EMCY frames; "error reset" (00xxh) is not reported."""
 
     def on_emcy(payload: bytes, _timestamp_s: float) -> None:
-        if len(payload) != _EMCY.size:
+        if len(payload) != EMCY_FRAME.size:
             report(f"{plan.name}: an EMCY frame of {len(payload)} bytes")
             return
-        code, register = _EMCY.unpack(payload)
+        code, register = EMCY_FRAME.unpack(payload)
         if code & 0xFF00:
             text = describe_emcy(code)
             report(f"{plan.name}: EMCY {code:04X}h, {text} (error register {register:02X}h)")
@@ -72,14 +73,14 @@ class HeartbeatWatch:
         self._names = [plan.name for plan in plans]
         self.nodes = len(plans)
         self._period, self._limit = heartbeat_cycles, heartbeat_cycles * HEARTBEATS_MISSED
-        self._last = [0] * len(plans)
+        self._last_heartbeat = [0] * len(plans)
         """Cycle of the last heartbeat of each node."""
         self._states = [NmtState.OPERATIONAL.value] * len(plans)
         self._restarted = [False] * len(plans)
         self._responding = [True] * len(plans)
-        """Whether it has sent a heartbeat since `give_up`."""
+        """Whether each node has sent a heartbeat since `give_up`."""
         self._reported = [False] * len(plans)
-        """Whether its silence was reported."""
+        """Whether the silence of each node was reported."""
         self._next_check = heartbeat_cycles
         self._on_restart = on_restart
         self.cycle = 0
@@ -89,7 +90,7 @@ class HeartbeatWatch:
         """Make a handler for the heartbeats (700h + id) of the node with this index among the plans."""
 
         def on_heartbeat(payload: bytes, _timestamp_s: float) -> None:
-            self._last[node], self._reported[node], self._responding[node] = self.cycle, False, True
+            self._last_heartbeat[node], self._reported[node], self._responding[node] = self.cycle, False, True
             if payload:
                 self._states[node] = payload[0] & 0x7F
                 if self._states[node] == NmtState.INITIALISING:
@@ -110,17 +111,17 @@ class HeartbeatWatch:
         """Whether a node has restarted, or sent a heartbeat, since it was given up."""
         return self._responding[node] or self._restarted[node]
 
-    def doubt(self, node: int) -> None:
+    def mark_unconfigured(self, node: int) -> None:
         """Treat a node that could not be configured as restarted, until it is configured."""
         self._restarted[node] = True
 
-    def forget_restart(self, node: int) -> None:
+    def clear_restart(self, node: int) -> None:
         """Forget restarts before now: the node is being configured."""
         self._restarted[node] = False
 
-    def take_for_operational(self, node: int) -> None:
-        """Treat a node as operational: it was started and answers, and earlier heartbeats are out of date."""
-        self._last[node], self._reported[node] = self.cycle, False
+    def assume_operational(self, node: int) -> None:
+        """Treat a node as operational: it was started and responds, so earlier heartbeats are outdated."""
+        self._last_heartbeat[node], self._reported[node] = self.cycle, False
         self._states[node] = NmtState.OPERATIONAL
 
     def left_operational(self) -> list[int]:
@@ -128,7 +129,7 @@ class HeartbeatWatch:
         return [node for node, state in enumerate(self._states) if state != NmtState.OPERATIONAL]
 
     def advance(self, cycle: int) -> list[str]:
-        """Return problems at this cycle, checked once per heartbeat time. Silence is reported once."""
+        """Return the problems at this cycle, checked once per heartbeat time; silence is reported once."""
         self.cycle = cycle
         if cycle < self._next_check or not self._period:
             return []
@@ -145,5 +146,5 @@ class HeartbeatWatch:
 
     def silence(self, node: int) -> str:
         """Text about a missing heartbeat of a node; "" if it is not overdue."""
-        silent = self.cycle - self._last[node]
+        silent = self.cycle - self._last_heartbeat[node]
         return f"no heartbeat in {silent} cycles" if self._period and silent > self._limit else ""

@@ -30,7 +30,7 @@ def check(
     Example:  servo-ctrl check --machine machines/xy_table --program machines/xy_table/programs/circles.toml
     """
     from servo_ctrl.canopen.bus_load import check_load
-    from servo_ctrl.canopen.node import own_dictionary
+    from servo_ctrl.canopen.node import load_own_eds
     from servo_ctrl.canopen.plan import plan_machine
     from servo_ctrl.cli.option_values import read_program
     from servo_ctrl.cli.part_program_report import print_dry_run
@@ -41,7 +41,7 @@ def check(
     from servo_ctrl.plots.path import plot_path
 
     config = load_machine(machine)
-    own_dictionary(config)
+    load_own_eds(config)
     plans = plan_machine(config)
     chosen = read_program(program, config, inputs, g54, block_delete=block_delete)
     motion = MotionPlan(config, chosen)

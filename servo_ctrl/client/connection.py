@@ -5,7 +5,7 @@ import contextlib
 from collections.abc import AsyncIterator
 
 from servo_ctrl.canopen.errors import SdoError
-from servo_ctrl.canopen.node import own_dictionary
+from servo_ctrl.canopen.node import load_own_eds
 from servo_ctrl.canopen.remote_controller import RemoteController
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.config.model import MachineConfig
@@ -18,7 +18,7 @@ SDO_ANSWER = 0x580
 @contextlib.asynccontextmanager
 async def connected(config: MachineConfig, bus: str) -> AsyncIterator[RemoteController]:
     """The controller on its bus. Raises BusError, and SdoError that names the node and the bus."""
-    eds, node_id = own_dictionary(config), config.controller.node_id
+    eds, node_id = load_own_eds(config), config.controller.node_id
     down: list[BusError] = []
     # Only its SDO answers: the cycle sends a thousand and more other frames a second.
     port = open_port(bus, only=(SDO_ANSWER + node_id,))

@@ -9,7 +9,7 @@ import struct
 from collections.abc import AsyncIterator, Callable, Iterator
 from typing import NamedTuple
 
-from servo_ctrl.canopen.node import own_dictionary
+from servo_ctrl.canopen.node import load_own_eds
 from servo_ctrl.canopen.remote_controller import RemoteController
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.commands.command import CommandRequest
@@ -47,7 +47,7 @@ class OperatorPanel:
 
     def __init__(self, config: MachineConfig, bus: str) -> None:
         self._bus, self._node_id = bus, config.controller.node_id
-        self._eds, self._axes = own_dictionary(config), tuple(config.axes)
+        self._eds, self._axes = load_own_eds(config), tuple(config.axes)
 
     async def execute(self, request: CommandRequest) -> None:
         """Execute a command by SDO. Raises PanelError with the reason of a refusal, and SdoError."""

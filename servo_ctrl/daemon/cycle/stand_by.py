@@ -72,13 +72,13 @@ class Nodes:
     def begin_boot(self, nodes: Collection[int]) -> None:
         """Start the boot of these nodes; a restart from now on is detected."""
         for node in nodes:
-            self._watch.forget_restart(node)
+            self._watch.clear_restart(node)
         self.boot(list(nodes))
 
     def not_booted(self, nodes: Collection[int]) -> None:
         """Note that these nodes must still boot."""
         for node in nodes:
-            self._watch.doubt(node)
+            self._watch.mark_unconfigured(node)
 
     def booted(self, nodes: Collection[int]) -> str:
         """Start the configured nodes; if one restarted meanwhile, start none and return which, else ""."""
@@ -93,7 +93,7 @@ class Nodes:
     def use(self, nodes: Collection[int]) -> None:
         """Mark these nodes as operational, because their inputs arrived after their start."""
         for node in nodes:
-            self._watch.take_for_operational(node)
+            self._watch.assume_operational(node)
 
 
 def with_error_code(

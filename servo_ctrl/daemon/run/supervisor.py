@@ -10,7 +10,7 @@ from kernels.compiler_memory import release_compiler
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.canopen.bus_load import check_load
 from servo_ctrl.canopen.nmt import NmtCommand, command_nodes
-from servo_ctrl.canopen.node import own_dictionary
+from servo_ctrl.canopen.node import load_own_eds
 from servo_ctrl.canopen.own_settings import FILE
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import LOCKSTEP_SDO_TIMEOUT_S, SDO_TIMEOUT_S, Network
@@ -97,7 +97,7 @@ class _Supervisor:
         self._record_dir, self._learned_dir, self._fifo = record_dir, options.learned_dir, fifo
         self._lockstep = lockstep = pacing == "lockstep"
         self._patience_s = LOCKSTEP_SDO_TIMEOUT_S if lockstep else SDO_TIMEOUT_S
-        own_dictionary(config)
+        load_own_eds(config)
         self._plans = plan_machine(config)
         check_load(config, self._plans)
         self._motion = MotionPlan(config, program)

@@ -8,7 +8,7 @@ import pytest
 from cia306 import findings
 from controller_node_bench import NODE_ID, OWN_EDS, ControllerNodeBench
 
-from servo_ctrl.canopen.node import own_dictionary
+from servo_ctrl.canopen.node import load_own_eds
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ConfigError
@@ -37,7 +37,7 @@ def test_eds_without_the_commands_is_refused(table: MachineConfig, tmp_path: Pat
     old.write_text(old.read_text(encoding="ascii").replace("[2100]", "[20FF]"), encoding="ascii")
     machine = table.model_copy(update={"controller": table.controller.model_copy(update={"eds": old})})
     with pytest.raises(ConfigError, match=r"controller\.eds: .*servo_ctrl\.eds: object 2100h is missing"):
-        own_dictionary(machine)
+        load_own_eds(machine)
 
 
 def test_identity_is_that_of_the_eds(bench: ControllerNodeBench) -> None:

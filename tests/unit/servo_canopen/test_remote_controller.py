@@ -121,7 +121,7 @@ def test_a_missing_best_value_is_nan(wire: Wire) -> None:
 
 
 def test_a_controller_that_does_not_answer_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remote_controller, "ANSWER_S", 0.05)
+    monkeypatch.setattr(remote_controller, "RESPONSE_TIMEOUT_S", 0.05)
     wire = Wire()
     wire.bench.put(0x000, bytes((2, NODE_ID)))  # stopped
     with pytest.raises(SdoError, match="was not answered"):

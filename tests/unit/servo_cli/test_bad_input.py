@@ -35,7 +35,7 @@ MACHINE_FAULTS = {
     "object we do not compute": (
         '"torque_offset"]',
         '"max_torque"]',
-        "nothing the controller computes",
+        "not computed by the controller",
     ),
     "EDS that is not there": ("servo_drive.eds", "nosuch.eds", "nosuch.eds: no such EDS file"),
     "EDS of another device": ("servo_drive.eds", "linear_scale.eds", "linear_scale.eds: has no object"),
