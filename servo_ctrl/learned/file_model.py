@@ -22,7 +22,7 @@ from servo_ctrl.config.section import FileSection, NonNegative
 
 FORMAT = 1
 """Format version of the files; raised when keys change their meaning."""
-LONGEST_CONDITION = 1000
+CONDITION_CHARACTERS_MAX = 1000
 """Bounds the characters of a condition; chosen."""
 
 Text = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200)]
@@ -30,7 +30,7 @@ Scalar = (
     Annotated[bool, Strict()]
     | Annotated[int, Strict()]
     | Annotated[float, Strict()]
-    | Annotated[str, Strict(), StringConstraints(max_length=LONGEST_CONDITION)]
+    | Annotated[str, Strict(), StringConstraints(max_length=CONDITION_CHARACTERS_MAX)]
 )
 Version = Annotated[int, Strict(), Field(ge=1, le=999_999)]
 Basis = dict[str, float | str]
@@ -116,13 +116,13 @@ class LearnedFile(FileSection, Generic[Content]):
     def from_text(cls, text: str) -> Self:
         """Read a file from its text. Raises ValueError with the reason."""
         try:
-            document = json.loads(text, parse_constant=_refuse)
+            document = json.loads(text, parse_constant=_refuse_constant)
         except (ValueError, RecursionError) as error:
             raise ValueError(f"is damaged, no JSON: {error}") from None
         if not isinstance(document, dict):
             raise ValueError("is damaged: no JSON object")  # noqa: TRY004  # the file is wrong, not the caller
-        found = document.get("format")
-        if problem := format_problem(found, FORMAT) if found is not None else "has no format":
+        version = document.get("format")
+        if problem := format_problem(version, FORMAT) if version is not None else "has no format":
             raise ValueError(problem)
         content = {key: value for key, value in document.items() if key != "sha256"}
         if document.get("sha256") != _digest(content):
@@ -152,11 +152,11 @@ class LearnedFile(FileSection, Generic[Content]):
             raise ValueError(f"{first.key}: {first.reason}") from None
 
 
-def difference(then: dict[str, Any], now: dict[str, Any]) -> str:
+def difference(recorded: dict[str, Any], current: dict[str, Any]) -> str:
     """Return a text about the first value that differs; "" when all are equal."""
-    for key in dict.fromkeys([*now, *then]):
-        if then.get(key) != now.get(key):
-            return f"{key} was {then.get(key, 'not set')} then, it is {now.get(key, 'not set')} now"
+    for key in dict.fromkeys([*current, *recorded]):
+        if recorded.get(key) != current.get(key):
+            return f"{key} was {recorded.get(key, 'not set')} then, it is {current.get(key, 'not set')} now"
     return ""
 
 
@@ -165,5 +165,5 @@ def _digest(content: dict[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _refuse(constant: str) -> NoReturn:
+def _refuse_constant(constant: str) -> NoReturn:
     raise ValueError(f"{constant} is no number")

@@ -14,12 +14,12 @@ from pydantic import Field, Strict, ValidationError
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.section import FileSection
 from servo_ctrl.files.whole_file import write_text_whole
-from servo_ctrl.learned.file_model import LONGEST_CONDITION, LearnedFile
+from servo_ctrl.learned.file_model import CONDITION_CHARACTERS_MAX, LearnedFile
 
 File = TypeVar("File", bound="LearnedFile[Any]")
 
 ACTIVE_FILE = "active.json"
-LARGEST_FILE = 1_000_000
+FILE_CHARACTERS_MAX = 1_000_000
 """Bounds the characters of a file; chosen: pulse functions have a few thousand, a screw 150 a node."""
 _VERSION_FILE = re.compile(r"v([0-9]{4,6})\.json")
 
@@ -86,14 +86,14 @@ def write_active(directory: Path, result: LearnedFile[Any] | None) -> None:
 
 def _text_of(path: Path) -> str:
     with path.open(encoding="utf-8") as file:
-        text = file.read(LARGEST_FILE + 1)
-    if len(text) > LARGEST_FILE:
-        raise ValueError(f"is damaged: it has more than {LARGEST_FILE} characters")
+        text = file.read(FILE_CHARACTERS_MAX + 1)
+    if len(text) > FILE_CHARACTERS_MAX:
+        raise ValueError(f"is damaged: it has more than {FILE_CHARACTERS_MAX} characters")
     return text
 
 
-def plain(value: Any) -> bool | float | str:
+def json_scalar(value: Any) -> bool | float | str:
     """Convert a condition for JSON: values other than finite numbers and bool become text."""
     if isinstance(value, bool | int) or (isinstance(value, float) and math.isfinite(value)):
         return value
-    return str(value)[:LONGEST_CONDITION]
+    return str(value)[:CONDITION_CHARACTERS_MAX]

@@ -13,7 +13,7 @@ from pydantic import Field, Strict, ValidationError
 from kernels.complaints import plain_complaint
 from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 from servo_ctrl.learned.file_model import Scalar  # pydantic resolves the annotation
-from servo_ctrl.learning.stroke_result import UNIT_M
+from servo_ctrl.learning.stroke_result import ERROR_RESOLUTION_M
 from servo_ctrl.learning.types import Pulse, Stroke, StrokeResult
 
 _CHECKSUM = b',"crc32":"%08x"}\n'
@@ -44,8 +44,10 @@ class StrokeLine(FileSection):
     @classmethod
     def of(cls, stroke: Stroke, result: StrokeResult) -> Self:
         """Make a line. Raises ValueError if an error is no whole nanometre or a value is invalid."""
-        error_nm = np.rint(result.error_m / UNIT_M)
-        if not (np.isfinite(error_nm).all() and np.array_equal(error_nm * UNIT_M, result.error_m)):
+        error_nm = np.rint(result.error_m / ERROR_RESOLUTION_M)
+        if not (
+            np.isfinite(error_nm).all() and np.array_equal(error_nm * ERROR_RESOLUTION_M, result.error_m)
+        ):
             raise ValueError("the errors of a stroke must be finite whole nanometres")
         return cls(
             stage=stroke.stage,
@@ -57,7 +59,7 @@ class StrokeLine(FileSection):
 
     def entry(self) -> tuple[Stroke, StrokeResult]:
         """Return stroke and result, identical to the bit. Raises ValueError if traces differ in length."""
-        error_m = np.array(self.error_nm, dtype=np.float64) * UNIT_M
+        error_m = np.array(self.error_nm, dtype=np.float64) * ERROR_RESOLUTION_M
         stroke = Stroke(self.stage, self.acceleration_m_s2, Pulse(*self.pulse))
         return stroke, StrokeResult(error_m, self.period_s)
 

@@ -13,23 +13,23 @@ from servo_ctrl.learned.file_model import Basis, LearnedContent
 from servo_ctrl.learning.types import Learned
 from servo_ctrl.units import MM
 
-LONGEST_PULSE_S = 60.0
+PULSE_TIME_MAX_S = 60.0
 """Bounds the times of a pulse, seconds; chosen."""
-POINTS = 2000
+POINTS_MAX = 2000
 """Bounds the points of a function; chosen."""
 _ROUNDING = 1.0 + 1e-9
-"""A_max is computed in several places, whose last bits may differ."""
-_OFF_AT_ZERO = frozenset({"ki_1_s2", "kd", "derivative_filter_ms"})
-"""Gains missing in results of software versions that did not have them."""
+"""Tolerance of A_max, which is computed in several places whose last bits may differ."""
+_GAINS_ADDED_LATER = frozenset({"ki_1_s2", "kd", "derivative_filter_ms"})
+"""Gains that older results lack, because the software that wrote them had no such gains; 0 = off."""
 
-PulseTime = Annotated[float, Strict(), Field(ge=0.0, le=LONGEST_PULSE_S)]
+PulseTime = Annotated[float, Strict(), Field(ge=0.0, le=PULSE_TIME_MAX_S)]
 
 
 class DurationPoint(FileSection):
     """One point of T*(a)."""
 
     acceleration_m_s2: Positive
-    duration_s: Annotated[float, Strict(), Field(gt=0.0, le=LONGEST_PULSE_S)]
+    duration_s: Annotated[float, Strict(), Field(gt=0.0, le=PULSE_TIME_MAX_S)]
 
 
 class AmplitudePoint(FileSection):
@@ -52,10 +52,10 @@ class LearnedFunctions(LearnedContent):
     """`learning.types.Learned` with the points by name."""
 
     result = Learned
-    durations: Annotated[list[DurationPoint], Field(min_length=1, max_length=POINTS)]
-    amplitudes: Annotated[list[AmplitudePoint], Field(min_length=1, max_length=POINTS)]
+    durations: Annotated[list[DurationPoint], Field(min_length=1, max_length=POINTS_MAX)]
+    amplitudes: Annotated[list[AmplitudePoint], Field(min_length=1, max_length=POINTS_MAX)]
     spread_m_s2: NonNegative
-    trailing: Annotated[list[TrailingPoint], Field(max_length=POINTS)]
+    trailing: Annotated[list[TrailingPoint], Field(max_length=POINTS_MAX)]
 
     @field_validator("durations", "amplitudes", "trailing")
     @classmethod
@@ -75,7 +75,7 @@ class LearnedFunctions(LearnedContent):
             "transmission.lead_mm": config.transmission.lead_mm,
         }
         control = config.control.model_dump().items()
-        basis |= {f"control.{key}": value for key, value in control if value or key not in _OFF_AT_ZERO}
+        basis |= {f"control.{key}": value for key, value in control if value or key not in _GAINS_ADDED_LATER}
         fuzzy = config.section(FuzzyPdSettings)
         if fuzzy is not None and fuzzy.enabled:
             basis |= {f"fuzzy_pd.{key}": value for key, value in asdict(fuzzy).items()}

@@ -13,8 +13,8 @@ from servo_ctrl.learned.file_model import Basis, LearnedContent
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.units import UM
 
-STEEPEST = 0.05
-"""Bounds the slope of the error over the travel; chosen: a poor screw has 0.01, and at 1 the motor would
+SLOPE_MAX = 0.05
+"""Bounds the slope of the error over the travel, m/m; chosen: a poor screw has 0.01, and at 1 the motor would
 reverse."""
 
 
@@ -68,11 +68,11 @@ class ScrewTable(LearnedContent):
                     f"has a correction of {correction_m / UM:.6g} um at {point.position_m * 1e3:g} mm, "
                     f"beyond limit_um {config.limit_um:g} um"
                 )
-        for one, other in pairwise(self.points):
-            slope = abs(other.error_m - one.error_m) / (other.position_m - one.position_m)
-            if slope > STEEPEST:
+        for left, right in pairwise(self.points):
+            slope = abs(right.error_m - left.error_m) / (right.position_m - left.position_m)
+            if slope > SLOPE_MAX:
                 return (
-                    f"has an error that changes by {slope:.3g} of the travel at {one.position_m * 1e3:g} mm, "
-                    f"more than {STEEPEST:g}"
+                    f"has an error that changes by {slope:.3g} of the travel at {left.position_m * 1e3:g} mm"
+                    f", more than {SLOPE_MAX:g}"
                 )
         return ""

@@ -22,7 +22,7 @@ from servo_ctrl.learned.file_model import FORMAT, LearnedContent, LearnedFile
 from servo_ctrl.learned.files import (
     ACTIVE_FILE,
     Active,
-    plain,
+    json_scalar,
     read_active,
     read_version,
     version_numbers,
@@ -85,7 +85,7 @@ class VersionStore(Generic[Result]):
     """
 
     content: type[LearnedContent]
-    below = ""
+    subdirectory = ""
     """Directory below that of the axis."""
     option = ""
     """The option that selects this kind in `servo-ctrl learned`."""
@@ -166,7 +166,7 @@ class VersionStore(Generic[Result]):
             "learned_at": self._now().strftime("%Y-%m-%dT%H:%M:%SZ"),
             "software": version_of_package("servo-ctrl"),
             "basis": self.content.basis(self._machine, axis),
-            "conditions": {key: plain(value) for key, value in conditions.items()},
+            "conditions": {key: json_scalar(value) for key, value in conditions.items()},
         }
         try:
             result = self._file.sealed({**content, "learned": self.content.values(learned)})
@@ -213,7 +213,7 @@ class VersionStore(Generic[Result]):
         if axis not in self._machine.axes:
             known = ", ".join(self._machine.axes)
             raise StoreError(f'machine {self._machine.machine.name} has no axis "{axis}", only {known}')
-        return self.directory / axis / self.below
+        return self.directory / axis / self.subdirectory
 
     def _error(self, path: Path, problem: str, axis: str) -> StoreError:
         return StoreError(
@@ -232,7 +232,7 @@ class ScrewStore(VersionStore[ScrewLearned]):
     """The store of screw error tables and lost motion."""
 
     content = ScrewTable
-    below = "screw"
+    subdirectory = "screw"
     option = " --kind screw"
 
 
@@ -240,7 +240,7 @@ class WaveformStore(VersionStore[WaveformLearned]):
     """The store of waveforms."""
 
     content = LearnedWaveform
-    below = "waveform"
+    subdirectory = "waveform"
     option = " --kind waveform"
 
 

@@ -20,11 +20,11 @@ from servo_ctrl.learning.types import LearningSettings, Stroke, StrokeResult
 JOURNAL_FILE = "journal.jsonl"
 PREVIOUS_FILE = "journal.previous.jsonl"
 """Name under which a journal that cannot be continued is kept."""
-LARGEST_FILE = 200_000_000
+JOURNAL_BYTES_MAX = 200_000_000
 """Bounds the bytes of a journal; chosen: a thousand strokes have about seven million."""
 
 
-class _Found(NamedTuple):
+class _JournalContent(NamedTuple):
     """The usable content of a journal."""
 
     entries: list[tuple[Stroke, StrokeResult]]
@@ -35,7 +35,7 @@ class _Found(NamedTuple):
     problem: str
 
 
-NOTHING = _Found([], 0, 0, "")
+EMPTY_JOURNAL = _JournalContent([], 0, 0, "")
 
 
 class StrokeJournal:
@@ -64,7 +64,7 @@ class StrokeJournal:
         )
         self._end = self._checksum = 0
         self._size: int | None = None
-        """Bytes of the file after our last access; None before the first."""
+        """Size of the file in bytes after the last access of this object; None before the first."""
 
     def replay(self) -> list[tuple[Stroke, StrokeResult]]:
         """Return the strokes so far, identical to the appended ones; empty without a journal.
@@ -75,10 +75,10 @@ class StrokeJournal:
             data = self._bytes()
         except OSError as error:
             raise StoreError(f"{self.path}: cannot be read: {reason_of(error)}") from None
-        found = self._found(data)
-        self.problem = f"{self.path}: {found.problem}" if found.problem else ""
-        self._end, self._checksum, self._size = found.end, found.checksum, len(data)
-        return found.entries
+        content = self._usable_content(data)
+        self.problem = f"{self.path}: {content.problem}" if content.problem else ""
+        self._end, self._checksum, self._size = content.end, content.checksum, len(data)
+        return content.entries
 
     def append(self, stroke: Stroke, result: StrokeResult) -> None:
         """Add a stroke and return once it is on the disk.
@@ -127,34 +127,34 @@ class StrokeJournal:
                 raise OSError("another process has changed it")
             file.truncate(self._end)  # remove a partial line
             file.seek(self._end)
-            rest = memoryview(line)
-            while rest:
-                rest = rest[file.write(rest) :]
+            remaining = memoryview(line)
+            while remaining:
+                remaining = remaining[file.write(remaining) :]
             os.fsync(file.fileno())
         self._end = self._size = self._end + len(line)
 
     def _bytes(self) -> bytes:
         try:
             with self.path.open("rb") as file:
-                # Not `read(LARGEST_FILE)`: Python allocates that much memory at once, and with locked memory
-                # the whole process, including the cycle, would stall meanwhile.
-                if os.fstat(file.fileno()).st_size > LARGEST_FILE:
-                    raise OSError(f"it has more than {LARGEST_FILE} bytes")
+                # Not `read(JOURNAL_BYTES_MAX)`: Python allocates that much memory at once, and in a process with
+                # locked memory that stalls the cycle.
+                if os.fstat(file.fileno()).st_size > JOURNAL_BYTES_MAX:
+                    raise OSError(f"it has more than {JOURNAL_BYTES_MAX} bytes")
                 return file.read()
         except FileNotFoundError:
             return b""
 
-    def _found(self, data: bytes) -> _Found:
+    def _usable_content(self, data: bytes) -> _JournalContent:
         if not data:
-            return NOTHING
-        # text after the last line end is from an interrupted `append`
+            return EMPTY_JOURNAL
+        # an interrupted `append` leaves text after the last line end
         *lines, _ = data.split(b"\n")
         try:
             header, checksum = decoded(Header, lines[0] if lines else b"", 0)
         except ValueError as error:
-            return NOTHING._replace(problem=f"its header {error}")
-        if changed := self._changed(header):
-            return NOTHING._replace(problem=f"was made with other settings: {changed}")
+            return EMPTY_JOURNAL._replace(problem=f"its header {error}")
+        if changed := self._setting_change(header):
+            return EMPTY_JOURNAL._replace(problem=f"was made with other settings: {changed}")
         entries: list[tuple[Stroke, StrokeResult]] = []
         end, problem = len(lines[0]) + 1, ""
         for number, line in enumerate(lines[1:], start=2):
@@ -165,12 +165,12 @@ class StrokeJournal:
                 problem = f"line {number} {error}; the {len(entries)} strokes before it are used"
                 break
             end, checksum = end + len(line) + 1, next_checksum
-        return _Found(entries, end, checksum, problem)
+        return _JournalContent(entries, end, checksum, problem)
 
-    def _changed(self, header: Header) -> str:
+    def _setting_change(self, header: Header) -> str:
         """Return which setting has changed since the journal was started, else ""."""
-        now = self._header
+        current = self._header
         return difference(
             {"axis": header.axis, **header.settings, **header.basis},
-            {"axis": now.axis, **now.settings, **now.basis},
+            {"axis": current.axis, **current.settings, **current.basis},
         )

@@ -11,9 +11,9 @@ from servo_ctrl.learned.file_model import Basis, LearnedContent
 from servo_ctrl.learned.pulse_model import LearnedFunctions
 from servo_ctrl.learning.reversal_waveform import WaveformLearned
 
-SAMPLES, ROWS = 6000, 50
-"""Bound the samples and the accelerations of a waveform; chosen: learning uses 0.48 s and seven."""
-_OF_THE_PULSE = "friction_compensation."
+SAMPLES_MAX, ROWS_MAX = 6000, 50
+"""Bound the samples and the accelerations of a waveform; chosen: learning uses 0.48 s and ten."""
+_PULSE_SECTION = "friction_compensation."
 
 Force = Annotated[float, Strict(), Field(ge=-1e6, le=1e6)]
 
@@ -35,7 +35,7 @@ class WaveRow(FileSection):
     """The force around a reversal at one acceleration, one sample a period."""
 
     acceleration_m_s2: Positive
-    force_n: Annotated[list[Force], Field(min_length=2, max_length=SAMPLES)]
+    force_n: Annotated[list[Force], Field(min_length=2, max_length=SAMPLES_MAX)]
 
 
 class LearnedWaveform(LearnedContent):
@@ -43,7 +43,7 @@ class LearnedWaveform(LearnedContent):
 
     result = WaveformLearned
     friction: FrictionPart
-    rows: Annotated[list[WaveRow], Field(max_length=ROWS)]
+    rows: Annotated[list[WaveRow], Field(max_length=ROWS_MAX)]
 
     @field_validator("rows")
     @classmethod
@@ -89,7 +89,7 @@ class LearnedWaveform(LearnedContent):
     def basis(machine: MachineConfig, axis: str) -> Basis:
         """Return the machine-file values that a waveform depends on: those of a pulse except its section."""
         basis = LearnedFunctions.basis(machine, axis)
-        basis = {key: value for key, value in basis.items() if not key.startswith(_OF_THE_PULSE)}
+        basis = {key: value for key, value in basis.items() if not key.startswith(_PULSE_SECTION)}
         waveform = machine.axes[axis].section(LearnedWaveformSettings)
         if waveform is not None:
             basis["learned_waveform.amplifier_delay_ms"] = waveform.amplifier_delay_ms

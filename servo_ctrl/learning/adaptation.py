@@ -1,7 +1,7 @@
-"""Adapt the learned pulse from production reversals, without strokes (ours; off by default).
+"""Adapts the learned pulse from production reversals, without strokes (not in the paper; off by default).
 
-The mean error during the pulse is the amplitude error: the pulse was too small where the table lags, too
-large where it leads. Each reversal moves the amplitudes at the nearest learned accelerations by a small share
+The mean error during the pulse measures the amplitude error: the pulse was too small if the table lags, too
+large if it leads. Each reversal moves the amplitudes at the nearest learned accelerations by a small share
 of it, and those of the second trapezoid in proportion; durations are kept. This follows slow changes. After a
 jump, or where the shape of the error changes, learning with strokes achieves more.
 """
@@ -18,9 +18,9 @@ GAIN = 0.5
 MAX_RELATIVE_STEP = 0.03
 """Bounds the relative change of an amplitude by one reversal; chosen."""
 INFLUENCE_RATIO = 1.6
-"""Ratio of accelerations beyond which a reversal changes an amplitude no more; chosen."""
+"""Ratio of accelerations beyond which a reversal does not change an amplitude; chosen."""
 DEAD_BAND_SHARE = 0.25
-"""Share of the J after learning: a smaller mean error is taken for noise; chosen."""
+"""Mean error that counts as noise, as a share of J after learning; chosen."""
 
 
 def adapted(
@@ -28,22 +28,22 @@ def adapted(
 ) -> Learned | None:
     """Return the functions after one more reversal; None if it changes nothing.
 
-    A reversal outside the learned accelerations changes nothing: it has no information on those inside.
+    A reversal outside the learned accelerations changes nothing, because it tells nothing about those inside.
     """
     a_min, *_, a_max = settings.accelerations_m_s2
     if not a_min <= acceleration_m_s2 <= a_max:
         return None
     pulse = pulse_at(learned, acceleration_m_s2)
     travel_m = pulse.amplitude_m_s * max(pulse.duration_s - settings.rise_s, settings.rise_s)
-    lag_m = float(np.mean(first_samples(result, pulse.duration_s)))
-    if not np.isfinite(lag_m) or abs(lag_m) <= DEAD_BAND_SHARE * learned.after_m:
+    mean_lag_m = float(np.mean(first_samples(result, pulse.duration_s)))
+    if not np.isfinite(mean_lag_m) or abs(mean_lag_m) <= DEAD_BAND_SHARE * learned.after_m:
         return None
-    step = float(np.clip(GAIN * lag_m / travel_m, -MAX_RELATIVE_STEP, MAX_RELATIVE_STEP))
+    step = float(np.clip(GAIN * mean_lag_m / travel_m, -MAX_RELATIVE_STEP, MAX_RELATIVE_STEP))
     lowest, highest = smallest_amplitude_m_s(settings), settings.amplitude_max_m_s
     amplitudes = []
     for a, amplitude_m_s in learned.amplitudes:
-        nearness = max(0.0, 1.0 - abs(float(np.log(a / acceleration_m_s2) / np.log(INFLUENCE_RATIO))))
-        changed_m_s = amplitude_m_s * (1.0 + step * nearness)
+        weight = max(0.0, 1.0 - abs(float(np.log(a / acceleration_m_s2) / np.log(INFLUENCE_RATIO))))
+        changed_m_s = amplitude_m_s * (1.0 + step * weight)
         amplitudes.append((a, min(max(changed_m_s, lowest), highest)))
     if tuple(amplitudes) == learned.amplitudes:
         return None

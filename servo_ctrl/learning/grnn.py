@@ -2,14 +2,14 @@
 
     A*(a) = sum A_i exp(-(a - a_i)^2 / 2 s^2) / sum exp(-(a - a_i)^2 / 2 s^2)
 
-The spread s is chosen by leave-one-out cross-validation (ours; the paper gives no rule).
+Leave-one-out cross-validation selects the spread s (the paper gives no rule).
 """
 
 import numpy as np
 
 from kernels.arrays import Array
 
-SPREADS = 60
+CANDIDATE_SPREADS = 60
 """Number of candidate spreads, in equal ratios from a fifth of the least gap to the whole range; chosen."""
 
 
@@ -24,13 +24,13 @@ def regression(points: Array, values: Array, spread: float, at: Array) -> Array:
 def leave_one_out_spread(points: Array, values: Array) -> float:
     """Spread of least mean squared error when each of k >= 2 points is predicted from the others."""
     gaps = np.diff(points)
-    candidates = np.geomspace(0.2 * gaps.min(), points[-1] - points[0], SPREADS)
+    candidates = np.geomspace(0.2 * gaps.min(), points[-1] - points[0], CANDIDATE_SPREADS)
     others = ~np.eye(len(points), dtype=bool)
 
-    def misfit(spread: float) -> float:
+    def cross_validated_error(spread: float) -> float:
         predicted = [
             regression(points[row], values[row], spread, points[i : i + 1])[0] for i, row in enumerate(others)
         ]
         return float(np.mean((np.array(predicted) - values) ** 2))
 
-    return float(min(candidates, key=misfit))
+    return float(min(candidates, key=cross_validated_error))

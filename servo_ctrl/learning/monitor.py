@@ -1,4 +1,4 @@
-"""Monitoring of reversals in production: the window after each, sample by sample, and when learning is due.
+"""Monitors reversals in production: samples the window after each, and decides when learning is due.
 
 The indicators are those of `performance` (Feng et al. 2015, section 5), which takes them from whole arrays.
 Whether learning is due is a state with hysteresis and a count of consecutive reversals:

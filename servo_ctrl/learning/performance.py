@@ -16,7 +16,7 @@ Indices = NDArray[np.int64]
 
 
 REST_M = 1e-12
-"""Increments of the position command below this are rest, as in the control law (`REST_M` there)."""
+"""Increments of the position command below this count as standstill, as in the control law (`REST_M`)."""
 
 
 class Indicators(NamedTuple):
@@ -41,7 +41,7 @@ class FittedCircle(NamedTuple):
 
 
 def reversals(position_command_m: Array) -> Indices:
-    """Indices of the first sample of each new direction; rests between are skipped."""
+    """Return the indices of the first sample of each new direction; pauses between are skipped."""
     step_m = np.diff(position_command_m)
     direction = np.where(np.abs(step_m) < REST_M, 0.0, np.sign(step_m))
     moving = np.flatnonzero(direction)
@@ -86,17 +86,17 @@ def indicators(
     return [Indicators(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
 
-def combined(several: list[Indicators]) -> Indicators:
+def combined(reversal_indicators: list[Indicators]) -> Indicators:
     """Pool several reversals: peaks, RMS and mean over the samples of all their windows.
 
     Raises ValueError for an empty list. `reversal` and `direction` are those of the first.
     """
-    if not several:
+    if not reversal_indicators:
         raise ValueError("there is no reversal to combine")
-    table = np.array([tuple(entry)[2:] for entry in several])
+    table = np.array([tuple(entry)[2:] for entry in reversal_indicators])
     return Indicators(
-        reversal=several[0].reversal,
-        direction=several[0].direction,
+        reversal=reversal_indicators[0].reversal,
+        direction=reversal_indicators[0].direction,
         contour_peak_m=float(table[:, 0].max()),
         error_peak_m=float(table[:, 1].max()),
         error_rms_m=float(np.sqrt(np.mean(table[:, 2] ** 2))),

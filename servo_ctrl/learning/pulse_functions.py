@@ -2,8 +2,8 @@
 
 The paper's learner: T*(a) is linear between its points (Feng et al. 2015, equation 17), A*(a) is a GRNN. The
 fast learner has fewer points: both are linear on logarithmic axes. The second trapezoid is interpolated over
-log a. Where its amplitude changes sign it serves another purpose, so each side is extrapolated to the middle.
-Outside the learned range the nearest end holds.
+log a. Where its amplitude changes sign its purpose changes, so each side is extrapolated to the middle.
+Outside the learned range the value at the nearest end applies.
 """
 
 import math
@@ -29,7 +29,7 @@ def durations_s(learned: Learned, at: Array) -> Array:
     a, duration = np.array(learned.durations).T
     if learned.spread_m_s2 > 0.0:
         return np.asarray(np.interp(at, a, duration))
-    return _by_powers(at, a, duration)
+    return _interpolate_powers(at, a, duration)
 
 
 def amplitudes_m_s(learned: Learned, at: Array) -> Array:
@@ -37,12 +37,12 @@ def amplitudes_m_s(learned: Learned, at: Array) -> Array:
     a, amplitude = np.array(learned.amplitudes).T
     if learned.spread_m_s2 > 0.0:
         return regression(a, amplitude, learned.spread_m_s2, np.clip(at, a[0], a[-1]))
-    return _by_powers(at, a, amplitude)
+    return _interpolate_powers(at, a, amplitude)
 
 
 def table(learned: Learned) -> Array:
     """(6, n): reverse accelerations m/s^2, rising, then the fields of `Pulse` there."""
-    trailing = joinable(learned.trailing)
+    trailing = interpolation_points(learned.trailing)
     points = [point[0] for part in (learned.durations, learned.amplitudes, trailing) for point in part]
     at = np.union1d(points, np.geomspace(min(points), max(points), SAMPLES))
     rows = np.zeros((6, len(at)))
@@ -53,40 +53,42 @@ def table(learned: Learned) -> Array:
     return rows
 
 
-def joinable(points: Sequence[Trailing]) -> list[Trailing]:
+def interpolation_points(points: Sequence[Trailing]) -> list[Trailing]:
     """Prepare the points of the second trapezoid for linear interpolation.
 
     A point of amplitude 0 gets the times of its nearest neighbour, so that only the amplitude fades. Between
     amplitudes of opposite sign both sides are extrapolated to the middle.
     """
-    known = [point for point in points if point[3] != 0.0]
-    shaped = []
+    nonzero = [point for point in points if point[3] != 0.0]
+    with_times = []
     for point in points:
-        if point[3] == 0.0 and known:
-            _, start_s, duration_s, _ = carried(min(known, key=lambda other: _apart(other, point)), point[0])
-            shaped.append((point[0], start_s, duration_s, 0.0))
+        if point[3] == 0.0 and nonzero:
+            _, start_s, duration_s, _ = scaled_to(
+                min(nonzero, key=lambda right: _log_distance(right, point)), point[0]
+            )
+            with_times.append((point[0], start_s, duration_s, 0.0))
         else:
-            shaped.append(point)
-    joined = shaped[:1]
-    for left, right in pairwise(shaped):
+            with_times.append(point)
+    joined = with_times[:1]
+    for left, right in pairwise(with_times):
         if left[3] * right[3] < 0.0:
             middle = (left[0] * right[0]) ** 0.5
-            joined += [carried(left, middle), carried(right, middle * SWITCH_RATIO)]
+            joined += [scaled_to(left, middle), scaled_to(right, middle * SWITCH_RATIO)]
         joined.append(right)
     return joined
 
 
-def carried(point: Trailing, a: float) -> Trailing:
+def scaled_to(point: Trailing, a: float) -> Trailing:
     """Second trapezoid scaled to acceleration `a`: the same distance is covered in a time ~ 1 / sqrt(a)."""
     stretch = (point[0] / a) ** 0.5
     return a, point[1] * stretch, point[2] * stretch, point[3] / stretch
 
 
-def _apart(one: Trailing, other: Trailing) -> float:
-    return abs(math.log(one[0] / other[0]))
+def _log_distance(left: Trailing, right: Trailing) -> float:
+    return abs(math.log(left[0] / right[0]))
 
 
-def _by_powers(at: Array, a: Array, values: Array) -> Array:
+def _interpolate_powers(at: Array, a: Array, values: Array) -> Array:
     """Interpolate by powers of a between two points; `values` > 0."""
     return np.asarray(np.exp(np.interp(np.log(at), np.log(a), np.log(values))))
 

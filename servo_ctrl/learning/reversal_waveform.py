@@ -5,9 +5,9 @@ Learning law from stroke j to j + 1 at one reverse acceleration:
     w_j+1 = Q (w_j + g P^-1 e_j),    P^-1 e = M e'' + kv e' + (kv kp + ki) e + ki kp int e
 
 P is the response of the error to a force in the control loop, Q a Gaussian low pass with zero phase.
-The error shrinks from stroke to stroke where |Q (1 - g P / P_model)| < 1 at every frequency (Norrlof and
+The error shrinks from stroke to stroke if |Q (1 - g P / P_model)| < 1 at every frequency (Norrlof and
 Gunnarsson 2002, for monotone convergence of the filtered law); tests/unit/studies/test_waveform_learning.py
-holds this for half to twice the mass.
+proves this for half to twice the mass.
 """
 
 import math
@@ -21,13 +21,13 @@ from servo_ctrl.learning.performance import Indices
 
 SPAN_S = 0.45
 """Duration of a waveform after the reversal; chosen: more than twice Tm."""
-TAPER = 0.3
-"""Share at the end of a waveform in which it fades to zero; chosen."""
-TRUNCATED_AT = 4.0
+TAPER_SHARE = 0.3
+"""Share of a waveform, at its end, over which it fades to zero; chosen."""
+TRUNCATION_DEVIATIONS = 4.0
 """Standard deviations at which the Gaussian of Q is cut off; its weight there is 0.0003 of the largest."""
 SLOPES = 3
 """Slopes of the identified friction over the motion: speed, acceleration, jerk; they follow the levels."""
-SLIDING = 0.98
+SLIDING_STATE_MIN = 0.98
 """Least |D_i| of each element in sliding; chosen: 4.6 slip distances after a reversal."""
 FILTER_HZ = 80.0
 """Frequency at which Q is 0.61; of 40, 80 and 120 Hz the one of least J over the learning strokes."""
@@ -46,7 +46,7 @@ class LoopModel(NamedTuple):
     slip_m: tuple[float, ...]
     """Slip distances of presliding, as in the control law."""
     ahead_s: float
-    """How long before a reversal the waveform of the control law begins."""
+    """Time before a reversal at which the waveform of the control law begins."""
 
     @property
     def dead_samples(self) -> int:
@@ -117,8 +117,8 @@ def identify_friction(loop: LoopModel, strokes: list[tuple[Array, Array]]) -> tu
     """Identify friction from strokes without compensation: commands (n, >= 3) and error (n,) of each.
 
     Least squares with a constant for each stroke, the unknown initial value of the integrator. First the
-    slopes over speed, acceleration and jerk where all elements slide: what the D_i do not describe of the
-    reversals would bias them. Then W_i >= 0. Returns the fields of `WaveformLearned.friction`.
+    slopes over speed, acceleration and jerk, only from samples in which all elements slide, because errors of
+    the D_i at the reversals would bias them. Then W_i >= 0. Returns the fields of `WaveformLearned.friction`.
     """
     from scipy.optimize import lsq_linear  # noqa: PLC0415  # loaded only where waveforms are learned
 
@@ -131,16 +131,18 @@ def identify_friction(loop: LoopModel, strokes: list[tuple[Array, Array]]) -> tu
     )
     constants = np.repeat(np.eye(len(strokes)), [len(error_m) for _, error_m in strokes], axis=0)
     targets_n = np.concatenate([missing_force_n(loop, error_m) for _, error_m in strokes])
-    slides = np.abs(states).min(axis=1) > SLIDING
+    sliding = np.abs(states).min(axis=1) > SLIDING_STATE_MIN
     level = states.mean(axis=1, keepdims=True)
-    slopes = np.linalg.lstsq(np.hstack([motion, level, constants])[slides], targets_n[slides])[0][:SLOPES]
+    slopes = np.linalg.lstsq(np.hstack([motion, level, constants])[sliding], targets_n[sliding])[0][:SLOPES]
     lowest = [0.0] * len(loop.slip_m) + [-np.inf] * len(strokes)
-    rest_n = targets_n - motion @ slopes
-    weights = lsq_linear(np.hstack([states, constants]), rest_n, (lowest, np.inf)).x.tolist()
+    level_targets_n = targets_n - motion @ slopes
+    weights = lsq_linear(np.hstack([states, constants]), level_targets_n, (lowest, np.inf)).x.tolist()
     return (*weights[: len(loop.slip_m)], *slopes.tolist())
 
 
-def cut_out(values: Array, starts: Indices, directions: Array, length: int, ahead: int) -> Array:
+def mean_around_reversals(
+    values: Array, starts: Indices, directions: Array, length: int, ahead: int
+) -> Array:
     """Mean (length,) of the values from `ahead` samples before each reversal, turned into + direction."""
     complete = [(s, d) for s, d in zip(starts, directions, strict=True) if s - ahead + length <= len(values)]
     pieces = [direction * values[start - ahead : start - ahead + length] for start, direction in complete]
@@ -149,8 +151,8 @@ def cut_out(values: Array, starts: Indices, directions: Array, length: int, ahea
 
 def corrected(wave_n: Array, missing_n: Array, gain: float, loop: LoopModel) -> Array:
     """The next waveform (n,) from the missing force (n,): advanced by the dead time, low-passed, tapered."""
-    early_n = missing_n[np.minimum(np.arange(len(missing_n)) + loop.dead_samples, len(missing_n) - 1)]
-    changed = _low_passed(wave_n + gain * early_n, loop.period_s, FILTER_HZ)
+    advanced_n = missing_n[np.minimum(np.arange(len(missing_n)) + loop.dead_samples, len(missing_n) - 1)]
+    changed = _low_passed(wave_n + gain * advanced_n, loop.period_s, FILTER_HZ)
     return np.asarray(changed * _taper(len(wave_n), loop))
 
 
@@ -161,18 +163,18 @@ def _low_passed(values: Array, period_s: float, filter_hz: float) -> Array:
     controller 0.3 s, and a running one would stall when production first asks for a correction.
     """
     deviation = 1.0 / (2.0 * math.pi * filter_hz * period_s)
-    radius = int(TRUNCATED_AT * deviation + 0.5)
+    radius = int(TRUNCATION_DEVIATIONS * deviation + 0.5)
     weights = np.exp(-0.5 / deviation**2 * np.arange(-radius, radius + 1) ** 2)
     weights /= weights.sum()
-    held = np.pad(values, radius, mode="edge")
+    padded = np.pad(values, radius, mode="edge")
     samples = len(values)
-    smooth: Array = weights[radius] * held[radius : radius + samples]
+    smooth: Array = weights[radius] * padded[radius : radius + samples]
     for i in range(radius):  # from the outside in, as the two values at one distance have one weight
-        smooth += (held[i : i + samples] + held[2 * radius - i :][:samples]) * weights[i]
+        smooth += (padded[i : i + samples] + padded[2 * radius - i :][:samples]) * weights[i]
     return smooth
 
 
 def _taper(samples: int, loop: LoopModel) -> Array:
     rise = np.clip(np.arange(samples) / (0.3 * loop.ahead_s / loop.period_s), 0.0, 1.0)
-    fall = np.clip(np.arange(samples)[::-1] / (TAPER * samples), 0.0, 1.0)
+    fall = np.clip(np.arange(samples)[::-1] / (TAPER_SHARE * samples), 0.0, 1.0)
     return np.asarray(np.sin(0.5 * np.pi * rise) ** 2 * np.sin(0.5 * np.pi * fall) ** 2)

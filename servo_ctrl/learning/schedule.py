@@ -1,7 +1,7 @@
-"""A whole learning run: its stages in order, the next stroke, and its progress.
+"""Runs the stages of learning in order: the next stroke, and the progress.
 
 The stages are generators: they yield strokes and receive results. The same results give the same strokes, so
-a run is resumed by replaying the results that it already had.
+a run resumes by replaying the results that it already has.
 """
 
 import math
@@ -68,7 +68,7 @@ def learn(settings: LearningSettings) -> Generator[Stroke, StrokeResult, Learned
 
 
 def check_accelerations(settings: LearningSettings) -> list[float]:
-    """Accelerations at which J is checked, m/s^2: over the whole range, none of those learned at."""
+    """Accelerations at which J is checked, m/s^2: over the whole range, between the learned ones."""
     a_min, *_, a_max = settings.accelerations_m_s2
     middles = np.geomspace(a_min, a_max, 2 * ACCELERATIONS - 1)[1::2]
     chosen = np.linspace(0, len(middles) - 1, CHECKS).round().astype(int)
@@ -92,7 +92,7 @@ class LearningRun:
         self.stroke = next(self._stages)
 
     def take(self, result: StrokeResult) -> None:
-        """Take the result of `stroke`, and determine the next. May compute for some tenths of a second."""
+        """Take the result of `stroke`, and determine the next; this may take some tenths of a second."""
         stroke = self.stroke
         if stroke is None:
             raise ValueError("all strokes have been made")
@@ -100,8 +100,8 @@ class LearningRun:
         if stroke.stage == "interval":
             self._intervals[a] = interval_s(result)
         score_m = evaluation_m(result, self._settings.window_s)
-        fresh = not self._done or self._done[-1] != (stroke.stage, a)
-        self._best_m = score_m if fresh else min(self._best_m, score_m)
+        is_first_of_group = not self._done or self._done[-1] != (stroke.stage, a)
+        self._best_m = score_m if is_first_of_group else min(self._best_m, score_m)
         self._done.append((stroke.stage, a))
         self._machine_time_s += stroke_s(self._settings, a)
         try:
@@ -130,22 +130,22 @@ class LearningRun:
     def _remaining_strokes(self, stage: str, at_m_s2: float) -> list[tuple[float, int]]:
         """(acceleration, strokes) from the present stage on; the fast learner may need fewer."""
         plan = self._plan()
-        places = (i for i, (name, a, _) in enumerate(plan) if name == stage and math.isclose(a, at_m_s2))
-        place = next(places, len(plan) - 1)
+        positions = (i for i, (name, a, _) in enumerate(plan) if name == stage and math.isclose(a, at_m_s2))
+        position = next(positions, len(plan) - 1)
         made = sum(1 for _ in takewhile(lambda done: done == (stage, at_m_s2), reversed(self._done)))
-        (_, a, count), *later = plan[place:]
+        (_, a, count), *later = plan[position:]
         return [(a, max(count - made, 1)), *((a, count) for _, a, count in later)]
 
     def _plan(self) -> list[tuple[str, float, int]]:
         """(stage, acceleration, strokes) of the whole run, in order."""
         settings = self._settings
         a_min, *_, a_max = settings.accelerations_m_s2
-        spread = np.geomspace(a_min, a_max, ACCELERATIONS).tolist()[::-1]
+        descending_m_s2 = np.geomspace(a_min, a_max, ACCELERATIONS).tolist()[::-1]
         checks = [("check", a, 2) for a in check_accelerations(settings)]
         if settings.learner == "fast":
             stages = [("interval", 1), ("search", 1 + SEARCH_STROKES)]
             stages += [("trailing", TRAILING_STROKES)] if settings.trailing else []
-            return [(stage, a, count) for a in spread for stage, count in stages] + checks
+            return [(stage, a, count) for a in descending_m_s2 for stage, count in stages] + checks
         sweep = settings.coarse_steps + 1
         plan = [("interval", a, 1) for a in settings.accelerations_m_s2]
         for a in settings.accelerations_m_s2:
@@ -155,5 +155,5 @@ class LearningRun:
         fine = sorted({*coarse, *((a + b) / 2.0 for a, b in pairwise(coarse))})
         plan += [("coarse", a, sweep) for a in coarse]
         plan += [("fine", a, settings.fine_steps + 1) for a in fine]
-        plan += [("trailing", a, 2 + TRAILING_STROKES) for a in spread] if settings.trailing else []
+        plan += [("trailing", a, 2 + TRAILING_STROKES) for a in descending_m_s2] if settings.trailing else []
         return plan + checks

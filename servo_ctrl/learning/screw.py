@@ -1,11 +1,11 @@
-"""Screw error and lost motion, learned from slow travels there and back: the scale against the encoder.
+"""Learns screw error and lost motion from slow travels there and back: scale minus encoder.
 
     moving up    d_up(x)   = scale - x = e(x) - b/2
     moving down  d_down(x) = scale - x = e(x) + b/2      ->   b = mean of d_down - d_up, the lost motion
 
 e is the table of `control.compensation.screw_error`, over the table's positions x + e; b is the lost motion
 of `control.compensation.backlash`. Where only one direction was read (at the ends, just after the
-reversal), the other follows from the lost motion. e is 0 at home: there scale and encoder are set equal.
+reversal), the other follows from the lost motion. e is 0 at home, where scale and encoder are set equal.
 ISO 230-2: the spread of e is the mean bidirectional deviation M, b the mean reversal value.
 """
 
@@ -65,7 +65,7 @@ def learned_screw(travels_m: Sequence[Array], settings: ScrewSettings) -> ScrewL
     nodes = nodes_m(settings)
     error_m -= np.interp(0.0, nodes, error_m)
     positions_m = nodes + error_m
-    _refuse_unlikely(error_m, positions_m, lost_motion_m, spread_m, settings)
+    _check_plausible(error_m, positions_m, lost_motion_m, spread_m, settings)
     local_m = np.where(both, down_m - up_m, lost_motion_m)
     return ScrewLearned(
         points=tuple(zip(positions_m.tolist(), error_m.tolist(), local_m.tolist(), strict=True)),
@@ -79,7 +79,7 @@ def learned_screw(travels_m: Sequence[Array], settings: ScrewSettings) -> ScrewL
 
 
 def _lost_motion_m(mean_m: float, spread_m: float) -> float:
-    """Lost motion, at least 0: a stiff drive has none, which by chance may look slightly negative."""
+    """Return the lost motion, at least 0: noise may make that of a stiff drive slightly negative."""
     if mean_m < -spread_m:
         raise ValueError(
             f"the table leads the motor by {-mean_m / UM:.2f} um instead of lagging: scale and encoder "
@@ -88,7 +88,7 @@ def _lost_motion_m(mean_m: float, spread_m: float) -> float:
     return max(mean_m, 0.0)
 
 
-def _refuse_unlikely(
+def _check_plausible(
     error_m: Array, positions_m: Array, lost_motion_m: float, spread_m: float, settings: ScrewSettings
 ) -> None:
     largest_m = float(np.abs(error_m).max()) + 0.5 * lost_motion_m
@@ -110,7 +110,7 @@ def _refuse_unlikely(
 def evaluation_m(travels_m: Sequence[Array]) -> float:
     """J, m: mean absolute deviation over nodes and both directions, of the mean travel, minus its mean.
 
-    That mean depends only on where scale and encoder were set equal.
+    The subtracted mean depends only on the position at which scale and encoder were set equal.
     """
     mean_m = np.mean(np.array(travels_m), axis=0)
     return float(np.nanmean(np.abs(mean_m - np.nanmean(mean_m))))

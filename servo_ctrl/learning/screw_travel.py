@@ -1,6 +1,6 @@
-"""Deviations of the table in both directions, from the samples of a slow travel there and back.
+"""Computes deviations of the table in both directions from the samples of a slow travel there and back.
 
-Scale and encoder are latched at the same SYNC, so the lag of the loop does not matter: the scale position is
+Scale and encoder are latched at the same SYNC, so the lag of the loop has no effect: the scale position is
 compared with the table position that was commanded for the motor's actual position.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 from kernels.arrays import Array
 from servo_ctrl.units import MM
 
-ARRIVED_M = 1e-9
+END_TOLERANCE_M = 1e-9
 """Tolerance for the ends of the travel, metres; chosen: above rounding, below the resolution of any scale."""
 RAMP_S = 0.25
 """Duration of the ramps of a travel, seconds; chosen: many periods of a structure, so as not to excite it."""
@@ -81,8 +81,8 @@ def passes_of(
     Each pass begins when the motor has moved by `limit_m`, so that the lost motion is taken up. Missing
     samples (NaN) are omitted. Raises ValueError when the command did not go up and down.
     """
-    top = np.flatnonzero(command_m >= settings.upper_m - ARRIVED_M)
-    bottom = np.flatnonzero(command_m <= settings.lower_m + ARRIVED_M)
+    top = np.flatnonzero(command_m >= settings.upper_m - END_TOLERANCE_M)
+    bottom = np.flatnonzero(command_m <= settings.lower_m + END_TOLERANCE_M)
     if not len(top) or not (bottom < top[0]).any() or not (bottom > top[-1]).any():
         raise ValueError("the command has not gone from the lower end to the upper one and back")
     begin, turn = int(bottom[bottom < top[0]][-1]), int(top[-1])
@@ -97,13 +97,13 @@ def _pass(
     command_m: Array, correction_m: Array, motor_m: Array, scale_m: Array, sign: float, run_in_m: float
 ) -> Pass:
     """One pass in the direction `sign`. The motor lags, so its position contains an earlier correction."""
-    good = np.isfinite(motor_m) & np.isfinite(scale_m) & np.isfinite(correction_m)
-    if not good.any():
+    complete = np.isfinite(motor_m) & np.isfinite(scale_m) & np.isfinite(correction_m)
+    if not complete.any():
         raise ValueError("there are no samples of scale and encoder")
-    motor_set_point_m = (command_m + correction_m)[good]
-    corrections_m = np.interp(motor_m[good] * sign, motor_set_point_m * sign, correction_m[good])
-    run_in = (motor_m[good] - motor_m[good][0]) * sign > run_in_m
-    return Pass((motor_m[good] - corrections_m)[run_in], scale_m[good][run_in])
+    motor_set_point_m = (command_m + correction_m)[complete]
+    corrections_m = np.interp(motor_m[complete] * sign, motor_set_point_m * sign, correction_m[complete])
+    run_in = (motor_m[complete] - motor_m[complete][0]) * sign > run_in_m
+    return Pass((motor_m[complete] - corrections_m)[run_in], scale_m[complete][run_in])
 
 
 def deviations_m(up: Pass, down: Pass, settings: ScrewSettings) -> Array:
@@ -112,7 +112,9 @@ def deviations_m(up: Pass, down: Pass, settings: ScrewSettings) -> Array:
     Raises ValueError where a later node has no samples.
     """
     nodes = nodes_m(settings)
-    deviation_m = np.array([_means(one.nominal_m, one.scale_m - one.nominal_m, nodes) for one in (up, down)])
+    deviation_m = np.array(
+        [_node_means(one.nominal_m, one.scale_m - one.nominal_m, nodes) for one in (up, down)]
+    )
     run_in = run_in_nodes(settings)
     missing = ~np.isfinite(deviation_m)
     missing[0, :run_in] = missing[1, len(nodes) - run_in :] = False
@@ -126,7 +128,7 @@ def deviations_m(up: Pass, down: Pass, settings: ScrewSettings) -> Array:
     return deviation_m
 
 
-def _means(at_m: Array, values: Array, nodes: Array) -> Array:
+def _node_means(at_m: Array, values: Array, nodes: Array) -> Array:
     """Mean (nodes,) of the values nearest to each node, weighted by the distance each sample covers.
 
     Where the samples are not centred on the node, as at the ends, the mean is extrapolated by the slope.

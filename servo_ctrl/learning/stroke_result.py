@@ -1,4 +1,4 @@
-"""Errors after the reversals of a stroke, from its samples."""
+"""Extracts the errors after the reversals of a stroke from its samples."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ REVERSALS = 2
 """Reversals of one sine cycle."""
 HALF_CYCLE_TOLERANCE = 0.02
 """Relative tolerance of the time between the reversals of a sine; chosen."""
-UNIT_M = 1e-9
+ERROR_RESOLUTION_M = 1e-9
 """Errors are rounded to nanometres: finer than any scale, and a journal reproduces the same numbers."""
 
 
@@ -45,7 +45,7 @@ def stroke_result(
     error_m = (position_command_m[rows] - position_m[rows]) * direction[:, np.newaxis]
     if not np.isfinite(error_m).all():
         raise ValueError("a position sample is missing in the stroke")
-    return StrokeResult(np.round(error_m / UNIT_M) * UNIT_M + 0.0, period_s)
+    return StrokeResult(np.round(error_m / ERROR_RESOLUTION_M) * ERROR_RESOLUTION_M + 0.0, period_s)
 
 
 def sine_reversals(
@@ -66,7 +66,7 @@ def sine_reversals(
 
 
 def first_samples(result: StrokeResult, span_s: float) -> Array:
-    """Errors (reversals, n) within `span_s` after the reversals, as far as they were kept."""
+    """Return the errors (reversals, n) within `span_s` after the reversals, as far as the result has them."""
     return result.error_m[:, : max(round(span_s / result.period_s), 1)]
 
 

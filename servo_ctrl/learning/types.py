@@ -37,7 +37,7 @@ class StrokeResult(NamedTuple):
 
 
 class LearningSettings(NamedTuple):
-    """How to learn one axis; [learning] and [axis.NAME.friction_compensation] of the machine file in SI."""
+    """Learning settings of one axis; [learning] and [axis.NAME.friction_compensation] in SI."""
 
     learner: str
     """"paper" or "fast"."""

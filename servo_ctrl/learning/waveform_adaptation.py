@@ -1,8 +1,8 @@
-"""Adapt the waveform from production reversals, without strokes (ours).
+"""Adapts the learned waveform from production reversals, without strokes.
 
 The error trace e of one reversal over Tm gives the missing force m = P^-1 e. Its component along the
-presliding force, sum W_i 2 (1 - exp(-x / x_i)), is a relative change of friction, which scales everything
-learned. The remaining force corrects the waveforms of the neighbouring accelerations, each by its share of
+presliding force, sum W_i 2 (1 - exp(-x / x_i)), is a relative change of friction, which scales levels and
+waveforms. The remaining force corrects the waveforms of the neighbouring accelerations, each by its share of
 the interpolation, stretched to its own time.
 
 A change that did not help is undone: `undo_if_worse` compares the next reversal at a similar acceleration.
@@ -27,18 +27,18 @@ from servo_ctrl.learning.reversal_waveform import (
 GAIN = 0.7
 """Gain of a correction by one reversal; the same as between strokes."""
 LEVEL_DEAD_BAND = 0.05
-"""Smallest relative change of friction that is applied; chosen: noise and position cause as much."""
+"""Smallest relative change of friction that is applied; chosen: noise and position change it as much."""
 LEVEL_RANGE = (0.2, 5.0)
 """Bounds of friction relative to the strokes' result; chosen."""
 SIMILAR_RATIO = 1.25
 """Ratio of reverse accelerations up to which two reversals are compared; chosen."""
-WORSE_SHARE, WORSE_M = 1.15, 0.05e-6
+WORSE_RATIO, WORSE_OFFSET_M = 1.15, 0.05e-6
 """A change is undone where J exceeds this factor times J before, plus this; chosen: scatter of reversals."""
-GOOD_ENOUGH_M = 0.1e-6
+UNCHANGED_BELOW_M = 0.1e-6
 """J below which nothing is changed; chosen: the resolution of the scale."""
-JUMP = 3.0
+JUMP_RATIO = 3.0
 """Growth of J between similar reversals that no correction can cause; chosen."""
-SMALLEST_GAIN = 0.05
+GAIN_MIN = 0.05
 """Lower bound of the gain; chosen."""
 
 
@@ -76,7 +76,7 @@ def next_state(state: AdaptationState, loop: LoopModel, reversal: ProductionReve
         return reviewed
     if reviewed.before is not None and not _similar(state, reversal):
         return reviewed  # of another acceleration: the last correction is not reviewed yet
-    if reversal.error_m < GOOD_ENOUGH_M:
+    if reversal.error_m < UNCHANGED_BELOW_M:
         return reviewed._replace(before=None)
     learned, level = corrected_by(reviewed, loop, reversal)
     return AdaptationState(
@@ -94,9 +94,9 @@ def undo_if_worse(state: AdaptationState, reversal: ProductionReversal) -> Adapt
     """Undo the last correction if a reversal at a similar acceleration is worse than the one before it."""
     if state.before is None or not _similar(state, reversal):
         return state
-    if reversal.error_m > WORSE_SHARE * state.error_m + WORSE_M:
-        jumped = reversal.error_m > JUMP * state.error_m + WORSE_M
-        gain = GAIN if jumped else max(0.5 * state.gain, SMALLEST_GAIN)
+    if reversal.error_m > WORSE_RATIO * state.error_m + WORSE_OFFSET_M:
+        jumped = reversal.error_m > JUMP_RATIO * state.error_m + WORSE_OFFSET_M
+        gain = GAIN if jumped else max(0.5 * state.gain, GAIN_MIN)
         return AdaptationState(learned=state.before, level=state.level_before, gain=gain)
     return state._replace(before=None, gain=min(1.2 * state.gain, GAIN))
 
@@ -151,8 +151,8 @@ def _friction_growth(
         for level_n, slip_m in zip(learned.friction, loop.slip_m, strict=False)
     ]
     change_n = np.sum(parts, axis=0)
-    square = float(change_n @ change_n)
-    share = float(missing_n @ change_n) / square if square > 0.0 else 0.0
+    norm_n2 = float(change_n @ change_n)
+    share = float(missing_n @ change_n) / norm_n2 if norm_n2 > 0.0 else 0.0
     return share, share * change_n
 
 
@@ -168,7 +168,7 @@ def _with_missing(
 ) -> tuple[float, ...]:
     """A waveform corrected by the force missing after a reversal of `ratio` times its acceleration."""
     ahead = round(loop.ahead_s / loop.period_s)
-    own = (np.arange(len(wave_n)) - ahead + loop.dead_samples) / math.sqrt(ratio) - loop.dead_samples
-    around_n = np.interp(own, np.arange(len(missing_n)), missing_n, left=0.0)
-    change_n = corrected(np.zeros(len(wave_n)), around_n, gain, loop)
+    source = (np.arange(len(wave_n)) - ahead + loop.dead_samples) / math.sqrt(ratio) - loop.dead_samples
+    stretched_n = np.interp(source, np.arange(len(missing_n)), missing_n, left=0.0)
+    change_n = corrected(np.zeros(len(wave_n)), stretched_n, gain, loop)
     return tuple((wave_n + change_n).round(4).tolist())  # parts outside of the trace are unchanged

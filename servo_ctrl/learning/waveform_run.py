@@ -1,8 +1,8 @@
-"""A learning run of the waveform compensation: the strokes it requests, and what it learns from them.
+"""Runs the learning of the waveform compensation: requests strokes, and updates the waveform from them.
 
 Two strokes without compensation identify the friction. Strokes at each acceleration follow, from the largest
-to the smallest, each starting with its neighbour's waveform; the best waveform counts. Two more strokes check
-the result.
+to the smallest, each starting with its neighbour's waveform; the waveform of least J is kept. Two more
+strokes check the result.
 """
 
 import math
@@ -18,8 +18,8 @@ from servo_ctrl.learning.reversal_waveform import (
     LoopModel,
     WaveformLearned,
     corrected,
-    cut_out,
     identify_friction,
+    mean_around_reversals,
     missing_force_n,
     samples_of,
     wave_table,
@@ -30,21 +30,21 @@ from servo_ctrl.learning.types import NO_PULSE, LearningSettings, Outlook, Strok
 
 LEARNER = "waveform"
 ACCELERATIONS, ITERATIONS, GAIN = 9, 6, 0.7
-"""Reverse accelerations, most strokes at each, and learning gain; chosen: 58 strokes at most in all."""
-LEAST_ITERATIONS, STALLED = 3, 0.95
-"""An acceleration ends when a stroke after this many exceeds this share of the best J before; chosen."""
-LEAST_ROWS = 2
-"""Number of waveforms from which on they are extrapolated above the learned accelerations."""
+"""Number of reverse accelerations, most strokes at each, learning gain; chosen: at most 58 strokes in all."""
+ITERATIONS_MIN, STALLED_RATIO = 3, 0.95
+"""An acceleration ends when a stroke after this many has a J above this share of the best one; chosen."""
+EXTRAPOLATION_ROWS_MIN = 2
+"""Least number of waveforms for an extrapolation above the learned accelerations: two give an exponent."""
 AFTER_S = 1.2 * SPAN_S
-"""How long a stroke is evaluated after its last reversal."""
+"""Time after its last reversal for which a stroke is evaluated, seconds; chosen."""
 
 
 class WaveformSettings(NamedTuple):
-    """How to learn one axis, and the model of its loop."""
+    """Learning settings of one axis, and the model of its loop."""
 
     sines: LearningSettings
     """Settings of the sine strokes."""
-    reach_m_s2: float
+    largest_m_s2: float
     """Largest reverse acceleration that is learned; at least that of the sines."""
     limit_m_s2: float
     """Largest acceleration that the axis may be commanded."""
@@ -111,10 +111,10 @@ def learn(settings: WaveformSettings) -> Generator[WaveformStroke, WaveformResul
         before_m.append(score_m(result, settings))
     friction = identify_friction(loop, free_strokes)
     wave_n, waves = np.zeros(samples_of(loop)), {}
-    for a_m_s2 in np.geomspace(settings.reach_m_s2, a[0], ACCELERATIONS).tolist():
+    for a_m_s2 in np.geomspace(settings.largest_m_s2, a[0], ACCELERATIONS).tolist():
         wave_n = yield from _learn_wave(settings, friction, a_m_s2, wave_n)
         waves[a_m_s2] = tuple(wave_n.round(4).tolist())
-    waves |= beyond_reach(waves, settings)
+    waves |= extrapolated_waveform(waves, settings)
     order = tuple(sorted(waves))
     learned = WaveformLearned(LEARNER, friction, order, tuple(waves[entry] for entry in order))
     after_m = []
@@ -134,18 +134,20 @@ def _learn_wave(
         table = wave_table((a_m_s2,), (tuple(wave_n.tolist()),))
         result = yield WaveformStroke(Stroke(LEARNER, a_m_s2, NO_PULSE), friction, table)
         j_m = score_m(result, settings)
-        stalled = iteration >= LEAST_ITERATIONS and j_m > STALLED * best_m
+        stalled = iteration >= ITERATIONS_MIN and j_m > STALLED_RATIO * best_m
         if j_m < best_m:
             best_m, best_n = j_m, wave_n
         if stalled:
             break
         missing_n = missing_force_n(loop, result.error_m)
-        around_n = cut_out(missing_n, result.reversals, _directions(result), len(wave_n), ahead)
-        wave_n = corrected(wave_n, around_n - around_n[0], GAIN, loop)
+        mean_missing_n = mean_around_reversals(
+            missing_n, result.reversals, _directions(result), len(wave_n), ahead
+        )
+        wave_n = corrected(wave_n, mean_missing_n - mean_missing_n[0], GAIN, loop)
     return best_n
 
 
-def beyond_reach(
+def extrapolated_waveform(
     waves: dict[float, tuple[float, ...]], settings: WaveformSettings
 ) -> dict[float, tuple[float, ...]]:
     """Extrapolate the waveform to the acceleration limit, if that is above all learned accelerations.
@@ -154,16 +156,16 @@ def beyond_reach(
     the speed at equal distance, because viscous friction grows so. It never shrinks.
     """
     order, loop, limit_m_s2 = sorted(waves), settings.loop, settings.limit_m_s2
-    if len(order) < LEAST_ROWS or not limit_m_s2 > order[-1]:
+    if len(order) < EXTRAPOLATION_ROWS_MIN or not limit_m_s2 > order[-1]:
         return {}
     largest_n = [max(np.abs(waves[entry]).max(), 1e-9) for entry in order[-2:]]
     exponent = math.log(largest_n[1] / largest_n[0]) / math.log(order[-1] / order[-2])
     ratio = limit_m_s2 / order[-1]
     position = np.arange(samples_of(loop)) - round(loop.ahead_s / loop.period_s) + loop.dead_samples
-    own = np.where(position > 0, position * math.sqrt(ratio), position) - position[0]
-    wave_n = np.interp(own, np.arange(len(position)), waves[order[-1]], right=0.0)
-    size = ratio ** min(max(exponent, 0.0), 0.5)
-    return {limit_m_s2: tuple((size * wave_n).round(4).tolist())}
+    source_index = np.where(position > 0, position * math.sqrt(ratio), position) - position[0]
+    wave_n = np.interp(source_index, np.arange(len(position)), waves[order[-1]], right=0.0)
+    amplitude_ratio = ratio ** min(max(exponent, 0.0), 0.5)
+    return {limit_m_s2: tuple((amplitude_ratio * wave_n).round(4).tolist())}
 
 
 def score_m(result: WaveformResult, settings: WaveformSettings) -> float:
@@ -211,18 +213,18 @@ class WaveformRun:
         if self.stroke is None:
             return Outlook("done", done, done, 0.0)
         sine = self.stroke.sine
-        at_this = [j for _, a_m_s2, j in self.course if a_m_s2 == sine.acceleration_m_s2]
+        scores_m = [j for _, a_m_s2, j in self.course if a_m_s2 == sine.acceleration_m_s2]
         mean_s = np.mean(
             [
                 stroke_s(self._settings.sines, x)
-                for x in np.geomspace(a[0], self._settings.reach_m_s2, ACCELERATIONS)
+                for x in np.geomspace(a[0], self._settings.largest_m_s2, ACCELERATIONS)
             ]
         )
         return Outlook(
-            sine.stage,
-            done,
-            total,
-            float(mean_s) * (total - done),
-            sine.acceleration_m_s2,
-            min(at_this, default=np.nan),
+            stage=sine.stage,
+            strokes_done=done,
+            strokes_total=total,
+            remaining_s=float(mean_s) * (total - done),
+            acceleration_m_s2=sine.acceleration_m_s2,
+            best_m=min(scores_m, default=np.nan),
         )

@@ -10,7 +10,7 @@ from machine_files import XY_TABLE, text_of, write_controller
 
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.learning.stroke_result import UNIT_M
+from servo_ctrl.learning.stroke_result import ERROR_RESOLUTION_M
 from servo_ctrl.learning.types import Learned, Pulse, Stroke, StrokeResult
 
 LEARNED = Learned(
@@ -84,5 +84,5 @@ def stroke_of(number: int, samples: int = 40) -> tuple[Stroke, StrokeResult]:
     random = np.random.default_rng(number)
     pulse = Pulse(*(float(value) for value in random.uniform(0.0, 2e-3, 5)))
     stroke = Stroke("coarse", float(random.uniform(0.002, 0.12)), pulse)
-    error_m = np.round(random.normal(0.0, 3e-6, (2, samples)) / UNIT_M) * UNIT_M
+    error_m = np.round(random.normal(0.0, 3e-6, (2, samples)) / ERROR_RESOLUTION_M) * ERROR_RESOLUTION_M
     return stroke, StrokeResult(error_m, 1e-3)

@@ -150,8 +150,8 @@ def test_the_last_bits_of_linear_algebra_do_not_change_the_strokes(monkeypatch: 
     def trembling(
         strokes: Sequence[TriedStroke], best_so_far: TriedStroke, loop: PulseResponse
     ) -> PulseResponse:
-        heights = fit_response(strokes, best_so_far, loop).heights
-        return loop._replace(heights=heights * (1.0 + 1e-12 * random.normal(size=heights.shape)))
+        knot_values = fit_response(strokes, best_so_far, loop).knot_values
+        return loop._replace(knot_values=knot_values * (1.0 + 1e-12 * random.normal(size=knot_values.shape)))
 
     monkeypatch.setattr(fast, "fit_response", trembling)
     assert follow(learn_fast(DOUBLE), LinearAxis(best_with_trailing, DOUBLE))[1] == expected

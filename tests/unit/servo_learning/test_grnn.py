@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from servo_ctrl.learning.grnn import SPREADS, leave_one_out_spread, regression
+from servo_ctrl.learning.grnn import CANDIDATE_SPREADS, leave_one_out_spread, regression
 
 POINTS = np.array([2.0, 5.0, 8.0, 19.0, 30.0, 120.0]) * 1e-3
 VALUES = np.array([0.2, 0.3, 0.39, 0.53, 0.8, 1.77]) * 1e-3
@@ -60,7 +60,10 @@ def test_the_spread_minimises_the_leave_one_out_error() -> None:
         return total
 
     found = leave_one_out_spread(POINTS, VALUES)
-    tried = [0.2 * 3e-3 * (118e-3 / (0.2 * 3e-3)) ** (i / (SPREADS - 1)) for i in range(SPREADS)]
+    tried = [
+        0.2 * 3e-3 * (118e-3 / (0.2 * 3e-3)) ** (i / (CANDIDATE_SPREADS - 1))
+        for i in range(CANDIDATE_SPREADS)
+    ]
     assert found == pytest.approx(min(tried, key=misfit))
 
 

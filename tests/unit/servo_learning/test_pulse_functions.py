@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from servo_ctrl.control.compensation.trapezoidal_pulse import shape_at
 from servo_ctrl.learning.pulse_functions import (
     amplitudes_m_s,
-    carried,
     constant_table,
     durations_s,
-    joinable,
+    interpolation_points,
     pulse_at,
+    scaled_to,
     table,
 )
 from servo_ctrl.learning.types import Learned, Pulse
@@ -99,23 +99,23 @@ def test_functions_of_one_point_are_constant() -> None:
 
 
 def test_a_second_trapezoid_carried_to_a_quarter_of_the_acceleration_takes_twice_as_long() -> None:
-    assert carried((0.12, 0.03, 0.05, 4e-4), 0.03) == pytest.approx((0.03, 0.06, 0.1, 2e-4))
+    assert scaled_to((0.12, 0.03, 0.05, 4e-4), 0.03) == pytest.approx((0.03, 0.06, 0.1, 2e-4))
 
 
 def test_where_there_is_no_second_trapezoid_its_amplitude_fades_and_its_shape_stays() -> None:
-    points = joinable([(0.01, 0.0, 0.0, 0.0), (0.04, 0.06, 0.05, 2e-4), (0.16, 0.03, 0.03, 3e-4)])
+    points = interpolation_points([(0.01, 0.0, 0.0, 0.0), (0.04, 0.06, 0.05, 2e-4), (0.16, 0.03, 0.03, 3e-4)])
     assert points[0] == pytest.approx((0.01, 0.12, 0.1, 0.0))
     assert points[1:] == [(0.04, 0.06, 0.05, 2e-4), (0.16, 0.03, 0.03, 3e-4)]
-    assert joinable([(0.01, 0.0, 0.0, 0.0)]) == [(0.01, 0.0, 0.0, 0.0)]
-    assert joinable([]) == []
+    assert interpolation_points([(0.01, 0.0, 0.0, 0.0)]) == [(0.01, 0.0, 0.0, 0.0)]
+    assert interpolation_points([]) == []
 
 
 def test_where_the_second_trapezoid_changes_sign_each_side_extends_to_the_middle() -> None:
     left, right = (0.01, 0.08, 0.06, 2e-4), (0.04, 0.1, 0.05, -3e-4)
     learned = FAST._replace(trailing=(left, right))
     below, above = pulse_at(learned, 0.0199999), pulse_at(learned, 0.0200001)
-    assert below[2:] == pytest.approx(carried(left, 0.02)[1:], rel=1e-3)
-    assert above[2:] == pytest.approx(carried(right, 0.02)[1:], rel=1e-3)
+    assert below[2:] == pytest.approx(scaled_to(left, 0.02)[1:], rel=1e-3)
+    assert above[2:] == pytest.approx(scaled_to(right, 0.02)[1:], rel=1e-3)
 
 
 def test_one_pulse_as_a_table_holds_at_every_reversal() -> None:

@@ -53,9 +53,9 @@ def test_both_trapezoids_together_stay_within_the_largest_amplitude() -> None:
 
 
 def test_hat_functions_span_every_piecewise_linear_function() -> None:
-    heights = np.random.default_rng(1).normal(size=len(KNOTS_S))
-    expected = np.interp(TIME_S, KNOTS_S, heights)
-    assert basis_of(SAMPLES, PERIOD_S) @ heights == pytest.approx(expected)
+    knot_values = np.random.default_rng(1).normal(size=len(KNOTS_S))
+    expected = np.interp(TIME_S, KNOTS_S, knot_values)
+    assert basis_of(SAMPLES, PERIOD_S) @ knot_values == pytest.approx(expected)
 
 
 def test_the_convolution_is_the_sum_written_out() -> None:
@@ -67,10 +67,10 @@ def test_the_convolution_is_the_sum_written_out() -> None:
 def test_errors_of_untried_strokes_are_predicted() -> None:
     loop, strokes = learned_loop()
     best = best_stroke(strokes[1:])
-    heights = basis_of(SAMPLES, PERIOD_S) @ loop.heights
+    knot_values = basis_of(SAMPLES, PERIOD_S) @ loop.knot_values
     for pulse in (Pulse(0.07, 0.0007), Pulse(0.12, 0.0003), Pulse(0.06, 0.0006, 0.12, 0.06, -2e-4)):
         change = trapezoids(pulse, 0.01, SAMPLES) - trapezoids(best.pulse, 0.01, SAMPLES)
-        foretold_m = best.error_m[0] - convolved(heights, change, PERIOD_S)
+        foretold_m = best.error_m[0] - convolved(knot_values, change, PERIOD_S)
         made_m = stroke(pulse).error_m[0]
         assert rms_m(foretold_m - made_m) <= 0.05 * rms_m(made_m - best.error_m[0])
 
@@ -114,7 +114,7 @@ def test_the_search_keeps_what_it_may_not_change_and_stays_in_bounds() -> None:
 def test_equal_strokes_carry_no_information_and_leave_the_pulse_unchanged() -> None:
     one = stroke(Pulse(0.06, 0.0005))
     loop = fit_response([one, one], one, LOOP)
-    assert (loop.heights == LOOP.heights).all()
+    assert (loop.knot_values == LOOP.knot_values).all()
     assert best_pulse(one, loop, one.pulse, MAIN)[0] == one.pulse
     assert with_trailing(one, loop).trailing_amplitude_m_s == 0.0
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from synthetic_axes import SETTINGS
 
 from servo_ctrl.learning.stroke_result import (
-    UNIT_M,
+    ERROR_RESOLUTION_M,
     evaluation_m,
     first_samples,
     interval_s,
@@ -63,7 +63,7 @@ def test_errors_are_whole_nanometres() -> None:
     command_m = sine(1e-3)
     noise_m = np.random.default_rng(3).normal(0.0, 1e-6, len(command_m))
     error_m = stroke_result(command_m, command_m + noise_m, STROKE, SETTINGS, 1e-3).error_m
-    assert (error_m == np.round(error_m / UNIT_M) * UNIT_M).all()
+    assert (error_m == np.round(error_m / ERROR_RESOLUTION_M) * ERROR_RESOLUTION_M).all()
     assert not np.signbit(error_m[error_m == 0.0]).any()
 
 

@@ -13,7 +13,7 @@ from learned_examples import stroke_of
 
 from servo_ctrl.learned.store import StoreError
 from servo_ctrl.learned.stroke_journal import PREVIOUS_FILE, StrokeJournal
-from servo_ctrl.learning.stroke_result import UNIT_M, stroke_result
+from servo_ctrl.learning.stroke_result import ERROR_RESOLUTION_M, stroke_result
 from servo_ctrl.learning.types import NO_PULSE, Pulse, Stroke, StrokeResult
 
 
@@ -57,7 +57,7 @@ speeds = st.floats(-1e-2, 1e-2)
 def test_any_number_survives_the_journal(
     stroke: Stroke, nanometres: list[tuple[int, int]], period_s: float
 ) -> None:
-    result = StrokeResult(np.array(nanometres, dtype=np.float64).T * UNIT_M, period_s)
+    result = StrokeResult(np.array(nanometres, dtype=np.float64).T * ERROR_RESOLUTION_M, period_s)
     with tempfile.TemporaryDirectory() as directory:
         journal_in(Path(directory)).append(stroke, result)
         assert same(journal_in(Path(directory)).replay(), [(stroke, result)])

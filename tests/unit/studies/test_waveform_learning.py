@@ -19,7 +19,7 @@ from servo_ctrl.learning.reversal_waveform import (
     missing_force_n,
     presliding_states,
 )
-from servo_ctrl.learning.waveform_run import GAIN, WaveformRun, beyond_reach
+from servo_ctrl.learning.waveform_run import GAIN, WaveformRun, extrapolated_waveform
 from studies.feng_2015.rival_tuning import Setting, Tuner
 from studies.feng_2015.waveform_drift import BEFORE, recovery
 from studies.feng_2015.waveform_learning import (
@@ -120,14 +120,14 @@ def test_above_what_was_learned_a_waveform_goes_on_over_the_same_distance() -> N
     low_n, high_n = np.zeros(480), np.zeros(480)
     low_n[ahead - dead :], high_n[ahead - dead :] = 1.0, 1.3
     pair = {0.1: tuple(low_n), 0.2: tuple(high_n)}
-    [(a_m_s2, wave_n)] = beyond_reach(pair, settings._replace(limit_m_s2=0.8)).items()
+    [(a_m_s2, wave_n)] = extrapolated_waveform(pair, settings._replace(limit_m_s2=0.8)).items()
     assert (a_m_s2, wave_n[ahead - dead - 1]) == (0.8, 0.0)
     assert wave_n[ahead - dead + 1] == pytest.approx(1.3**3, rel=1e-3)  # 1.3 for each doubling
     end = ahead - dead + (479 - ahead + dead) // 2
     assert (wave_n[end] > 2.0, wave_n[end + 1]) == (True, 0.0)  # at 4 times a, half the time
     falling = {0.1: tuple(high_n), 0.2: tuple(low_n)}
-    assert max(beyond_reach(falling, settings._replace(limit_m_s2=0.8))[0.8]) == 1.0
-    assert beyond_reach(pair, settings._replace(limit_m_s2=0.15)) == {}
+    assert max(extrapolated_waveform(falling, settings._replace(limit_m_s2=0.8))[0.8]) == 1.0
+    assert extrapolated_waveform(pair, settings._replace(limit_m_s2=0.15)) == {}
 
 
 def test_noise_in_the_error_does_not_grow_from_stroke_to_stroke() -> None:
