@@ -136,8 +136,8 @@ class StrokeJournal:
     def _bytes(self) -> bytes:
         try:
             with self.path.open("rb") as file:
-                # Not `read(JOURNAL_BYTES_MAX)`: Python allocates that much memory at once, and in a process with
-                # locked memory that stalls the cycle.
+                # Not `read(JOURNAL_BYTES_MAX)`: Python allocates that much memory at once, and with locked
+                # memory this stalls the cycle.
                 if os.fstat(file.fileno()).st_size > JOURNAL_BYTES_MAX:
                     raise OSError(f"it has more than {JOURNAL_BYTES_MAX} bytes")
                 return file.read()

@@ -1,4 +1,4 @@
-"""One run of the table in real time while something takes bus, processor or disk away from it."""
+"""One run of the table in real time under a load on the bus, the processors or the disk."""
 
 import asyncio
 import contextlib
@@ -20,22 +20,22 @@ from tests.campaigns.endurance.rig import Rig, Station, table_at
 from tests.campaigns.endurance.run_counts import compare_counts
 from tests.campaigns.endurance.soak import program_text
 
-BITRATE = 1_000_000
-TIME_AGREES_S = 0.25
-"""Cycles and the witness' clock: more than that is time that nobody has counted."""
-SHARES = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}
+BIT_RATE = 1_000_000
+TIME_TOLERANCE_S = 0.25
+"""Tolerated difference between the duration by cycles and by the clock of the observer, seconds; chosen."""
+PERCENTILES = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}
 
 
 class Scenario(NamedTuple):
-    """What is taken away."""
+    """The loads of one run."""
 
     name: str
     bus_share: float = 0.0
-    """Of the bit rate, the table's own frames with it; 0 = nobody else is on the bus."""
+    """Bus load as a share of the bit rate, including the frames of the table; 0 = no foreign frames."""
     busy: bool = False
-    """A process that computes for every processor."""
+    """Whether a process computes on every processor."""
     stall_s: float = 0.0
-    """The disk takes nothing for so long, from the recording's second part on; inf = never again."""
+    """Time for which the disk writes nothing, from the second part of the recording on; inf = for ever."""
 
 
 SCENARIOS = (
@@ -51,7 +51,7 @@ SCENARIOS = (
 
 @contextlib.asynccontextmanager
 async def processors_busy() -> AsyncIterator[None]:
-    """As many processes as there are processors, each at full load and with the priority that anybody has."""
+    """Run as many processes as there are processors, each at full load and with normal priority."""
     busy = [
         await asyncio.create_subprocess_exec(
             sys.executable, "-c", "while True: pass", preexec_fn=ends_with_its_parent()
@@ -68,34 +68,34 @@ async def processors_busy() -> AsyncIterator[None]:
 
 @contextlib.contextmanager
 def disk_stalls(directory: Path, stall_s: float) -> Iterator[None]:
-    """The recording's second part does not get to the disk for so long, and what comes behind it waits.
+    """Delay the second part of the recording, and so all later ones, by this time.
 
-    A disk that never answers again is a pipe without a reader at the part's place: the writer's thread hangs
-    in the system call, as it would on a dead network drive.
+    For a disk that hangs for ever, a pipe without a reader takes the place of the part: the thread of the
+    writer hangs in the system call, as on a dead network drive.
     """
     if stall_s == float("inf"):
         directory.mkdir(parents=True)
         os.mkfifo(directory / "part-00001.parquet.tmp")
         yield
         return
-    written = recorder.write_part
+    write_part = recorder.write_part
 
-    def late(path: Path, *rest: Any) -> None:
+    def write_late(path: Path, *rest: Any) -> None:
         if path.name == "part-00001.parquet":
             time.sleep(stall_s)
-        written(path, *rest)
+        write_part(path, *rest)
 
-    recorder.write_part = late
+    recorder.write_part = write_late
     try:
         yield
     finally:
-        recorder.write_part = written
+        recorder.write_part = write_part
 
 
 async def run_under(
     scenario: Scenario,
     table: Rig,
-    witness: Station,
+    observer: Station,
     foreign: Station,
     directory: Path,
     *,
@@ -104,51 +104,51 @@ async def run_under(
     period_us: int,
     fifo: bool,
 ) -> dict[str, Any]:
-    """The run, and what all who were there have counted."""
+    """Make the run, and compare its counts with those of the stations; return the figures."""
     machine = table_at(period_us)
     file = directory.with_suffix(".toml")
     file.write_text(program_text(seconds), encoding="utf-8")
     program = load_program(file, machine)
-    refused, report = "", None
+    refusal, report = "", None
     async with contextlib.AsyncExitStack() as stack:
         if scenario.busy:
             await stack.enter_async_context(processors_busy())
         if scenario.stall_s:
             stack.enter_context(disk_stalls(directory, scenario.stall_s))
-        rate = max(scenario.bus_share * BITRATE - own_bits_per_s, 0.0) if scenario.bus_share else 0.0
-        await foreign.ask(f"rate {rate:.0f}")
-        await witness.ask("begin")
+        rate = max(scenario.bus_share * BIT_RATE - own_bits_per_s, 0.0) if scenario.bus_share else 0.0
+        await foreign.request(f"rate {rate:.0f}")
+        await observer.request("begin")
         try:
             report = await run_machine(machine, program, table.bus, "realtime", directory, fifo=fifo)
         except ServoCtrlError as error:
-            refused = str(error)
-        counted = await witness.ask("count")
-        await foreign.ask("rate 0")
+            refusal = str(error)
+        counted = await observer.request("count")
+        await foreign.request("rate 0")
     return {"scenario": scenario.name, "fifo": fifo} | outcome_of(
-        report, counted, directory, refused, machine.period_s
+        report, counted, directory, refusal, machine.period_s
     )
 
 
 def outcome_of(
-    report: RunReport | None, counted: dict[str, Any], directory: Path, refused: str, period_s: float
+    report: RunReport | None, counted: dict[str, Any], directory: Path, refusal: str, period_s: float
 ) -> dict[str, Any]:
-    """Figures of a run; `silent` lists losses without a report, and has to be empty."""
+    """Return the figures of a run; `silent` lists losses without a report, and must be empty."""
     figures: dict[str, Any] = {
-        "bus_load": counted["sync_bits"] / BITRATE / max(counted["sync_seconds"], 1e-3),
+        "bus_load": counted["sync_bits"] / BIT_RATE / max(counted["sync_seconds"], 1e-3),
         "longest_sync_gap_ms": round(counted["longest_sync_gap_ms"], 2),
         "sync_gaps_above_ms": counted["sync_gaps_above_ms"],
     }
     if report is None:
-        return {**figures, "ended": "did not begin", "reason": refused, "silent": []}
-    lost = re.search(r"(\d+) rows lost", report.reason)
-    rows_lost = int(lost[1]) if lost else 0
-    entries = compare_counts(report, counted, directory, rows_lost, answers_may_lack=True)
-    silent = list(entries.faults)
+        return {**figures, "ended": "did not begin", "reason": refusal, "silent": []}
+    loss = re.search(r"(\d+) rows lost", report.reason)
+    rows_lost = int(loss[1]) if loss else 0
+    run_counts = compare_counts(report, counted, directory, rows_lost, tpdos_may_be_missing=True)
+    silent = list(run_counts.faults)
     time_s = (report.cycles - 1) * period_s
-    if abs(counted["sync_seconds"] - time_s) > TIME_AGREES_S:
+    if abs(counted["sync_seconds"] - time_s) > TIME_TOLERANCE_S:
         silent.append(f"{report.cycles} cycles took {counted['sync_seconds']:.3f} s on the bus")
     if not report.completed and not report.reason:
-        silent.append("the run ended before its program, and says nothing")
+        silent.append("the run ended before its program, without a reason")
     lateness = report.lateness
     return {
         **figures,
@@ -160,10 +160,10 @@ def outcome_of(
         "missed_ticks": report.missed_ticks,
         "missed_of_1000": round(1e3 * report.missed_ticks / max(report.cycles, 1), 2),
         "missing_inputs": report.missing_inputs,
-        "lateness_us": {name: lateness.percentile_us(share) for name, share in SHARES.items()}
+        "lateness_us": {name: lateness.percentile_us(share) for name, share in PERCENTILES.items()}
         if lateness is not None
         else None,
-        "rows": entries.rows,
+        "rows": run_counts.rows,
         "rows_lost": rows_lost,
         "silent": silent,
     }

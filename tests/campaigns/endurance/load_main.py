@@ -1,8 +1,8 @@
-"""`make load`: the cycle under a full bus, full processors and a stalled disk; what it does and reports.
+"""`make load`: measures the cycle under a full bus, busy processors and a stalled disk.
 
 Run as `python -m tests.campaigns.endurance.load_main --json load.json [--seconds 30] [--only "bus at 95 %"]`.
-Nothing here is a bound on time: a busy computer misses ticks. The exit status is 1 where something was lost
-without a report.
+No time is bounded, because a busy computer misses ticks. The exit status is 1 if something was lost without
+a report.
 """
 
 import asyncio
@@ -21,7 +21,7 @@ from rich.table import Table
 
 from tests.campaigns.bench.awake import undisturbed
 from tests.campaigns.bench.main import machine_facts, write_whole
-from tests.campaigns.endurance.load import BITRATE, SCENARIOS, Scenario, run_under
+from tests.campaigns.endurance.load import BIT_RATE, SCENARIOS, Scenario, run_under
 from tests.campaigns.endurance.rig import PERIOD_US, fifo_is_permitted, rig, station
 
 
@@ -33,7 +33,7 @@ async def measure(
     *,
     favour: bool,
 ) -> list[dict[str, Any]]:
-    """Each scenario with and without SCHED_FIFO for the controller, on a paced bus and a table of its own."""
+    """Run each scenario on a new table, with and without SCHED_FIFO for the controller, on a paced bus."""
     results: list[dict[str, Any]] = []
     own_bits_per_s = 0.0
     with tempfile.TemporaryDirectory(prefix="load-") as folder:
@@ -41,32 +41,32 @@ async def measure(
             for fifo in (False, True) if fifo_is_permitted() else (False,):
                 progress(f"{scenario.name}, {'SCHED_FIFO' if fifo else 'SCHED_OTHER'}")
                 async with (
-                    rig("realtime", BITRATE) as table,
-                    station("counting_station", str(table.socket)) as witness,
+                    rig("realtime", BIT_RATE) as table,
+                    station("counting_station", str(table.socket)) as observer,
                     station("foreign_station", str(table.socket), "0") as foreign,
                 ):
                     with undisturbed(favour=favour) as favoured:
                         result = await run_under(
                             scenario,
                             table,
-                            witness,
+                            observer,
                             foreign,
                             Path(folder) / f"run-{len(results)}",
                             own_bits_per_s=own_bits_per_s,
-                            # a stalled disk shows once it stands still for longer than what memory takes
+                            # only a stall longer than the buffer in memory has an effect
                             seconds=max(seconds, min(scenario.stall_s, 25.0) + 6.0),
                             period_us=period_us,
                             fifo=fifo,
                         )
                 result["hub, simulator and stations with SCHED_FIFO"] = favoured
                 if scenario.name == "alone":
-                    own_bits_per_s = result["bus_load"] * BITRATE
+                    own_bits_per_s = result["bus_load"] * BIT_RATE
                 results.append(result)
     return results
 
 
 def main(
-    json_file: Annotated[Path, typer.Option("--json", help="Where the figures go.")],
+    json_file: Annotated[Path, typer.Option("--json", help="File for the figures.")],
     seconds: Annotated[float, typer.Option(help="Machine time of a run.")] = 30.0,
     period_us: Annotated[int, typer.Option(help="SYNC period of the table.")] = PERIOD_US,
     only: Annotated[list[str] | None, typer.Option(help="These scenarios; repeatable.")] = None,
@@ -77,12 +77,14 @@ def main(
         ),
     ] = True,
 ) -> None:
-    """Measure, print a table, write the JSON file whole."""
+    """Measure, print a table, and write the JSON file."""
     console = Console()
     started, start_s = datetime.now(UTC), time.monotonic()
     load = os.getloadavg()[0]
-    wanted = [each for each in SCENARIOS if not only or each.name in only or each.name == "alone"]
-    results = asyncio.run(measure(wanted, seconds, period_us, console.print, favour=favour))
+    selected = [
+        scenario for scenario in SCENARIOS if not only or scenario.name in only or scenario.name == "alone"
+    ]
+    results = asyncio.run(measure(selected, seconds, period_us, console.print, favour=favour))
     silent = [f"{result['scenario']}: {text}" for result in results for text in result["silent"]]
     document = {
         "started": started.isoformat(timespec="seconds"),
@@ -101,7 +103,7 @@ def main(
 
 
 def table_of(results: list[dict[str, Any]]) -> Table:
-    """A row a run."""
+    """Return a table with one row per run."""
     table = Table(
         "load", "scheduler", "bus", "p99 us", "missed", "inputs missing", "rows lost", "ended", "reason"
     )

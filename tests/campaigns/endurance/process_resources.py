@@ -1,4 +1,4 @@
-"""Resources of a process (memory, descriptors, threads, tasks), and their growth with its interval."""
+"""Measures resources of a process (memory, descriptors, threads, tasks), and estimates their growth."""
 
 import asyncio
 import gc
@@ -17,13 +17,14 @@ Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 PAGE_MIB = os.sysconf("SC_PAGE_SIZE") / 2**20
 BLOCKS = 24
 """Number of medians into which samples are pooled, so that neighbours are hardly correlated."""
-LEAST_BLOCKS = 8
-LEAST_H = 0.25
-"""Least duration, h: in less, what fills once, such as a pool, looks like growth."""
+BLOCKS_MIN = 8
+"""Least number of medians for a verdict; chosen."""
+DURATION_MIN_H = 0.25
+"""Least duration of a trend, hours; chosen: in less, a pool that fills once looks like growth."""
 FLAT_MIB_PER_H = 1.0
-"""Growth that counts as none: 24 MiB a day."""
+"""Growth that counts as none; chosen: 24 MiB a day."""
 WARM_SHARE = 0.2
-"""Share of a run's samples at its beginning that do not count, because caches and pools fill."""
+"""Share of the samples, at the beginning, that is left out because caches and pools fill; chosen."""
 
 
 def rss_mib(pid: int | None = None) -> float:
@@ -36,8 +37,8 @@ def descriptors(pid: int | None = None) -> int:
     return len(list(Path(f"/proc/{pid or os.getpid()}/fd").iterdir()))
 
 
-POOL = "asyncio_"
-"""What asyncio names the threads of its default executor."""
+POOL_PREFIX = "asyncio_"
+"""Prefix of the names of the threads in the default executor of asyncio."""
 
 
 class HeldResources(NamedTuple):
@@ -45,21 +46,21 @@ class HeldResources(NamedTuple):
 
     descriptors: int
     threads: tuple[str, ...]
-    """Without those of asyncio's pool, which start when they are first needed and are few."""
+    """Names of the threads, without those of the pool of asyncio, which start when they are first needed."""
     system_threads: int
-    """Number by the kernel, which includes those that no Python code has started; without the pool."""
+    """Number of threads according to the kernel, including those of libraries; without the pool."""
     tasks: tuple[str, ...]
     children: int
 
 
 def held_resources() -> HeldResources:
-    """Return them, called from a coroutine: without its own task, after a garbage collection."""
+    """Return the resources after a garbage collection, without the calling task."""
     gc.collect()
-    own = asyncio.current_task()
-    tasks = [task for task in asyncio.all_tasks() if task is not own and not task.done()]
+    this_task = asyncio.current_task()
+    tasks = [task for task in asyncio.all_tasks() if task is not this_task and not task.done()]
     descendants = [task / "children" for task in Path("/proc/self/task").iterdir()]
     threads = [thread.name for thread in threading.enumerate()]
-    pooled = [name for name in threads if name.startswith(POOL)]
+    pooled = [name for name in threads if name.startswith(POOL_PREFIX)]
     return HeldResources(
         descriptors(),
         tuple(sorted(_unnumbered(name) for name in threads if name not in pooled)),
@@ -70,12 +71,12 @@ def held_resources() -> HeldResources:
 
 
 def _unnumbered(name: str) -> str:
-    """Names of threads and tasks end with a running number, which differs from run to run."""
+    """Remove the running number at the end of a thread or task name, which differs from run to run."""
     return name.rstrip("0123456789")
 
 
 class Sample(NamedTuple):
-    """A look at the processes while they run."""
+    """Resources of the processes at one time of a run."""
 
     at_s: float
     machine_s: float
@@ -83,18 +84,18 @@ class Sample(NamedTuple):
     rss_mib: dict[str, float]
     """By role: controller, simulator, hub."""
     objects: int
-    """Live objects of the controller, without those that were frozen when it began to cycle, and without free
-    lists of the allocator, which fill for minutes."""
+    """Live objects of the controller, without those frozen at the first cycle and without the free lists of
+    the allocator, which fill for minutes."""
 
 
-def sample(machine_s: float, pids: dict[str, int], earlier: int) -> Sample:
-    """Return a sample of now; the `earlier` samples that the test keeps are no objects of the controller."""
+def sample(machine_s: float, pids: dict[str, int], samples_kept: int) -> Sample:
+    """Return a sample of now, without the `samples_kept` objects that the caller keeps itself."""
     memory = {role: rss_mib(pid) for role, pid in {"controller": os.getpid(), **pids}.items()}
-    return Sample(time.monotonic(), machine_s, memory, len(gc.get_objects()) - earlier)
+    return Sample(time.monotonic(), machine_s, memory, len(gc.get_objects()) - samples_kept)
 
 
 class Slope(NamedTuple):
-    """Growth by time, median of all pairs (Theil and Sen), with its interval of 95 %."""
+    """Growth over time, the median of all pairwise slopes (Theil and Sen), with its 95 % interval."""
 
     per_h: float
     low: float
@@ -103,8 +104,8 @@ class Slope(NamedTuple):
     over_h: float
 
     def verdict(self, flat: float) -> str:
-        """What is known of it where growth below `flat` an hour is none."""
-        if self.blocks < LEAST_BLOCKS or self.over_h < LEAST_H:
+        """Return "flat", "grows" or "too short to tell"; growth below `flat` per hour counts as none."""
+        if self.blocks < BLOCKS_MIN or self.over_h < DURATION_MIN_H:
             return "too short to tell"
         if self.high <= flat:
             return "flat"
@@ -116,7 +117,7 @@ class Slope(NamedTuple):
 
 
 def slope(hours: Sequence[float], values: Sequence[float]) -> Slope:
-    """Of values over time, the warm-up left out.
+    """Return the slope of values over time, without the warm-up.
 
     In lockstep several samples can fall into one cycle, and so on one value of x. They are pooled first: the
     variance of Sen's interval (1968, eq. 2.6) subtracts the ties of x and of y, and with both it can fall
@@ -128,11 +129,11 @@ def slope(hours: Sequence[float], values: Sequence[float]) -> Slope:
     if blocks < 3:
         return Slope(np.nan, np.nan, np.nan, blocks, over_h)
     x, y = (np.array([np.median(part) for part in np.array_split(column, blocks)]) for column in (x, y))
-    found = theilslopes(y, x, alpha=0.95)
-    return Slope(float(found.slope), float(found.low_slope), float(found.high_slope), blocks, over_h)
+    fit = theilslopes(y, x, alpha=0.95)
+    return Slope(float(fit.slope), float(fit.low_slope), float(fit.high_slope), blocks, over_h)
 
 
 def _one_value_per_time(x: Array, y: Array) -> tuple[Array, Array]:
-    """Distinct times in ascending order, and the median of the values at each."""
+    """Return distinct times in ascending order, and the median of the values at each."""
     times, of_time = np.unique(x, return_inverse=True)
     return times, np.array([np.median(y[of_time == i]) for i in range(len(times))])

@@ -1,4 +1,4 @@
-"""The table on a bus of its own, with its processes in sight: hub, simulator, and stations beside them."""
+"""Starts the processes of a simulated table on its own bus: hub, simulator, and further stations."""
 
 import asyncio
 import contextlib
@@ -18,29 +18,31 @@ from tests.campaigns.bench.process_time import children, command_line
 REPOSITORY = Path(__file__).parents[3]
 MACHINE = REPOSITORY / "machines" / "xy_table"
 CSP_TABLE = Path(__file__).parent / "csp_table"
-"""Its drives close the loops, so that a cycle may be long, and a week short."""
-ANSWER_LIMIT_S = 30.0
+"""A table whose drives close the loops, so that a long cycle suffices and a simulated week is short."""
+RESPONSE_TIMEOUT_S = 30.0
+"""Bounds the wait for the response of a station, seconds; chosen."""
 PERIOD_US = 2000
-"""At 1 kHz the table alone takes 70 % of 1 Mbit/s; what is left has no room for the delays of a hub."""
+"""SYNC period in real time, microseconds; chosen: at 1 kHz the table alone takes 70 % of 1 Mbit/s, without
+reserve for the delays of a hub."""
 
 
 def table_at(period_us: int) -> MachineConfig:
-    """The controller's side of the machine, at this SYNC period."""
+    """Return the machine of the controller with this SYNC period."""
     machine = load_machine(MACHINE)
     return machine.model_copy(update={"bus": machine.bus.model_copy(update={"sync_period_us": period_us})})
 
 
 class Rig(NamedTuple):
-    """A machine that is on the bus, and who carries it."""
+    """A running simulated machine, and the processes of its bus."""
 
     bus: str
     socket: Path
     pids: dict[str, int]
-    """"hub" and "simulator"."""
+    """Process ids of "hub" and "simulator"."""
 
 
 def fifo_is_permitted() -> bool:
-    """Whether this user may have SCHED_FIFO and locked memory."""
+    """Return whether this user may use SCHED_FIFO and lock memory."""
     try:
         with uninterrupted(fifo=True):
             return True
@@ -50,7 +52,7 @@ def fifo_is_permitted() -> bool:
 
 @contextlib.asynccontextmanager
 async def rig(pacing: str, bitrate: int = 0, machine: Path = MACHINE) -> AsyncIterator[Rig]:
-    """Hub and simulator for the block; `bitrate` 0 is a bus that is as fast as its slowest reader."""
+    """Run hub and simulator for the block; with `bitrate` 0 the bus is as fast as its slowest reader."""
     with tempfile.TemporaryDirectory(prefix="endurance-") as folder:
         socket = Path(folder) / "can.sock"
         hub = [sys.executable, "-m", "local_can", str(socket), "--bitrate", str(bitrate)]
@@ -71,39 +73,39 @@ async def rig(pacing: str, bitrate: int = 0, machine: Path = MACHINE) -> AsyncIt
 
 
 class Station:
-    """A process of this folder beside the bus: a word on its input, a line of JSON on its output."""
+    """A station process: each line on its input gives a line of JSON on its output."""
 
     def __init__(self, process: asyncio.subprocess.Process) -> None:
         self._process = process
 
-    async def ask(self, word: str) -> dict[str, Any]:
-        """What the station answers; it is bounded."""
+    async def request(self, command: str) -> dict[str, Any]:
+        """Send a command; return the response of the station. Raises TimeoutError, RuntimeError."""
         if self._process.stdin is None or self._process.stdout is None:
             raise RuntimeError("no pipe to the station")
-        self._process.stdin.write(f"{word}\n".encode())
-        async with asyncio.timeout(ANSWER_LIMIT_S):
+        self._process.stdin.write(f"{command}\n".encode())
+        async with asyncio.timeout(RESPONSE_TIMEOUT_S):
             line = await self._process.stdout.readline()
         if not line:
             raise RuntimeError("the station has ended")
-        answer: dict[str, Any] = json.loads(line)
-        return answer
+        response: dict[str, Any] = json.loads(line)
+        return response
 
 
 @contextlib.asynccontextmanager
 async def station(module: str, *arguments: str) -> AsyncIterator[Station]:
-    """`tests.campaigns.endurance.MODULE` runs for the block, entered once it is on the bus."""
+    """Run `tests.campaigns.endurance.MODULE` for the block, which begins once it is on the bus."""
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", f"tests.campaigns.endurance.{module}", *arguments),
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         cwd=REPOSITORY,
-        start_new_session=True,  # Ctrl-C reaches us alone, and the records are still written
+        start_new_session=True,  # so that Ctrl-C ends only this process, which then writes its results
         preexec_fn=ends_with_its_parent(),
     )
     try:
-        own = Station(process)
-        await own.ask("ready")
-        yield own
+        started = Station(process)
+        await started.request("ready")
+        yield started
     finally:
         if process.returncode is None:
             process.terminate()

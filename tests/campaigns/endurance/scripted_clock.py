@@ -1,4 +1,4 @@
-"""Real time by a script instead of a timer: a tick as soon as the last one is done, late where it says so."""
+"""A real-time clock with a script instead of a timer: each tick follows the last one, late by the script."""
 
 import asyncio
 from collections.abc import Callable
@@ -9,9 +9,9 @@ from servo_ctrl.io.clock import Lateness
 
 
 class ScriptedClock:
-    """Stands in for `TimerfdClock`. `elapsed(cycle)`: periods that go by before the tick after this cycle.
+    """Replaces `TimerfdClock`. `elapsed(cycle)`: periods that pass before the tick after this cycle.
 
-    The simulator is in lockstep, so that the run is the same each time; the plant does not move on in a gap.
+    The simulator is in lockstep, so that the run is reproducible; the plant does not advance in a gap.
     """
 
     def __init__(self, elapsed: Callable[[int], int], on_tick: MethodType) -> None:
@@ -21,12 +21,12 @@ class ScriptedClock:
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def start(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Tick from now on."""
+        """Start ticking."""
         self._loop = loop
         loop.call_soon(self._turn)
 
     def close(self) -> None:
-        """No further tick."""
+        """Stop ticking."""
         self._loop = None
 
     def _turn(self) -> None:

@@ -1,7 +1,7 @@
-"""A soak: the same production again and again, and after each run the counts and resources are compared.
+"""A soak: repeats the same production, and compares counts and resources after each run.
 
-The hub and the simulator live through all of it; each run boots the nodes, homes, makes parts, stops and
-closes its recording, as a shift does. What a run leaves behind shows in the next.
+Hub and simulator run all the time; each run boots the nodes, homes, makes parts, stops and closes its
+recording, as a shift does. What a run does not release shows in the next one.
 """
 
 import asyncio
@@ -19,7 +19,9 @@ from tests.campaigns.endurance.rig import Rig, Station
 from tests.campaigns.endurance.run_counts import RunCounts, compare_counts
 
 SAMPLE_S = 2.0
-PART_S = 4.712389  # a turn of R = 25 mm at F = 2000 mm/min
+"""Time between two samples of the resources, seconds; chosen."""
+TURN_S = 4.712389
+"""Duration of a turn with R = 25 mm at F = 2000 mm/min, seconds."""
 PROGRAM = """
 [[step]]
 kind = "move"
@@ -44,8 +46,8 @@ feed_mm_min = 2000.0
 
 
 def program_text(machine_s: float) -> str:
-    """A program that lasts for about this machine time."""
-    return PROGRAM.format(turns=max(round(machine_s / PART_S, 2), 0.25))
+    """Return a program that lasts about this machine time."""
+    return PROGRAM.format(turns=max(round(machine_s / TURN_S, 2), 0.25))
 
 
 class RunOutcome(NamedTuple):
@@ -63,22 +65,22 @@ class RunOutcome(NamedTuple):
         return self.report.cycles * self.period_s
 
     @property
-    def stopped(self) -> str:
-        """The reason that ended it before its program did, and "" where none has."""
-        whole = self.report.completed and not self.report.failed
-        return "" if whole else self.report.reason or "it ended, and says nothing"
+    def stop_reason(self) -> str:
+        """The reason for an end before that of the program; "" if it was completed."""
+        complete = self.report.completed and not self.report.failed
+        return "" if complete else self.report.reason or "it ended without a reason"
 
     @property
     def faults(self) -> list[str]:
-        """What should not be, in words. In real time the computer may be too busy, and the policy stops."""
-        return [*([self.stopped] if self.stopped and not self.realtime else []), *self.counts.faults]
+        """Texts of the faults. In real time a stop is none: the computer may be too busy."""
+        return [*([self.stop_reason] if self.stop_reason and not self.realtime else []), *self.counts.faults]
 
     def as_json(self) -> dict[str, Any]:
         return {
             "machine_s": round(self.machine_s, 6),
             "wall_s": round(self.report.wall_s, 3),
             "books": self.counts.as_json(),
-            "stopped": self.stopped,
+            "stopped": self.stop_reason,
             "missing_inputs": self.report.missing_inputs,
             "events": list(self.report.events),
             "held": self.held._asdict(),
@@ -87,35 +89,35 @@ class RunOutcome(NamedTuple):
 
 
 class Recordings:
-    """Where recordings go: the last ones stay, the disk does not fill."""
+    """The directories of the recordings; only the last ones stay, so that the disk does not fill."""
 
-    def __init__(self, folder: Path, kept: int) -> None:
-        self._folder, self._kept = folder, kept
-        self._present: deque[Path] = deque()
+    def __init__(self, folder: Path, recordings_kept: int) -> None:
+        self._folder, self._kept = folder, recordings_kept
+        self._directories: deque[Path] = deque()
         self._count = 0
         self.bytes = 0
-        """Written so far, those that are gone too."""
+        """Bytes written so far, including deleted recordings."""
 
     def next(self) -> Path:
-        """A directory that is not there yet; the eldest beyond those kept goes."""
-        while len(self._present) >= max(self._kept, 1):
-            shutil.rmtree(self._present.popleft())
+        """Return a new directory, and delete the oldest one beyond those kept."""
+        while len(self._directories) >= max(self._kept, 1):
+            shutil.rmtree(self._directories.popleft())
         self._count += 1
         directory = self._folder / f"run-{self._count:06d}"
-        self._present.append(directory)
+        self._directories.append(directory)
         return directory
 
     def present(self) -> list[Path]:
-        """Those that are on the disk."""
+        """Return the directories on the disk."""
         return sorted(self._folder.glob("run-*"))
 
     def measure(self, directory: Path) -> None:
-        """Count what a finished recording takes."""
+        """Add the size of a finished recording."""
         self.bytes += sum(file.stat().st_size for file in directory.iterdir())
 
 
 class Soak:
-    """Runs on a rig, with a station that counts."""
+    """Makes runs on a rig, with a station that counts the frames."""
 
     def __init__(
         self,
@@ -124,26 +126,26 @@ class Soak:
         pacing: Pacing,
         *,
         fifo: bool = False,
-        kept: int = 2,
+        recordings_kept: int = 2,
     ) -> None:
         self.machine = machine
         self.pacing, self._fifo, self._folder = pacing, fifo, folder
-        self.recordings = Recordings(folder, kept)
+        self.recordings = Recordings(folder, recordings_kept)
         self._cycle = 0
 
-    def stand_on(self, rig: Rig, station: Station) -> None:
-        """Where the next runs are made, and who counts."""
+    def use_rig(self, rig: Rig, station: Station) -> None:
+        """Set rig and counting station of the next runs."""
         self._rig, self._station = rig, station
 
     async def run(self, machine_s: float) -> RunOutcome:
-        """One run of about this length. Raises ServoCtrlError where it does not begin."""
+        """Make one run of about this machine time. Raises ServoCtrlError if it does not begin."""
         file = self._folder / "production.toml"
         file.write_text(program_text(machine_s), encoding="utf-8")
         program = load_program(file, self.machine)
         directory = self.recordings.next()
-        await self._station.ask("begin")
+        await self._station.request("begin")
         samples: list[Sample] = []
-        watching = asyncio.create_task(self._watch(samples))
+        sampling = asyncio.create_task(self._sample_resources(samples))
         try:
             report = await run_machine(
                 self.machine,
@@ -155,33 +157,33 @@ class Soak:
                 fifo=self._fifo,
             )
         finally:
-            watching.cancel()
-            await asyncio.gather(watching, return_exceptions=True)
-        counted = await self._settled()
+            sampling.cancel()
+            await asyncio.gather(sampling, return_exceptions=True)
+        bus_counts = await self._final_counts()
         realtime = self.pacing == "realtime"
         outcome = RunOutcome(
-            report,
-            compare_counts(report, counted, directory, answers_may_lack=realtime),
-            held_resources(),
-            tuple(samples),
-            self.machine.period_s,
-            realtime,
+            report=report,
+            counts=compare_counts(report, bus_counts, directory, tpdos_may_be_missing=realtime),
+            held=held_resources(),
+            samples=tuple(samples),
+            period_s=self.machine.period_s,
+            realtime=realtime,
         )
         self.recordings.measure(directory)
         return outcome
 
-    async def _settled(self) -> dict[str, Any]:
-        """The station's counts once nothing comes any more: what is on its way is counted too."""
+    async def _final_counts(self) -> dict[str, Any]:
+        """Return the counts of the station once no further SYNC arrives, including pending frames."""
         before: dict[str, Any] = {}
         for _ in range(20):
-            counted = await self._station.ask("count")
-            if counted["frames"].get("080") == before.get("080"):
-                return counted
-            before = counted["frames"]
+            bus_counts = await self._station.request("count")
+            if bus_counts["frames"].get("080") == before.get("080"):
+                return bus_counts
+            before = bus_counts["frames"]
             await asyncio.sleep(0.1)
-        return counted
+        return bus_counts
 
-    async def _watch(self, samples: list[Sample]) -> None:
+    async def _sample_resources(self, samples: list[Sample]) -> None:
         while True:
             at_s = self._cycle * self.machine.period_s
             samples.append(sample(at_s, self._rig.pids, len(samples)))
@@ -192,7 +194,7 @@ class Soak:
 
 
 def leaks(outcomes: list[RunOutcome]) -> list[str]:
-    """What the process holds after the last run and did not after the first: the first may set things up."""
+    """Return the resources that differ between the first run, which may allocate some, and the last."""
     if len(outcomes) < 2:
         return []
     first, last = outcomes[0].held, outcomes[-1].held

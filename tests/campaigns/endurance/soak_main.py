@@ -1,9 +1,10 @@
-"""`make soak`: a simulated week in lockstep and an hour in real time; what grows, what leaks, what drifts.
+"""`make soak`: a simulated week in lockstep and an hour in real time, to find growth, leaks and drift.
 
 Run as `python -m tests.campaigns.endurance.soak_main --json soak.json --simulated-hours 168 --real-minutes
-60`. The week is that of `csp_table`, whose drives close the loops, at a cycle of 100 ms; the hour that of
-machines/xy_table. It is made of runs of `--run-minutes`; each finished run is a line in `progress.jsonl`, and
-a soak that was ended goes on from there. Exit status 1 where anything did not agree, leaked or grew.
+60`. The week uses `csp_table`, whose drives close the loops, at a cycle of 100 ms; the hour uses
+machines/xy_table. Both consist of runs of `--run-minutes`; each finished run is a line in `progress.jsonl`,
+from which an interrupted soak continues. The exit status is 1 if counts disagreed, or if anything leaked or
+grew.
 """
 
 import asyncio
@@ -38,82 +39,89 @@ from tests.campaigns.endurance.rig import (
     table_at,
 )
 from tests.campaigns.endurance.soak import RunOutcome, Soak, leaks
-from tests.campaigns.endurance.soak_books import Line, line_of, read_lines, summary
+from tests.campaigns.endurance.soak_summary import ProgressLine, progress_line, read_lines, summary
 
 WEEK_H = 168.0
 PROGRESS = "progress.jsonl"
-REFUSED_AT_MOST = 20
-"""Runs that do not begin, in real time: a node that gets no processor answers too late."""
+REFUSED_RUNS_MAX = 20
+"""Tolerated runs that do not begin in real time: a node without processor time responds too late; chosen."""
 
 
 class Part(NamedTuple):
-    """What is to be run: `wanted_s` of machine time of the machine in `folder`."""
+    """A part of a soak: `target_s` of machine time of the machine in `folder`."""
 
     pacing: Pacing
-    wanted_s: float
+    target_s: float
     folder: Path
     machine: MachineConfig
 
 
 class Production:
-    """Runs of one pacing until `wanted_s` of machine time are done; each is a line of `progress.jsonl`."""
+    """Makes runs of one pacing until `target_s` of machine time are done, a line of `progress.jsonl` each."""
 
     def __init__(
-        self, soak: Soak, session: str, wanted_s: float, run_s: float, progress_file: Path, done: list[Line]
+        self,
+        soak: Soak,
+        session: str,
+        target_s: float,
+        run_s: float,
+        progress_file: Path,
+        done: list[ProgressLine],
     ) -> None:
         self.lines = list(done)
         self.outcomes: list[RunOutcome] = []
         """The first and the last of this session."""
-        self.ended_by = ""
-        """The signal that somebody has ended it with."""
-        self._soak, self._session, self._wanted_s, self._run_s = soak, session, wanted_s, run_s
+        self.stop_signal = ""
+        """The signal that ended the soak; "" = none."""
+        self._soak, self._session, self._target_s, self._run_s = soak, session, target_s, run_s
         self._file = progress_file
 
     @property
-    def left_s(self) -> float:
-        """Machine time that is wanted still; 0 where somebody has ended it."""
-        left_s = self._wanted_s - sum(line["machine_s"] for line in self.lines)
-        return 0.0 if self.ended_by or left_s < 1.0 else left_s
+    def remaining_s(self) -> float:
+        """Remaining machine time; 0 after a stop signal."""
+        remaining_s = self._target_s - sum(line["machine_s"] for line in self.lines)
+        return 0.0 if self.stop_signal or remaining_s < 1.0 else remaining_s
 
     async def until_stopped(self, progress: Callable[[str], None]) -> None:
-        """Runs on one rig until one is stopped: that one leaves the table anywhere. Raises ServoCtrlError
-        where a run does not begin.
-        """
-        stopped = ""
-        while self.left_s and not stopped:
-            outcome = await self._soak.run(min(self._run_s, self.left_s))
-            if outcome.report.signal:
-                self.ended_by = outcome.report.signal
-                progress(f"{self._soak.pacing}: ended by {self.ended_by}; what was finished is kept")
-                return
-            stopped = outcome.stopped
-            progress(f"{self._soak.pacing}: {self._keep(outcome)}")
+        """Make runs on one rig until one is stopped, which leaves the table anywhere.
 
-    def _keep(self, outcome: RunOutcome) -> str:
-        line = line_of(self._session, self._soak, outcome)
+        Raises ServoCtrlError if a run does not begin.
+        """
+        stop_reason = ""
+        while self.remaining_s and not stop_reason:
+            outcome = await self._soak.run(min(self._run_s, self.remaining_s))
+            if outcome.report.signal:
+                self.stop_signal = outcome.report.signal
+                progress(f"{self._soak.pacing}: ended by {self.stop_signal}; finished runs are kept")
+                return
+            stop_reason = outcome.stop_reason
+            progress(f"{self._soak.pacing}: {self._record(outcome)}")
+
+    def _record(self, outcome: RunOutcome) -> str:
+        line = progress_line(self._session, self._soak, outcome)
         with self._file.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
         self.lines.append(line)
         self.outcomes = [*self.outcomes[:1], outcome._replace(samples=())]
-        done_h, wanted_h = (self._wanted_s - self.left_s) / 3600.0, self._wanted_s / 3600.0
+        done_h, target_h = (self._target_s - self.remaining_s) / 3600.0, self._target_s / 3600.0
         speed = line["machine_s"] / line["wall_s"]
-        words = "".join(f"; {text}" for text in (line["stopped"], *line["faults"]) if text)
-        return f"{done_h:.3f} h of {wanted_h:g} h, {speed:.2f} times real time{words}"
+        remarks = "".join(f"; {text}" for text in (line["stopped"], *line["faults"]) if text)
+        return f"{done_h:.3f} h of {target_h:g} h, {speed:.2f} times real time{remarks}"
 
 
-async def soaked(
+async def run_part(
     part: Part,
     run_s: float,
     folder: Path,
-    before: list[Line],
+    earlier: list[ProgressLine],
     progress: Callable[[str], None],
     *,
     traced: bool = False,
-) -> tuple[list[Line], list[str], list[str]]:
-    """Run until `part` is done, with what was done `before`; all lines, leaks, what grew.
+) -> tuple[list[ProgressLine], list[str], list[str]]:
+    """Run until `part` is done, continuing from the lines `earlier`; return all lines, leaks and growth.
 
-    In real time a stop by the policy, because the computer is busy, is counted, and the next run begins on
-    a new rig: its home is where the table is found.
+    In real time a busy computer may cause a stop by the fault policy. The stop is counted, and the next run
+    begins on a new rig with home at the position of the table.
     """
     pacing = part.pacing
     realtime = pacing == "realtime"
@@ -121,44 +129,44 @@ async def soaked(
     runs = folder / f"{pacing}-{session}"
     runs.mkdir(parents=True)
     soak = Soak(part.machine, runs, pacing, fifo=realtime and fifo_is_permitted())
-    ours = (pacing, part.machine.machine.name)
-    done = [line for line in before if (line["pacing"], line.get("machine")) == ours]
-    production = Production(soak, session, part.wanted_s, run_s, folder / PROGRESS, done)
-    refused = 0
-    while production.left_s:
+    part_key = (pacing, part.machine.machine.name)
+    done = [line for line in earlier if (line["pacing"], line.get("machine")) == part_key]
+    production = Production(soak, session, part.target_s, run_s, folder / PROGRESS, done)
+    refused_runs = 0
+    while production.remaining_s:
         try:
-            async with bench(part) as (table, witness):
-                soak.stand_on(table, witness)
+            async with observed_rig(part) as (table, observer):
+                soak.use_rig(table, observer)
                 await production.until_stopped(progress)
         except ServoCtrlError as error:
             progress(f"{pacing}: {error}")
-            refused += 1
-            if not realtime or refused > REFUSED_AT_MOST:
+            refused_runs += 1
+            if not realtime or refused_runs > REFUSED_RUNS_MAX:
                 raise
-    grown: list[str] = []
-    if traced and not production.ended_by:
-        progress(f"{pacing}: what grows, by tracemalloc")
-        async with bench(part) as (table, witness):
-            soak.stand_on(table, witness)
-            grown = await top_growth(lambda: soak.run(min(run_s, 60.0)))
-    return production.lines, leaks(production.outcomes), grown
+    growth: list[str] = []
+    if traced and not production.stop_signal:
+        progress(f"{pacing}: growth by tracemalloc")
+        async with observed_rig(part) as (table, observer):
+            soak.use_rig(table, observer)
+            growth = await top_growth(lambda: soak.run(min(run_s, 60.0)))
+    return production.lines, leaks(production.outcomes), growth
 
 
 @contextlib.asynccontextmanager
-async def bench(part: Part) -> AsyncIterator[tuple[Rig, Station]]:
-    """A rig and who counts on it; in real time with the processor before others."""
+async def observed_rig(part: Part) -> AsyncIterator[tuple[Rig, Station]]:
+    """Start a rig and its counting station; in real time with priority on the processor."""
     async with (
         contextlib.AsyncExitStack() as awake,
         rig(part.pacing, machine=part.folder) as table,
-        station("counting_station", str(table.socket)) as witness,
+        station("counting_station", str(table.socket)) as observer,
     ):
         if part.pacing == "realtime":
             awake.enter_context(undisturbed())
-        yield table, witness
+        yield table, observer
 
 
 def main(
-    json_file: Annotated[Path, typer.Option("--json", help="Where the figures go.")],
+    json_file: Annotated[Path, typer.Option("--json", help="File for the figures.")],
     simulated_hours: Annotated[float, typer.Option(help="Machine time in lockstep, hours.")] = WEEK_H,
     real_minutes: Annotated[float, typer.Option(help="Machine time in real time, minutes.")] = 60.0,
     simulated_machine: Annotated[
@@ -171,12 +179,12 @@ def main(
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier soak has done.")] = False,
     traced: Annotated[bool, typer.Option("--trace", help="Name what grows, by tracemalloc.")] = False,
 ) -> None:
-    """Soak, print, write the JSON file whole."""
+    """Soak, print the results, and write the JSON file."""
     console = Console()
     folder.mkdir(parents=True, exist_ok=True)
     if fresh:
         (folder / PROGRESS).unlink(missing_ok=True)
-    before = read_lines(folder / PROGRESS)
+    earlier = read_lines(folder / PROGRESS)
     started, start_s = datetime.now(UTC), time.monotonic()
     result: dict[str, Any] = {
         "started": started.isoformat(timespec="seconds"),
@@ -188,20 +196,20 @@ def main(
         Part("realtime", real_minutes * 60.0, MACHINE, table_at(period_us)),
     ):
         pacing = part.pacing
-        if part.wanted_s <= 0.0:
+        if part.target_s <= 0.0:
             continue
-        lines, leaked, grown = asyncio.run(
-            soaked(part, run_minutes * 60.0, folder, before, console.print, traced=traced)
+        lines, leaked, growth = asyncio.run(
+            run_part(part, run_minutes * 60.0, folder, earlier, console.print, traced=traced)
         )
-        result[pacing] = {**summary(lines), "leaked": leaked, "grown": grown}
+        result[pacing] = {**summary(lines), "leaked": leaked, "grown": growth}
         faults += [f"{pacing}: {text}" for text in (*leaked, *result[pacing]["faults"])]
         faults += [
             f"{pacing}: memory of the {role} grows"
-            for role, found in result[pacing]["memory_mib_per_h"].items()
-            if found["verdict"] == "grows"
+            for role, growth_of_role in result[pacing]["memory_mib_per_h"].items()
+            if growth_of_role["verdict"] == "grows"
         ]
-        if result[pacing]["machine_h"] * 3600.0 < part.wanted_s - 1.0:
-            break  # somebody has ended it
+        if result[pacing]["machine_h"] * 3600.0 < part.target_s - 1.0:
+            break  # a signal ended the soak
     result["duration_s"] = round(time.monotonic() - start_s, 1)
     result["faults"] = faults
     write_whole(json_file, json.dumps(result, indent=2) + "\n")

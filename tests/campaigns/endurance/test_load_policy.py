@@ -1,6 +1,6 @@
-"""Ticks that are late and a disk that hangs, in a whole run: counted, reported, stopped past a set number.
+"""Late ticks and a disk that hangs in a whole run are counted and reported, and too many stop the axes.
 
-By a scripted clock and a simulator in lockstep: nothing here depends on how fast this computer is.
+The clock is scripted and the simulator in lockstep, so that the speed of this computer has no effect.
 """
 
 import os
@@ -41,8 +41,8 @@ async def run(table: Rig, directory: Path) -> RunReport:
 
 
 @pytest.fixture
-def late(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[int], int]], None]:
-    """Ticks come by this script."""
+def use_clock_script(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[int], int]], None]:
+    """Replace the clock by one with this script."""
 
     def set_script(elapsed: Callable[[int], int]) -> None:
         monkeypatch.setattr(session, "TimerfdClock", lambda _period, on_tick: ScriptedClock(elapsed, on_tick))
@@ -51,50 +51,50 @@ def late(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[int], int]], No
 
 
 GAPS = {700: 5, 800: 11, 900: 21}
-"""After this cycle the next tick comes so many periods later: as long as is sailed through, at most."""
+"""Periods until the next tick, by cycle: up to the longest gap in which the axes keep their set points."""
 
 
 async def test_late_ticks_are_counted_and_past_a_set_number_the_axes_are_stopped(
-    tmp_path: Path, late: Callable[..., None]
+    tmp_path: Path, use_clock_script: Callable[..., None]
 ) -> None:
-    async with rig("lockstep") as table, station("counting_station", str(table.socket)) as witness:
+    async with rig("lockstep") as table, station("counting_station", str(table.socket)) as observer:
         for name, script, missed, reason in (
             ("few", lambda cycle: GAPS.get(cycle, 1), 4 + 10 + 20, ""),
             ("long", lambda cycle: 22 if cycle == 800 else 1, 21, "21 ticks were missed at one go"),
             ("half", lambda cycle: 1 + (cycle > 600), 301, "more than 300 of 1000 ticks were missed"),
         ):
-            late(script)
-            await witness.ask("begin")
+            use_clock_script(script)
+            await observer.request("begin")
             report = await run(table, tmp_path / name)
-            counted = await witness.ask("count")
+            counted = await observer.request("count")
             assert compare_counts(report, counted, tmp_path / name).faults == (), name
             columns = load_recording(tmp_path / name).columns
             assert (report.completed, report.failed) == (not reason, bool(reason)), report.reason
             assert report.reason.startswith(reason)
             if name == "half":
-                # half of the ticks go on being missed on the way to rest
+                # every second tick is still missed during the ramp down
                 assert report.missed_ticks >= missed
             else:
                 assert report.missed_ticks == missed
-            came_to_rest_in_step(columns)
+            assert_ramp_within_limits(columns)
 
 
-def came_to_rest_in_step(columns: dict[str, np.ndarray[Any, Any]]) -> None:
-    """Within the acceleration limit, missed cycles counted as time, and without power in the end."""
-    led = np.isfinite(columns["x.velocity_command_m_s"])
-    time_s = columns["time_s"][led]
+def assert_ramp_within_limits(columns: dict[str, np.ndarray[Any, Any]]) -> None:
+    """The ramp is within the acceleration limit, with missed cycles as time, and power is off at its end."""
+    controlled = np.isfinite(columns["x.velocity_command_m_s"])
+    time_s = columns["time_s"][controlled]
     for axis in ("x", "y"):
-        speed_m_s = columns[f"{axis}.velocity_command_m_s"][led]
+        speed_m_s = columns[f"{axis}.velocity_command_m_s"][controlled]
         assert np.abs(np.diff(speed_m_s) / np.diff(time_s)).max() <= 2.0 * 1.001
         assert speed_m_s[-1] == 0.0
         assert drive_state(int(columns[f"{axis}.statusword"][-1])) is DriveState.SWITCH_ON_DISABLED
 
 
 async def test_disk_that_hangs_costs_rows_that_are_counted_and_never_the_motion(
-    tmp_path: Path, late: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, use_clock_script: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A pipe without a reader is at the place of the third part: the writer hangs in the system call."""
-    late(lambda _cycle: 1)
+    """A pipe without a reader replaces the third part, so that the writer hangs in the system call."""
+    use_clock_script(lambda _cycle: 1)
     monkeypatch.setattr(run_recording, "Recorder", partial(recorder.Recorder, rows_per_part=ROWS_PER_PART))
     monkeypatch.setattr(recorder, "CLOSE_LIMIT_S", 0.2)
     directory = tmp_path / "r"
@@ -103,7 +103,7 @@ async def test_disk_that_hangs_costs_rows_that_are_counted_and_never_the_motion(
     os.mkfifo(pipe)
     async with rig("lockstep") as table:
         report = await run(table, directory)
-    let_go(pipe)
+    break_pipe(pipe)
     assert (report.completed, report.failed) == (True, True)
     assert "the disk did not take it within 0.2 s" in report.reason
     columns = load_recording(directory).columns
@@ -111,6 +111,6 @@ async def test_disk_that_hangs_costs_rows_that_are_counted_and_never_the_motion(
     assert f"({report.cycles - 2 * ROWS_PER_PART} rows lost)" in report.reason
 
 
-def let_go(pipe: Path) -> None:
-    """Let the writer's thread end: opening the other end and closing it breaks the pipe."""
+def break_pipe(pipe: Path) -> None:
+    """End the thread of the writer: opening and closing the other end breaks the pipe."""
     os.close(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK))

@@ -4,24 +4,24 @@ import can
 import pytest
 
 from local_can.wire import FRAME, frame_bits
-from tests.campaigns.endurance.counting_station import SYNC, Counts
-from tests.campaigns.endurance.foreign_station import LOWEST_PRIORITY, prepared
+from tests.campaigns.endurance.counting_station import SYNC, BusCounts
+from tests.campaigns.endurance.foreign_station import LOWEST_PRIORITY, random_frames
 from tests.campaigns.endurance.rig import rig, station
 from tests.campaigns.endurance.run_counts import compare_counts
 
 
 def test_observer_counts_frames_bits_and_gaps() -> None:
-    counts = Counts()
-    sync, answer = FRAME.pack(SYNC, 0, 0, b""), FRAME.pack(0x181, 8, 0, bytes(range(8)))
+    counts = BusCounts()
+    sync, tpdo = FRAME.pack(SYNC, 0, 0, b""), FRAME.pack(0x181, 8, 0, bytes(range(8)))
     for at_s in (10.0, 10.001, 10.002, 10.024):
-        counts.take(sync)
-        counts.beat(at_s)
-        counts.take(answer)
+        counts.add_frame(sync)
+        counts.add_sync(at_s)
+        counts.add_frame(tpdo)
     counted = counts.as_json()
     assert counted["frames"] == {"080": 4, "181": 4}
-    assert counted["bits"] == 4 * (frame_bits(sync) + frame_bits(answer))
-    # the last SYNC ends the span, the answer to it is behind
-    assert counted["sync_bits"] == 3 * (frame_bits(sync) + frame_bits(answer))
+    assert counted["bits"] == 4 * (frame_bits(sync) + frame_bits(tpdo))
+    # the last SYNC ends the span, so its TPDO does not count
+    assert counted["sync_bits"] == 3 * (frame_bits(sync) + frame_bits(tpdo))
     assert counted["sync_seconds"] == pytest.approx(0.024)
     assert counted["longest_sync_gap_ms"] == pytest.approx(22.0)
     assert sum(counted["sync_gaps_above_ms"].values()) == 3
@@ -29,8 +29,8 @@ def test_observer_counts_frames_bits_and_gaps() -> None:
 
 
 def test_frames_of_the_load_station_have_the_lowest_priority() -> None:
-    frames = prepared(8)
-    assert prepared(8) == frames
+    frames = random_frames(8)
+    assert random_frames(8) == frames
     assert {FRAME.unpack(frame)[0] for frame, _ in frames} == set(LOWEST_PRIORITY)
     assert min(LOWEST_PRIORITY) > 0x77F  # the highest heartbeat
     assert {bits for _, bits in frames} > {115}
@@ -40,20 +40,21 @@ def test_frames_of_the_load_station_have_the_lowest_priority() -> None:
 async def test_load_station_counts_match_those_of_the_observer() -> None:
     async with (
         rig("lockstep") as table,
-        station("counting_station", str(table.socket)) as witness,
+        station("counting_station", str(table.socket)) as observer,
         station("foreign_station", str(table.socket), "0") as foreign,
     ):
-        await witness.ask("begin")
-        await foreign.ask("rate 500000")
-        sent = await foreign.ask("ready")
+        await observer.request("begin")
+        await foreign.request("rate 500000")
+        sent = await foreign.request("ready")
         while sent["frames"] < 50:
-            sent = await foreign.ask("ready")
-        sent = await foreign.ask("rate 0")
+            sent = await foreign.request("ready")
+        sent = await foreign.request("rate 0")
         with can.Bus(interface="localcan", channel=str(table.socket)) as bus:
-            bus.send(can.Message(arbitration_id=0x7FF, is_extended_id=False))  # behind all of them
+            # of the lowest priority, so that it follows all of them
+            bus.send(can.Message(arbitration_id=0x7FF, is_extended_id=False))
         counted: dict[str, int] = {}
         while "7FF" not in counted:
-            counted = (await witness.ask("count"))["frames"]
+            counted = (await observer.request("count"))["frames"]
     foreign_frames = sum(count for key, count in counted.items() if int(key, 16) in LOWEST_PRIORITY)
     assert foreign_frames == sent["frames"] >= 50
 
@@ -68,7 +69,7 @@ class Report:
 COUNTED = {"frames": {"080": 98, "201": 97, "202": 97, "181": 98, "1FF": 3, "201F": 5}, "lost": 0}
 
 
-def test_accounts_agree_where_every_tick_made_one_of_each() -> None:
+def test_counts_agree_if_every_tick_has_one_frame_of_each() -> None:
     assert compare_counts(Report(100, 2), COUNTED, None).faults == ()
 
 
@@ -77,8 +78,8 @@ def test_accounts_agree_where_every_tick_made_one_of_each() -> None:
     [
         ({"080": 97}, "SYNCs on the bus: 97, not 98"),
         ({"202": 96}, "set points 202h: 96, not 97"),
-        ({"181": 97}, "answers 181h: 97, not 98"),
-        ({"181": 99}, "answers 181h: 99, not 98"),
+        ({"181": 97}, "TPDOs 181h: 97, not 98"),
+        ({"181": 99}, "TPDOs 181h: 99, not 98"),
     ],
 )
 def test_one_frame_too_few_or_too_many_is_found(frames: dict[str, int], fault: str) -> None:
@@ -86,12 +87,12 @@ def test_one_frame_too_few_or_too_many_is_found(frames: dict[str, int], fault: s
     assert fault in compare_counts(Report(100, 2), counted, None).faults
 
 
-def test_inputs_may_lack_on_a_full_bus_but_never_be_more() -> None:
+def test_tpdos_may_be_missing_on_a_full_bus_but_never_too_many() -> None:
     few, many = ({"frames": COUNTED["frames"] | {"181": n}, "lost": 0} for n in (90, 99))
-    assert compare_counts(Report(100, 2), few, None, answers_may_lack=True).faults == ()
-    assert len(compare_counts(Report(100, 2), many, None, answers_may_lack=True).faults) == 1
+    assert compare_counts(Report(100, 2), few, None, tpdos_may_be_missing=True).faults == ()
+    assert len(compare_counts(Report(100, 2), many, None, tpdos_may_be_missing=True).faults) == 1
 
 
 def test_an_observer_that_lost_frames_is_rejected() -> None:
     (fault,) = compare_counts(Report(100, 2), COUNTED | {"lost": 4}, None).faults
-    assert "no witness" in fault
+    assert "incomplete" in fault

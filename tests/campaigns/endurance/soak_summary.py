@@ -1,4 +1,4 @@
-"""Results of a soak over all its runs, including those of an earlier session."""
+"""Summarises all runs of a soak, including those of earlier sessions."""
 
 import json
 from collections import Counter, defaultdict
@@ -8,16 +8,16 @@ from typing import Any
 from tests.campaigns.endurance.process_resources import FLAT_MIB_PER_H, slope
 from tests.campaigns.endurance.soak import RunOutcome, Soak
 
-Line = dict[str, Any]
+ProgressLine = dict[str, Any]
 SAMPLES_KEPT = 40
-"""Of a run, at even distances."""
+"""Bounds the samples of a run in the progress file, at equal distances; chosen."""
 WEEK_S = 7 * 86_400
 FLAT_OBJECTS_PER_H = 1000.0
-"""Objects of Python that are never given back, below which an hour's growth is a few hundred kB."""
+"""Growth of Python objects that counts as none; chosen: a few hundred kB per hour."""
 
 
-def line_of(session: str, soak: Soak, outcome: RunOutcome) -> Line:
-    """A finished run, for `progress.jsonl`."""
+def progress_line(session: str, soak: Soak, outcome: RunOutcome) -> ProgressLine:
+    """Return the line of a finished run in `progress.jsonl`."""
     step = max(1, len(outcome.samples) // SAMPLES_KEPT)
     return {
         "session": session,
@@ -29,8 +29,8 @@ def line_of(session: str, soak: Soak, outcome: RunOutcome) -> Line:
     }
 
 
-def read_lines(file: Path) -> list[Line]:
-    """What earlier sessions have done; a line that was torn off is left out."""
+def read_lines(file: Path) -> list[ProgressLine]:
+    """Read the runs of earlier sessions, without an incomplete last line."""
     lines = []
     if file.exists():
         for text in file.read_text(encoding="utf-8").splitlines():
@@ -41,16 +41,18 @@ def read_lines(file: Path) -> list[Line]:
     return lines
 
 
-def summary(lines: list[Line]) -> dict[str, Any]:
-    """All runs of one pacing."""
+def summary(lines: list[ProgressLine]) -> dict[str, Any]:
+    """Return the summary of all runs of one pacing."""
     machine_s = sum(line["machine_s"] for line in lines)
     wall_s = sum(line["wall_s"] for line in lines)
     totals: Counter[str] = Counter()
     for line in lines:
-        entries = line["books"]
-        totals.update({key: entries[key] for key in ("cycles", "missed_ticks", "rows", "rows_lost", "syncs")})
-        totals.update({f"set points {key}h": count for key, count in entries["set_points"].items()})
-        totals.update({f"answers {key}h": count for key, count in entries["answers"].items()})
+        run_counts = line["books"]
+        totals.update(
+            {key: run_counts[key] for key in ("cycles", "missed_ticks", "rows", "rows_lost", "syncs")}
+        )
+        totals.update({f"set points {key}h": count for key, count in run_counts["set_points"].items()})
+        totals.update({f"answers {key}h": count for key, count in run_counts["answers"].items()})
     totals["missing_inputs"] = sum(line["missing_inputs"] for line in lines)
     speed = machine_s / wall_s if wall_s else 0.0
     return {
@@ -61,28 +63,28 @@ def summary(lines: list[Line]) -> dict[str, Any]:
         "times_real_time": speed,
         "a_week_takes_h": WEEK_S / speed / 3600.0 if speed else None,
         "counts": dict(totals),
-        "recorded_mib_per_h": _written(lines) / 2**20 / max(machine_s / 3600.0, 1e-9),
-        "memory_mib_per_h": memory(lines),
-        "objects_per_h": objects(lines),
+        "recorded_mib_per_h": _recorded_bytes(lines) / 2**20 / max(machine_s / 3600.0, 1e-9),
+        "memory_mib_per_h": memory_growth(lines),
+        "objects_per_h": object_growth(lines),
         "stopped": dict(Counter(line["stopped"] for line in lines if line["stopped"])),
         "faults": [fault for line in lines for fault in line["faults"]],
     }
 
 
-def memory(lines: list[Line]) -> dict[str, Any]:
-    """Growth by role over machine time, of the session that lasted longest: memory is a process's own."""
-    session = _longest(lines)
+def memory_growth(lines: list[ProgressLine]) -> dict[str, Any]:
+    """Return the growth of memory by role over machine time in the longest session, a set of processes."""
+    session = _longest_session(lines)
     hours: list[float] = []
     values: dict[str, list[float]] = defaultdict(list)
-    begun_h = 0.0
+    offset_h = 0.0
     for line in lines:
         if line["session"] != session:
             continue
         for at_s, rss_mib, _ in line["samples"]:
-            hours.append(begun_h + at_s / 3600.0)
+            hours.append(offset_h + at_s / 3600.0)
             for role, mib in rss_mib.items():
                 values[role].append(mib)
-        begun_h += line["machine_s"] / 3600.0
+        offset_h += line["machine_s"] / 3600.0
     return {
         role: {
             "first_mib": series[0],
@@ -94,8 +96,8 @@ def memory(lines: list[Line]) -> dict[str, Any]:
     }
 
 
-def objects(lines: list[Line]) -> dict[str, Any]:
-    """Growth of the controller's objects within the longest run: the collector is off while it cycles."""
+def object_growth(lines: list[ProgressLine]) -> dict[str, Any]:
+    """Return the growth of the controller's objects in the longest run, which has no collector."""
     longest = max(lines, key=lambda line: line["machine_s"], default=None)
     if longest is None:
         return {}
@@ -104,15 +106,15 @@ def objects(lines: list[Line]) -> dict[str, Any]:
     return slope(hours, [float(count) for _, count in cycling]).as_json(FLAT_OBJECTS_PER_H)
 
 
-def _longest(lines: list[Line]) -> str:
+def _longest_session(lines: list[ProgressLine]) -> str:
     by_session: Counter[str] = Counter()
     for line in lines:
         by_session[line["session"]] += line["machine_s"]
     return by_session.most_common(1)[0][0] if by_session else ""
 
 
-def _written(lines: list[Line]) -> int:
-    """Bytes of all recordings; each line has those of its session so far."""
+def _recorded_bytes(lines: list[ProgressLine]) -> int:
+    """Return the bytes of all recordings; each line has the sum of its session so far."""
     last: dict[str, int] = {}
     for line in lines:
         last[line["session"]] = line["recorded_bytes"]
