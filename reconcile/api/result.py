@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from reconcile.formats.toml_file import document_of, toml_text, with_absolute_paths
-from reconcile.location.residual_coordinates import MODELS, ResidualAnalysis
+from reconcile.location.residual_analysis import MODELS, ResidualAnalysis
 from servo_ctrl.plots.matplotlib_agg import Figure
 
 

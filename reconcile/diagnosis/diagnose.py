@@ -15,7 +15,7 @@ from reconcile.diagnosis.verdict import verdict
 from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.formats.rotary_units import sentence_of
 from reconcile.identification.explain import Explanation
-from reconcile.location.residual_coordinates import ResidualAnalysis, residual_analyses
+from reconcile.location.residual_analysis import ResidualAnalysis, residual_analyses
 from reconcile.nominal_model.model_file import NominalModel, load_model, write_model
 from reconcile.proof.proof import Proof
 from reconcile.recording.recording import AxisRecording, load_recordings

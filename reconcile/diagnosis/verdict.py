@@ -10,7 +10,7 @@ from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.formats.rotary_units import in_units_of
 from reconcile.identification.explain import Explanation
 from reconcile.identification.findings import LEAST_REPORTED_GAIN, IdentifiedEffect
-from reconcile.location.residual_coordinates import ResidualAnalysis, verdict_noise, verdict_places
+from reconcile.location.residual_analysis import ResidualAnalysis, located_of_verdict, noise_of_verdict
 from reconcile.proof.proof import Proof, proof_json
 from reconcile.replay.model_replays import ReplayComparison, replays_json
 from servo_ctrl.config.file_format import FORMAT
@@ -53,8 +53,8 @@ def verdict(
             for name, e in everything
             for one in e.withdrawn
         ],
-        "noise_floor": verdict_noise(analyses),
-        "located": verdict_places(analyses),
+        "noise_floor": noise_of_verdict(analyses),
+        "located": located_of_verdict(analyses),
         "findings": findings,
         "minor": [
             {"axis": name, "effect": f.effect, "heldout_gain": f.heldout_gain, "confidence": f.confidence}

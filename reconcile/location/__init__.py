@@ -1,4 +1,4 @@
-"""Where a residual is: coordinates of the motion and spectral lines, ranked by cross-validated share.
+"""Where a residual is: coordinates of the motion and spectral lines, ranked by the share that they explain.
 
-Only functions of residuals and motion enter; no effect is named here.
+Shares are cross-validated. Only functions of residuals and motion enter; no effect is named here.
 """

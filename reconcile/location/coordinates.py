@@ -15,31 +15,36 @@ from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.regression.residual import Residual
 
 BINS = 24
+"""Bins of a coordinate; chosen."""
 SLOW_BINS = 6
 """For coordinates that change slowly (run time, temperature): several blocks must fall into each bin."""
-TAILS_PERCENT = 0.5
-"""Share of the samples beyond each end of the bins; they count to the outermost bins."""
+TAIL_PERCENT = 0.5
+"""Percentage of the samples beyond either end of the bins; they are put into the outermost bins."""
 PHASES = ("standstill", "breakaway", "reversal", "constant speed", "acceleration")
 PHASE_S = 0.1
-"""Length of the phases breakaway (after a standstill) and reversal (after a turn without one), s."""
+"""Length of the phases breakaway (after a standstill) and reversal (without a standstill), s; chosen."""
 LEAST_ACCELERATION_SHARE = 0.1
-"""Least acceleration of the phase of that name, as a share of the 99th percentile."""
+"""Least acceleration of the phase of that name, as a share of the 99th percentile; chosen."""
 SHORTEST_DISTANCE_M = 1e-7
 """Shorter distances since the reversal are in the first bin."""
+NO_START = -(10**9)
+"""Sample index of a start that never was: far enough before the first sample that no phase reaches it."""
 
 
 class Coordinate(NamedTuple):
-    """One coordinate of all recordings. `edges` (bins + 1,) are NaN-free; `labels` name the bins, if any."""
+    """One coordinate of all recordings."""
 
     name: str
     unit: str
     edges: Array
+    """(bins + 1,), finite."""
     bins: list[Index]
-    """By recording, (n,); -1 where the coordinate has no value."""
+    """By recording, the bin of each sample (n,); -1 where the coordinate has no value."""
     has_direction: bool = True
     """Whether the residual times the direction of motion is averaged too."""
     logarithmic: bool = False
     labels: tuple[str, ...] = ()
+    """Names of the bins, if they have any."""
 
     @property
     def size(self) -> int:
@@ -55,63 +60,62 @@ class Coordinate(NamedTuple):
 
 
 def coordinates(residuals: Sequence[Residual], channel: ResidualChannel) -> list[Coordinate]:
-    """Every coordinate that these recordings have and that has more than one bin."""
+    """Every coordinate that all recordings have and that has more than one bin."""
     datasets, used = [residual.data for residual in residuals], [residual.used for residual in residuals]
 
-    def of(function: Callable[[RegressionData], Array]) -> list[Array]:
-        return [function(data) for data in datasets]
+    def by_recording(quantity: Callable[[RegressionData], Array]) -> list[Array]:
+        return [quantity(data) for data in datasets]
 
     slowest_m_s = max(data.motion.velocity_threshold_m_s for data in datasets)
     is_force = channel is ResidualChannel.FORCE
-    velocity_m_s = of(lambda data: data.motion.velocity_m_s)
-    since_reversal_m = of(lambda data: data.motion.distance_since_reversal_m)
-    found = [
-        _even("run_time", "s", of(lambda data: data.time_s), used, SLOW_BINS),
+    velocity_m_s = by_recording(lambda data: data.motion.velocity_m_s)
+    since_reversal_m = by_recording(lambda data: data.motion.distance_since_reversal_m)
+    binned = [
+        _linear("run_time", "s", by_recording(lambda data: data.time_s), used, SLOW_BINS),
         _labelled("motion_phase", [phases(data) for data in datasets], PHASES),
-        _even("position", "m", of(lambda data: data.motion.position_m), used),
-        _even("velocity", "m/s", velocity_m_s, used, has_direction=False),
+        _linear("position", "m", by_recording(lambda data: data.motion.position_m), used),
+        _linear("velocity", "m/s", velocity_m_s, used, has_direction=False),
         _logarithmic("speed", "m/s", velocity_m_s, used, slowest_m_s),
-        _even("acceleration", "m/s^2", of(lambda data: data.motion.acceleration_m_s2), used),
-        _even("force", "N", of(lambda data: data.model_force_n), used, has_direction=is_force),
+        _linear("acceleration", "m/s^2", by_recording(lambda data: data.motion.acceleration_m_s2), used),
+        _linear("force", "N", by_recording(lambda data: data.model_force_n), used, has_direction=is_force),
         _logarithmic("distance_since_reversal", "m", since_reversal_m, used, SHORTEST_DISTANCE_M),
     ]
     if len(residuals) > 1:
-        own = [np.full(len(residual.used), index) for index, residual in enumerate(residuals)]
-        found.append(_labelled("recording", own, tuple(residual.source for residual in residuals)))
+        numbers = [np.full(len(residual.used), number) for number, residual in enumerate(residuals)]
+        binned.append(_labelled("recording", numbers, tuple(residual.source for residual in residuals)))
     temperature_k = [data.temperature_k for data in datasets if data.temperature_k is not None]
     if len(temperature_k) == len(datasets):
-        found.append(_even("temperature", "K", temperature_k, used, SLOW_BINS))
-    for other in sorted(set.intersection(*(set(data.others) for data in datasets))):
-        positions_m = [data.others[other].position_m for data in datasets]
-        found.append(_even(f"position_of_{other}", "m", positions_m, used))
-    return [coordinate for coordinate in found if coordinate.size > 1]
+        binned.append(_linear("temperature", "K", temperature_k, used, SLOW_BINS))
+    for other_axis in sorted(set.intersection(*(set(data.others) for data in datasets))):
+        position_m = [data.others[other_axis].position_m for data in datasets]
+        binned.append(_linear(f"position_of_{other_axis}", "m", position_m, used))
+    return [coordinate for coordinate in binned if coordinate.size > 1]
 
 
 def phases(data: RegressionData) -> Index:
     """Phase of motion of each sample (n,), as an index into PHASES."""
-    m = data.motion
-    n = len(data.time_s)
-    turned = np.flatnonzero(np.diff(m.last_direction) != 0.0) + 1
-    started = np.flatnonzero(np.diff(m.standing_still.astype(np.int8)) < 0) + 1
-    span = max(round(PHASE_S / data.period_s), 1)
-    size = np.abs(m.acceleration_m_s2)
-    accelerating = size > LEAST_ACCELERATION_SHARE * np.percentile(size, 99.0)
-    found = np.where(accelerating, PHASES.index("acceleration"), PHASES.index("constant speed"))
-    for starts, name in ((turned, "reversal"), (started, "breakaway")):
-        ages = np.arange(n) - _latest_start(starts, n)
-        found[ages < span] = PHASES.index(name)
-    found[m.standing_still] = PHASES.index("standstill")
-    return found
+    motion, n = data.motion, len(data.time_s)
+    reversals = np.flatnonzero(np.diff(motion.last_direction) != 0.0) + 1
+    breakaways = np.flatnonzero(np.diff(motion.standing_still.astype(np.int8)) < 0) + 1
+    phase_samples = max(round(PHASE_S / data.period_s), 1)
+    acceleration_m_s2 = np.abs(motion.acceleration_m_s2)
+    accelerating = acceleration_m_s2 > LEAST_ACCELERATION_SHARE * np.percentile(acceleration_m_s2, 99.0)
+    phase = np.where(accelerating, PHASES.index("acceleration"), PHASES.index("constant speed"))
+    for starts, name in ((reversals, "reversal"), (breakaways, "breakaway")):
+        samples_since_start = np.arange(n) - _latest_start(starts, n)
+        phase[samples_since_start < phase_samples] = PHASES.index(name)
+    phase[motion.standing_still] = PHASES.index("standstill")
+    return phase
 
 
 def _latest_start(starts: Index, n: int) -> Index:
-    """Index of the latest start at or before each sample, (n,); far negative where there is none."""
-    marks = np.full(n, -(10**9))
-    marks[starts] = starts
-    return np.maximum.accumulate(marks)
+    """Index of the latest start at or before each sample, (n,); NO_START where there is none."""
+    latest = np.full(n, NO_START)
+    latest[starts] = starts
+    return np.maximum.accumulate(latest)
 
 
-def _even(
+def _linear(
     name: str,
     unit: str,
     values: list[Array],
@@ -120,21 +124,24 @@ def _even(
     *,
     has_direction: bool = True,
 ) -> Coordinate:
-    counted = np.concatenate([of[use] for of, use in zip(values, used, strict=True)])
-    counted = counted[np.isfinite(counted)]
-    if not len(counted) or np.ptp(counted) <= 0.0:
+    """A coordinate with bins of equal width; without bins if its `values`, by recording, are all alike."""
+    in_use = np.concatenate([of[counted] for of, counted in zip(values, used, strict=True)])
+    in_use = in_use[np.isfinite(in_use)]
+    if not len(in_use) or np.ptp(in_use) <= 0.0:
         return Coordinate(name, unit, np.zeros(1), [], has_direction)
-    low, high = np.percentile(counted, [TAILS_PERCENT, 100.0 - TAILS_PERCENT])
+    low, high = np.percentile(in_use, [TAIL_PERCENT, 100.0 - TAIL_PERCENT])
     if high <= low:
-        low, high = counted.min(), counted.max()
-    places = [_bin_of(of, low, high, bins) for of in values]
-    return Coordinate(name, unit, np.linspace(low, high, bins + 1), places, has_direction)
+        low, high = in_use.min(), in_use.max()
+    bin_of_sample = [_bin_of(of, low, high, bins) for of in values]
+    return Coordinate(name, unit, np.linspace(low, high, bins + 1), bin_of_sample, has_direction)
 
 
 def _logarithmic(
     name: str, unit: str, values: list[Array], used: list[NDArray[np.bool_]], smallest: float
 ) -> Coordinate:
-    largest = max((float(np.abs(of[use]).max(initial=0.0)) for of, use in zip(values, used, strict=True)))
+    """A coordinate with logarithmic bins of its size, from `smallest` on; without bins if all are smaller."""
+    sizes = (np.abs(of[counted]) for of, counted in zip(values, used, strict=True))
+    largest = max(float(size.max(initial=0.0)) for size in sizes)
     if largest <= 2.0 * smallest:
         return Coordinate(name, unit, np.zeros(1), [])
     low, high = np.log10(smallest), np.log10(largest)
@@ -147,6 +154,7 @@ def _labelled(name: str, bins: list[Index], labels: tuple[str, ...]) -> Coordina
 
 
 def _bin_of(values: Array, low: float, high: float, bins: int) -> Index:
+    """The bin of each value (n,), the outermost beyond `low` and `high`; -1 where it is not finite."""
     finite = np.isfinite(values)
-    place = (np.where(finite, values, low) - low) * (bins / (high - low))
-    return np.where(finite, np.clip(place.astype(np.int64), 0, bins - 1), -1)
+    position = (np.where(finite, values, low) - low) * (bins / (high - low))
+    return np.where(finite, np.clip(position.astype(np.int64), 0, bins - 1), -1)

@@ -17,14 +17,14 @@ from reconcile.regression.residual import Residual
 BLOCK_S = 1.0
 """Length of a block, s: long against the correlation of the noise behind the filter (25 ms)."""
 FOLDS = 8
-"""Blocks are dealt to the folds in turn."""
+"""Folds of the cross-validation; the blocks are dealt to them in turn."""
 SHRINKAGE_SAMPLES = 25.0
-"""Shrinkage of a bin's mean: it is computed as if so many further samples were zero."""
-LEAST_STANDARD_ERRORS = 2.5
-"""Least significance of a share: the blocks' mean gain, plain or as log ratio, over its standard error."""
+"""Shrinkage of a bin's mean: it is computed as if 25 further samples were zero; chosen."""
+LEAST_T = 2.5
+"""Least t of a share: the blocks' mean gain, plain or as log ratio, over its standard error; chosen."""
 
 
-class Samples(NamedTuple):
+class SamplesInUse(NamedTuple):
     """The samples in use of all recordings, one after the other; arrays (m,)."""
 
     values: Array
@@ -37,7 +37,7 @@ class Samples(NamedTuple):
     """Sum of squares."""
 
 
-class Share(NamedTuple):
+class ExplainedShare(NamedTuple):
     """What a coordinate explains of a residual; arrays by bin."""
 
     share: float
@@ -49,7 +49,7 @@ class Share(NamedTuple):
     counts: Array
 
 
-def samples(residuals: Sequence[Residual], values: Sequence[Array]) -> Samples:
+def samples_in_use(residuals: Sequence[Residual], values: Sequence[Array]) -> SamplesInUse:
     """Join the samples in use of `values`, one array (n,) for each recording."""
     blocks, first = [], 0
     for residual in residuals:
@@ -57,56 +57,59 @@ def samples(residuals: Sequence[Residual], values: Sequence[Array]) -> Samples:
         count = max(round(n * residual.data.period_s / BLOCK_S), 2 * FOLDS // len(residuals), 1)
         blocks.append((first + np.arange(n) * count // n)[residual.used])
         first += count
-    kept = np.concatenate([of[residual.used] for of, residual in zip(values, residuals, strict=True)])
+    joined = np.concatenate([of[residual.used] for of, residual in zip(values, residuals, strict=True)])
     direction = np.concatenate([residual.data.motion.last_direction[residual.used] for residual in residuals])
-    return Samples(kept, direction, np.concatenate(blocks), first, float(kept @ kept))
+    return SamplesInUse(joined, direction, np.concatenate(blocks), first, float(joined @ joined))
 
 
-def used_bins(coordinate: Coordinate, residuals: Sequence[Residual]) -> Index:
+def bins_in_use(coordinate: Coordinate, residuals: Sequence[Residual]) -> Index:
     """The bins (m,) of the samples in use."""
     return np.concatenate(
         [bins[residual.used] for bins, residual in zip(coordinate.bins, residuals, strict=True)]
     )
 
 
-def share(samples_in_use: Samples, bins: Index, count: int, *, signed_by_direction: bool) -> Share:
-    """Cross-validate the mean over `bins` (m,), 0 to `count` - 1; samples of bin -1 are left out.
+def explained_share(
+    samples: SamplesInUse, bins: Index, bin_count: int, *, signed_by_direction: bool
+) -> ExplainedShare:
+    """Cross-validate the mean over `bins` (m,), 0 to `bin_count` - 1; samples of bin -1 do not count.
 
     `signed_by_direction`: the mean is of the residual times the direction of motion.
     """
-    inside, blocks = bins >= 0, samples_in_use.blocks
-    block, values = samples_in_use.block[inside], samples_in_use.values[inside]
-    weight = samples_in_use.direction[inside] if signed_by_direction else np.ones(len(block))
-    cell = block * count + bins[inside]
-    number, sums = (
-        np.bincount(cell, of, blocks * count).reshape(blocks, count).astype(np.float64)
-        for of in (weight**2, weight * values)
+    has_bin, blocks = bins >= 0, samples.blocks
+    block, values = samples.block[has_bin], samples.values[has_bin]
+    weight = samples.direction[has_bin] if signed_by_direction else np.ones(len(block))
+    cell = block * bin_count + bins[has_bin]
+    counts, sums = (
+        np.bincount(cell, addend, blocks * bin_count).reshape(blocks, bin_count).astype(np.float64)
+        for addend in (weight**2, weight * values)
     )
-    gain = _cross_validated_gain(sums, number)
-    squares = np.bincount(samples_in_use.block, samples_in_use.values**2, blocks)
-    full = squares > 0.0
-    part = max(float(gain.sum()) / samples_in_use.total, 0.0) if samples_in_use.total > 0.0 else 0.0
-    # two statistics, because a gain in a few wild blocks passes neither: its own spread is as large
-    logs = -np.log(np.maximum(1.0 - gain[full] / squares[full], 1e-12))
-    significant = max(significance(gain[full]), significance(logs)) >= LEAST_STANDARD_ERRORS
-    mean = sums.sum(axis=0) / np.maximum(number.sum(axis=0), 1e-9)
-    error = np.sqrt(((sums - mean * number) ** 2).sum(axis=0)) / np.maximum(number.sum(axis=0), 1e-9)
-    return Share(part if significant else 0.0, signed_by_direction, mean, error, number.sum(axis=0))
+    gain = _cross_validated_gain(sums, counts)
+    squares = np.bincount(samples.block, samples.values**2, blocks)
+    not_empty = squares > 0.0
+    share = max(float(gain.sum()) / samples.total, 0.0) if samples.total > 0.0 else 0.0
+    # two statistics, because a gain in a few outlying blocks passes neither: its own spread is as large
+    log_ratio = -np.log(np.maximum(1.0 - gain[not_empty] / squares[not_empty], 1e-12))
+    is_significant = max(mean_over_error(gain[not_empty]), mean_over_error(log_ratio)) >= LEAST_T
+    totals = counts.sum(axis=0)
+    mean = sums.sum(axis=0) / np.maximum(totals, 1e-9)
+    errors = np.sqrt(((sums - mean * counts) ** 2).sum(axis=0)) / np.maximum(totals, 1e-9)
+    return ExplainedShare(share if is_significant else 0.0, signed_by_direction, mean, errors, totals)
 
 
-def significance(gains: Array) -> float:
-    """Mean of `gains` over its standard error; 0 of fewer than two."""
-    if len(gains) < 2:
+def mean_over_error(values: Array) -> float:
+    """Student's t of a mean: over its standard error; 0 of fewer than two values."""
+    if len(values) < 2:
         return 0.0
-    return float(gains.mean() / (gains.std(ddof=1) / math.sqrt(len(gains)) + 1e-300))
+    return float(values.mean() / (values.std(ddof=1) / math.sqrt(len(values)) + 1e-300))
 
 
-def _cross_validated_gain(sums: Array, number: Array) -> Array:
+def _cross_validated_gain(sums: Array, counts: Array) -> Array:
     """Reduction of each block's sum of squares by the means of the other folds, (blocks,)."""
     fold = np.arange(len(sums)) % FOLDS
     gain = np.zeros(len(sums))
     for k in range(FOLDS):
-        own = fold == k
-        mean = sums[~own].sum(axis=0) / (number[~own].sum(axis=0) + SHRINKAGE_SAMPLES)
-        gain[own] = 2.0 * sums[own] @ mean - number[own] @ mean**2
+        held_out = fold == k
+        mean = sums[~held_out].sum(axis=0) / (counts[~held_out].sum(axis=0) + SHRINKAGE_SAMPLES)
+        gain[held_out] = 2.0 * sums[held_out] @ mean - counts[held_out] @ mean**2
     return gain

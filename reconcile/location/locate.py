@@ -15,15 +15,22 @@ from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.location.coordinates import Coordinate, coordinates
-from reconcile.location.explained_share import Samples, Share, samples, share, used_bins
-from reconcile.location.pitches import order_bands, order_name, over_time, over_turns, time_bands
-from reconcile.location.spectral_lines import Line, lines, motion_frequencies_hz
+from reconcile.location.explained_share import (
+    ExplainedShare,
+    SamplesInUse,
+    bins_in_use,
+    explained_share,
+    samples_in_use,
+)
+from reconcile.location.search_bands import order_bands, order_name, over_time, over_turns, time_bands
+from reconcile.location.spectra import motion_frequencies_hz
+from reconcile.location.spectral_lines import SpectralLine, find_lines
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.state_filter import ORDER
 
 EXCESS_SHARE = 0.8
-"""Share of the excess square mean that the reported range of bins holds."""
+"""Share of the squared mean beyond its error that the reported range of bins holds; chosen."""
 
 
 class LocatedResidual(NamedTuple):
@@ -50,7 +57,7 @@ class LocatedResidual(NamedTuple):
     labels: tuple[str, ...] = ()
     """Names of the bins, if any."""
     label: str = ""
-    """The peak's bin, or the name of an order: `1 a pole pair`."""
+    """Name of the peak's bin, or of an order: `1 a pole pair`."""
 
 
 def locate(
@@ -58,16 +65,19 @@ def locate(
 ) -> list[LocatedResidual]:
     """All coordinates and lines of these recordings, the one that explains most first."""
     values = [in_phase(residual, residual.refitted) for residual in residuals]
-    in_use, found = _levels(samples(residuals, values), channel)
-    found += [_best(in_use, of, used_bins(of, residuals), channel) for of in coordinates(residuals, channel)]
+    samples, located = _without_levels(samples_in_use(residuals, values), channel)
+    located += [
+        _over_coordinate(samples, coordinate, bins_in_use(coordinate, residuals), channel)
+        for coordinate in coordinates(residuals, channel)
+    ]
     orders = _orders(residuals, values, axis)
-    found += [_line("order", "1/turn", channel, line, order_name(line, axis)) for line in orders]
-    found += [_line("frequency", "Hz", channel, line) for line in _frequencies(residuals, values)]
-    return sorted(found, key=lambda one: -one.share)
+    located += [_over_line("order", "1/turn", channel, line, order_name(line, axis)) for line in orders]
+    located += [_over_line("frequency", "Hz", channel, line) for line in _frequencies(residuals, values)]
+    return sorted(located, key=lambda one: -one.share)
 
 
 def in_phase(residual: Residual, values: Array) -> Array:
-    """Undo the phase of the state filter at every frequency; its attenuation stays."""
+    """The values (n,) without the phase of the state filter at any frequency; its attenuation stays."""
     period_s = residual.data.period_s
     n = len(values)
     size = next_fast_len(n + 2 * math.ceil(12.0 / (2.0 * math.pi * FILTER_HZ) / period_s))
@@ -77,101 +87,118 @@ def in_phase(residual: Residual, values: Array) -> Array:
     return shifted
 
 
-def _orders(residuals: Sequence[Residual], values: Sequence[Array], axis: NominalAxis) -> list[Line]:
+def _orders(residuals: Sequence[Residual], values: Sequence[Array], axis: NominalAxis) -> list[SpectralLine]:
     tracks = [over_turns(residual, of) for residual, of in zip(residuals, values, strict=True)]
     bands = order_bands(axis)
-    return lines(tracks, bands, [np.empty(0)] * len(bands))
+    return find_lines(tracks, bands, [np.empty(0)] * len(bands))
 
 
-def _frequencies(residuals: Sequence[Residual], values: Sequence[Array]) -> list[Line]:
+def _frequencies(residuals: Sequence[Residual], values: Sequence[Array]) -> list[SpectralLine]:
     tracks = [over_time(residual, of) for residual, of in zip(residuals, values, strict=True)]
     datasets, bands = [residual.data for residual in residuals], time_bands(residuals)
     motion_hz = np.concatenate(
         [motion_frequencies_hz(data.motion.velocity_m_s, data.period_s) for data in datasets]
     )
-    skip = [motion_hz[(motion_hz > 0.9 * low) & (motion_hz < 1.1 * high)] for low, high in bands]
-    return lines(tracks, bands, skip)
+    excluded = [motion_hz[(motion_hz > 0.9 * band.low) & (motion_hz < 1.1 * band.high)] for band in bands]
+    return find_lines(tracks, bands, excluded)
 
 
-def _best(in_use: Samples, coordinate: Coordinate, bins: Index, channel: ResidualChannel) -> LocatedResidual:
+def _over_coordinate(
+    samples: SamplesInUse, coordinate: Coordinate, bins: Index, channel: ResidualChannel
+) -> LocatedResidual:
+    """What a coordinate explains of the residual, or of the residual times direction if that is more."""
     signs = (False, True) if coordinate.has_direction else (False,)
-    shares = [share(in_use, bins, coordinate.size, signed_by_direction=signed) for signed in signs]
-    found = max(shares, key=lambda one: one.share)
-    centres, (first, last), peak = coordinate.centres, _range(found), _peak(found)
+    shares = [explained_share(samples, bins, coordinate.size, signed_by_direction=signed) for signed in signs]
+    best = max(shares, key=lambda one: one.share)
+    centres, excess, peak = coordinate.centres, _excess_range(best), _peak_bin(best)
     return LocatedResidual(
         coordinate=coordinate.name,
         unit=coordinate.unit,
         channel=channel,
-        low=float(coordinate.edges[first]),
-        high=float(coordinate.edges[last + 1]),
-        share=found.share,
-        by_direction=found.by_direction,
-        peak=float(found.mean[peak]),
+        low=float(coordinate.edges[excess.first]),
+        high=float(coordinate.edges[excess.last + 1]),
+        share=best.share,
+        by_direction=best.by_direction,
+        peak=float(best.mean[peak]),
         peak_at=float(centres[peak]),
         centres=centres,
-        profile=found.mean,
-        errors=found.errors,
+        profile=best.mean,
+        errors=best.errors,
         labels=coordinate.labels,
         label=coordinate.labels[peak] if coordinate.labels else "",
     )
 
 
-def _peak(found: Share) -> int:
+def _peak_bin(share: ExplainedShare) -> int:
     """The bin whose mean exceeds two standard errors by most."""
-    sure = np.abs(found.mean) - 2.0 * found.errors
-    return int(np.argmax(np.where(found.counts > 0.0, sure, -np.inf)))
+    certain = np.abs(share.mean) - 2.0 * share.errors
+    return int(np.argmax(np.where(share.counts > 0.0, certain, -np.inf)))
 
 
-def _range(found: Share) -> tuple[int, int]:
-    """First and last of the fewest neighbouring bins with EXCESS_SHARE, grown from the fullest one."""
-    excess = found.counts * np.maximum(found.mean**2 - found.errors**2, 0.0)
-    whole = float(excess.sum())
+class _BinRange(NamedTuple):
+    first: int
+    last: int
+    """Included."""
+
+
+def _excess_range(share: ExplainedShare) -> _BinRange:
+    """The fewest neighbouring bins that hold EXCESS_SHARE, grown from the one with the largest excess."""
+    excess = share.counts * np.maximum(share.mean**2 - share.errors**2, 0.0)
+    total = float(excess.sum())
+    if total <= 0.0:
+        return _BinRange(0, len(excess) - 1)
     first = last = int(np.argmax(excess))
-    while whole > 0.0 and excess[first : last + 1].sum() < EXCESS_SHARE * whole:
-        before = excess[first - 1] if first > 0 else -1.0
-        after = excess[last + 1] if last + 1 < len(excess) else -1.0
-        first, last = (first - 1, last) if before > after else (first, last + 1)
-    return (first, last) if whole > 0.0 else (0, len(excess) - 1)
+    while excess[first : last + 1].sum() < EXCESS_SHARE * total:
+        below = excess[first - 1] if first > 0 else -1.0
+        above = excess[last + 1] if last + 1 < len(excess) else -1.0
+        first, last = (first - 1, last) if below > above else (first, last + 1)
+    return _BinRange(first, last)
 
 
-def _levels(in_use: Samples, channel: ResidualChannel) -> tuple[Samples, list[LocatedResidual]]:
-    """Take the mean and the mean times direction off the samples, the larger one first.
+class _WithoutLevels(NamedTuple):
+    samples: SamplesInUse
+    levels: list[LocatedResidual]
+    """The mean everywhere, and the mean times direction."""
 
-    They are removed so that no other coordinate is credited with them.
+
+def _without_levels(samples: SamplesInUse, channel: ResidualChannel) -> _WithoutLevels:
+    """Subtract the mean and the mean times direction from the samples, the larger one first.
+
+    Without them no other coordinate is credited with what they explain.
     """
-    everywhere, found = np.zeros(len(in_use.values), dtype=np.int64), []
+    one_bin, levels = np.zeros(len(samples.values), dtype=np.int64), []
     remaining = {False: "constant", True: "direction"}
     while remaining:
-        levels = [share(in_use, everywhere, 1, signed_by_direction=signed) for signed in remaining]
-        level = max(levels, key=lambda one: one.share)
-        name, peak = remaining.pop(level.by_direction), float(level.mean[0])
-        found.append(
+        shares = [explained_share(samples, one_bin, 1, signed_by_direction=signed) for signed in remaining]
+        level = max(shares, key=lambda one: one.share)
+        levels.append(
             LocatedResidual(
-                coordinate=name,
+                coordinate=remaining.pop(level.by_direction),
                 unit="",
                 channel=channel,
                 low=0.0,
                 high=0.0,
                 share=level.share,
                 by_direction=level.by_direction,
-                peak=peak,
+                peak=float(level.mean[0]),
                 peak_at=0.0,
             )
         )
         if level.share > 0.0:
-            direction = in_use.direction if level.by_direction else 1.0
-            in_use = in_use._replace(values=in_use.values - level.mean[0] * direction)
-    return in_use, found
+            direction = samples.direction if level.by_direction else 1.0
+            samples = samples._replace(values=samples.values - level.mean[0] * direction)
+    return _WithoutLevels(samples, levels)
 
 
-def _line(name: str, unit: str, channel: ResidualChannel, line: Line, label: str = "") -> LocatedResidual:
-    low, high = max(line.cycles - line.width, 0.0), line.cycles + line.width
+def _over_line(
+    coordinate: str, unit: str, channel: ResidualChannel, line: SpectralLine, label: str = ""
+) -> LocatedResidual:
     return LocatedResidual(
-        coordinate=name,
+        coordinate=coordinate,
         unit=unit,
         channel=channel,
-        low=low,
-        high=high,
+        low=max(line.cycles - line.width, 0.0),
+        high=line.cycles + line.width,
         share=line.share,
         by_direction=False,
         peak=line.amplitude,
@@ -180,18 +207,18 @@ def _line(name: str, unit: str, channel: ResidualChannel, line: Line, label: str
     )
 
 
-def located_json(name: str, one: LocatedResidual) -> dict[str, Any]:
+def located_json(axis: str, located: LocatedResidual) -> dict[str, Any]:
     """An entry of `located` in verdict.json; the range of a line is its width."""
     return {
-        "axis": name,
-        "sensor": one.channel.value,
-        "coordinate": one.coordinate,
-        "unit": one.unit,
-        "range": [one.low, one.high],
-        "share": one.share,
-        "by_direction": one.by_direction,
-        "peak": one.peak,
-        "peak_unit": "N" if one.channel is ResidualChannel.FORCE else "m",
-        "at": one.peak_at,
-        "label": one.label,
+        "axis": axis,
+        "sensor": located.channel.value,
+        "coordinate": located.coordinate,
+        "unit": located.unit,
+        "range": [located.low, located.high],
+        "share": located.share,
+        "by_direction": located.by_direction,
+        "peak": located.peak,
+        "peak_unit": "N" if located.channel is ResidualChannel.FORCE else "m",
+        "at": located.peak_at,
+        "label": located.label,
     }

@@ -14,9 +14,9 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.rotary_units import unit_of
 from reconcile.location.coordinates import Coordinate
 from reconcile.location.locate import in_phase
-from reconcile.location.pitches import order_bands, over_turns, periods
-from reconcile.location.residual_coordinates import MODELS, ResidualAnalysis, residuals_of_model
-from reconcile.location.spectral_lines import spectrum
+from reconcile.location.residual_analysis import MODELS, ResidualAnalysis, residuals_of_model
+from reconcile.location.search_bands import order_bands, over_turns, periods
+from reconcile.location.spectra import spectrum
 from reconcile.regression.residual import Residual
 from reconcile.regression.residual_noise import floor_density, spectral_density
 from reconcile.report.residual_profiles import MEASURED, ResidualProfile, ResidualProfiles

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from reconcile.location.residual_coordinates import ResidualAnalysis
+from reconcile.location.residual_analysis import ResidualAnalysis
 from reconcile.replay.model_replays import ReplayComparison
 from reconcile.report import sections
 from reconcile.report.figures import figures

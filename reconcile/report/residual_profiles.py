@@ -6,9 +6,9 @@ import numpy as np
 
 from kernels.arrays import Array
 from reconcile.location.coordinates import Coordinate, coordinates
-from reconcile.location.explained_share import samples, share, used_bins
+from reconcile.location.explained_share import bins_in_use, explained_share, samples_in_use
 from reconcile.location.locate import in_phase
-from reconcile.location.residual_coordinates import (
+from reconcile.location.residual_analysis import (
     LEAST_REPORTED_SHARE,
     MODELS,
     ResidualAnalysis,
@@ -44,16 +44,14 @@ class ResidualProfiles:
         self._samples = {}
         for model in (*MODELS, MEASURED):
             pairs = zip(residuals, residuals_of_model(residuals, model), strict=True)
-            self._samples[model] = samples(residuals, [in_phase(one, values) for one, values in pairs])
+            self._samples[model] = samples_in_use(residuals, [in_phase(one, values) for one, values in pairs])
 
     def best(self) -> list[ResidualProfile]:
         """Return the profiles over the best explaining coordinates, the largest share first."""
         located = [one for one in self._analysis.located if one.coordinate in self._by_name]
         count = max(sum(one.share >= LEAST_REPORTED_SHARE for one in located), MIN_COORDINATES)
         return [
-            self._profile(
-                self._by_name[one.coordinate], by_direction=one.by_direction, explained_share=one.share
-            )
+            self._profile(self._by_name[one.coordinate], by_direction=one.by_direction, share=one.share)
             for one in located[: min(count, MAX_COORDINATES)]
         ]
 
@@ -68,23 +66,19 @@ class ResidualProfiles:
                 np.where(residual.data.motion.last_direction == sign, all_bins, -1)
                 for residual, all_bins in zip(self._analysis.residuals, coordinate.bins, strict=True)
             ]
-            found[direction] = self._profile(
-                coordinate._replace(bins=bins), by_direction=False, explained_share=0.0
-            )
+            found[direction] = self._profile(coordinate._replace(bins=bins), by_direction=False, share=0.0)
         return found
 
-    def _profile(
-        self, coordinate: Coordinate, *, by_direction: bool, explained_share: float
-    ) -> ResidualProfile:
-        bins = used_bins(coordinate, self._analysis.residuals)
+    def _profile(self, coordinate: Coordinate, *, by_direction: bool, share: float) -> ResidualProfile:
+        bins = bins_in_use(coordinate, self._analysis.residuals)
         by_model = {
-            model: share(given, bins, coordinate.size, signed_by_direction=by_direction)
+            model: explained_share(given, bins, coordinate.size, signed_by_direction=by_direction)
             for model, given in self._samples.items()
         }
         return ResidualProfile(
             coordinate=coordinate,
             by_direction=by_direction,
-            share=explained_share,
+            share=share,
             means={model: one.mean for model, one in by_model.items()},
             errors={model: one.errors for model, one in by_model.items()},
             counts=by_model["after"].counts,

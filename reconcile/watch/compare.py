@@ -13,7 +13,7 @@ from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.location.coordinates import Coordinate, coordinates
-from reconcile.location.explained_share import samples, share, used_bins
+from reconcile.location.explained_share import bins_in_use, explained_share, samples_in_use
 from reconcile.location.locate import in_phase, locate, located_json
 from reconcile.nominal_model.model_terms import terms_of_model
 from reconcile.recording.recording import AxisRecording
@@ -91,9 +91,9 @@ def _signed_profile(
 ) -> ChangeProfile:
     sides = []
     for part, bins in ((old, of.bins[: len(old)]), (new, of.bins[len(old) :])):
-        given = samples(part, [in_phase(residual, residual.refitted) for residual in part])
-        used = used_bins(of._replace(bins=list(bins)), part)
-        found = share(given, used, of.size, signed_by_direction=signed_by_direction)
+        given = samples_in_use(part, [in_phase(residual, residual.refitted) for residual in part])
+        used = bins_in_use(of._replace(bins=list(bins)), part)
+        found = explained_share(given, used, of.size, signed_by_direction=signed_by_direction)
         full = found.counts > 0.0
         sides.append((np.where(full, found.mean, np.nan), np.where(full, found.errors, np.nan)))
     return ChangeProfile(of, signed_by_direction, *sides)

@@ -7,7 +7,7 @@ from formula_residuals import LEAD_M, MASS_KG, T, data, residual
 from numpy.typing import NDArray
 
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
-from reconcile.location.residual_coordinates import ResidualAnalysis, analyse_residuals
+from reconcile.location.residual_analysis import ResidualAnalysis, analyse_residuals
 from reconcile.nominal_model.model_file import load_model
 from reconcile.replay.model_replays import ReplayComparison
 from reconcile.replay.replay import Replay

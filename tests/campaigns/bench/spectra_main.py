@@ -24,8 +24,9 @@ from scipy.signal import lombscargle, welch
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData
 from reconcile.location.locate import in_phase
-from reconcile.location.pitches import over_turns
-from reconcile.location.spectral_lines import lines, octaves
+from reconcile.location.search_bands import over_turns
+from reconcile.location.spectra import octaves
+from reconcile.location.spectral_lines import find_lines
 from reconcile.regression.regression_data import CORNER_RAD_S, FILTER_HZ
 from reconcile.regression.residual import Residual
 from reconcile.regression.residual_noise import READ_BAND, spectral_density
@@ -128,9 +129,9 @@ def white(cases: int) -> dict[str, Any]:
 def strongest(one: Residual) -> float:
     """Return the strongest line by Lomb and Scargle over the samples in use, cycles a turn."""
     track = over_turns(one, in_phase(one, one.refitted))
-    resolution = 1.0 / float(np.ptp(track.place))
+    resolution = 1.0 / float(np.ptp(track.abscissa))
     cycles = np.arange(LOWEST, HIGHEST, 0.25 * resolution)
-    power = lombscargle(track.place, track.values, 2.0 * math.pi * cycles, weights=track.weight)
+    power = lombscargle(track.abscissa, track.values, 2.0 * math.pi * cycles, weights=track.weight)
     return float(cycles[int(np.argmax(power))])
 
 
@@ -149,9 +150,9 @@ def line(cases: int) -> dict[str, Any]:
         order = float(np.random.default_rng(seed).uniform(1.0, 6.0))
         lined = residual(wave(order), seed=seed)
         track = over_turns(lined, in_phase(lined, lined.refitted))
-        width = 1.0 / float(np.ptp(track.place))
+        width = 1.0 / float(np.ptp(track.abscissa))
         start_s = time.process_time()
-        mine = lines([track], bands, skip)
+        mine = find_lines([track], bands, skip)
         between_s = time.process_time()
         other = strongest(lined)
         end_s = time.process_time()
@@ -159,7 +160,7 @@ def line(cases: int) -> dict[str, Any]:
         took["Lomb-Scargle"] = min(took["Lomb-Scargle"], end_s - between_s)
         found["ours"] += bool(mine) and abs(mine[0].cycles - order) < width
         found["Lomb-Scargle"] += abs(other - order) < width
-        in_noise += bool(lines([over_turns(lined, lined.after)], bands, skip))
+        in_noise += bool(find_lines([over_turns(lined, lined.after)], bands, skip))
     return {
         "found": found,
         "a line of ours in noise": in_noise,

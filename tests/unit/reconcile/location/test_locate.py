@@ -13,8 +13,9 @@ from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.location.coordinates import PHASES, phases
 from reconcile.location.locate import LocatedResidual, in_phase, locate, located_json
-from reconcile.location.pitches import order_name
-from reconcile.location.spectral_lines import Line, Track, lines
+from reconcile.location.search_bands import order_name
+from reconcile.location.spectra import Band, Track
+from reconcile.location.spectral_lines import SpectralLine, find_lines
 from reconcile.nominal_model.model_file import load_model
 from reconcile.regression.regression_data import FILTER_HZ
 from reconcile.regression.state_filter import StateFilter
@@ -152,8 +153,8 @@ def test_the_range_holds_where_the_excess_is(axis: NominalAxis) -> None:
 
 
 def test_orders_have_the_names_of_poles_and_of_the_grating(axis: NominalAxis) -> None:
-    def line(cycles: float) -> Line:
-        return Line(cycles, 0.05, 1.0, 0.5)
+    def line(cycles: float) -> SpectralLine:
+        return SpectralLine(cycles, 0.05, 1.0, 0.5)
 
     known = axis._replace(lead_m=5e-3, pole_pairs=4, grating_m=20e-6)
     assert [order_name(line(w), known) for w in (1.0, 4.0, 24.0, 250.0, 500.0, 1.5)] == [
@@ -199,8 +200,8 @@ def test_a_recording_of_which_nothing_is_left_changes_no_line() -> None:
     of_ones, blocks = np.ones_like(time_s), (time_s // 1.0).astype(np.int64)
     hum = Track(np.sin(2.0 * math.pi * 7.0 * time_s), time_s, of_ones, of_ones, blocks)
     nothing = Track(*(column[:0] for column in hum))
-    [alone] = lines([hum], [(2.0, 20.0)], [np.empty(0)])
-    [beside] = lines([hum, nothing], [(2.0, 20.0)], [np.empty(0)])
+    [alone] = find_lines([hum], [Band(2.0, 20.0)], [np.empty(0)])
+    [beside] = find_lines([hum, nothing], [Band(2.0, 20.0)], [np.empty(0)])
     assert alone.cycles == pytest.approx(7.0, abs=0.01)
     half = alone._replace(
         amplitude=alone.amplitude / math.sqrt(2.0)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from report_examples import HOSTILE, two_analyses, two_replays
 
-from reconcile.location.residual_coordinates import ResidualAnalysis, verdict_noise, verdict_places
+from reconcile.location.residual_analysis import ResidualAnalysis, located_of_verdict, noise_of_verdict
 from reconcile.replay.model_replays import ReplayComparison, replays_json
 from reconcile.report.report import write_report
 
@@ -29,8 +29,8 @@ def verdict(views: list[ResidualAnalysis], replayed: list[ReplayComparison]) -> 
     return {
         "verdict": "effects",
         "notes": [f"run.csv: {HOSTILE}"],
-        "located": verdict_places(views),
-        "noise_floor": verdict_noise(views),
+        "located": located_of_verdict(views),
+        "noise_floor": noise_of_verdict(views),
         "findings": [
             {
                 "axis": "x",

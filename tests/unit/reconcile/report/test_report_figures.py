@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import pytest
 from formula_residuals import N, T
 
-from reconcile.location.residual_coordinates import ResidualAnalysis
+from reconcile.location.residual_analysis import ResidualAnalysis
 from reconcile.replay.model_replays import ReplayComparison
 from reconcile.report.figures import figures
 from reconcile.report.replay_figures import replay_figures

@@ -19,14 +19,16 @@ LEAST_REPORTED_SHARE = 0.002
 
 
 class ResidualAnalysis(NamedTuple):
-    """One channel of one axis."""
+    """The analysis of one channel of one axis."""
 
     axis: str
     channel: ResidualChannel
     residuals: list[Residual]
     located: list[LocatedResidual]
+    """The coordinate or line that explains most first."""
     floor: NoiseFloor
     whiteness_by_model: dict[str, Whiteness]
+    """By name in MODELS."""
     nominal: NominalAxis
 
 
@@ -35,25 +37,31 @@ def residual_analyses(
 ) -> list[ResidualAnalysis]:
     """Analyse every channel of a diagnosis, axis by axis."""
     return [
-        analyse_residuals(name, e.channel, e.residuals, axes[name], e.base.get("mass_kg", axes[name].mass_kg))
-        for name, own in explanations.items()
-        for e in own
+        analyse_residuals(
+            name,
+            explanation.channel,
+            explanation.residuals,
+            axes[name],
+            explanation.base.get("mass_kg", axes[name].mass_kg),
+        )
+        for name, of_axis in explanations.items()
+        for explanation in of_axis
     ]
 
 
 def analyse_residuals(
     name: str, channel: ResidualChannel, residuals: list[Residual], axis: NominalAxis, mass_kg: float
 ) -> ResidualAnalysis:
-    """Analyse one channel; `mass_kg` as identified."""
-    located, floor = locate(residuals, channel, axis), noise_floor(residuals, channel, mass_kg)
-    white = {model: whiteness(residuals, residuals_of_model(residuals, model)) for model in MODELS}
+    """Analyse one channel of the axis `name`; `mass_kg` as identified."""
     return ResidualAnalysis(
         axis=name,
         channel=channel,
         residuals=residuals,
-        located=located,
-        floor=floor,
-        whiteness_by_model=white,
+        located=locate(residuals, channel, axis),
+        floor=noise_floor(residuals, channel, mass_kg),
+        whiteness_by_model={
+            model: whiteness(residuals, residuals_of_model(residuals, model)) for model in MODELS
+        },
         nominal=axis,
     )
 
@@ -63,19 +71,20 @@ def residuals_of_model(residuals: Sequence[Residual], model: str) -> list[Array]
     return [getattr(residual, model) for residual in residuals]
 
 
-def verdict_places(analyses: Sequence[ResidualAnalysis]) -> list[dict[str, Any]]:
+def located_of_verdict(analyses: Sequence[ResidualAnalysis]) -> list[dict[str, Any]]:
     """`located` of verdict.json: by channel, the largest share first."""
     return [
-        located_json(one.axis, place)
-        for one in analyses
-        for place in one.located
-        if place.share >= LEAST_REPORTED_SHARE
+        located_json(analysis.axis, located)
+        for analysis in analyses
+        for located in analysis.located
+        if located.share >= LEAST_REPORTED_SHARE
     ]
 
 
-def verdict_noise(analyses: Sequence[ResidualAnalysis]) -> dict[str, dict[str, Any]]:
+def noise_of_verdict(analyses: Sequence[ResidualAnalysis]) -> dict[str, dict[str, Any]]:
     """`noise_floor` of verdict.json, by axis and channel."""
-    found: dict[str, dict[str, Any]] = {}
-    for one in analyses:
-        found.setdefault(one.axis, {})[one.channel.value] = noise_json(one.floor, one.whiteness_by_model)
-    return found
+    by_axis: dict[str, dict[str, Any]] = {}
+    for analysis in analyses:
+        of_axis = by_axis.setdefault(analysis.axis, {})
+        of_axis[analysis.channel.value] = noise_json(analysis.floor, analysis.whiteness_by_model)
+    return by_axis
