@@ -9,8 +9,8 @@ from rich.text import Text
 
 from kernels.readable_units import display_unit
 from reconcile.formats.rotary_units import unit_of
-from reconcile.report.experiment_text import following_text
-from reconcile.report.unnamed_curve import curve_in_words
+from reconcile.report.experiment_text import next_experiment_text
+from reconcile.report.unnamed_curve import curve_as_text
 from reconcile.report.words import (
     CHANNEL_NAMES,
     display_name,
@@ -25,6 +25,7 @@ from reconcile.report.words import (
 )
 
 COLOURS = {"consistent": "green", "parameters": "cyan", "effects": "yellow", "unknown": "magenta"}
+"""Colour of a verdict on a terminal."""
 
 
 def show(verdict: Mapping[str, Any], console: Console) -> None:
@@ -34,39 +35,16 @@ def show(verdict: Mapping[str, Any], console: Console) -> None:
     console.print(Text(summary.sentence, style="bold"))
     console.print(Text(summary.advice))
     for finding in verdict["findings"]:
-        alike = f" (or {', '.join(finding['equivalent'])})" if finding["equivalent"] else ""
-        console.print()
-        console.print(
-            Text(f"axis {finding['axis']}: ")
-            + Text(finding["effect"], style="bold")
-            + Text(f"{alike}, confidence {percent(finding['confidence'])}")
-        )
-        console.print(Text(f"  {finding['explanation']}"))
-        names = parameter_names(finding["parameters"])
-        if curve := curve_in_words(finding):
-            console.print(Text(f"  {curve}"))
-            continue
-        for key, parameter in finding["parameters"].items():
-            console.print(Text(f"  {names[key]}: {interval(parameter)}"))
+        _show_finding(finding, console)
     if verdict["minor"]:
         console.print()
         console.print(Text(minor_effects(verdict)))
     console.print()
-    console.print(_fit(verdict["fit"]))
-    for axis, of_axis in verdict["fit"].items():
-        for one in of_axis.get("replay", ()):
-            force, motor_m = one["force_error"], one["motor_rms_m"]
-            unit = unit_of("m", rotary=is_rotary(verdict, axis))
-            console.print(
-                Text(
-                    f"axis {axis}, closed-loop replay of {one['recording']}: force error "
-                    f"{100.0 * force['before']:.2f} -> {100.0 * force['after']:.2f} %, position "
-                    f"{quantity(motor_m['before'], unit)} -> {quantity(motor_m['after'], unit)}"
-                )
-            )
+    console.print(_fit_table(verdict["fit"]))
+    _show_replays(verdict, console)
     if verdict["next_experiment"]:
         console.print()
-        console.print(Text(f"next experiment: {following_text(verdict)}"))
+        console.print(Text(f"next experiment: {next_experiment_text(verdict)}"))
         console.print()
     for note in verdict["notes"]:
         console.print(Text(f"note: {note}", style="dim"))
@@ -75,7 +53,38 @@ def show(verdict: Mapping[str, Any], console: Console) -> None:
         console.print(Text(f"axis {entry['axis']}, not observable ({entry['why']}): {effects}", style="dim"))
 
 
-def _fit(fit: Mapping[str, Any]) -> Table:
+def _show_finding(finding: Mapping[str, Any], console: Console) -> None:
+    equivalent = f" (or {', '.join(finding['equivalent'])})" if finding["equivalent"] else ""
+    console.print()
+    console.print(
+        Text(f"axis {finding['axis']}: ")
+        + Text(finding["effect"], style="bold")
+        + Text(f"{equivalent}, confidence {percent(finding['confidence'])}")
+    )
+    console.print(Text(f"  {finding['explanation']}"))
+    if curve := curve_as_text(finding):
+        console.print(Text(f"  {curve}"))
+        return
+    names = parameter_names(finding["parameters"])
+    for key, parameter in finding["parameters"].items():
+        console.print(Text(f"  {names[key]}: {interval(parameter)}"))
+
+
+def _show_replays(verdict: Mapping[str, Any], console: Console) -> None:
+    for axis, of_axis in verdict["fit"].items():
+        unit = unit_of("m", rotary=is_rotary(verdict, axis))
+        for replay in of_axis.get("replay", ()):
+            force_error, motor_rms_m = replay["force_error"], replay["motor_rms_m"]
+            console.print(
+                Text(
+                    f"axis {axis}, closed-loop replay of {replay['recording']}: force error "
+                    f"{100.0 * force_error['before']:.2f} -> {100.0 * force_error['after']:.2f} %, position "
+                    f"{quantity(motor_rms_m['before'], unit)} -> {quantity(motor_rms_m['after'], unit)}"
+                )
+            )
+
+
+def _fit_table(fit: Mapping[str, Any]) -> Table:
     table = Table(title="RMS of what the model misses", title_justify="left", box=None, pad_edge=False)
     for name in ("axis", "in", "nominal", "refitted", "with the effects"):
         table.add_column(name, justify="left" if name in {"axis", "in"} else "right")

@@ -1,4 +1,4 @@
-"""The next experiment of a verdict as a paragraph: reason, motion with its numbers, and what it decides."""
+"""The next experiment of a verdict as a paragraph: reason, motion with its numbers, what it decides."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,7 +21,7 @@ UNITS = {
     "_n": "N",
     "_s": "s",
 }
-"""Suffix of a key -> its unit, the longest first."""
+"""Unit by suffix of a key, the longest first."""
 PHRASES = {
     "directions": "directions: {}",
     "times": "{} times",
@@ -30,42 +30,46 @@ PHRASES = {
     "record_too": "recorded too: {}",
     "then": "then {}",
 }
+"""Text of a number of the motion by its key, where it is no quantity with a unit."""
 
 
-def following_text(verdict: Mapping[str, Any]) -> str:
+def next_experiment_text(verdict: Mapping[str, Any]) -> str:
     """Return the next experiment of a verdict in the units of its axis."""
-    following = verdict["next_experiment"]
-    return paragraph(following, rotary=is_rotary(verdict, following.get("axis", "")))
+    experiment = verdict["next_experiment"]
+    return paragraph(experiment, rotary=is_rotary(verdict, experiment.get("axis", "")))
 
 
-def paragraph(following: Mapping[str, Any], *, rotary: bool = False) -> str:
+def paragraph(experiment: Mapping[str, Any], *, rotary: bool = False) -> str:
     """Return the text of `next_experiment` of verdict.json; empty where nothing is open."""
-    if not following:
+    if not experiment:
         return ""
-    numbers = "; ".join(_number(key, value) for key, value in following.items() if key not in PROSE_KEYS)
-    axis, motion = following["axis"], following["motion"]
-    parts = [f"{capitalised(following['why'])}.", f"On axis {axis}, record {motion}."]
+    numbers = "; ".join(_number(key, value) for key, value in experiment.items() if key not in PROSE_KEYS)
+    axis, motion = experiment["axis"], experiment["motion"]
+    parts = [f"{capitalised(experiment['why'])}.", f"On axis {axis}, record {motion}."]
     if numbers:
         parts[-1] = f"On axis {axis}, record {motion} ({numbers})."
-    apart = [display_name(name) for name in following["separates"] if name != "unknown"]
-    if len(apart) > 1:
-        parts.append(f"That decides between {join_words(apart)}: {following['tells']}.")
-    elif apart:
-        parts.append(f"That shows {apart[0]}: {following['tells']}.")
+    separated = [display_name(name) for name in experiment["separates"] if name != "unknown"]
+    if len(separated) > 1:
+        parts.append(f"That decides between {join_words(separated)}: {experiment['tells']}.")
+    elif separated:
+        parts.append(f"That shows {separated[0]}: {experiment['tells']}.")
     else:
-        parts.append(f"That shows {following['tells']}.")
-    if "evidence_nats" in following:
-        parts += [_expected(following), f"`servo-ctrl run --program {following['program']}` makes it."]
+        parts.append(f"That shows {experiment['tells']}.")
+    if "evidence_nats" in experiment:
+        parts += [
+            _expected_evidence(experiment),
+            f"`servo-ctrl run --program {experiment['program']}` makes it.",
+        ]
     return sentence_of(" ".join(parts), rotary=rotary)
 
 
-def _expected(following: Mapping[str, Any]) -> str:
+def _expected_evidence(experiment: Mapping[str, Any]) -> str:
     """State the expected evidence, and that of the least suitable motion."""
-    instead, nats, seconds = following["instead"], following["evidence_nats"], following["seconds"]
-    other, of_other = instead["motion"], instead["evidence_nats"]
-    if other == following["motion"]:
+    nats, seconds = experiment["evidence_nats"], experiment["seconds"]
+    other, other_nats = experiment["instead"]["motion"], experiment["instead"]["evidence_nats"]
+    if other == experiment["motion"]:
         return f"It is expected to do so by {nats:g} nats in {seconds:g} s."
-    return f"It is expected to do so by {nats:g} nats in {seconds:g} s; {other} would by {of_other:g}."
+    return f"It is expected to do so by {nats:g} nats in {seconds:g} s; {other} would by {other_nats:g}."
 
 
 def _number(key: str, value: Any) -> str:
@@ -74,7 +78,7 @@ def _number(key: str, value: Any) -> str:
     text = join_words(f"{one:g}" if isinstance(one, int | float) else str(one) for one in values)
     if key in PHRASES:
         return PHRASES[key].format(text)
-    for end, unit in UNITS.items():
-        if key.endswith(end):
-            return f"{display_name(key.removesuffix(end))} {text} {unit}"
+    for suffix, unit in UNITS.items():
+        if key.endswith(suffix):
+            return f"{display_name(key.removesuffix(suffix))} {text} {unit}"
     return f"{display_name(key)}: {text}"

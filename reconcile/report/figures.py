@@ -2,13 +2,12 @@
 
 import html
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, true_runs
 from kernels.readable_units import display_unit
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.rotary_units import unit_of
@@ -17,7 +16,6 @@ from reconcile.location.locate import in_phase
 from reconcile.location.residual_analysis import MODELS, ResidualAnalysis, residuals_of_model
 from reconcile.location.search_bands import order_bands, over_turns, periods
 from reconcile.location.spectra import spectrum
-from reconcile.regression.residual import Residual
 from reconcile.regression.residual_noise import floor_density, spectral_density
 from reconcile.report.residual_profiles import MEASURED, ResidualProfile, ResidualProfiles
 from reconcile.report.traces import (
@@ -40,6 +38,8 @@ from servo_ctrl.report.html_file import packed
 
 SPECTRUM_POINTS = 1500
 """Most points of a spectrum: more than a wide screen has pixels."""
+DECADES_BELOW, DECADES_ABOVE = 4.5, 0.5
+"""Range of a spectral density around its highest point; below are numerical zeros."""
 WHITE_PROBABILITY = 0.05
 """Ljung-Box probability below which a residual is not called white; the customary level."""
 
@@ -48,12 +48,12 @@ def figures(analysis: ResidualAnalysis, buckets: int) -> list[Figure]:
     """Return all figures of a residual; time series are thinned to `buckets` of two points each."""
     plotter = _Plotter(analysis)
     profiles = ResidualProfiles(analysis)
-    found = [plotter.over_time(one, number, buckets) for number, one in enumerate(analysis.residuals)]
+    drawn = [plotter.over_time(number, buckets) for number in range(len(analysis.residuals))]
     if analysis.channel is ResidualChannel.POSITION_DEVIATION:
-        found += plotter.scale_less_motor(profiles.by_direction("position"))
-    found += [plotter.over_coordinate(profile) for profile in profiles.best()]
-    found += plotter.after_reversal(profiles.by_direction("distance_since_reversal"))
-    return [*found, plotter.spectrum(), *plotter.orders(), plotter.whiteness()]
+        drawn += plotter.scale_less_motor(profiles.by_direction("position"))
+    drawn += [plotter.over_coordinate(profile) for profile in profiles.best()]
+    drawn += plotter.after_reversal(profiles.by_direction("distance_since_reversal"))
+    return [*drawn, plotter.spectrum(), *plotter.orders(), plotter.whiteness()]
 
 
 class _Plotter:
@@ -61,32 +61,35 @@ class _Plotter:
 
     def __init__(self, analysis: ResidualAnalysis) -> None:
         self._analysis, self._rotary = analysis, analysis.nominal.rotary
-        nominal = np.concatenate([one.before[one.used] for one in analysis.residuals])
+        nominal = np.concatenate([residual.before[residual.used] for residual in analysis.residuals])
         self._factor, self._unit = display_unit(
             unit_of(analysis.floor.unit, rotary=self._rotary), float(np.abs(nominal).max(initial=0.0))
         )
-        self._floor = analysis.floor.rms / self._factor
+        self._noise_floor = analysis.floor.rms / self._factor
 
-    def over_time(self, residual: Residual, number: int, buckets: int) -> Figure:
-        t = residual.data.time_s
+    def over_time(self, number: int, buckets: int) -> Figure:
+        """Draw the residual of one recording over time, the position below it."""
+        residual = self._analysis.residuals[number]
+        time_s = residual.data.time_s
         data = []
         for model in MODELS:
             y = np.where(residual.used, getattr(residual, model) / self._factor, np.nan)
-            data.append(line(model, *thinned(t, y, buckets), name=MODEL_NAMES[model]))
-        size, unit = (1.0, "rad") if self._rotary else (1e-3, "mm")
-        x, y = thinned(t, residual.data.motion.position_m / size, buckets // 2)
+            data.append(line(model, *thinned(time_s, y, buckets), name=MODEL_NAMES[model]))
+        factor, unit = (1.0, "rad") if self._rotary else (1e-3, "mm")
+        x, y = thinned(time_s, residual.data.motion.position_m / factor, buckets // 2)
         data.append({**line("position", x, y, name="position"), "yaxis": "y2", "showlegend": False})
-        force = self._analysis.channel is ResidualChannel.FORCE
-        title = f"{('torque' if self._rotary else 'force') if force else 'deviation'} missed ({self._unit})"
-        drawing = stacked(title, f"position ({unit})", lower_height=0.22)
+        force = "torque" if self._rotary else "force"
+        missed = force if self._analysis.channel is ResidualChannel.FORCE else "deviation"
+        figure_layout = stacked(f"{missed} missed ({self._unit})", f"position ({unit})", lower_height=0.22)
         held_out = [
-            interval_band(float(t[first]), float(t[last - 1]), "--held-out")
-            for first, last in _intervals(residual.held_out)
+            interval_band(float(time_s[first]), float(time_s[end - 1]), "--held-out")
+            for first, end in true_runs(residual.held_out)
         ]
-        drawing["shapes"] = [*held_out, band(2.0 * self._floor)]
-        note = f"{residual.source}. Grey band: noise floor, twice its RMS of {self._floor:.3g} {self._unit}."
+        figure_layout["shapes"] = [*held_out, band(2.0 * self._noise_floor)]
+        floor = self._noise_floor
+        note = f"{residual.source}. Grey band: noise floor, twice its RMS of {floor:.3g} {self._unit}."
         note += " Shaded stretches were held out: nothing was fitted to them." if held_out else ""
-        return Figure(f"time-{number}", "Over time", note, data, drawing)
+        return Figure(f"time-{number}", "Over time", note, data, figure_layout)
 
     def over_coordinate(self, profile: ResidualProfile) -> Figure:
         coordinate = profile.coordinate
@@ -94,36 +97,37 @@ class _Plotter:
         x: Any = packed(coordinate.centres / factor)
         if coordinate.labels:
             x = [html.escape(label) for label in coordinate.labels]
-        filled = profile.counts > 0.0
+        has_samples = profile.counts > 0.0
         data = []
         for model in MODELS:
-            y = np.where(filled, profile.means[model] / self._factor, np.nan)
-            error = np.where(filled, 2.0 * profile.errors[model] / self._factor, 0.0)
+            y = np.where(has_samples, profile.means[model] / self._factor, np.nan)
+            error = np.where(has_samples, 2.0 * profile.errors[model] / self._factor, 0.0)
             data.append(dots(model, x, y, error, categories=bool(coordinate.labels)))
         name = display_name(coordinate.name)
-        turned = " times direction" if profile.by_direction else ""
-        drawing = self._over(coordinate, f"{name} ({unit})" if unit else name, f"mean{turned} ({self._unit})")
-        drawing["shapes"] = [band(self._floor)]
+        signed = " times direction" if profile.by_direction else ""
+        x_title, y_title = f"{name} ({unit})" if unit else name, f"mean{signed} ({self._unit})"
+        figure_layout = _coordinate_layout(coordinate, x_title, y_title)
+        figure_layout["shapes"] = [band(self._noise_floor)]
         note = f"Explains {100.0 * profile.share:.1f} % of what no value of the nominal model explains"
         note += " (on blocks left out of the mean)" if profile.share > 0.0 else ""
         note += "; its sign turns with the direction of motion." if profile.by_direction else "."
-        return Figure(f"over-{coordinate.name}", f"Over the {name}", note, data, drawing)
+        return Figure(f"over-{coordinate.name}", f"Over the {name}", note, data, figure_layout)
 
     def scale_less_motor(self, profiles: Mapping[str, ResidualProfile]) -> list[Figure]:
         """Draw the measured deviation over the travel, less its mean."""
         if not profiles:
             return []
         coordinate = profiles["forwards"].coordinate
-        levels = [profile.means[MEASURED][profile.counts > 0.0] for profile in profiles.values()]
-        mean = float(np.concatenate(levels).mean()) if any(map(len, levels)) else 0.0
+        bin_means = [profile.means[MEASURED][profile.counts > 0.0] for profile in profiles.values()]
+        mean = float(np.concatenate(bin_means).mean()) if any(map(len, bin_means)) else 0.0
         data = []
         for direction, profile in profiles.items():
             role = {"forwards": "before", "backwards": "after"}[direction]
             y = profile.means[MEASURED] / self._factor - mean / self._factor
-            data.append(self._by_direction(direction, profile, y, role, direction))
+            data.append(self._line_of_direction(direction, profile, y, role, direction))
         note = "As measured, less its mean. A gap between the directions is lost motion, a slope the lead."
-        drawing = self._over_unit(coordinate)
-        return [Figure("scale-less-motor", "Scale less motor over the travel", note, data, drawing)]
+        figure_layout = self._mean_layout(coordinate)
+        return [Figure("scale-less-motor", "Scale less motor over the travel", note, data, figure_layout)]
 
     def after_reversal(self, profiles: Mapping[str, ResidualProfile]) -> list[Figure]:
         """Draw the residual over the distance since the last reversal."""
@@ -131,7 +135,7 @@ class _Plotter:
             return []
         coordinate = profiles["forwards"].coordinate
         data = [
-            self._by_direction(
+            self._line_of_direction(
                 direction,
                 profile,
                 profile.means[model] / self._factor,
@@ -141,77 +145,86 @@ class _Plotter:
             for direction, profile in profiles.items()
             for model in ("before", "after")
         ]
-        drawing = self._over_unit(coordinate)
-        drawing["shapes"] = [band(self._floor)]
+        figure_layout = self._mean_layout(coordinate)
+        figure_layout["shapes"] = [band(self._noise_floor)]
         note = "A step that is there at once is play or Coulomb friction, one that grows is presliding."
-        return [Figure("since-reversal", "After a reversal", note, data, drawing)]
+        return [Figure("since-reversal", "After a reversal", note, data, figure_layout)]
 
     def spectrum(self) -> Figure:
+        """Draw the spectral density of the residual, and that of the noise floor."""
         residuals = self._analysis.residuals
         data = []
-        f, highest = np.zeros(1), 1e-300
+        frequency_hz, highest = np.zeros(1), 1e-300
         for model in ("before", "after"):
-            f, density = spectral_density(residuals, residuals_of_model(residuals, model))
+            frequency_hz, density = spectral_density(residuals, residuals_of_model(residuals, model))
             y = np.sqrt(np.maximum(density, 0.0)) / self._factor
             highest = max(highest, float(y[1:].max()))
-            data.append(line(model, f[1:], y[1:], name=MODEL_NAMES[model]))
-        floor = np.sqrt(floor_density(self._analysis.floor, f, residuals[0].data.period_s)) / self._factor
-        data.append(line("floor", f[1:], floor[1:], name="noise floor"))
+            data.append(line(model, frequency_hz[1:], y[1:], name=MODEL_NAMES[model]))
+        noise_density = floor_density(self._analysis.floor, frequency_hz, residuals[0].data.period_s)
+        noise = np.sqrt(noise_density) / self._factor
+        data.append(line("floor", frequency_hz[1:], noise[1:], name="noise floor"))
         data[-1]["line"]["dash"] = "dash"
-        drawing = layout("frequency (Hz)", f"density ({self._unit}/√Hz)")
-        drawing["xaxis"].update(LOGARITHMIC)
-        drawing["yaxis"].update(LOGARITHMIC)
-        drawing["yaxis"]["range"] = [math.log10(highest) - 4.5, math.log10(highest) + 0.5]
+        figure_layout = layout("frequency (Hz)", f"density ({self._unit}/√Hz)")
+        figure_layout["xaxis"].update(LOGARITHMIC)
+        figure_layout["yaxis"].update(LOGARITHMIC)
+        decade = math.log10(highest)
+        figure_layout["yaxis"]["range"] = [decade - DECADES_BELOW, decade + DECADES_ABOVE]
         note = "A line is a disturbance fixed in time, a hump a resonance; the filter takes off above 60 Hz."
-        return Figure("spectrum", "Spectrum", note, data, drawing)
+        return Figure("spectrum", "Spectrum", note, data, figure_layout)
 
     def orders(self) -> list[Figure]:
         """Draw the spectrum over cycles per turn; nothing where the axis moved too little."""
         axis, residuals = self._analysis.nominal, self._analysis.residuals
         bands, data = order_bands(axis), []
         for model in ("before", "after"):
-            tracks = [over_turns(one, in_phase(one, getattr(one, model))) for one in residuals]
-            cycles, amplitude = spectrum(tracks, bands)
-            if not len(cycles):
+            tracks = [
+                over_turns(residual, in_phase(residual, getattr(residual, model))) for residual in residuals
+            ]
+            order_spectrum = spectrum(tracks, bands)
+            if not len(order_spectrum.cycles):
                 return []
-            x, y = peaks(cycles, amplitude / self._factor, SPECTRUM_POINTS)
+            amplitude = order_spectrum.amplitude / self._factor
+            x, y = peaks(order_spectrum.cycles, amplitude, SPECTRUM_POINTS)
             data.append(line(model, x, y, name=MODEL_NAMES[model]))
-        drawing = layout("cycles a turn", f"amplitude ({self._unit})")
-        drawing["xaxis"].update(LOGARITHMIC)
-        marks = periods(axis)
-        drawing["shapes"] = [upright(at) for _, at in marks]
-        drawing["annotations"] = [mark(f"1 a {name}", at) for name, at in marks]
+        figure_layout = layout("cycles a turn", f"amplitude ({self._unit})")
+        figure_layout["xaxis"].update(LOGARITHMIC)
+        marked = periods(axis)
+        figure_layout["shapes"] = [upright(period.cycles_per_turn) for period in marked]
+        figure_layout["annotations"] = [
+            mark(f"1 a {period.name}", period.cycles_per_turn) for period in marked
+        ]
         note = (
             "What repeats with the travel, not with time: screw, motor poles, grating. Weighted with the "
             "part of the samples that are slow enough to show it."
         )
-        return [Figure("orders", "Order spectrum", note, data, drawing)]
+        return [Figure("orders", "Order spectrum", note, data, figure_layout)]
 
     def whiteness(self) -> Figure:
+        """Draw the autocorrelation of the residual, with the band of white noise."""
         by_model = self._analysis.whiteness_by_model
         data = [
             dots(model, packed(by_model[model].lags_s), by_model[model].correlation, None, categories=False)
             for model in ("before", "after")
         ]
-        drawing = layout("lag (s)", "autocorrelation")
+        figure_layout = layout("lag (s)", "autocorrelation")
         bound, p = by_model["after"].bound, by_model["after"].probability
-        drawing["shapes"] = [band(bound)]
-        drawing["yaxis"]["range"] = [-1.0, 1.0]
+        figure_layout["shapes"] = [band(bound)]
+        figure_layout["yaxis"]["range"] = [-1.0, 1.0]
         conclusion = "could be white noise" if p > WHITE_PROBABILITY else "is not white noise"
         note = f"Grey band: 95 % of white noise. The residual {conclusion} (Ljung-Box, p = {p:.2g})."
-        return Figure("whiteness", "Is the residual noise?", note, data, drawing)
+        return Figure("whiteness", "Is the residual noise?", note, data, figure_layout)
 
-    def _by_direction(
+    def _line_of_direction(
         self, direction: str, profile: ResidualProfile, y: Array, role: str, name: str
     ) -> dict[str, Any]:
-        """Return a line over the filled bins; forwards solid, backwards dashed."""
+        """Return a line over the bins that have samples; forwards solid, backwards dashed."""
         factor, _ = self._coordinate_unit(profile.coordinate)
-        filled = profile.counts > 0.0
-        trace = line(role, profile.coordinate.centres[filled] / factor, y[filled], name=name)
+        has_samples = profile.counts > 0.0
+        trace = line(role, profile.coordinate.centres[has_samples] / factor, y[has_samples], name=name)
         trace["mode"] = "lines+markers"
-        forwards = direction == "forwards"
-        trace["marker"] = {"symbol": "triangle-right" if forwards else "triangle-left", "size": 7}
-        trace["line"]["dash"] = "solid" if forwards else "dash"
+        is_forwards = direction == "forwards"
+        trace["marker"] = {"symbol": "triangle-right" if is_forwards else "triangle-left", "size": 7}
+        trace["line"]["dash"] = "solid" if is_forwards else "dash"
         return trace
 
     def _coordinate_unit(self, coordinate: Coordinate) -> tuple[float, str]:
@@ -219,18 +232,15 @@ class _Plotter:
         size = float(np.sqrt(edges[0] * edges[-1])) if edges[0] > 0.0 else float(np.abs(edges).max())
         return display_unit(unit_of(coordinate.unit, rotary=self._rotary), size)
 
-    def _over_unit(self, coordinate: Coordinate) -> dict[str, Any]:
+    def _mean_layout(self, coordinate: Coordinate) -> dict[str, Any]:
+        """Return the layout of a mean over a coordinate that has a unit."""
         _, unit = self._coordinate_unit(coordinate)
-        return self._over(coordinate, f"{display_name(coordinate.name)} ({unit})", f"mean ({self._unit})")
-
-    def _over(self, coordinate: Coordinate, x: str, y: str) -> dict[str, Any]:
-        drawing = layout(x, y)
-        if coordinate.logarithmic:
-            drawing["xaxis"].update(LOGARITHMIC)
-        return drawing
+        x_title = f"{display_name(coordinate.name)} ({unit})"
+        return _coordinate_layout(coordinate, x_title, f"mean ({self._unit})")
 
 
-def _intervals(mask: NDArray[np.bool_]) -> Sequence[tuple[int, int]]:
-    """Return first and one past last sample of each run of True."""
-    edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
-    return [(int(first), int(last)) for first, last in zip(edges[::2], edges[1::2], strict=True)]
+def _coordinate_layout(coordinate: Coordinate, x_title: str, y_title: str) -> dict[str, Any]:
+    figure_layout = layout(x_title, y_title)
+    if coordinate.logarithmic:
+        figure_layout["xaxis"].update(LOGARITHMIC)
+    return figure_layout

@@ -1,6 +1,7 @@
 """The closed-loop replay as a figure: recorded force and both models where the nominal error is largest."""
 
 from collections.abc import Container, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,16 +21,17 @@ def replay_figures(
 
     `rotary`: the rotary axes.
     """
-    found: dict[str, Figure] = {}
-    for one in comparisons:
-        if one.axis not in found:
-            found[one.axis] = _figure(one, buckets, unit_of("N", rotary=one.axis in rotary))
-    return found
+    by_axis: dict[str, Figure] = {}
+    for comparison in comparisons:
+        axis = comparison.axis
+        if axis not in by_axis:
+            by_axis[axis] = _figure(comparison, buckets, unit_of("N", rotary=axis in rotary))
+    return by_axis
 
 
-def _figure(one: ReplayComparison, buckets: int, unit: str) -> Figure:
-    nominal, repaired = one.nominal, one.repaired
-    start, end = _worst_interval(one)
+def _figure(comparison: ReplayComparison, buckets: int, unit: str) -> Figure:
+    nominal, repaired = comparison.nominal, comparison.repaired
+    start, end = _worst_interval(comparison)
     time_s = nominal.time_s[start:end]
     data = []
     for role, name, force_n in (
@@ -39,8 +41,8 @@ def _figure(one: ReplayComparison, buckets: int, unit: str) -> Figure:
     ):
         data.append(line(role, *thinned(time_s, force_n[start:end], buckets), name=name))
     data[-1]["line"]["dash"] = "dot"  # a good model coincides with the recording, which must stay visible
-    for role, run in (("before", nominal), ("after", repaired)):
-        error_n = (run.replayed_force_n - run.force_n)[start:end]
+    for role, replay in (("before", nominal), ("after", repaired)):
+        error_n = (replay.replayed_force_n - replay.force_n)[start:end]
         trace = line(role, *thinned(time_s, error_n, buckets), name=f"error, {MODEL_NAMES[role]}")
         data.append({**trace, "yaxis": "y2", "showlegend": False})
     interval = f"{SHOWN_S:g} s in which the nominal model is furthest off"
@@ -51,16 +53,23 @@ def _figure(one: ReplayComparison, buckets: int, unit: str) -> Figure:
         "model along the recorded reference; nothing else of the recording goes in but where and "
         "how fast the axis began."
     )
-    drawing = stacked(f"motor force ({unit})", f"error ({unit})", lower_height=0.34)
-    return Figure("replay", "Force in the closed loop", note, data, drawing)
+    figure_layout = stacked(f"motor force ({unit})", f"error ({unit})", lower_height=0.34)
+    return Figure("replay", "Force in the closed loop", note, data, figure_layout)
 
 
-def _worst_interval(one: ReplayComparison) -> tuple[int, int]:
-    """Return the first and last sample of the interval with the largest force error of the nominal model."""
-    squares = (one.nominal.replayed_force_n - one.nominal.force_n) ** 2
-    width = int(np.searchsorted(one.nominal.time_s, SHOWN_S))
+class _Interval(NamedTuple):
+    start: int
+    end: int
+    """One past the last sample."""
+
+
+def _worst_interval(comparison: ReplayComparison) -> _Interval:
+    """Return the interval with the largest squared force error of the nominal model."""
+    nominal = comparison.nominal
+    squares = (nominal.replayed_force_n - nominal.force_n) ** 2
+    width = int(np.searchsorted(nominal.time_s, SHOWN_S))
     if width >= len(squares):
-        return 0, len(squares)
-    total = np.concatenate(([0.0], np.cumsum(squares)))
-    start = int((total[width:] - total[:-width]).argmax())
-    return start, start + width
+        return _Interval(0, len(squares))
+    cumulated = np.concatenate(([0.0], np.cumsum(squares)))
+    start = int((cumulated[width:] - cumulated[:-width]).argmax())
+    return _Interval(start, start + width)

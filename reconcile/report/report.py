@@ -18,8 +18,8 @@ MAX_SERIES_BYTES = 2_000_000
 """Bounds all time series of a page together: plotly.js has 4.8 MB, and the page is to stay below 8 MB."""
 BYTES_PER_BUCKET = 92
 """Three and a half series, two points of two numbers each, four bytes a number as base64."""
-BUCKETS = (150, 1200)
-"""Fewest and most buckets of a time series: 150 still show every oscillation, 1200 fill a wide screen."""
+FEWEST_BUCKETS, MOST_BUCKETS = 150, 1200
+"""Buckets of a time series: 150 still show every oscillation, 1200 fill a wide screen."""
 
 
 def write_report(
@@ -31,14 +31,14 @@ def write_report(
     """Write the page of a verdict atomically. Raises OSError."""
     page = HtmlPage()
     series = max(sum(len(analysis.residuals) for analysis in analyses), 1)
-    buckets = min(max(MAX_SERIES_BYTES // (BYTES_PER_BUCKET * series), BUCKETS[0]), BUCKETS[1])
+    buckets = min(max(MAX_SERIES_BYTES // (BYTES_PER_BUCKET * series), FEWEST_BUCKETS), MOST_BUCKETS)
     residual_figures = [_residual_figures(analysis, buckets, page) for analysis in analyses]
     rotary = {analysis.axis for analysis in analyses if analysis.nominal.rotary}
     replay_cards = [
         page.card(f"{axis}-replay", figure, wide=True)
         for axis, figure in replay_figures(replays, buckets, rotary).items()
     ]
-    sources = list(dict.fromkeys(one.source for analysis in analyses for one in analysis.residuals))
+    sources = list(dict.fromkeys(residual.source for analysis in analyses for residual in analysis.residuals))
     body = (
         sections.verdict_card(verdict, sources),
         sections.findings(verdict, _curves(verdict, page)),
@@ -57,8 +57,8 @@ def _curves(verdict: Mapping[str, Any], page: HtmlPage) -> dict[int, str]:
     """Return the pictures of unnamed terms, by their index among the findings."""
     curves = enumerate(map(unnamed_curve, verdict["findings"]))
     return {
-        place: f'<figure style="margin:0">{page.plot(f"curve-{place}", curve)}</figure>'
-        for place, curve in curves
+        index: f'<figure style="margin:0">{page.plot(f"curve-{index}", curve)}</figure>'
+        for index, curve in curves
         if curve is not None
     }
 

@@ -18,7 +18,7 @@ from reconcile.location.residual_analysis import (
 MEASURED = "measured"
 """Name beside those of the models: the channel itself, without a model."""
 MIN_COORDINATES, MAX_COORDINATES = 3, 6
-"""Fewest and most drawn coordinates, however little they explain."""
+"""Fewest coordinates that are drawn, however little they explain, and most; chosen."""
 
 
 class ResidualProfile(NamedTuple):
@@ -40,19 +40,24 @@ class ResidualProfiles:
     def __init__(self, analysis: ResidualAnalysis) -> None:
         self._analysis = analysis
         residuals = analysis.residuals
-        self._by_name = {one.name: one for one in coordinates(residuals, analysis.channel)}
+        self._by_name = {
+            coordinate.name: coordinate for coordinate in coordinates(residuals, analysis.channel)
+        }
         self._samples = {}
         for model in (*MODELS, MEASURED):
             pairs = zip(residuals, residuals_of_model(residuals, model), strict=True)
-            self._samples[model] = samples_in_use(residuals, [in_phase(one, values) for one, values in pairs])
+            shifted = [in_phase(residual, values) for residual, values in pairs]
+            self._samples[model] = samples_in_use(residuals, shifted)
 
     def best(self) -> list[ResidualProfile]:
         """Return the profiles over the best explaining coordinates, the largest share first."""
-        located = [one for one in self._analysis.located if one.coordinate in self._by_name]
-        count = max(sum(one.share >= LEAST_REPORTED_SHARE for one in located), MIN_COORDINATES)
+        ranked = [located for located in self._analysis.located if located.coordinate in self._by_name]
+        count = max(sum(located.share >= LEAST_REPORTED_SHARE for located in ranked), MIN_COORDINATES)
         return [
-            self._profile(self._by_name[one.coordinate], by_direction=one.by_direction, share=one.share)
-            for one in located[: min(count, MAX_COORDINATES)]
+            self._profile(
+                self._by_name[located.coordinate], by_direction=located.by_direction, share=located.share
+            )
+            for located in ranked[: min(count, MAX_COORDINATES)]
         ]
 
     def by_direction(self, name: str) -> dict[str, ResidualProfile]:
@@ -60,26 +65,26 @@ class ResidualProfiles:
         coordinate = self._by_name.get(name)
         if coordinate is None:
             return {}
-        found = {}
+        profiles = {}
         for direction, sign in (("forwards", 1.0), ("backwards", -1.0)):
             bins = [
                 np.where(residual.data.motion.last_direction == sign, all_bins, -1)
                 for residual, all_bins in zip(self._analysis.residuals, coordinate.bins, strict=True)
             ]
-            found[direction] = self._profile(coordinate._replace(bins=bins), by_direction=False, share=0.0)
-        return found
+            profiles[direction] = self._profile(coordinate._replace(bins=bins), by_direction=False, share=0.0)
+        return profiles
 
     def _profile(self, coordinate: Coordinate, *, by_direction: bool, share: float) -> ResidualProfile:
         bins = bins_in_use(coordinate, self._analysis.residuals)
         by_model = {
-            model: explained_share(given, bins, coordinate.size, signed_by_direction=by_direction)
-            for model, given in self._samples.items()
+            model: explained_share(samples, bins, coordinate.size, signed_by_direction=by_direction)
+            for model, samples in self._samples.items()
         }
         return ResidualProfile(
             coordinate=coordinate,
             by_direction=by_direction,
             share=share,
-            means={model: one.mean for model, one in by_model.items()},
-            errors={model: one.errors for model, one in by_model.items()},
+            means={model: explained.mean for model, explained in by_model.items()},
+            errors={model: explained.errors for model, explained in by_model.items()},
             counts=by_model["after"].counts,
         )

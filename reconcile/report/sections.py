@@ -5,7 +5,7 @@ from typing import Any
 
 from kernels.readable_units import display_unit
 from reconcile.formats.rotary_units import sentence_of, unit_of
-from reconcile.report.experiment_text import following_text
+from reconcile.report.experiment_text import next_experiment_text
 from reconcile.report.html_page import answer, bar, bullets, grid, note, section
 from reconcile.report.words import (
     CHANNEL_NAMES,
@@ -43,15 +43,16 @@ def findings(verdict: Mapping[str, Any], curves: Mapping[int, str]) -> str:
 
     `curves`: HTML of the picture that replaces the values of a finding, by its index.
     """
-    cards = [_finding(finding, curves.get(place)) for place, finding in enumerate(verdict["findings"])]
-    beside = note(minor_effects(verdict)) if verdict["minor"] else ""
-    return f"<h2>What the model leaves out</h2>{grid(cards)}{beside}" if cards else beside
+    cards = [_finding_card(finding, curves.get(index)) for index, finding in enumerate(verdict["findings"])]
+    minor = note(minor_effects(verdict)) if verdict["minor"] else ""
+    return f"<h2>What the model leaves out</h2>{grid(cards)}{minor}" if cards else minor
 
 
-def _finding(finding: Mapping[str, Any], curve: str | None) -> str:
+def _finding_card(finding: Mapping[str, Any], curve: str | None) -> str:
     channel = CHANNEL_NAMES.get(finding["where"]["sensor"], finding["where"]["sensor"])
-    names = parameter_names(finding["parameters"])
-    values = [[escape(names[key]), escape(interval(one))] for key, one in finding["parameters"].items()]
+    parameters = finding["parameters"]
+    names = parameter_names(parameters)
+    values = [[escape(names[key]), escape(interval(parameter))] for key, parameter in parameters.items()]
     parts = [
         f"<h3>{escape(display_name(finding['effect']))}</h3>",
         f'<p class="faint">axis {escape(finding["axis"])}, seen in {escape(channel)}</p>',
@@ -60,8 +61,8 @@ def _finding(finding: Mapping[str, Any], curve: str | None) -> str:
         curve or (table(["parameter", "value (95 % interval)"], values) if values else ""),
     ]
     if finding["equivalent"]:
-        alike = ", ".join(map(display_name, finding["equivalent"]))
-        parts.append(f"<p><strong>These recordings cannot tell it from:</strong> {escape(alike)}.</p>")
+        equivalent = ", ".join(map(display_name, finding["equivalent"]))
+        parts.append(f"<p><strong>These recordings cannot tell it from:</strong> {escape(equivalent)}.</p>")
     rivals = [
         [
             escape(display_name(rival["effect"])),
@@ -79,7 +80,7 @@ def _finding(finding: Mapping[str, Any], curve: str | None) -> str:
 def locations(verdict: Mapping[str, Any]) -> str:
     """Return the coordinates over which model and recording differ, the largest explained share first."""
     heading = "Where model and recording differ"
-    ranked = sorted(verdict["located"], key=lambda one: -float(one["share"]))
+    ranked = sorted(verdict["located"], key=lambda entry: -float(entry["share"]))
     rows = [
         [
             escape(entry["axis"]),
@@ -92,12 +93,12 @@ def locations(verdict: Mapping[str, Any]) -> str:
     ]
     if not rows:
         return section(heading, note("Nowhere: the residual depends on nothing that was recorded."))
-    explained = note(
+    meaning = note(
         "Share of the variance that no value of the nominal model explains: how much of "
         "it the mean over the coordinate explains, on blocks left out of that mean. Coordinates overlap, "
         "so the shares do not add up."
     )
-    return section(heading, table(["axis", "in", "over", "most of it", "share"], rows), explained)
+    return section(heading, table(["axis", "in", "over", "most of it", "share"], rows), meaning)
 
 
 def fit(verdict: Mapping[str, Any]) -> str:
@@ -121,26 +122,26 @@ def fit(verdict: Mapping[str, Any]) -> str:
 def proof(verdict: Mapping[str, Any]) -> str:
     """Return the errors on held-out parts, part by part; empty without a proof."""
     rows = []
-    for axis, proofs in verdict.get("proof", {}).items():
-        for one in proofs:
-            for part in one["parts"]:
-                factor, unit = display_unit(one["unit"], part["measured"])
-                cells = [axis, f"{CHANNEL_NAMES[one['channel']]} ({unit})", part["recording"]]
+    for axis, of_axis in verdict.get("proof", {}).items():
+        for of_channel in of_axis:
+            for part in of_channel["parts"]:
+                factor, unit = display_unit(of_channel["unit"], part["measured"])
+                cells = [axis, f"{CHANNEL_NAMES[of_channel['channel']]} ({unit})", part["recording"]]
                 errors = [f"{part[key] / factor:.3g}" for key in ("measured", "rigid", "written")]
                 rows.append([*map(escape, cells), *errors])
     if not rows:
         return ""
-    explained = note(
-        "Each recording is left out in turn, of an only one its last third: what the others tell is written "
-        "as a model file and loaded again, and no value is fitted to what was left out. The rigid model is "
-        "mass, viscous and Coulomb friction, fitted anew on the same recordings."
+    meaning = note(
+        "Each recording is left out in turn, or the last third of a single one. The model that the others "
+        "give is written as a file and loaded again, and no value is fitted to what was left out. The rigid "
+        "model is mass, viscous and Coulomb friction, refitted on the same recordings."
     )
     head = ["axis", "RMS of", "left out", "measured", "rigid", "model.toml"]
-    return section("Proof on what was left out", table(head, rows, numeric=range(3, 6)), explained)
+    return section("Proof on what was left out", table(head, rows, numeric=range(3, 6)), meaning)
 
 
 def accounted(verdict: Mapping[str, Any]) -> str:
-    """Return the contribution of each part of the model, and the unexplained remainder."""
+    """Return the contribution of each part of the model, and the unexplained residual."""
     rows = []
     for axis, of_axis in verdict.get("accounted", {}).items():
         for channel, sizes in of_axis.items():
@@ -151,40 +152,40 @@ def accounted(verdict: Mapping[str, Any]) -> str:
                 rows.append([*map(escape, cells), f"{part['rms'] / factor:.3g}", escape(share)])
     if not rows:
         return ""
-    explained = note("Shares are of the squares of what was measured. Parts overlap: they need not add up.")
+    meaning = note("Shares are of the squares of what was measured. Parts overlap: they need not add up.")
     head = ["axis", "RMS of", "part", "RMS", "share"]
     withdrawn = [
-        f"{display_name(one['effect'])} (axis {one['axis']}): {one['why']}" for one in verdict["withdrawn"]
+        f"{display_name(entry['effect'])} (axis {entry['axis']}): {entry['why']}"
+        for entry in verdict["withdrawn"]
     ]
-    beside = f"<h3>Fitted, and not named</h3>{bullets(withdrawn)}" if withdrawn else ""
-    of_all = all(is_rotary(verdict, axis) for axis in verdict["accounted"])
-    heading = f"Every {sentence_of('newton', rotary=of_all)} accounted for"
-    return section(heading, table(head, rows, numeric=(3, 4)), explained, beside)
+    not_named = f"<h3>Fitted, and not named</h3>{bullets(withdrawn)}" if withdrawn else ""
+    all_rotary = all(is_rotary(verdict, axis) for axis in verdict["accounted"])
+    heading = f"Every {sentence_of('newton', rotary=all_rotary)} accounted for"
+    return section(heading, table(head, rows, numeric=(3, 4)), meaning, not_named)
 
 
 def replays(verdict: Mapping[str, Any], cards: Sequence[str]) -> str:
     """Return the errors of the closed-loop replays; empty where no controller is known."""
     rows = []
     for axis, of_axis in verdict["fit"].items():
-        for one in of_axis.get("replay", ()):
-            factor, unit = display_unit(
-                unit_of("m", rotary=is_rotary(verdict, axis)), one["motor_rms_m"]["before"]
-            )
-            cells = [escape(axis), escape(one["recording"])]
-            cells += [f"{100.0 * one['force_error'][model]:.2f} %" for model in ("before", "after")]
-            cells += [f"{one['motor_rms_m'][model] / factor:.3g} {unit}" for model in ("before", "after")]
+        for replay in of_axis.get("replay", ()):
+            motor_rms_m = replay["motor_rms_m"]
+            factor, unit = display_unit(unit_of("m", rotary=is_rotary(verdict, axis)), motor_rms_m["before"])
+            cells = [escape(axis), escape(replay["recording"])]
+            cells += [f"{100.0 * replay['force_error'][model]:.2f} %" for model in ("before", "after")]
+            cells += [f"{motor_rms_m[model] / factor:.3g} {unit}" for model in ("before", "after")]
             rows.append(cells)
     if not rows:
         return ""
     head = ["axis", "recording"]
     for quantity_name in ("force", "position"):
         head += [f"{quantity_name}: nominal", "with effects"]
-    explained = note(
+    meaning = note(
         "RMS of what was replayed less what was recorded: of the motor force, over the RMS of the recorded "
         "force, and of the motor position."
     )
     errors = table(head, rows, numeric=range(2, len(head)))
-    return section("Closed-loop replay", errors, explained) + grid(cards)
+    return section("Closed-loop replay", errors, meaning) + grid(cards)
 
 
 def remarks(verdict: Mapping[str, Any]) -> str:
@@ -201,7 +202,7 @@ def remarks(verdict: Mapping[str, Any]) -> str:
         ]
         parts.append(f"<h3>Not observable with these sensors</h3>{bullets(items)}")
     if verdict["next_experiment"]:
-        parts.append(f"<h3>The next experiment</h3><p>{escape(following_text(verdict))}</p>")
+        parts.append(f"<h3>The next experiment</h3><p>{escape(next_experiment_text(verdict))}</p>")
     return section("Sensors and limits", *parts)
 
 

@@ -23,17 +23,18 @@ LOGARITHMIC_RATIO = 100.0
 class _Table(NamedTuple):
     """Knots and heights of a term, arrays (k,), in readable units."""
 
-    at: Array
-    at_unit: str
-    height: Array
+    knots: Array
+    knot_unit: str
+    heights: Array
     low: Array
     high: Array
-    unit: str
-    what: str
+    """Bounds of the 95 % interval of the heights."""
+    height_unit: str
+    quantity: str
     """Quantity of the height: force, mass, deviation."""
-    name: str
+    coordinate: str
     """Display name of the coordinate."""
-    turns: bool
+    by_direction: bool
     """The height changes sign with the direction of motion."""
 
 
@@ -42,52 +43,55 @@ def unnamed_curve(finding: Mapping[str, Any]) -> Figure | None:
     table = _table(finding)
     if table is None:
         return None
-    turned = " times direction" if table.turns else ""
-    drawing = layout(f"{table.name} ({table.at_unit})", f"{table.what}{turned} ({table.unit})")
-    if table.at[0] > 0.0 and table.at[-1] > LOGARITHMIC_RATIO * table.at[0]:
-        drawing["xaxis"].update(LOGARITHMIC)
-    found = line("after", table.at, table.height, name="found")
-    found["mode"] = "lines+markers"
-    data = [*_band(table.at, table.low, table.high), found]
+    signed = " times direction" if table.by_direction else ""
+    x_title = f"{table.coordinate} ({table.knot_unit})"
+    figure_layout = layout(x_title, f"{table.quantity}{signed} ({table.height_unit})")
+    if table.knots[0] > 0.0 and table.knots[-1] > LOGARITHMIC_RATIO * table.knots[0]:
+        figure_layout["xaxis"].update(LOGARITHMIC)
+    curve = line("after", table.knots, table.heights, name="found")
+    curve["mode"] = "lines+markers"
+    data = [*_band(table.knots, table.low, table.high), curve]
     note = "Above its mean, between the points straight. Grey band: 95 % of what resampled blocks give."
-    note += " Its sign turns with the direction of motion." if table.turns else ""
-    return Figure("curve", f"{table.what.capitalize()} over the {table.name}", note, data, drawing)
+    note += " Its sign turns with the direction of motion." if table.by_direction else ""
+    heading = f"{table.quantity.capitalize()} over the {table.coordinate}"
+    return Figure("curve", heading, note, data, figure_layout)
 
 
-def curve_in_words(finding: Mapping[str, Any]) -> str:
+def curve_as_text(finding: Mapping[str, Any]) -> str:
     """Return the curve of a finding as a line of text; empty where it is no curve."""
     table = _table(finding)
     if table is None:
         return ""
-    heights = ", ".join(f"{height:.3g}" for height in table.height)
-    turned = " times direction" if table.turns else ""
+    heights = ", ".join(f"{height:.3g}" for height in table.heights)
+    signed = " times direction" if table.by_direction else ""
     return (
-        f"{table.what}{turned} from {table.at[0]:.3g} to {table.at[-1]:.3g} {table.at_unit}: "
-        f"{heights} {table.unit} (the report draws it)"
+        f"{table.quantity}{signed} from {table.knots[0]:.3g} to {table.knots[-1]:.3g} {table.knot_unit}: "
+        f"{heights} {table.height_unit} (the report draws it)"
     )
 
 
 def _table(finding: Mapping[str, Any]) -> _Table | None:
-    parameters, over = finding["parameters"], finding.get("over", "")
+    parameters, coordinate = finding["parameters"], finding.get("over", "")
     numbers = [key.removeprefix("at_") for key in parameters if key.startswith("at_")]
-    if not over or not numbers or any(f"height_{number}" not in parameters for number in numbers):
+    if not coordinate or not numbers or any(f"height_{number}" not in parameters for number in numbers):
         return None
-    at = np.array([parameters[f"at_{number}"]["value"] for number in numbers])
+    knots = np.array([parameters[f"at_{number}"]["value"] for number in numbers])
     heights = [parameters[f"height_{number}"] for number in numbers]
-    low, high = np.array([one["ci95"] for one in heights]).T
-    unit = _height_unit(finding, over)
-    at_size, at_unit = display_unit(parameters[f"at_{numbers[0]}"]["unit"], float(np.abs(at).max()))
-    size, shown_unit = display_unit(unit, float(np.abs([low, high]).max()))
+    low, high = np.array([height["ci95"] for height in heights]).T
+    si_unit = _height_unit(finding, coordinate)
+    knot_factor, knot_unit = display_unit(parameters[f"at_{numbers[0]}"]["unit"], float(np.abs(knots).max()))
+    factor, height_unit = display_unit(si_unit, float(np.abs([low, high]).max()))
+    quantity = "force" if si_unit in {"N", "N m"} else "deviation"
     return _Table(
-        at=at / at_size,
-        at_unit=at_unit,
-        height=np.array([one["value"] for one in heights]) / size,
-        low=low / size,
-        high=high / size,
-        unit=shown_unit,
-        what="mass" if over in MASSES else "force" if unit in {"N", "N m"} else "deviation",
-        name=display_name(over.removesuffix(SUFFIX).removesuffix("_of_the_mass")),
-        turns=over in BY_DIRECTION or over.endswith(SUFFIX),
+        knots=knots / knot_factor,
+        knot_unit=knot_unit,
+        heights=np.array([height["value"] for height in heights]) / factor,
+        low=low / factor,
+        high=high / factor,
+        height_unit=height_unit,
+        quantity="mass" if coordinate in MASSES else quantity,
+        coordinate=display_name(coordinate.removesuffix(SUFFIX).removesuffix("_of_the_mass")),
+        by_direction=coordinate in BY_DIRECTION or coordinate.endswith(SUFFIX),
     )
 
 
@@ -99,9 +103,9 @@ def _band(x: Array, low: Array, high: Array) -> list[dict[str, Any]]:
     return [upper, lower]
 
 
-def _height_unit(finding: Mapping[str, Any], over: str) -> str:
-    rotary = any(one["unit"].startswith("rad") for one in finding["parameters"].values())
-    if over in MASSES:
+def _height_unit(finding: Mapping[str, Any], coordinate: str) -> str:
+    rotary = any(parameter["unit"].startswith("rad") for parameter in finding["parameters"].values())
+    if coordinate in MASSES:
         return "kg m^2" if rotary else "kg"
     if finding["where"]["sensor"] == "deviation":
         return "rad" if rotary else "m"

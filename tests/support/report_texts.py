@@ -72,7 +72,7 @@ def report_texts() -> set[str]:
 def _coordinates() -> set[str]:
     """Return the names of the coordinates over which residuals are shown, and of the phases of a motion."""
     module = ast.parse(inspect.getsource(coordinates))
-    makers = {"_even", "_labelled", "_logarithmic"}
+    makers = {"_linear", "_labelled", "_logarithmic"}
     calls = (node for node in ast.walk(module) if isinstance(node, ast.Call))
     names = (call.args[0] for call in calls if getattr(call.func, "id", "") in makers)
     texts = {display_name(name.value) for name in names if isinstance(name, ast.Constant)}

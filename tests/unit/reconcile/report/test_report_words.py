@@ -169,4 +169,4 @@ def test_what_is_left_above_the_noise_is_not_called_noise() -> None:
     assert told.sentence == "Model and recordings agree: the residual cannot be told from noise."
     assert "1.6 N RMS remain unexplained, 4.6 noise floors" in told.advice
     agreeing["accounted"]["x"]["force"]["is_noise"] = True
-    assert "is noise, or less than matters" in headline(agreeing).sentence
+    assert "is noise, or negligible" in headline(agreeing).sentence

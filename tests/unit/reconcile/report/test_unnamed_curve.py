@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reconcile.report.unnamed_curve import curve_in_words, unnamed_curve
+from reconcile.report.unnamed_curve import curve_as_text, unnamed_curve
 
 
 def finding(over: str, unit: str, at: list[float], sensor: str = "force") -> dict[str, Any]:
@@ -54,10 +54,10 @@ def test_logarithmic_knots_and_directions_are_in_the_text() -> None:
     ],
 )
 def test_the_terminal_has_a_line_of_it(over: str, unit: str, sensor: str, words: str) -> None:
-    assert words in curve_in_words(finding(over, unit, [0.0, 10.0, 20.0, 30.0], sensor))
+    assert words in curve_as_text(finding(over, unit, [0.0, 10.0, 20.0, 30.0], sensor))
 
 
 def test_what_is_no_curve_keeps_its_rows() -> None:
     ringing = {"effect": "unknown", "over": "ringing", "where": {"sensor": "force"}, "parameters": {}}
     assert unnamed_curve(ringing) is None
-    assert curve_in_words({**ringing, "over": ""}) == ""
+    assert curve_as_text({**ringing, "over": ""}) == ""
