@@ -99,7 +99,7 @@ def tune(
     from servo_ctrl.commands.local_messages import Who
     from servo_ctrl.config.load import load_machine
     from servo_ctrl.tuning.files import write_files
-    from servo_ctrl.tuning.machine_file import apply_to_file, digest_of
+    from servo_ctrl.tuning.machine_file import apply_to_file
     from servo_ctrl.tuning.request import NOT_PROVED, STEPS, TuneRequest
     from servo_ctrl.tuning.simulated import tune_axis, tune_by_controller
     from servo_ctrl.tuning.summary import summary_lines
@@ -111,7 +111,6 @@ def tune(
     except ValidationError:
         raise typer.BadParameter("user, role and address in JSON are wanted", param_hint="--who") from None
     config = load_machine(machine)
-    read = digest_of(config.source)
     as_json = progress is ProgressFormat.JSON
     console = Console(stderr=True)
 
@@ -135,5 +134,5 @@ def tune(
         typer.echo(f"servo-ctrl: {NOT_PROVED}", err=True)
         raise typer.Exit(1)
     if apply:
-        kept = apply_to_file(config.source, axis, result.sections, read)
+        kept = apply_to_file(config, axis, result.sections)
         typer.echo(f"applied: {config.source}; as it was: {kept}")

@@ -114,6 +114,8 @@ class Hello(NamedTuple):
     format: int = FORMAT
     lockstep: bool = False
     """No clock paces the cycles: each begins when all inputs of the one before are in."""
+    machine_sha256: str = ""
+    """SHA-256 of the machine file as the controller read it; "" from a controller that does not say it."""
 
 
 class Reversal(NamedTuple):

@@ -1,5 +1,6 @@
 """Loads TOML files into checked types; every error becomes one ConfigError with file and key."""
 
+import hashlib
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -44,11 +45,12 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
     elif not path.exists() and not path.suffix:
         names = ", ".join(name for name in machine_names() if "/" not in name)
         raise ConfigError(path, "", f"no such directory; machines that come with the programs: {names}")
-    document = _checked_document(path)
+    document, digest = _read(path)
+    _check_document(path, document)
     _refuse_other_kind(path, document, "machine", "--machine wants a directory with controller.toml")
     _resolve_paths(document, path)
     try:
-        machine = MachineConfig.model_validate({**document, "source": path})
+        machine = MachineConfig.model_validate({**document, "source": path, "source_sha256": digest})
     except ValidationError as error:
         raise as_config_error(path, error) from None
     if objection := contour_objection(machine):
@@ -73,7 +75,8 @@ def load_program(
         raise ConfigError(path, "", "this is a directory, --program wants a file with steps or G-code")
     if is_part_program(path):
         return read_part_program(path, list(machine.axes), reading)
-    document = _checked_document(path)
+    document = read_toml(path)
+    _check_document(path, document)
     _refuse_other_kind(path, document, "step", "--program wants a file with steps, or G-code")
     try:
         program = ProgramConfig.model_validate({**document, "source": path})
@@ -90,14 +93,13 @@ def load_program(
     return program.model_copy(update={"steps": steps})
 
 
-def _checked_document(path: Path) -> dict[str, Any]:
-    """Read a document, and check and remove its key `format`. Raises ConfigError."""
-    document = read_toml(path)
-    if "source" in document:
-        raise ConfigError(path, "source", "unknown key")
+def _check_document(path: Path, document: dict[str, Any]) -> None:
+    """Check and remove the key `format`, and refuse the keys that loading adds. Raises ConfigError."""
+    for added in ("source", "source_sha256"):
+        if added in document:
+            raise ConfigError(path, added, "unknown key")
     if problem := format_problem(document.pop("format", None)):
         raise ConfigError(path, "format", problem)
-    return document
 
 
 def _refuse_other_kind(path: Path, document: Mapping[str, Any], section: str, wanted: str) -> None:
@@ -121,8 +123,14 @@ def _with_file(path: Path, index: int, step: StepConfig, inputs: Mapping[str, Pa
 
 def read_toml(path: Path) -> dict[str, Any]:
     """Return the document in `path`. Raises ConfigError when it is absent, unreadable or no TOML."""
+    return _read(path)[0]
+
+
+def _read(path: Path) -> tuple[dict[str, Any], str]:
+    """Return the document in `path` and the SHA-256 of the file that was read. Raises ConfigError."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        content = path.read_bytes()
+        return tomllib.loads(content.decode("utf-8")), hashlib.sha256(content).hexdigest()
     except FileNotFoundError:
         raise ConfigError(path, "", "no such file") from None
     except (OSError, UnicodeDecodeError) as error:

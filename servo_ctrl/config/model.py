@@ -186,6 +186,8 @@ class MachineConfig(FileSection):
     """A whole controller.toml; `source` is its path."""
 
     source: Path
+    source_sha256: str = ""
+    """SHA-256 of the file as it was read; "" of a machine that was not read from a file."""
     machine: MachineSection
     bus: Bus
     controller: Controller

@@ -46,7 +46,8 @@ class ControllerRuns:
     async def record(self, machine: MachineConfig, motion: TuningMotion, name: str) -> Recording:
         """Let the controller make the motion, and return its recording.
 
-        Raises TuneError where the controller refused it or ended it early. A cancelled wait ends the motion.
+        Raises TuneError where the controller has another machine file, refused the motion or ended it early.
+        A cancelled wait ends the motion.
         """
         axis = machine.axes[motion.axis]
         filtered = axis.section(notch.NotchSettings)
@@ -56,6 +57,7 @@ class ControllerRuns:
             "notch": filtered and {key: getattr(filtered, key) for key in ("enabled", *NotchValues._fields)},
         }
         await self.connected()
+        self._check_machine_file(machine)  # each time: another controller may have been started meanwhile
         try:
             answer = await self._link.request(self._who, "tuning_run", limit_s=RUN_LIMIT_S, tuning=asked)
         except asyncio.CancelledError:
@@ -66,3 +68,13 @@ class ControllerRuns:
         directory = new_recording(self._out, name)
         await asyncio.to_thread(shutil.copytree, str(answer.value), directory)
         return await asyncio.to_thread(load_recording, directory)
+
+    def _check_machine_file(self, machine: MachineConfig) -> None:
+        """Raise TuneError unless the controller was started with the content of this machine file."""
+        hello = self._link.hello
+        if hello is None or hello.machine_sha256 != machine.source_sha256:
+            read = "" if hello is None else hello.machine_file
+            raise TuneError(
+                f"{machine.source} is not what the controller was started with: it has read {read}, and the "
+                "content differs. Start the controller again with the file that is to be tuned"
+            )

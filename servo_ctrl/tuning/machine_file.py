@@ -79,20 +79,29 @@ def with_values(text: str, axis: str, sections: Sections) -> str:
 
 
 def digest_of(file: Path) -> str:
-    """Return the SHA-256 of a machine file."""
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+    """Return the SHA-256 of a machine file; "" where it cannot be read any more."""
+    try:
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+    except OSError:
+        return ""
 
 
-def apply_to_file(file: Path, axis: str, sections: Sections, digest: str) -> Path:
+def check_unchanged(machine: MachineConfig) -> None:
+    """Raise TuneError unless the machine file is still the one that was read."""
+    if digest_of(machine.source) != machine.source_sha256:
+        raise TuneError(
+            f"{machine.source} was changed while the axis was tuned, and what was measured belongs to the "
+            "file as it was: tune again"
+        )
+
+
+def apply_to_file(machine: MachineConfig, axis: str, sections: Sections) -> Path:
     """Put the values into the machine file, and return the path of the copy of the file as it was.
 
-    Raises TuneError where the file has another digest now, or where such a copy exists already.
+    Raises TuneError where the file was changed since it was read, or where such a copy exists already.
     """
-    if digest_of(file) != digest:
-        raise TuneError(
-            f"{file} was changed while the axis was tuned, and the values were proved with the file as it "
-            "was: tune again"
-        )
+    file = machine.source
+    check_unchanged(machine)
     text = file.read_text(encoding="utf-8")
     kept = file.with_name(f"{file.name}.before-tune")
     if kept.exists():

@@ -22,7 +22,7 @@ from servo_ctrl.recording.reader import Recording
 from servo_ctrl.tuning import amplitude, measurement
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
 from servo_ctrl.tuning.gain_search import EncoderSteps
-from servo_ctrl.tuning.machine_file import sections_of, with_sections
+from servo_ctrl.tuning.machine_file import check_unchanged, sections_of, with_sections
 from servo_ctrl.tuning.modal_fit import fit_modal_model
 from servo_ctrl.tuning.modal_model import ModalModel
 from servo_ctrl.tuning.proposal import Proposal, assess, propose
@@ -145,7 +145,7 @@ class TuneRun:
         machine = self._runs.in_present_coordinates(machine)
         plan = plan_measurement(machine, self._axis, force_n, periods)
         motion = TuningMotion(self._axis, force_n, periods)
-        recording = await self._runs.record(machine, motion, "measure")
+        recording = await self._record(machine, motion, "measure")
         rest_n = recording.segment("rest")[f"{self._axis}.force_command_n"]
         rest_n = rest_n[len(rest_n) // 2 :]
         if float(np.std(rest_n)) > HUM_SHARE * machine.axes[self._axis].limits.force_n:
@@ -156,6 +156,16 @@ class TuneRun:
             median = float(np.median(response.motor_coherence))
             self._note(f"with {force_n:.3g} N the coherence is {median:.2f} only (median over the lines)")
         return plan, response, measurement.reaction_to(plan, machine, travels)
+
+    async def _record(self, machine: MachineConfig, motion: TuningMotion, name: str) -> Recording:
+        """Make a motion. Raises TuneError, also where the machine file changed before or in it.
+
+        Gains that were proved with one file and are put into another are not proved.
+        """
+        check_unchanged(self._machine)
+        recording = await self._runs.record(machine, motion, name)
+        check_unchanged(self._machine)
+        return recording
 
     def _fit(self, response: FrequencyResponse) -> ModalModel:
         try:
@@ -181,7 +191,7 @@ class TuneRun:
             remark = ""
             try:
                 machine = self._runs.in_present_coordinates(self._machine)
-                recording = await self._runs.record(machine, TuningMotion(self._axis, trial=True), "before")
+                recording = await self._record(machine, TuningMotion(self._axis, trial=True), "before")
                 trial, traces = evaluate(machine, self._axis, recording.segment)
             except RunFailedError as error:
                 remark = str(error)
@@ -221,7 +231,7 @@ class TuneRun:
         again = plan_measurement(machine, self._axis, plan.amplitude_n, PROBE_PERIODS)
         motion = TuningMotion(self._axis, plan.amplitude_n, PROBE_PERIODS, trial=True)
         try:
-            recording = await self._runs.record(machine, motion, "after")
+            recording = await self._record(machine, motion, "after")
         except RunFailedError as error:
             raise TuneError(f"with the proposed values {error}; nothing was changed") from None
         travels = measurement.measured_travels(again, machine, _travel_segments(recording, again))

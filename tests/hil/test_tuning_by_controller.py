@@ -35,6 +35,21 @@ async def tune(table: Operated, out: Path) -> tuple[int | None, str]:
     return program.returncode, output.decode()
 
 
+async def test_a_file_that_the_controller_was_not_started_with_moves_nothing(
+    bench: Any, tmp_path: Path
+) -> None:
+    async with operated(bench, tmp_path, None, serve=True) as table:
+        await is_ready(table)
+        file = table.machine / "controller.toml"
+        file.write_text(file.read_text(encoding="utf-8") + "# changed since\n", encoding="utf-8")
+        status, output = await tune(table, tmp_path / "out")
+        assert status == 1
+        assert "controller.toml is not what the controller was started with" in output
+        assert not any("tuning run" in event.text for event in table.link.status.events)
+        assert table.link.status.stage is Stage.READY
+        await table.stop()
+
+
 async def is_ready(table: Operated) -> None:
     await table.until(lambda status: status.stage is Stage.READY)
 

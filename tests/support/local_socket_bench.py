@@ -61,7 +61,7 @@ class FakeObjects:
 class LocalSocketBench:
     """`server` with the fakes that it uses."""
 
-    def __init__(self) -> None:
+    def __init__(self, machine_sha256: str = "") -> None:
         self.handler = FakeCommandHandler()
         self.objects = FakeObjects()
         self.rows = RowBuffer(len(CHANNELS), 512)
@@ -94,6 +94,7 @@ class LocalSocketBench:
             learned_dir="learned",
             record_dir=None,
             pid=1,
+            machine_sha256=machine_sha256,
         )
         self.server = LocalServer(message_json("hello", hello), self.requests, self.rows, self.status)
 

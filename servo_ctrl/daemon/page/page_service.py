@@ -235,5 +235,6 @@ class PageService:
             record_dir=None if self._record_dir is None else str(self._record_dir.resolve()),
             pid=os.getpid(),
             lockstep=self._lockstep,
+            machine_sha256=config.source_sha256,
         )
         return message_json("hello", hello)

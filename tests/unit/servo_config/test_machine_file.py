@@ -53,6 +53,7 @@ Spoilt = Callable[[str, str], Path]
         ("window_samples = 1", "window_samples = 3", "axis.x.control.velocity_window_samples", "less than"),
         ("window_s = 0.2", "window_s = 0", "monitoring.window_s", "greater than 0"),
         ("[machine]", 'source = "here"\n[machine]', "source", "unknown key"),
+        ("[machine]", 'source_sha256 = "0"\n[machine]', "source_sha256", "unknown key"),
     ],
 )
 def test_an_error_names_its_key(spoilt: Spoilt, text: str, replacement: str, key: str, reason: str) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation import notch
 from servo_ctrl.excitation.measuring_motion import TuneError
 from servo_ctrl.tuning.machine_file import apply_to_file, digest_of, with_sections, with_values
@@ -25,13 +26,19 @@ SECTIONS = {
 }
 
 
+def read_from(file: Path, machines: Path) -> MachineConfig:
+    """The X-Y table as if it had been read from this file as it is now."""
+    table = load_machine(machines / "xy_table")
+    return table.model_copy(update={"source": file, "source_sha256": digest_of(file)})
+
+
 def test_the_text_with_the_values_is_the_machine_with_them(machines: Path, tmp_path: Path) -> None:
     source = machines / "xy_table" / "controller.toml"
     file = tmp_path / "machines" / "mine" / "controller.toml"
     file.parent.mkdir(parents=True)
     text = source.read_text(encoding="utf-8").replace("kp_1_s = 38.7\n", "kp_1_s = 38.7  # as published\n")
     file.write_text(text, encoding="utf-8")
-    kept = apply_to_file(file, "x", SECTIONS, digest_of(file))
+    kept = apply_to_file(read_from(file, machines), "x", SECTIONS)
     assert kept.read_text(encoding="utf-8") == text
     written = file.read_text(encoding="utf-8")
     assert "kp_1_s = 12.5  # as published" in written
@@ -43,17 +50,19 @@ def test_the_text_with_the_values_is_the_machine_with_them(machines: Path, tmp_p
     assert axis_params(loaded, "x").notch == notch.biquad(41.0, 0.3, 0.2, loaded.period_s)
     assert repr(axis_params(loaded, "y")) == repr(axis_params(load_machine(source), "y"))
     with pytest.raises(TuneError, match="from an earlier tuning"):
-        apply_to_file(file, "x", SECTIONS, digest_of(file))
+        apply_to_file(read_from(file, machines), "x", SECTIONS)
 
 
-def test_values_are_not_put_into_a_file_that_was_changed_since_the_tuning_began(tmp_path: Path) -> None:
+def test_values_are_not_put_into_a_file_that_was_changed_since_the_tuning_began(
+    machines: Path, tmp_path: Path
+) -> None:
     file = tmp_path / "controller.toml"
     file.write_text("[axis.x.control]\nkp_1_s = 38.7\n", encoding="utf-8")
-    at_the_start = digest_of(file)
+    at_the_start = read_from(file, machines)
     changed = "[axis.x.control]\nkp_1_s = 20.0\n"
     file.write_text(changed, encoding="utf-8")
     with pytest.raises(TuneError, match="was changed while the axis was tuned"):
-        apply_to_file(file, "x", SECTIONS, at_the_start)
+        apply_to_file(at_the_start, "x", SECTIONS)
     assert file.read_text(encoding="utf-8") == changed
     assert list(tmp_path.iterdir()) == [file]
 

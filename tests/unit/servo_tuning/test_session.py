@@ -1,6 +1,7 @@
 """The whole tuning, with the batch twin in the place of the bus: the same law, plant and rounding."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,9 @@ from servo_ctrl.tuning.request import STEPS
 from twin.plant_file import load_plant
 from twin.rollout import rollout
 
+KEPT_RUNS = 2
+"""Runs before the machine file is changed: of a tuning that goes well, the measurement."""
+
 
 class TwinBus:
     """Runs programs as `run_machine` does; each begins at rest where home is."""
@@ -30,6 +34,8 @@ class TwinBus:
         self.plant = plant
         self.recordings: dict[Path, Recording] = {}
         self.control: list[Any] = []
+        self.after_run: Callable[[int], None] = lambda _runs: None
+        """Called with the number of runs so far at the end of each."""
 
     async def run_machine(
         self,
@@ -53,6 +59,7 @@ class TwinBus:
         columns["segment"] = np.concatenate([np.full(len(p.position_m), p.step) for p in pieces])
         header = {"axes": names, "segments": [{"label": step.label} for step in program.steps]}
         self.recordings[record_dir] = Recording(record_dir, header, columns)
+        self.after_run(len(self.control))
         return RunReport(
             machine=machine.machine.name,
             completed=True,
@@ -123,3 +130,23 @@ def test_the_command_measures_proposes_and_proves(machines: Path, twin_bus: Twin
     for part in ("plant-size", "plant-phase", "coherence", "loop-size", "sensitivity", "proof-circle"):
         assert f'id="{part}"' in page
     assert "[axis.x.control]" in (tmp_path / "out" / "tuned.toml").read_text(encoding="utf-8")
+
+
+def test_what_was_measured_with_one_machine_file_is_not_proved_with_another(
+    machines: Path, twin_bus: TwinBus, tmp_path: Path
+) -> None:
+    file = tmp_path / "controller.toml"
+    text = (machines / "xy_table" / "controller.toml").read_text(encoding="utf-8")
+    file.write_text(text.replace("../../eds", str(machines.parent / "eds")), encoding="utf-8")
+
+    def change(runs: int) -> None:
+        if runs == KEPT_RUNS:
+            file.write_text(file.read_text(encoding="utf-8") + "# another one\n", encoding="utf-8")
+
+    twin_bus.after_run = change
+    arguments = ["tune", "--machine", str(file), "--axis", "x", "--bus", "twin:", "--pacing", "lockstep"]
+    result = CliRunner().invoke(app, [*arguments, "--out", str(tmp_path / "out")])
+    assert result.exit_code == 1
+    assert "was changed while the axis was tuned" in f"{result.exception} {result.output}"
+    assert len(twin_bus.control) == KEPT_RUNS, "nothing moved after the change"
+    assert not list((tmp_path / "out").glob("tuned.toml"))
