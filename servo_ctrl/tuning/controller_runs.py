@@ -22,6 +22,8 @@ RUN_LIMIT_S = 900.0
 """A motion takes half a minute of machine time; chosen."""
 CONNECT_LIMIT_S, CONNECT_POLL_S = 10.0, 0.05
 """Time for the controller to answer at its socket, and between two looks; chosen."""
+HEARTBEAT_S = 0.25
+"""Between two signs of life in a motion; a tenth of `daemon.run.asker_watch.SILENCE_S`, and as a jog's."""
 
 
 class ControllerRuns:
@@ -58,16 +60,25 @@ class ControllerRuns:
         }
         await self.connected()
         self._check_machine_file(machine)  # each time: another controller may have been started meanwhile
+        beating = asyncio.create_task(self._beat())
         try:
             answer = await self._link.request(self._who, "tuning_run", limit_s=RUN_LIMIT_S, tuning=asked)
         except asyncio.CancelledError:
             await self._link.request(self._who, "command", command="abort_program")
             raise
+        finally:
+            beating.cancel()
         if not answer.accepted:
             raise TuneError(f"the controller has made no run: {answer.reason}; nothing was changed")
         directory = new_recording(self._out, name)
         await asyncio.to_thread(shutil.copytree, str(answer.value), directory)
         return await asyncio.to_thread(load_recording, directory)
+
+    async def _beat(self) -> None:
+        """Send signs of life, without which the controller ends the motion."""
+        while True:
+            await asyncio.sleep(HEARTBEAT_S)
+            await self._link.request(self._who, "heartbeat")
 
     def _check_machine_file(self, machine: MachineConfig) -> None:
         """Raise TuneError unless the controller was started with the content of this machine file."""

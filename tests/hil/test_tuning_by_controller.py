@@ -10,6 +10,7 @@ from operated_table import ANNA, Operated, operated
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.daemon.run.asker_watch import LOCKSTEP_SILENCE_S
 from servo_ctrl.excitation.measuring_motion import LARGEST_FORCE_SHARE
 from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.tuning.tunings import read_curves, read_figures
@@ -132,6 +133,25 @@ async def test_a_motion_whose_asker_is_lost_is_stopped_at_once(bench: Any, tmp_p
         # what acts again are the controller's own values, and it makes the next motion
         answer = await table.ask("tuning_run", limit_s=LIMIT_S, tuning=trial_request(table.machine))
         assert answer.accepted, answer.reason
+        await table.stop()
+
+
+async def test_a_motion_whose_asker_is_silent_is_stopped_after_a_bounded_time(
+    bench: Any, tmp_path: Path
+) -> None:
+    async with operated(bench, tmp_path, None, serve=True) as table:
+        await is_ready(table)
+        travels = trial_request(table.machine, trial=False, periods=8, force_n=1.0)
+        asked = asyncio.create_task(table.ask("tuning_run", limit_s=LIMIT_S, tuning=travels))
+        await table.until(lambda status: status.stage is Stage.RUNNING)
+        began_at = table.link.status.cycles
+        answer = await asked  # the connection stays, and nothing is asked meanwhile
+        why = f"was silent for {LOCKSTEP_SILENCE_S:g} s"
+        assert why in answer.reason
+        silent = round(LOCKSTEP_SILENCE_S / load_machine(table.machine).period_s)
+        assert table.link.status.cycles - began_at < silent + STOPPED_CYCLES
+        await table.until(lambda status: any(why in event.text for event in status.events))
+        assert table.link.status.stage is Stage.READY
         await table.stop()
 
 

@@ -3,13 +3,14 @@
 import asyncio
 import contextlib
 import json
-from collections.abc import AsyncIterator, Generator
+from collections.abc import AsyncIterator, Callable, Generator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from fake_command_handler import FakeCommandHandler
 
+from servo_ctrl.commands.asker import Asker
 from servo_ctrl.commands.local_frames import JSON, MESSAGE_LIMIT, frame, read_frame, row_block
 from servo_ctrl.commands.local_messages import (
     AxisInfo,
@@ -70,6 +71,7 @@ class LocalSocketBench:
         self.texts: list[tuple[str, str]] = []
         self.cleared = 0
         self.tuning_runs: list[TuningRun] = []
+        self.tuning_may_end: Callable[[Asker], bool] = lambda _asker: True
         self.encoder = StatusEncoder()
         self.requests = LocalRequests(
             Workplace(
@@ -117,9 +119,11 @@ class LocalSocketBench:
         self.texts.append(("line", line))
         return PartProgram.model_construct(steps=[], source="line")
 
-    async def _tuning_run(self, asked: TuningRun, gone: asyncio.Event) -> Outcome:
-        del gone
+    async def _tuning_run(self, asked: TuningRun, asker: Asker) -> Outcome:
         self.tuning_runs.append(asked)
+        async with asyncio.timeout(LIMIT_S):
+            while not self.tuning_may_end(asker):  # noqa: ASYNC110  # bounded, and short
+                await asyncio.sleep(0.001)
         return Outcome(value="recording")
 
     def _clear(self) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 from kernels.arrays import Array
 from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import Network
+from servo_ctrl.commands.asker import Asker
 from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.local_messages import (
@@ -69,7 +70,7 @@ class PageService:
         router: RowRouter,
         learned_dir: Path | None,
         record_dir: Path | None,
-        tuning_run: Callable[[TuningRun, Path, asyncio.Event], Awaitable[CommandResult]],
+        tuning_run: Callable[[TuningRun, Path, Asker], Awaitable[CommandResult]],
         lockstep: bool,
     ) -> None:
         self._options, self._config, self._plans, self._machine = options, config, plans, machine
@@ -191,14 +192,14 @@ class PageService:
             raise ConfigError(name, "", "samples of a file are run by `servo-ctrl run --program` only")
         return program
 
-    async def _tuning_run(self, asked: TuningRun, gone: asyncio.Event) -> Outcome:
+    async def _tuning_run(self, asked: TuningRun, asker: Asker) -> Outcome:
         """Make a motion of a tuning; its recording replaces the one before. Raises ServoCtrlError."""
         if self._programs is None:
             return Outcome(Refusal.WRONG_STATE, "the run is over")
         with contextlib.ExitStack() as unused:
             place = Path(tempfile.mkdtemp(dir=self._programs))
             unused.callback(shutil.rmtree, place, ignore_errors=True)
-            result = await self._make_tuning_run(asked, place / "recording", gone)
+            result = await self._make_tuning_run(asked, place / "recording", asker)
             if not result.accepted:
                 return Outcome(result.refusal, result.reason)
             unused.pop_all()

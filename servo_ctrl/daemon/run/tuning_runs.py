@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 
 from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.commands.asker import Asker
 from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.local_messages import TuningRun
 from servo_ctrl.commands.objections import OVERRIDDEN
@@ -28,6 +29,7 @@ from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
+from servo_ctrl.daemon.run.asker_watch import CONNECTION_LOST, AskerWatch
 from servo_ctrl.daemon.run.report import recording_header, with_spans
 from servo_ctrl.daemon.run.run_recording import LOCKSTEP_WAIT_S
 from servo_ctrl.daemon.set_points.feed_hold import FeedHold
@@ -39,7 +41,6 @@ from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.recorder import Recorder
 
 ABORTED = "it was aborted"
-NOBODY_WAITS = "the connection that asked for it was lost"
 
 
 class _Prepared(NamedTuple):
@@ -55,6 +56,7 @@ class _Running(NamedTuple):
 
     prepared: _Prepared
     servo: AxisServo
+    watch: AskerWatch
     ended: asyncio.Future[str]
     """Why it ended early, "" at its end."""
 
@@ -85,10 +87,10 @@ class TuningRuns:
         self._worker, self._rows, self._lockstep = worker, rows, lockstep
         self._running: _Running | None = None
 
-    async def run(self, asked: TuningRun, directory: Path, gone: asyncio.Event) -> CommandResult:
+    async def run(self, asked: TuningRun, directory: Path, asker: Asker) -> CommandResult:
         """Make a motion and record it into `directory`, which must be new; return at its end.
 
-        The axes come to rest once `gone` is set: the client that asked is lost, and nobody may watch.
+        The axes come to rest once the client that asked is lost or silent: nobody may watch.
         Raises TuningRunError, ConfigError.
         """
         if problem := self.objection(asked):
@@ -107,14 +109,15 @@ class TuningRuns:
             ready = await prepared
         finally:
             self._program.preparing = False
-        reason = NOBODY_WAITS if gone.is_set() else "another motion was started meanwhile"
-        if not gone.is_set() and self._machine.stage is Stage.READY and self._running is None:
+        reason = CONNECTION_LOST if asker.gone else "another motion was started meanwhile"
+        if not asker.gone and self._machine.stage is Stage.READY and self._running is None:
             servo = self._servos[asked.axis]
-            running = _Running(ready, servo, loop.create_future())
-            self._running, self._rows.stroke = running, ready.recorder.record
+            watch = AskerWatch(asker, self._config.period_s, lockstep=self._lockstep)
+            running = _Running(ready, servo, watch, loop.create_future())
+            self._running, self._rows.stroke = running, self._take_row
             servo.try_params(params)
             self._machine.run(ready.program)
-            reason = await self._ended(running, gone)
+            reason = await running.ended
         header = with_spans(ready.header, ready.program.spans)
         header |= {"finished": True, "completed": not reason, "reason": reason}
         await asyncio.to_thread(ready.recorder.close, header)
@@ -143,26 +146,20 @@ class TuningRuns:
         """End the motion that has come to rest; does nothing if it was none of a tuning."""
         if self._running is not None:
             ended = self._running.prepared.program.ended
-            self._end("" if ended else ABORTED)
+            self._end("" if ended else self._running.watch.problem or ABORTED)
 
     def on_stop(self, reason: str) -> None:
         """End the motion because the machine stops."""
         if self._running is not None:
             self._end(reason)
 
-    async def _ended(self, running: _Running, gone: asyncio.Event) -> str:
-        """Wait for the end of the motion, and return why it ended early, else ""."""
-
-        async def stop_once_gone() -> None:
-            await gone.wait()
-            self._machine.interrupt()
-
-        watch = asyncio.create_task(stop_once_gone())
-        try:
-            reason = await running.ended
-        finally:
-            watch.cancel()
-        return NOBODY_WAITS if reason == ABORTED and gone.is_set() else reason
+    def _take_row(self, values: list[float]) -> None:
+        """Record the row of a cycle, and begin to end the motion that nobody attends to any more."""
+        running = self._running
+        if running is not None:
+            running.prepared.recorder.record(values)
+            if running.watch.step():
+                self._machine.interrupt()
 
     def _end(self, reason: str) -> None:
         """Let the controller's own values act again, with the compensations that are switched on now."""

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, Protocol
 
 from pydantic import ValidationError
 
+from servo_ctrl.commands.asker import Asker
 from servo_ctrl.commands.command import COMMANDS, JOG_RENEWAL_S, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.local_messages import (
@@ -95,8 +96,8 @@ class Workplace(NamedTuple):
     """Reads a program. Raises ServoCtrlError."""
     read_line: Callable[[str], Awaitable[PartProgram]]
     """Reads a line of G-code that starts where the axes stand. Raises ServoCtrlError."""
-    tuning_run: Callable[[TuningRun, asyncio.Event], Awaitable[Outcome]]
-    """Makes a motion of a tuning, which ends early once the event is set: nobody waits for it any more.
+    tuning_run: Callable[[TuningRun, Asker], Awaitable[Outcome]]
+    """Makes a motion of a tuning, which ends early once its asker is gone or silent.
 
     Its value is the directory of the recording. Raises ServoCtrlError.
     """
@@ -136,14 +137,15 @@ class LocalRequests:
         """Return the answer to a malformed message; `number` is 0 if its id is unreadable."""
         return message_json("answer", LocalAnswer(number, False, "malformed", reason))
 
-    def carry_out(self, request: LocalRequest, reply: Reply, gone: asyncio.Event) -> None:
-        """Execute a request and reply, at once or later; `gone` is set once its client is lost."""
+    def carry_out(self, request: LocalRequest, reply: Reply, asker: Asker) -> None:
+        """Execute a request of this client and reply, at once or later."""
+        asker.requests += 1
         if request.do not in SLOW:
             self._conclude(request, self._at_once(request), reply)
         elif len(self._tasks) >= TASKS_AT_MOST:
             self._conclude(request, Outcome(Refusal.WRONG_STATE, "too many requests are waiting"), reply)
         else:
-            task = asyncio.get_running_loop().create_task(self._later(request, reply, gone))
+            task = asyncio.get_running_loop().create_task(self._later(request, reply, asker))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
 
@@ -153,9 +155,9 @@ class LocalRequests:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    async def _later(self, request: LocalRequest, reply: Reply, gone: asyncio.Event) -> None:
+    async def _later(self, request: LocalRequest, reply: Reply, asker: Asker) -> None:
         try:
-            outcome = await self._in_time(request, gone)
+            outcome = await self._in_time(request, asker)
         except ServoCtrlError as error:
             outcome = Outcome(Refusal.OUT_OF_RANGE, str(error))
         except Exception as bug:  # noqa: BLE001  # a bug must not stop the machine, only this request
@@ -163,12 +165,12 @@ class LocalRequests:
             outcome = Outcome(Refusal.WRONG_STATE, repr(bug))
         self._conclude(request, outcome, reply)
 
-    async def _in_time(self, request: LocalRequest, gone: asyncio.Event) -> Outcome:
+    async def _in_time(self, request: LocalRequest, asker: Asker) -> Outcome:
         if request.program is not None:
             program = await self._work.read_program(request.program)
             return _outcome(self._work.commands.load_program(program))
         if request.tuning is not None:
-            return await self._work.tuning_run(request.tuning, gone)
+            return await self._work.tuning_run(request.tuning, asker)
         if request.do == "run_line":
             line = await self._work.read_line(str(request.value))
             return _outcome(self._work.commands.run_line(line))
@@ -194,7 +196,9 @@ class LocalRequests:
                 return self._change(request)
             case "clear_counters":
                 self._work.clear_counters()
-        return Outcome()  # the page manages who has control; here a change is only logged
+        return (
+            Outcome()
+        )  # a heartbeat was heard; the page manages who has control, here a change is only logged
 
     def _change(self, request: LocalRequest) -> Outcome:
         setting, value = SETTINGS[request.setting or ""], request.value
@@ -210,7 +214,7 @@ class LocalRequests:
         refusal, accepted = outcome.refusal.name.lower(), outcome.refusal is Refusal.NONE
         answer = LocalAnswer(request.id, accepted, refusal, outcome.reason, outcome.value)
         reply(message_json("answer", answer))
-        if request.do == "jog" and self._is_renewal(request):
+        if request.do == "heartbeat" or (request.do == "jog" and self._is_renewal(request)):
             return
         result = {"accepted": accepted, "refusal": refusal, "reason": outcome.reason[:SHOWN]}
         self._work.log({**record_of(request, self._work.cycle()), **result})

@@ -41,12 +41,15 @@ async def test_a_controller_of_another_machine_file_is_asked_for_nothing(
     assert bench.tuning_runs == []
 
 
-async def test_the_controller_of_this_machine_file_makes_the_motion(
+async def test_the_controller_of_this_machine_file_makes_the_motion_while_the_program_is_heard(
     machines: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     machine = load_machine(machines / "xy_table")
     bench = LocalSocketBench(machine_sha256=machine.source_sha256)
     monkeypatch.setattr(controller_runs.shutil, "copytree", lambda _source, _directory: None)
     monkeypatch.setattr(controller_runs, "load_recording", lambda directory: directory)
+    monkeypatch.setattr(controller_runs, "HEARTBEAT_S", 0.0)
+    bench.tuning_may_end = lambda asker: asker.requests >= 4
     await record(bench, machine, tmp_path)
+    assert bench.logged[-1]["do"] == "tuning_run", "heartbeats are not logged"
     assert [asked.axis for asked in bench.tuning_runs] == ["x"]
