@@ -42,6 +42,11 @@ class AxisServo:
         return self.memory.params(self._place) if self._own_params is None else self._own_params
 
     @property
+    def on_trial(self) -> bool:
+        """Whether other parameters than its own act."""
+        return self._own_params is not None
+
+    @property
     def sequence(self) -> Sequence:
         """The state of its drive's sequence."""
         return read(self._record["sequence"], Sequence)

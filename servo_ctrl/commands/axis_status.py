@@ -73,6 +73,8 @@ class AxisStatus(NamedTuple):
     learned: Learned | None
     screw: ScrewStatus = ScrewStatus()
     waveform: WaveformStatus = WaveformStatus()
+    compensation_suspended: bool = False
+    """Whether no compensation acts at present, whatever is switched on: a tuning moves the axis."""
 
     @property
     def error_mean_m(self) -> float:
@@ -130,6 +132,13 @@ FIELDS_OF[AxisStatus] = {
     ),
     "reversals": _number("Reversals", 0x2121, 2, 32, "Evaluated since the start.")._replace(
         label="reversals"
+    ),
+    "compensation_suspended": Field(
+        "Compensation suspended",
+        Entry(0x2121, 10, DataType.U8, axis=PerAxis.INDEX),
+        "A tuning moves the axis: no compensation acts, whatever is switched on.",
+        label="suspended",
+        text=texts.yes_no,
     ),
     "error_mean_m": Field(local=False),
     "last": Field(mqtt=None),

@@ -219,3 +219,16 @@ def test_nothing_is_wider_than_a_telephone(
     expect(page.get_by_test_id("versions")).to_be_visible()
     assert page.evaluate("document.documentElement.scrollWidth") == 360
     picture(page, "friction-narrow")
+
+
+def test_compensations_are_shown_suspended_while_a_tuning_moves_the_axis(
+    visit: Callable[..., Page], stub: Stub
+) -> None:
+    page = visit("/friction")
+    stub.status(axes=axis_x(observer_enabled=True))
+    expect(page.get_by_test_id("suspended-x")).to_be_hidden()
+    stub.status(axes=axis_x(observer_enabled=True, compensation_suspended=True))
+    expect(page.get_by_test_id("suspended-x")).to_contain_text("suspended")
+    expect(page.get_by_test_id("suspended-y")).to_be_hidden()
+    stub.status(axes=axis_x(observer_enabled=True))
+    expect(page.get_by_test_id("suspended-x")).to_be_hidden()

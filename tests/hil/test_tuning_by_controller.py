@@ -165,10 +165,13 @@ async def test_a_compensation_that_is_switched_on_in_a_motion_acts_behind_it(
         )
         await table.until(lambda status: status.stage is Stage.RUNNING and status.program.step >= 1)
         assert (await table.ask("command", command="enable_observer", axis="x")).accepted
+        await table.until(lambda status: status.axes[0].observer_enabled)
+        assert [axis.compensation_suspended for axis in table.link.status.axes] == [True, False]
         answer = await asked
         assert answer.accepted, answer.reason
         recorded = load_recording(Path(str(answer.value)))
         assert not recorded.columns["x.disturbance_n"].any()
+        await table.until(lambda status: not status.axes[0].compensation_suspended)
         await table.until(lambda _status: abs(table.link.rows.newest("x.disturbance_n")) > 0.0)
         await table.stop()
 

@@ -206,6 +206,7 @@ class ControllerCommandHandler:
             learned=axis.learned,
             screw=_stored_status(ScrewStatus, self._compensation.screws[axis.name]),
             waveform=_stored_status(WaveformStatus, self._compensation.waveforms[axis.name]),
+            compensation_suspended=axis.suspended,
         )
 
     def _start_learning(self, axis: str) -> CommandResult:

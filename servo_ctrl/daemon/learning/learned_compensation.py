@@ -23,6 +23,11 @@ class LearnedCompensation(ABC, Generic[Trial]):
         self._servo = servo
         self._trial: Trial | None = None
 
+    @property
+    def suspended(self) -> bool:
+        """Whether it does not act at present, even if it is switched on: a tuning tries other parameters."""
+        return self._servo.on_trial
+
     @abstractmethod
     def use(self, stored: Any) -> None:
         """Use a stored version; None = no compensation."""

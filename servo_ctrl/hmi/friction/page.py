@@ -75,6 +75,8 @@ class AxisFrictionCard:
             self._required = faint().mark(f"required-{axis}")
             with div("bench-pairs"):
                 self._values = pairs(translated(PAIRS), f"{{}}-{axis}")
+            self._suspended = Pill(f"suspended-{axis}")
+            self._suspended.show(tr("⚠ suspended: a tuning moves the axis, no compensation acts"), "warn")
             with div("bench-row"):
                 self._switches = {
                     name: Switch(tr(text), f"{name}-{axis}", partial(self._flip, name))
@@ -116,6 +118,7 @@ class AxisFrictionCard:
             self._due.show(tr("… no reversal yet"), "calm")
         else:
             self._due.show(tr("✓ settled"), "calm")
+        self._suspended.label.set_visibility(axis.compensation_suspended)
         self._switches["compensation"].show(axis.compensation_enabled)
         self._switches["observer"].show(axis.observer_enabled)
         self._switches["screw"].show(axis.screw.enabled)

@@ -30,6 +30,7 @@ def test_the_published_state_before_learning() -> None:
                 "compensation": True,
                 "observer": False,
                 "learning_due": False,
+                "compensation_suspended": False,
                 "reversals": 0,
                 "error_mean_um": None,
                 "version": 0,

@@ -53,7 +53,7 @@ def test_sdo_reads_it_and_the_command_line_gets_it_back() -> None:
     network = Network(bench.put)
     bench.client.subscribe(0x580 + NODE_ID, network.notify)
     bench.node.boot_up()
-    assert bench.remote.sdo[0x2122][10].raw == 7
+    assert bench.remote.sdo[0x2122][11].raw == 7
     remote = RemoteController(network, NODE_ID, load_eds(OWN_EDS, NODE_ID), ("x", "y"))
     assert cut_off(remote.status().axes) == [0, 7]
 
