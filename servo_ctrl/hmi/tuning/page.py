@@ -38,14 +38,13 @@ INDICATORS = {
     "circle_rms_m": word("circle, RMS error"),
 }
 MARGINS = {
-    "sensitivity_peak": ("Ms", 1.0),
-    "peak_hz": (word("at Hz"), 1.0),
-    "phase_margin_deg": (word("phase margin, degrees"), 1.0),
-    "gain_margin_db": (word("gain margin, dB"), 1.0),
-    "crossover_hz": (word("crossover, Hz"), 1.0),
-    "compliance_m_n": (word("compliance, µm/N"), 1e6),
+    "sensitivity_peak": "Ms",
+    "peak_hz": word("at Hz"),
+    "phase_margin_deg": word("phase margin, degrees"),
+    "gain_margin_db": word("gain margin, dB"),
+    "crossover_hz": word("crossover, Hz"),
+    "compliance_m_n": word("compliance, µm/N"),
 }
-"""Heading and factor of each column."""
 
 
 def build(page: OpenPage) -> None:
@@ -162,9 +161,8 @@ def _show_proposal(figures: TuningFigures, directory: Path) -> None:
         TextTable("proposed", (tr("key of the machine file"), tr("proposed")), figures=True).show(
             [(key, _value_text(value)) for key, value in values.items()]
         )
-        head = (tr("setting"), tr("stable"), *(tr(name) for name, _factor in MARGINS.values()))
-        TextTable("margins", head, figures=True).show(
-            [_margin_row(tr("before"), figures.before), _margin_row(tr("after"), figures.after)]
+        TextTable("margins", (tr("setting"), tr("before"), tr("after")), figures=True).show(
+            _margin_rows(figures.before, figures.after)
         )
         for text in (figures.before.remark, *figures.notes):
             if text:
@@ -183,13 +181,20 @@ def _show_proof(figures: TuningFigures) -> None:
         )
 
 
-def _margin_row(name: str, setting: TunedSetting) -> tuple[str, ...]:
-    values = [(getattr(setting, key), factor) for key, (_name, factor) in MARGINS.items()]
-    return (
-        name,
-        tr("yes") if setting.stable else tr("no"),
-        *(NO_VALUE if value is None else f"{factor * value:.3g}" for value, factor in values),
-    )
+def _margin_rows(*settings: TunedSetting) -> list[tuple[str, ...]]:
+    """One margin a row, so that the table is as narrow as a telephone."""
+    stable = (tr("stable"), *(tr("yes") if setting.stable else tr("no") for setting in settings))
+    return [
+        stable,
+        *((tr(name), *(_margin_text(key, one) for one in settings)) for key, name in MARGINS.items()),
+    ]
+
+
+def _margin_text(key: str, setting: TunedSetting) -> str:
+    value = getattr(setting, key)
+    if value is None:
+        return NO_VALUE
+    return f"{1e6 * value if key.endswith('_m_n') else value:.3g}"
 
 
 def _indicator_text(key: str, setting: TunedSetting) -> str:
