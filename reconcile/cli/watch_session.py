@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.markup import escape
 
 from reconcile.errors import ReconcileError
-from reconcile.watch.event import Events
-from reconcile.watch.files import COMPLETE_AFTER_S
+from reconcile.watch.publisher import ChangePublisher
+from reconcile.watch.recording_folder import COMPLETE_AFTER_S
 from reconcile.watch.watch import FILE, PAGE, Watch
 from servo_ctrl.errors import ServoCtrlError
 
@@ -23,10 +23,10 @@ class WatchSession:
     def __init__(self, watched: Watch, broker: str | None, machine: Path | None) -> None:
         self._watched = watched
         self._console = Console()
-        self._events: Events | None = None
+        self._publisher: ChangePublisher | None = None
         try:
             if broker or machine:
-                self._events = Events(broker, machine, watched.arrivals.machine())
+                self._publisher = ChangePublisher(broker, machine, watched.recording_folder.machine_name())
         except ServoCtrlError as error:
             raise ReconcileError("--machine", "", str(error)) from None
         except ValueError as error:
@@ -35,16 +35,16 @@ class WatchSession:
     def read_new(self, *, wait_for_unfinished: bool = False) -> None:
         """Read the new recordings; `wait_for_unfinished`: again when unfinished ones may be complete."""
         self._read()
-        if wait_for_unfinished and self._watched.arrivals.unfinished:
+        if wait_for_unfinished and self._watched.recording_folder.unfinished:
             time.sleep(1.1 * COMPLETE_AFTER_S)
             self._read()
 
     def print_summary(self, out: Path) -> None:
         """Print how many recordings and changes there are, what is still being written, and the files."""
-        changes = len(self._watched.memory.document["changes"])
-        seen = len(self._watched.memory.document["recordings"])
-        self._print(f"{seen} recordings, {changes or 'no'} change{'s' * (changes != 1)}")
-        for name in self._watched.arrivals.unfinished:
+        changes = len(self._watched.history.document["changes"])
+        recordings = len(self._watched.history.document["recordings"])
+        self._print(f"{recordings} recordings, {changes or 'no'} change{'s' * (changes != 1)}")
+        for name in self._watched.recording_folder.unfinished:
             self._print(f"{name}: is still being written, and was not read")
         self._print(f"{out / FILE}\n{out / PAGE}")
 
@@ -72,8 +72,10 @@ class WatchSession:
                     status.update(escape(text))
 
             self._watched.read_new(show)
-            problem = self._events.publish(self._watched.memory) if self._events is not None else ""
-            if problem is None:
-                self._watched.write_memory()
-            elif problem:
-                show(problem, lasting=True)
+            if self._publisher is None:
+                return
+            result = self._publisher.publish(self._watched.history)
+            if result.published:
+                self._watched.write_history()
+            elif result.problem:
+                show(result.problem, lasting=True)

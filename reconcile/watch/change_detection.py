@@ -29,12 +29,12 @@ PRIOR_FREEDOM = 6.0
 """Degrees of freedom that the errors estimated within the recordings contribute to the error scale."""
 MAX_RECORDINGS = 300
 """Most recordings in a test."""
-CREDIBLE = 0.95
+CREDIBLE_PROBABILITY = 0.95
 """Posterior probability of the interval of an onset."""
 MIN_RECORDINGS = MIN_BEFORE + MIN_AFTER
 
 
-class Sequence(NamedTuple):
+class IndicatorSeries(NamedTuple):
     """One indicator over the recordings, oldest first; arrays (n,)."""
 
     values: Array
@@ -71,83 +71,95 @@ class Onset(NamedTuple):
     low: int
     high: int
     """Bounds of the 95 % credible interval, both included."""
-    ramp: float
-    """Probability of a ramp; else it is a step."""
+    ramp_probability: float
+    """Else it is a step."""
 
 
-def lengths_after_step(before_and_after: int) -> list[int]:
-    """Return the numbers of recordings after the tested steps: 2, 3, 4, 6, 8, 12, 16, ..."""
-    found, length = [], MIN_AFTER
-    while length <= before_and_after - MIN_BEFORE:
-        found.append(length)
-        power_of_two = length & (length - 1) == 0
-        length = length + length // 2 if power_of_two else 2 ** length.bit_length()
-    return found
+class ChangeSize(NamedTuple):
+    """The size of a change with a known onset."""
+
+    before: float
+    """Value before the change."""
+    change: float
+    """Up to the newest recording."""
+    standard_error: float
+    """Of the change."""
 
 
-def newest_alarm(sequence: Sequence, indicators: int, run_length: float) -> Alarm | None:
+def lengths_after_step(recordings: int) -> list[int]:
+    """Return the numbers of recordings after the tested steps, of all `recordings`: 2, 3, 4, 6, 8, 12, ..."""
+    lengths, length = [], MIN_AFTER
+    while length <= recordings - MIN_BEFORE:
+        lengths.append(length)
+        is_power_of_two = length & (length - 1) == 0
+        length = length + length // 2 if is_power_of_two else 2 ** length.bit_length()
+    return lengths
+
+
+def newest_alarm(series: IndicatorSeries, indicators: int, run_length: float) -> Alarm | None:
     """Test whether the newest recordings differ; return None with too few recordings.
 
     `indicators`: how many are tested at each recording; `run_length`: recordings between false alarms.
     """
-    n = len(sequence.values)
-    after = lengths_after_step(n)
-    if not after:
+    n = len(series.values)
+    lengths = lengths_after_step(n)
+    if not lengths:
         return None
-    regression = _WhitenedRegression(sequence)
-    level = 1.0 / (run_length * len(after) * max(indicators, 1))
+    regression = _WhitenedRegression(series)
+    level = 1.0 / (run_length * len(lengths) * max(indicators, 1))
     threshold = float(student.isf(0.5 * level, n - 2 + PRIOR_FREEDOM))
     best = Alarm(0.0, threshold)
-    for length in after:
+    for length in lengths:
         fit = regression.fit(_step(n, n - length))
-        t = math.copysign(max(abs(fit.change) - sequence.min_change, 0.0) / fit.error, fit.change)
+        t = math.copysign(max(abs(fit.change) - series.min_change, 0.0) / fit.error, fit.change)
         if abs(t) >= abs(best.t):
             best = Alarm(t, threshold)
     return best
 
 
-def onset(sequence: Sequence) -> Onset:
+def onset(series: IndicatorSeries) -> Onset:
     """Return the posterior of the onset k and the form of a detected change.
 
     The prior is flat over k, step and ramp; the error scale is integrated out.
     """
-    n = len(sequence.values)
-    regression = _WhitenedRegression(sequence)
-    weights = np.full((2, n), -np.inf)
+    n = len(series.values)
+    regression = _WhitenedRegression(series)
+    log_posterior = np.full((2, n), -np.inf)
     for k in range(1, n):
         for form, shape in enumerate((_step(n, k), _ramp(n, k))):
             if form == 1 and k == n - 1:
                 continue  # a ramp of one recording is a step
             squares = regression.fit(shape).residual_squares + PRIOR_FREEDOM
-            weights[form, k] = -0.5 * (n - 2 + PRIOR_FREEDOM) * math.log(squares)
-    posterior = np.exp(weights - weights.max())
+            log_posterior[form, k] = -0.5 * (n - 2 + PRIOR_FREEDOM) * math.log(squares)
+    posterior = np.exp(log_posterior - log_posterior.max())
     posterior /= posterior.sum()
     by_first = posterior.sum(axis=0)
-    ramp = float(posterior[1].sum())
+    ramp_probability = float(posterior[1].sum())
     order = np.argsort(-by_first)
-    inside = order[: int(np.searchsorted(np.cumsum(by_first[order]), CREDIBLE)) + 1]
-    first = int(np.argmax(posterior[int(ramp > 0.5)]))
-    return Onset(first, int(min(inside.min(), first)), int(max(inside.max(), first)), ramp)
+    credible = order[: int(np.searchsorted(np.cumsum(by_first[order]), CREDIBLE_PROBABILITY)) + 1]
+    first = int(np.argmax(posterior[int(ramp_probability > 0.5)]))
+    low, high = int(min(credible.min(), first)), int(max(credible.max(), first))
+    return Onset(first, low, high, ramp_probability)
 
 
-def change_size(sequence: Sequence, first: int, *, ramp: bool) -> tuple[float, float, float]:
-    """Return value before, change up to the newest recording and its standard error, for a known onset."""
-    n = len(sequence.values)
-    shape = _ramp(n, first) if ramp else _step(n, first)
-    fit = _WhitenedRegression(sequence).fit(shape)
-    return fit.level, fit.change * float(shape[-1]), fit.error * float(shape[-1])
+def change_size(series: IndicatorSeries, first: int, *, is_ramp: bool) -> ChangeSize:
+    """Return the size of a change from recording `first` on, a ramp or a step."""
+    n = len(series.values)
+    shape = _ramp(n, first) if is_ramp else _step(n, first)
+    fit = _WhitenedRegression(series).fit(shape)
+    return ChangeSize(fit.level, fit.change * float(shape[-1]), fit.error * float(shape[-1]))
 
 
-def covariance(sequence: Sequence) -> Array:
+def covariance(series: IndicatorSeries) -> Array:
     """Return the covariance (n, n) of the values without a change, up to the error scale."""
-    distance = (sequence.features[:, None, :] - sequence.features) / MOTION_SCALE
+    distance = (series.features[:, None, :] - series.features) / MOTION_SCALE
     similarity = np.exp(-0.5 * (distance**2).sum(axis=-1))
-    total: Array = np.diag(sequence.errors**2) + sequence.motion_spread**2 * similarity
-    temperature_k = sequence.temperature_k
+    total: Array = np.diag(series.errors**2) + series.motion_spread**2 * similarity
+    temperature_k = series.temperature_k
     if np.isfinite(temperature_k).all() and float(np.ptp(temperature_k)) >= MIN_TEMPERATURE_RANGE_K:
         # a slope over temperature with a wide prior: a dependence on temperature is no change
         deviation_k = temperature_k - temperature_k.mean()
-        size = float(np.ptp(sequence.values)) + float(sequence.errors.max())
+        size = float(np.ptp(series.values)) + float(series.errors.max())
         total += np.outer(deviation_k, deviation_k) * (10.0 * size / float(np.ptp(temperature_k))) ** 2
     return total
 
@@ -164,12 +176,12 @@ class _ChangeFit(NamedTuple):
 
 
 class _WhitenedRegression:
-    """Generalised least squares of a sequence on a level and a shape."""
+    """Generalised least squares of a series on a level and a shape."""
 
-    def __init__(self, sequence: Sequence) -> None:
-        self._y = sequence.values
+    def __init__(self, series: IndicatorSeries) -> None:
+        self._y = series.values
         n = len(self._y)
-        total = covariance(sequence)
+        total = covariance(series)
         total += np.eye(n) * 1e-9 * float(np.trace(total)) / n
         self._factor = cho_factor(total)
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping as ByName
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.diagnosis.diagnose import diagnose
@@ -14,7 +14,7 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.recording import AxisRecording, load_recordings
 from reconcile.sensing.checks import examine
 from reconcile.watch.compare import ChangeProfile, compare
-from reconcile.watch.memory import Memory
+from reconcile.watch.history import WatchHistory
 from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE
 
 RECORDINGS_PER_SIDE = 4
@@ -48,75 +48,105 @@ class ChangeDiagnosis:
         self._folder, self._model_file, self._out = folder, model_file, out
         self._axes, self._mapping, self._full = axes, mapping, full
 
-    def describe(self, change: dict[str, Any], memory: Memory, report_progress: ProgressCallback) -> None:
+    def describe(
+        self, change: dict[str, Any], history: WatchHistory, report_progress: ProgressCallback
+    ) -> None:
         """Add `where`, `profiles` and `named` to a change; `named` holds the reason of a failure."""
-        old, new = self._sides(change, memory)
-        change["compared"] = {"before": [path.name for path in old], "after": [path.name for path in new]}
+        paths = self._paths(change, history)
+        change["compared"] = {
+            "before": [path.name for path in paths.before],
+            "after": [path.name for path in paths.after],
+        }
         change["where"], change["profiles"], change["named"] = [], [], None
         try:
-            sides = [self._recordings(change["axis"], paths) for paths in (old, new)]
-            clearest = ResidualChannel(change["clearest"][0])
-            for channel in sorted(ResidualChannel, key=lambda one: one is not clearest):
-                before, after = (
-                    [one for one in side if channel is ResidualChannel.FORCE or one.scale_m is not None]
-                    for side in sides
-                )
-                if before and after:
-                    found = compare(before, after, self._axes[change["axis"]], channel)
-                    if channel is not clearest and found.rms[1] < MIN_RMS_RATIO * found.rms[0]:
-                        continue
-                    rms = {"before": found.rms[0], "after": found.rms[1]}
-                    change["where"] += [{**one, "rms": rms} for one in found.located]
-                    change["profiles"] += [_profile(channel, one) for one in found.profiles]
+            self._locate(change, paths)
             if self._full:
                 report_progress(f"naming the change of axis {change['axis']}", lasting=False)
-                change["named"] = self._diagnose(change, old, new)
+                change["named"] = self._diagnose(change, paths)
         except ReconcileError as error:
             change["named"] = {"verdict": "none", "why": str(error), "findings": []}
 
-    def _sides(self, change: dict[str, Any], memory: Memory) -> tuple[list[Path], list[Path]]:
-        """Return recordings before the earliest onset, and the newest ones; of a ramp fewer: they differ."""
-        axis, low = change["axis"], change["began"]["interval95"][0]
-        before = memory.of_axis(axis, change["reference"], low)
-        after = memory.of_axis(axis, change["began"]["recording"])
-        first = memory.of_axis(axis, change["reference"])[:1]
+    def _locate(self, change: dict[str, Any], paths: "_ComparedPaths") -> None:
+        """Add `where` and `profiles`, of the channel with the clearest alarm first."""
+        axis = change["axis"]
+        before, after = self._recordings(axis, paths.before), self._recordings(axis, paths.after)
+        clearest = ResidualChannel(change["clearest"][0])
+        for channel in sorted(ResidualChannel, key=lambda channel: channel is not clearest):
+            before_here, after_here = _with_channel(before, channel), _with_channel(after, channel)
+            if not before_here or not after_here:
+                continue
+            comparison = compare(before_here, after_here, self._axes[axis], channel)
+            if channel is not clearest and comparison.rms_after < MIN_RMS_RATIO * comparison.rms_before:
+                continue
+            rms = {"before": comparison.rms_before, "after": comparison.rms_after}
+            change["where"] += [{**located, "rms": rms} for located in comparison.located]
+            change["profiles"] += [_profile_json(channel, profile) for profile in comparison.profiles]
+
+    def _paths(self, change: dict[str, Any], history: WatchHistory) -> "_ComparedPaths":
+        """Return the recordings to compare; fewer after a ramp, because they differ from each other."""
+        axis, earliest_onset = change["axis"], change["began"]["interval95"][0]
+        before = history.of_axis(axis, change["reference"], earliest_onset)
+        after = history.of_axis(axis, change["began"]["recording"])
+        first = history.of_axis(axis, change["reference"])[:1]
         newest = RECORDINGS_PER_SIDE if change["form"] == "step" else RECORDINGS_PER_SIDE // 2
-        old = [self._folder / one["name"] for one in (before or first)[-RECORDINGS_PER_SIDE:]]
-        new = [self._folder / one["name"] for one in after[-newest:]]
-        return old, new
+        return _ComparedPaths(
+            before=[self._folder / entry["name"] for entry in (before or first)[-RECORDINGS_PER_SIDE:]],
+            after=[self._folder / entry["name"] for entry in after[-newest:]],
+        )
 
     def _recordings(self, axis: str, paths: Sequence[Path]) -> list[AxisRecording]:
-        own = {axis: self._axes[axis]}
-        return examine(load_recordings(paths, own, self._mapping), own).recordings
+        axes = {axis: self._axes[axis]}
+        return examine(load_recordings(paths, axes, self._mapping), axes).recordings
 
-    def _diagnose(self, change: dict[str, Any], old: Sequence[Path], new: Sequence[Path]) -> dict[str, Any]:
+    def _diagnose(self, change: dict[str, Any], paths: "_ComparedPaths") -> dict[str, Any]:
+        """Diagnose the recordings after the change against a model that is updated by those before."""
         folder = self._out / change["id"]
-        before = diagnose(old, self._model_file, folder / "before", self._mapping, with_report=False)
-        found = diagnose(new, before.model_file, folder / "after", self._mapping)
-        known = {(one["axis"], one["effect"]) for one in before.verdict["findings"]}
-        own = [one for one in found.verdict["findings"] if one["axis"] == change["axis"]]
-        # an effect of the recordings before that the written model could not hold is no change
-        own = [one for one in own if (one["axis"], one["effect"]) not in known]
+        before = diagnose(paths.before, self._model_file, folder / "before", self._mapping, with_report=False)
+        after = diagnose(paths.after, before.model_file, folder / "after", self._mapping)
+        # an effect before the change that the written model could not hold is no change
+        present = {(finding["axis"], finding["effect"]) for finding in before.verdict["findings"]}
+        findings = [
+            finding
+            for finding in after.verdict["findings"]
+            if finding["axis"] == change["axis"] and (finding["axis"], finding["effect"]) not in present
+        ]
         return {
-            "verdict": found.verdict["verdict"],
-            "findings": own,
+            "verdict": after.verdict["verdict"],
+            "findings": findings,
             "model": str((folder / "after" / MODEL_FILE).relative_to(self._out)),
             "report": str((folder / "after" / REPORT_FILE).relative_to(self._out)),
         }
 
 
-def _profile(channel: ResidualChannel, one: ChangeProfile) -> dict[str, Any]:
-    def numbers(values: Sequence[float]) -> list[float | None]:
-        return [float(f"{v:.{DIGITS}g}") if math.isfinite(v) else None for v in values]
+class _ComparedPaths(NamedTuple):
+    """Recordings before the earliest onset of a change, and the newest ones."""
 
-    over, sides = one.coordinate, (("before", one.before), ("after", one.after))
+    before: list[Path]
+    after: list[Path]
+
+
+def _with_channel(recordings: Sequence[AxisRecording], channel: ResidualChannel) -> list[AxisRecording]:
+    """The recordings that have a channel: the deviation needs a scale."""
+    return [one for one in recordings if channel is ResidualChannel.FORCE or one.scale_m is not None]
+
+
+def _profile_json(channel: ResidualChannel, profile: ChangeProfile) -> dict[str, Any]:
+    """An entry of `profiles` in watch.json."""
+
+    def rounded(values: Sequence[float]) -> list[float | None]:
+        return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in values]
+
+    coordinate, sides = profile.coordinate, (("before", profile.before), ("after", profile.after))
     return {
         "sense": channel.value,
-        "coordinate": over.name,
-        "unit": over.unit,
-        "centres": numbers(over.centres.tolist()),
-        "labels": list(over.labels),
-        "logarithmic": over.logarithmic,
-        "by_direction": one.by_direction,
-        **{name: {"mean": numbers(m.tolist()), "error": numbers(e.tolist())} for name, (m, e) in sides},
+        "coordinate": coordinate.name,
+        "unit": coordinate.unit,
+        "centres": rounded(coordinate.centres.tolist()),
+        "labels": list(coordinate.labels),
+        "logarithmic": coordinate.logarithmic,
+        "by_direction": profile.by_direction,
+        **{
+            side: {"mean": rounded(bins.mean.tolist()), "error": rounded(bins.errors.tolist())}
+            for side, bins in sides
+        },
     }

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.location.coordinates import Coordinate, coordinates
@@ -28,23 +28,31 @@ LEAST_REPORTED_SHARE = 0.05
 MAX_LOCATIONS = 4
 
 
+class BinMeans(NamedTuple):
+    """Mean residual by bin; SI, arrays (bins,), NaN where a bin has no sample."""
+
+    mean: Array
+    errors: Array
+    """Standard error of each mean."""
+
+
 class ChangeProfile(NamedTuple):
-    """Mean residual of the model before the change, over the bins of a coordinate; SI, arrays (bins,)."""
+    """The residual of the model before the change, over the bins of a coordinate."""
 
     coordinate: Coordinate
     by_direction: bool
     """Samples were multiplied by the direction of motion."""
-    before: tuple[Array, Array]
-    """Mean and standard error."""
-    after: tuple[Array, Array]
+    before: BinMeans
+    after: BinMeans
 
 
 class Comparison(NamedTuple):
-    """The comparison in one residual channel of one axis."""
+    """The comparison in one residual channel of one axis; the model is fitted before the change."""
 
-    rms: tuple[float, float]
-    """RMS residual of the model fitted before the change, before and after it."""
+    rms_before: float
+    rms_after: float
     located: list[dict[str, Any]]
+    """Entries of `where` in watch.json."""
     profiles: list[ChangeProfile]
 
 
@@ -57,43 +65,52 @@ def compare(
     """Compare recordings of one axis before and after a change, at least one each."""
     recordings = [*before, *after]
     datasets = [regression_data(recording, axis) for recording in recordings]
-    model_terms = [one for one in terms_of_model(axis, datasets) if one.channel is channel]
-    extra = [
+    model_terms = [term for term in terms_of_model(axis, datasets) if term.channel is channel]
+    shapes = [
         (kind.effect, kind.shape_parameters) for kind in INDICATORS[channel] if kind.effect and kind.beside
     ]
-    found = regression_problem(datasets, channel, extra, only=True, model_terms=model_terms)
-    equations = found.equations
+    problem = regression_problem(datasets, channel, shapes, only=True, model_terms=model_terms)
+    equations = problem.equations
     chosen = [candidate for candidate in equations.candidates if not candidate.per_recording]
-    blocks = np.flatnonzero(equations.recording_of_block < len(before))
-    theta = equations.solve(equations.slots(chosen), equations.totals(blocks))
+    blocks_before = np.flatnonzero(equations.recording_of_block < len(before))
+    theta = equations.solve(equations.slots(chosen), equations.totals(blocks_before))
     sources = [recording.source for recording in recordings]
-    analysed = residuals(found, sources, [(chosen, theta)] * 3, np.zeros(0, dtype=np.int64))
+    analysed = residuals(problem, sources, [(chosen, theta)] * 3, np.zeros(0, dtype=np.int64))
     if channel is ResidualChannel.POSITION_DEVIATION:  # the zero of a scale is arbitrary
         analysed = [one._replace(refitted=one.refitted - one.refitted[one.used].mean()) for one in analysed]
     old, new = analysed[: len(before)], analysed[len(before) :]
-    located = [one for one in locate(new, channel, axis) if one.share >= LEAST_REPORTED_SHARE][:MAX_LOCATIONS]
-    profiles = [
-        _profile(of, old, new) for of in coordinates(analysed, channel) if of.name in PROFILE_COORDINATES
-    ]
-    levels = rms(old, "refitted"), rms(new, "refitted")
-    return Comparison(levels, [located_json(recordings[0].axis, one) for one in located], profiles)
+    located = [one for one in locate(new, channel, axis) if one.share >= LEAST_REPORTED_SHARE]
+    return Comparison(
+        rms_before=rms(old, "refitted"),
+        rms_after=rms(new, "refitted"),
+        located=[located_json(recordings[0].axis, one) for one in located[:MAX_LOCATIONS]],
+        profiles=[
+            _profile(coordinate, old, new)
+            for coordinate in coordinates(analysed, channel)
+            if coordinate.name in PROFILE_COORDINATES
+        ],
+    )
 
 
-def _profile(of: Coordinate, old: Sequence[Residual], new: Sequence[Residual]) -> ChangeProfile:
+def _profile(coordinate: Coordinate, old: Sequence[Residual], new: Sequence[Residual]) -> ChangeProfile:
     """Return the profile, multiplied by the direction if that shows more of the change."""
-    signs = (False, True) if of.has_direction else (False,)
-    found = [_signed_profile(of, old, new, signed_by_direction=signed) for signed in signs]
-    return max(found, key=lambda one: float(np.nansum((one.after[0] - one.before[0]) ** 2)))
+    signs = (False, True) if coordinate.has_direction else (False,)
+    profiles = [_signed_profile(coordinate, old, new, signed_by_direction=signed) for signed in signs]
+    return max(profiles, key=lambda one: float(np.nansum((one.after.mean - one.before.mean) ** 2)))
 
 
 def _signed_profile(
-    of: Coordinate, old: Sequence[Residual], new: Sequence[Residual], *, signed_by_direction: bool
+    coordinate: Coordinate, old: Sequence[Residual], new: Sequence[Residual], *, signed_by_direction: bool
 ) -> ChangeProfile:
-    sides = []
-    for part, bins in ((old, of.bins[: len(old)]), (new, of.bins[len(old) :])):
-        given = samples_in_use(part, [in_phase(residual, residual.refitted) for residual in part])
-        used = bins_in_use(of._replace(bins=list(bins)), part)
-        found = explained_share(given, used, of.size, signed_by_direction=signed_by_direction)
-        full = found.counts > 0.0
-        sides.append((np.where(full, found.mean, np.nan), np.where(full, found.errors, np.nan)))
-    return ChangeProfile(of, signed_by_direction, *sides)
+    def bin_means(recorded: Sequence[Residual], bins: Sequence[Index]) -> BinMeans:
+        samples = samples_in_use(recorded, [in_phase(residual, residual.refitted) for residual in recorded])
+        used_bins = bins_in_use(coordinate._replace(bins=list(bins)), recorded)
+        share = explained_share(samples, used_bins, coordinate.size, signed_by_direction=signed_by_direction)
+        has_samples = share.counts > 0.0
+        return BinMeans(
+            np.where(has_samples, share.mean, np.nan), np.where(has_samples, share.errors, np.nan)
+        )
+
+    before = bin_means(old, coordinate.bins[: len(old)])
+    after = bin_means(new, coordinate.bins[len(old) :])
+    return ChangeProfile(coordinate, signed_by_direction, before, after)

@@ -9,8 +9,9 @@ import numpy as np
 from kernels.readable_units import display_unit
 from reconcile.report.traces import LOGARITHMIC, Figure, error_bars, interval_band, layout, upright
 from reconcile.report.words import CHANNEL_NAMES, display_name, quantity
+from reconcile.watch.change import NORMAL_95, moved_keys
+from reconcile.watch.history import WatchHistory, indicator_label, indicator_series
 from reconcile.watch.indicators import RESIDUAL_LEVEL
-from reconcile.watch.memory import Memory, indicator_words, sequences
 from servo_ctrl.report.html_file import packed
 
 SIDES = {"before": "before the change", "after": "after it"}
@@ -41,58 +42,61 @@ def change_profile(profile: Mapping[str, Any]) -> Figure:
             }
         )
     name = display_name(profile["coordinate"])
-    turned = " times direction" if profile["by_direction"] else ""
-    drawing = layout(f"{name} ({x_unit})" if x_unit else name, f"mean{turned} ({unit})")
+    signed = " times direction" if profile["by_direction"] else ""
+    figure_layout = layout(f"{name} ({x_unit})" if x_unit else name, f"mean{signed} ({unit})")
     if profile["logarithmic"]:
-        drawing["xaxis"].update(LOGARITHMIC)
+        figure_layout["xaxis"].update(LOGARITHMIC)
     channel = CHANNEL_NAMES[profile["sense"]]
     note = f"{channel} that the model of the recordings before leaves, with twice its error."
-    return Figure("", f"Over the {name}", note, data, drawing)
+    return Figure("", f"Over the {name}", note, data, figure_layout)
 
 
-def indicator_figures(memory: Memory, axis: str) -> Iterator[Figure]:
+def indicator_figures(history: WatchHistory, axis: str) -> Iterator[Figure]:
     """Draw every indicator of an axis over its recordings, the changed ones first."""
-    entries = memory.of_axis(axis)
+    entries = history.of_axis(axis)
     recordings = [entry["name"] for entry in entries]
-    changes = [change for change in memory.document["changes"] if change["axis"] == axis]
-    moved = [(one["sense"], one["indicator"]) for change in changes for one in change["moved"]]
-    known = sequences(entries, axis)
-    for channel, name in dict.fromkeys([*(key for key in moved if key in known), *known]):
-        sequence, places = known[channel, name]
-        words, si_unit = indicator_words(channel, name)
-        values, errors = sequence.values, sequence.errors
-        low, high = values - 1.96 * errors, values + 1.96 * errors
-        if name == RESIDUAL_LEVEL:
+    changes = [change for change in history.document["changes"] if change["axis"] == axis]
+    moved = [key for change in changes for key in moved_keys(change)]
+    by_key = indicator_series(entries, axis)
+    for key in dict.fromkeys([*(key for key in moved if key in by_key), *by_key]):
+        series, places = by_key[key]
+        label, si_unit = indicator_label(key)
+        values, errors = series.values, series.errors
+        low, high = values - NORMAL_95 * errors, values + NORMAL_95 * errors
+        if key.indicator == RESIDUAL_LEVEL:
             values, low, high = np.exp(values), np.exp(low), np.exp(high)
         factor, unit = display_unit(si_unit, float(np.abs(values).max()))
         bars = {"array": packed((high - values) / factor), "arrayminus": packed((values - low) / factor)}
         trace = {
             "type": "scatter",
             "mode": "markers",
-            "name": words,
+            "name": label,
             "x": packed(np.array(places, dtype=np.float64) + 1.0),
             "y": packed(values / factor),
             "text": [recordings[place] for place in places],
             "marker": {"color": "--after", "size": 6},
             "error_y": error_bars("--after", **bars),
         }
-        drawing = layout("recording", f"{words} ({unit})" if unit else words)
-        drawing["shapes"] = [shape for one in changes for shape in _marks(one, recordings, [channel, name])]
-        drawing["showlegend"] = False
+        figure_layout = layout("recording", f"{label} ({unit})" if unit else label)
+        figure_layout["shapes"] = [
+            shape
+            for change in changes
+            if key in moved_keys(change)
+            for shape in _onset_and_alarm(change, recordings)
+        ]
+        figure_layout["showlegend"] = False
         note = "With its interval of 95 % from within the recording."
-        if (channel, name) in moved:
+        if key in moved:
             note += " Grey: when the change began (95 %); dotted: the alarm."
-        nominal = entries[places[-1]]["axes"][axis]["senses"][channel][name]["model"]
+        nominal = entries[places[-1]]["axes"][axis]["senses"][key.channel][key.indicator]["model"]
         if nominal is not None and math.isfinite(nominal):
             note += f" The model file says {quantity(nominal, si_unit)}."
-        heading = f"{words}, {CHANNEL_NAMES[channel]}"
-        yield Figure(f"{channel}-{name}", heading, note, [trace], drawing)
+        heading = f"{label}, {CHANNEL_NAMES[key.channel]}"
+        yield Figure(f"{key.channel}-{key.indicator}", heading, note, [trace], figure_layout)
 
 
-def _marks(change: Mapping[str, Any], recordings: Sequence[str], key: list[str]) -> list[dict[str, Any]]:
-    """Return marks of onset and alarm, for an indicator that moved."""
-    if key not in [[one["sense"], one["indicator"]] for one in change["moved"]]:
-        return []
+def _onset_and_alarm(change: Mapping[str, Any], recordings: Sequence[str]) -> list[dict[str, Any]]:
+    """Return the marks of a change, where its recordings are drawn."""
     low, high, alarm = (
         recordings.index(name) + 1 if name in recordings else None
         for name in (*change["began"]["interval95"], change["alarm"]["recording"])

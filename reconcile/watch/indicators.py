@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kernels.arrays import Array
+from kernels.arrays import Array, Index
 from reconcile.catalogue.entry import IndicatorKind
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.registry import ENTRIES
@@ -25,8 +24,6 @@ from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.normal_equations import BlockNormalEquations
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import BASELINE_PARAMETERS, regression_problem
-
-Index = NDArray[np.int64]
 
 JACKKNIFE_BLOCKS = 2
 """Neighbouring blocks that the jackknife omits together, because slow noise correlates them."""

@@ -12,17 +12,17 @@ from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import AxisRecording, load_recordings
 from reconcile.sensing.checks import examine
-from reconcile.watch.change import ChangeUpdate, change_of, is_continuation, updated
+from reconcile.watch.change import ChangeUpdate, change_of, is_continuation, refine
 from reconcile.watch.change_detection import Alarm, newest_alarm
 from reconcile.watch.change_diagnosis import ChangeDiagnosis, ProgressCallback
-from reconcile.watch.files import Arrival, Arrivals
+from reconcile.watch.history import IndicatorKey, WatchHistory, entry_of, indicator_series, model_sha256
 from reconcile.watch.indicators import measure, motion_features
-from reconcile.watch.memory import Memory, entry_of, fingerprint, sequences
 from reconcile.watch.page import write_page
+from reconcile.watch.recording_folder import CompleteRecording, RecordingFolder
 
 FILE, PAGE = "watch.json", "watch.html"
 WRITE_EVERY = 20
-"""Number of new recordings after which the memory is written while reading continues."""
+"""Number of new recordings after which the history is written while reading continues."""
 
 
 class WatchOptions(NamedTuple):
@@ -46,65 +46,70 @@ class Watch:
 
     def __init__(self, folder: Path, model_file: Path, out: Path, options: WatchOptions) -> None:
         model = load_model(model_file)
-        unknown = [name for name in options.axes if name not in model.axes]
-        if unknown:
-            has = ", ".join(model.axes)
-            raise ReconcileError(model.file, f"axis {unknown[0]}", f"is not in the model, only {has}")
+        missing = [name for name in options.axes if name not in model.axes]
+        if missing:
+            present = ", ".join(model.axes)
+            raise ReconcileError(model.file, f"axis {missing[0]}", f"is not in the model, only {present}")
         self._axes = {name: model.axes[name] for name in options.axes or model.axes}
-        self.arrivals = Arrivals(folder, out)
+        self.recording_folder = RecordingFolder(folder, out)
         self._options, self._out = options, out
         self._report_progress: ProgressCallback = _discard
         self._diagnosis = ChangeDiagnosis(
             folder, model_file, out, self._axes, options.mapping, full=options.diagnose
         )
-        self.memory = self._load_memory(model_file)
+        self.history = self._load_history(model_file)
 
     def read_new(self, report_progress: ProgressCallback = _discard) -> list[dict[str, Any]]:
         """Read new recordings; return the changes that are new or refined. Raises ReconcileError, OSError."""
         self._report_progress = report_progress
-        new = [one for one in self.arrivals.list_complete() if not self.memory.knows(one)]
+        new = [
+            recording
+            for recording in self.recording_folder.list_complete()
+            if not self.history.contains(recording)
+        ]
         reported: dict[str, dict[str, Any]] = {}
-        for number, arrival in enumerate(new, start=1):
-            self._report_progress(f"{arrival.path.name} ({number} of {len(new)})", lasting=False)
-            for change in self._read(arrival):
+        for number, recording in enumerate(new, start=1):
+            self._report_progress(f"{recording.path.name} ({number} of {len(new)})", lasting=False)
+            for change in self._read(recording):
                 reported[change["id"]] = change
             if number % WRITE_EVERY == 0:
-                self.write_memory()
-        if new or self.arrivals.unfinished != self.memory.document["unfinished"]:
-            self.memory.document["unfinished"] = self.arrivals.unfinished
-            self.write_memory()
-            write_page(self.memory, self._out / PAGE)
+                self.write_history()
+        if new or self.recording_folder.unfinished != self.history.document["unfinished"]:
+            self.history.document["unfinished"] = self.recording_folder.unfinished
+            self.write_history()
+            write_page(self.history, self._out / PAGE)
         return list(reported.values())
 
-    def write_memory(self) -> None:
-        """Write the memory. Raises OSError."""
+    def write_history(self) -> None:
+        """Write the history. Raises OSError."""
         self._out.mkdir(parents=True, exist_ok=True)
-        self.memory.write(self._out / FILE)
+        self.history.write(self._out / FILE)
 
-    def _load_memory(self, model_file: Path) -> Memory:
-        memory = Memory.read(self._out / FILE)
-        if memory is None or memory.document["model"]["sha256"] != fingerprint(model_file):
-            return Memory.empty(model_file, self._options.run_length)
-        memory.document["recordings_between_false_alarms"] = self._options.run_length
-        return memory
+    def _load_history(self, model_file: Path) -> WatchHistory:
+        history = WatchHistory.read(self._out / FILE)
+        if history is None or history.document["model"]["sha256"] != model_sha256(model_file):
+            return WatchHistory.empty(model_file, self._options.run_length)
+        history.document["recordings_between_false_alarms"] = self._options.run_length
+        return history
 
-    def _read(self, arrival: Arrival) -> list[dict[str, Any]]:
+    def _read(self, recording: CompleteRecording) -> list[dict[str, Any]]:
+        """Measure and store a recording; return the changes that it reveals or refines."""
         try:
-            axes = self._measure(arrival)
+            entries = self._measure(recording)
         except ReconcileError as error:
-            self.memory.refuse(arrival, str(error))
+            self.history.add_unusable(recording, str(error))
             self._report_progress(f"not used: {error}", lasting=True)
             return []
-        self.memory.add(arrival, axes)
-        return [change for axis in axes for change in self._test(axis)]
+        self.history.add(recording, entries)
+        return [change for axis in entries for change in self._test(axis)]
 
-    def _measure(self, arrival: Arrival) -> dict[str, dict[str, Any]]:
+    def _measure(self, recording: CompleteRecording) -> dict[str, dict[str, Any]]:
         """Measure the indicators of a recording; return its entries by axis."""
-        given = load_recordings([arrival.path], self._axes, self._options.mapping)
-        recordings = examine(given, self._axes).recordings
-        found = {}
+        loaded = load_recordings([recording.path], self._axes, self._options.mapping)
+        recordings = examine(loaded, self._axes).recordings
+        entries = {}
         for name, axis in self._axes.items():
-            pieces = [recording for recording in recordings if recording.axis == name]
+            pieces = [piece for piece in recordings if piece.axis == name]
             if not pieces:
                 continue
             measured = [measure(pieces, axis, ResidualChannel.FORCE)]
@@ -113,47 +118,52 @@ class Watch:
                 measured.append(measure(with_scale, axis, ResidualChannel.POSITION_DEVIATION))
             resolution_m = max(axis.encoder_resolution_m or 0.0, axis.scale_resolution_m or 0.0)
             features = motion_features(measured[0].datasets)
-            found[name] = entry_of(measured, features, _temperature_k(pieces), resolution_m)
-        return found
+            entries[name] = entry_of(measured, features, _mean_temperature_k(pieces), resolution_m)
+        return entries
 
     def _test(self, axis: str) -> list[dict[str, Any]]:
         """Test the newest recording; return a new change, or an open one that it refines."""
-        memory, document = self.memory, self.memory.document
+        history, document = self.history, self.history.document
         since = document["reference"].get(axis, "")
-        entries = memory.of_axis(axis, since)
-        known = sequences(entries, axis)
-        together = len(known) * len(self._axes)
-        raised: dict[tuple[str, str], Alarm] = {}
-        for key, (sequence, places) in known.items():
-            if places[-1] == len(entries) - 1:
-                alarm = newest_alarm(sequence, together, self._options.run_length)
-                if alarm is not None and alarm.raised:
-                    raised[key] = alarm
-        own = [change for change in document["changes"] if change["axis"] == axis]
-        if raised and not (own and is_continuation(own[-1], raised)):
-            for earlier in own:
+        entries = history.of_axis(axis, since)
+        raised = self._raised_alarms(entries, axis)
+        previous = [change for change in document["changes"] if change["axis"] == axis]
+        if raised and not (previous and is_continuation(previous[-1], raised)):
+            for earlier in previous:
                 earlier["open"] = False
-            first = max(raised, key=lambda key: abs(raised[key].t) / raised[key].threshold)
-            change = change_of(axis, len(own) + 1, first, entries, since)
+            clearest = max(raised, key=lambda key: abs(raised[key].t) / raised[key].threshold)
+            change = change_of(axis, len(previous) + 1, clearest, entries, since)
             document["changes"].append(change)
             update = ChangeUpdate(report=True, diagnose=True)
-        elif own and own[-1]["open"]:
-            change = own[-1]
-            update = updated(change, memory.of_axis(axis, change["reference"]))
+        elif previous and previous[-1]["open"]:
+            change = previous[-1]
+            update = refine(change, history.of_axis(axis, change["reference"]))
         else:
             return []
         document["reference"][axis] = change["began"]["recording"]
         if update.diagnose:
-            self._diagnosis.describe(change, memory, self._report_progress)
+            self._diagnosis.describe(change, history, self._report_progress)
         if not any(update):
             return []
-        if change not in own:
+        if change not in previous:
             self._report_progress(f"CHANGE: {change['sentence']}", lasting=True)
         change["published"] = False
         return [change]
 
+    def _raised_alarms(self, entries: list[dict[str, Any]], axis: str) -> dict[IndicatorKey, Alarm]:
+        """Return the alarms of the indicators that the newest recording has."""
+        by_key = indicator_series(entries, axis)
+        tested = len(by_key) * len(self._axes)
+        raised = {}
+        for key, (series, places) in by_key.items():
+            if places[-1] == len(entries) - 1:
+                alarm = newest_alarm(series, tested, self._options.run_length)
+                if alarm is not None and alarm.raised:
+                    raised[key] = alarm
+        return raised
 
-def _temperature_k(pieces: list[AxisRecording]) -> float | None:
+
+def _mean_temperature_k(pieces: list[AxisRecording]) -> float | None:
     recorded_k = [piece.temperature_k for piece in pieces if piece.temperature_k is not None]
     mean = float(np.mean(np.concatenate(recorded_k))) if recorded_k else math.nan
     return mean if math.isfinite(mean) else None

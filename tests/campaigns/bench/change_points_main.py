@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.watch.change_detection import MIN_AFTER, MIN_BEFORE, Sequence, newest_alarm
+from reconcile.watch.change_detection import MIN_AFTER, MIN_BEFORE, IndicatorSeries, newest_alarm
 from tests.campaigns.bench.main import write_whole
 from tests.campaigns.environments import environment
 
@@ -94,7 +94,7 @@ def ours(values: Array, programs: Array) -> int | None:
     spread = 4.0 if np.ptp(programs) else 0.0
     for n in range(MIN_BEFORE + MIN_AFTER, LENGTH + 1):
         nothing = np.full(n, np.nan)
-        sequence = Sequence(values[:n], np.ones(n), programs[:n, None], nothing, spread, 0.0)
+        sequence = IndicatorSeries(values[:n], np.ones(n), programs[:n, None], nothing, spread, 0.0)
         alarm = newest_alarm(sequence, 1, RUN_LENGTH)
         if alarm is not None and alarm.raised:
             return n - 1

@@ -24,7 +24,7 @@ from collections.abc import Callable, Iterator
 from recording_series import model, record, strokes
 
 from kernels.arrays import Array
-from reconcile.watch.change_detection import Sequence, newest_alarm, onset
+from reconcile.watch.change_detection import IndicatorSeries, newest_alarm, onset
 from reconcile.watch.watch import Watch, WatchOptions
 from tests.campaigns.bench.main import write_whole
 
@@ -70,10 +70,10 @@ def noise(kind: str, rng: np.random.Generator) -> Array:
     return white
 
 
-def plain(values: Array) -> Sequence:
+def plain(values: Array) -> IndicatorSeries:
     """A sequence of one kind of motion."""
     n = len(values)
-    return Sequence(values, np.ones(n), np.zeros((n, 1)), np.full(n, np.nan), 0.0, 0.0)
+    return IndicatorSeries(values, np.ones(n), np.zeros((n, 1)), np.full(n, np.nan), 0.0, 0.0)
 
 
 def statistics(sequences: int) -> Iterator[dict[str, Any]]:
@@ -116,8 +116,12 @@ def coverage(sequences: int) -> Iterator[dict[str, Any]]:
                 shape = (since > 0) if form == "step" else np.maximum(since, 0.0) / 8.0
                 when = onset(plain(rng.normal(size=36) + size * shape))
                 inside += when.low <= k <= when.high
-                right += (when.ramp > 0.9) == (form == "ramp") and abs(when.ramp - 0.5) > 0.4
-                wrong += (when.ramp > 0.9) != (form == "ramp") and abs(when.ramp - 0.5) > 0.4
+                right += (when.ramp_probability > 0.9) == (form == "ramp") and abs(
+                    when.ramp_probability - 0.5
+                ) > 0.4
+                wrong += (when.ramp_probability > 0.9) != (form == "ramp") and abs(
+                    when.ramp_probability - 0.5
+                ) > 0.4
             yield {
                 "form": form,
                 "size_in_errors": size,
@@ -170,7 +174,7 @@ def _first_change(name: str, seed: int, length: int) -> dict[str, Any] | None:
         out = folder / "out"
         watch = Watch(folder / "recordings", folder / "model", out, WatchOptions(diagnose=False))
         watch.read_new()
-    return next(iter(watch.memory.document["changes"]), None)
+    return next(iter(watch.history.document["changes"]), None)
 
 
 def _number(recording: str) -> int:

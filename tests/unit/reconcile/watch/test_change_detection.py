@@ -4,16 +4,22 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from reconcile.watch.change_detection import Sequence, covariance, lengths_after_step, newest_alarm, onset
+from reconcile.watch.change_detection import (
+    IndicatorSeries,
+    covariance,
+    lengths_after_step,
+    newest_alarm,
+    onset,
+)
 
 
-def a_sequence(values: np.ndarray, **other: object) -> Sequence:
+def a_sequence(values: np.ndarray, **other: object) -> IndicatorSeries:
     n = len(values)
-    nothing = Sequence(values, np.full(n, 1.0), np.zeros((n, 2)), np.full(n, np.nan), 0.0, 0.0)
+    nothing = IndicatorSeries(values, np.full(n, 1.0), np.zeros((n, 2)), np.full(n, np.nan), 0.0, 0.0)
     return nothing._replace(**other)
 
 
-def first_alarm(sequence: Sequence, indicators: int = 10, run_length: float = 1000.0) -> int | None:
+def first_alarm(sequence: IndicatorSeries, indicators: int = 10, run_length: float = 1000.0) -> int | None:
     """Return the number of recordings at the alarm."""
     for n in range(1, len(sequence.values) + 1):
         seen = sequence._replace(
@@ -51,7 +57,7 @@ def test_a_step_is_found_soon_and_dated() -> None:
         delays.append(n - k)
         when = onset(a_sequence(values))
         inside += when.low <= k <= when.high
-        assert when.ramp < 0.1
+        assert when.ramp_probability < 0.1
     assert inside >= 14  # of 16, at 95 %
     assert np.median(delays) <= 5
 
@@ -61,7 +67,7 @@ def test_a_ramp_is_distinguished_from_a_step() -> None:
     for k in (12, 18, 24):
         values = rng.normal(size=40) + 1.0 * np.maximum(np.arange(40) - k + 1.0, 0.0)
         when = onset(a_sequence(values))
-        assert when.ramp > 0.9
+        assert when.ramp_probability > 0.9
         assert when.low <= k <= when.high
 
 

@@ -15,7 +15,7 @@ from kernels.arrays import Array
 from reconcile.cli.main import app
 from reconcile.errors import ReconcileError
 from reconcile.watch import change_diagnosis
-from reconcile.watch.memory import Memory
+from reconcile.watch.history import WatchHistory
 from reconcile.watch.watch import FILE, PAGE, Watch, WatchOptions
 
 LUBRICATED, LUBRICATED_N = 9, 7.0
@@ -131,7 +131,7 @@ def test_incomplete_files_wait_and_unusable_ones_are_reported(lubricated: Path, 
     (unfinished / "recording.json").write_text('{"finished": false}', encoding="utf-8")
     watch = watched(folder, out)
     watch.read_new()
-    assert watch.arrivals.unfinished == ["run-000.parquet", "run-001.csv", "run-002"]
+    assert watch.recording_folder.unfinished == ["run-000.parquet", "run-001.csv", "run-002"]
     assert document(out)["recordings"] == []
     growing.write_bytes(whole)
     os.utime(recordings / "run-001.csv", (FIRST_S + HOUR_S,) * 2)
@@ -140,7 +140,7 @@ def test_incomplete_files_wait_and_unusable_ones_are_reported(lubricated: Path, 
     [refused] = document(out)["unusable"]
     assert refused["name"] == "run-001.csv"
     assert "force" in refused["why"]
-    assert watch.arrivals.unfinished == ["run-002"]
+    assert watch.recording_folder.unfinished == ["run-002"]
 
 
 def test_growing_backlash_is_a_ramp_reported_once(tmp_path: Path) -> None:
@@ -149,7 +149,7 @@ def test_growing_backlash_is_a_ramp_reported_once(tmp_path: Path) -> None:
         record(tmp_path, number, PLAY.format(0.5 + WORN_UM * max(number - WORN + 1, 0)), seed=2)
     watch = watched(tmp_path, tmp_path / "out")
     watch.read_new()
-    [change] = watch.memory.document["changes"]
+    [change] = watch.history.document["changes"]
     assert change["form"] == "ramp"
     low, high = change["began"]["interval95"]
     assert low <= f"run-{WORN:03d}.parquet" <= high
@@ -169,7 +169,7 @@ def test_other_programs_and_temperatures_are_no_change(tmp_path: Path) -> None:
         record(tmp_path, number, friction, seed=3, motion=motion, temperature_k=295.0 + warm_k)
     watch = watched(tmp_path, tmp_path / "out")
     assert watch.read_new() == []
-    assert len(watch.memory.of_axis("x")) == 32
+    assert len(watch.history.of_axis("x")) == 32
 
 
 def test_command_names_the_physics(lubricated: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -193,4 +193,4 @@ def test_wrong_use_is_refused_with_its_reason(lubricated: Path, tmp_path: Path) 
     for damaged in ('{"format": 0}', "[" * 100_000):
         (tmp_path / FILE).write_text(damaged, encoding="utf-8")
         with pytest.raises(ReconcileError, match="move it away"):
-            Memory.read(tmp_path / FILE)
+            WatchHistory.read(tmp_path / FILE)

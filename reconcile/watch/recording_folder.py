@@ -19,56 +19,63 @@ from servo_ctrl.recording.recorder import HEADER_FILE
 COMPLETE_AFTER_S = 2.0
 """Time without a change after which a file counts as complete."""
 PARQUET_MARK = b"PAR1"
-
-Stamp = tuple[int, int]
-"""Bytes and time of the last change (ns), of all files of a recording together."""
+"""Magic number at the beginning and at the end of a Parquet file."""
 
 
-class Arrival(NamedTuple):
-    """A complete recording."""
+class FileStamp(NamedTuple):
+    """The state of all files of a recording together."""
+
+    size_bytes: int
+    modified_ns: int
+    """Time of the last change, since 1970."""
+
+
+class CompleteRecording(NamedTuple):
+    """A complete recording in the folder."""
 
     path: Path
-    stamp: Stamp
+    stamp: FileStamp
     started_s: float
     """Start of the recording, else last change of the file; seconds since 1970."""
 
 
-class Arrivals:
-    """Lists a folder repeatedly; `excluded` is a folder inside it that holds no recordings."""
+class RecordingFolder:
+    """Lists the recordings of a folder repeatedly; `excluded` is a folder inside it without recordings."""
 
     def __init__(self, folder: Path, excluded: Path) -> None:
         if not folder.is_dir():
             raise ReconcileError(folder, "", "is no directory", "name the directory of the recordings")
         self._folder, self._excluded = folder, excluded.resolve()
-        self._seen: dict[str, tuple[Stamp, float]] = {}
+        self._unchanged_since: dict[str, tuple[FileStamp, float]] = {}
         self.unfinished: list[str] = []
         """Recordings that were still being written at the last listing."""
 
-    def list_complete(self) -> list[Arrival]:
+    def list_complete(self) -> list[CompleteRecording]:
         """Return all complete recordings, the oldest first. Raises ReconcileError: folder not readable."""
-        found, self.unfinished = [], []
+        complete, self.unfinished = [], []
         try:
             paths = sorted(self._folder.iterdir())
         except OSError as error:
             raise ReconcileError(self._folder, "", f"cannot be read: {reason_of(error)}") from None
         for path in paths:
             try:
-                arrival = self._arrival(path)
+                recording = self._complete_recording(path)
             except OSError:
                 continue  # it was removed meanwhile
-            if arrival is not None:
-                found.append(arrival)
-        return sorted(found, key=lambda one: (one.started_s, one.path.name))
+            if recording is not None:
+                complete.append(recording)
+        return sorted(complete, key=lambda recording: (recording.started_s, recording.path.name))
 
-    def machine(self) -> str:
+    def machine_name(self) -> str:
         """Return the name of the machine in the first recording that has one, else that of the folder."""
         headers = sorted(self._folder.glob(f"*/{HEADER_FILE}"))
-        named = (_header(file).get("machine") for file in headers)
-        return next((name for name in named if isinstance(name, str)), self._folder.resolve().name)
+        names = (_header(file).get("machine") for file in headers)
+        return next((name for name in names if isinstance(name, str)), self._folder.resolve().name)
 
-    def _arrival(self, path: Path) -> Arrival | None:
+    def _complete_recording(self, path: Path) -> CompleteRecording | None:
+        """Return the recording at a path; None if it is none, or is still being written (`unfinished`)."""
         header: dict[str, Any] = {}
-        complete: bool | None = None
+        is_complete: bool | None = None  # None: its format does not say
         if path.name.startswith(".") or path.resolve() == self._excluded:
             return None
         if path.is_dir():
@@ -76,26 +83,29 @@ class Arrivals:
                 return None
             header = _header(path / HEADER_FILE)
             parts = [path / HEADER_FILE, *path.glob("part-*.parquet")]
-            complete = header.get("finished") is True or None
+            is_complete = header.get("finished") is True or None
         elif path.suffix.lower() in {*READERS, CANDUMP}:
             parts = [path]
-            complete = _has_its_end(path)
+            is_complete = _has_table_of_contents(path)
         else:
             return None
         states = [part.stat() for part in parts]
-        stamp = sum(state.st_size for state in states), max(state.st_mtime_ns for state in states)
-        if not (self._unchanged(path.name, stamp) if complete is None else complete):
+        stamp = FileStamp(
+            size_bytes=sum(state.st_size for state in states),
+            modified_ns=max(state.st_mtime_ns for state in states),
+        )
+        if not (self._is_unchanged(path.name, stamp) if is_complete is None else is_complete):
             self.unfinished.append(path.name)
             return None
-        return Arrival(path, stamp, _started_s(header, stamp))
+        return CompleteRecording(path, stamp, _started_s(header, stamp))
 
-    def _unchanged(self, name: str, stamp: Stamp) -> bool:
-        """Return whether the files are unchanged for a while, by time stamp or by listings."""
+    def _is_unchanged(self, name: str, stamp: FileStamp) -> bool:
+        """Return whether the files have not changed for a while, by their time stamp or by listings."""
         now_s = time.monotonic()
-        before, since_s = self._seen.get(name, (None, now_s))
-        self._seen[name] = stamp, since_s if before == stamp else now_s
-        return time.time() - stamp[1] * 1e-9 > COMPLETE_AFTER_S or (
-            before == stamp and now_s - since_s > COMPLETE_AFTER_S
+        previous, since_s = self._unchanged_since.get(name, (None, now_s))
+        self._unchanged_since[name] = stamp, since_s if previous == stamp else now_s
+        return time.time() - stamp.modified_ns * 1e-9 > COMPLETE_AFTER_S or (
+            previous == stamp and now_s - since_s > COMPLETE_AFTER_S
         )
 
 
@@ -107,7 +117,7 @@ def _header(file: Path) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def _has_its_end(path: Path) -> bool | None:
+def _has_table_of_contents(path: Path) -> bool | None:
     """Return whether a file ends with its table of contents; None for a format that has none."""
     match path.suffix.lower():
         case ".parquet":
@@ -120,9 +130,9 @@ def _has_its_end(path: Path) -> bool | None:
     return None
 
 
-def _started_s(header: dict[str, Any], stamp: Stamp) -> float:
+def _started_s(header: dict[str, Any], stamp: FileStamp) -> float:
     try:
         started = datetime.fromisoformat(str(header.get("started", "")))
     except ValueError:
-        return stamp[1] * 1e-9
+        return stamp.modified_ns * 1e-9
     return (started if started.tzinfo else started.replace(tzinfo=UTC)).timestamp()

@@ -8,8 +8,8 @@ import pytest
 from machine_files import XY_TABLE, text_of, write_controller
 from mosquitto import Mosquitto, needs_mosquitto
 
-from reconcile.watch.event import Events
-from reconcile.watch.memory import BLANK, Memory
+from reconcile.watch.history import EMPTY, WatchHistory
+from reconcile.watch.publisher import ChangePublisher, PublishResult
 from servo_ctrl.config.load import load_machine
 
 pytestmark = needs_mosquitto
@@ -47,22 +47,22 @@ CHANGE = {
 }
 
 
-def memory() -> Memory:
-    return Memory({**BLANK, "changes": [dict(CHANGE)]})
+def history() -> WatchHistory:
+    return WatchHistory({**EMPTY, "changes": [dict(CHANGE)]})
 
 
-async def published_message(broker: Mosquitto, events: Events, state: Memory) -> Any:
+async def published_message(broker: Mosquitto, publisher: ChangePublisher, state: WatchHistory) -> Any:
     """Publish the changes; return the message that a later subscriber receives."""
-    assert await asyncio.to_thread(events.publish, state) is None
+    assert await asyncio.to_thread(publisher.publish, state) == PublishResult(published=True)
     async with broker.listener("#") as late:
         return await late.until("/change")
 
 
 async def test_a_change_is_retained_in_the_machines_tree(tmp_path: Path) -> None:
     async with Mosquitto(tmp_path) as broker:
-        state = memory()
-        events = Events(f"127.0.0.1:{broker.port}", None, "table 1")
-        message = await published_message(broker, events, state)
+        state = history()
+        publisher = ChangePublisher(f"127.0.0.1:{broker.port}", None, "table 1")
+        message = await published_message(broker, publisher, state)
         assert message.topic == "servo_ctrl/table_1/axis/x/change"
         assert (message.retained, message.qos) == (True, 1)
         assert message.content["began"]["recording"] == "run-012"
@@ -70,20 +70,19 @@ async def test_a_change_is_retained_in_the_machines_tree(tmp_path: Path) -> None
         assert message.content["moved"][0]["after"] == 6.88
         assert message.content["verdict"] == "parameters"
         assert state.document["changes"][0]["published"]
-        assert await asyncio.to_thread(events.publish, state) == ""
+        assert await asyncio.to_thread(publisher.publish, state) == PublishResult()
 
 
 async def test_an_unreachable_broker_is_reported_once_and_tried_again(tmp_path: Path) -> None:
     broker = Mosquitto(tmp_path)
-    state = memory()
-    events = Events(f"127.0.0.1:{broker.port}", None, "table")
-    problem = await asyncio.to_thread(events.publish, state)
-    assert problem is not None
-    assert "tried again" in problem
-    assert await asyncio.to_thread(events.publish, state) == ""
+    state = history()
+    publisher = ChangePublisher(f"127.0.0.1:{broker.port}", None, "table")
+    result = await asyncio.to_thread(publisher.publish, state)
+    assert "tried again" in result.problem
+    assert await asyncio.to_thread(publisher.publish, state) == PublishResult()
     assert not state.document["changes"][0]["published"]
     async with broker:
-        message = await published_message(broker, events, state)
+        message = await published_message(broker, publisher, state)
         assert message.content["id"] == "x-1"
 
 
@@ -95,7 +94,7 @@ async def test_broker_address_comes_from_the_machine_file_but_not_the_client_id(
             f'[mqtt]\nhost = "127.0.0.1"\nport = {broker.port}\nprefix = "works/hall"\nclient_id = "daemon"\n'
         )
         machine = machine_with(tmp_path / "machine", section)
-        message = await published_message(broker, Events(None, machine, ""), memory())
+        message = await published_message(broker, ChangePublisher(None, machine, ""), history())
         assert message.topic == f"works/hall/{load_machine(machine).machine.name}/axis/x/change"
         log = (tmp_path / "mosquitto.log").read_text(encoding="utf-8")
         assert "as reconcile-" in log
@@ -111,4 +110,4 @@ def machine_with(folder: Path, section: str) -> Path:
 @pytest.mark.parametrize("address", ["", "a b", "host:port"])
 def test_an_invalid_address_is_refused(address: str) -> None:
     with pytest.raises(ValueError, match=r"HOST|host"):
-        Events(address, None, "table")
+        ChangePublisher(address, None, "table")

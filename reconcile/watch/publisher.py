@@ -8,9 +8,9 @@ import asyncio
 import json
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from reconcile.watch.memory import Memory
+from reconcile.watch.history import WatchHistory
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.telemetry.mqtt.client import Broker, BrokerError
@@ -20,8 +20,19 @@ MAX_FINDINGS = 5
 """Most findings in the payload; watch.json has all."""
 
 
-class Events:
-    """The topics of one machine. Raises ServoCtrlError: machine or credentials; ValueError: the address."""
+class PublishResult(NamedTuple):
+    """Whether changes were published."""
+
+    published: bool = False
+    problem: str = ""
+    """Reason of a failure, the first time that it occurs; empty without one."""
+
+
+class ChangePublisher:
+    """Publishes changes of one machine.
+
+    Raises ServoCtrlError: machine or credentials cannot be used; ValueError: nor can the address.
+    """
 
     def __init__(self, address: str | None, machine_dir: Path | None, name: str) -> None:
         config = MqttConfig()
@@ -36,23 +47,21 @@ class Events:
         self._broker = Broker(config, f"reconcile-{level(name)}")
         self._problem = ""
 
-    def publish(self, memory: Memory) -> str | None:
-        """Publish new changes; return None if done, "" if there were none, else the reason of a failure.
-
-        It returns the same reason only once. Every wait is bounded.
-        """
-        waiting = [change for change in memory.document["changes"] if not change["published"]]
-        if not waiting:
-            return ""
+    def publish(self, history: WatchHistory) -> PublishResult:
+        """Publish the changes that are not yet published, and mark them. Every wait is bounded."""
+        unpublished = [change for change in history.document["changes"] if not change["published"]]
+        if not unpublished:
+            return PublishResult()
         try:
-            asyncio.run(self._publish(waiting))
+            asyncio.run(self._publish(unpublished))
         except BrokerError as error:
             reported, self._problem = self._problem, str(error)
             if reported == str(error):
-                return ""
-            return f"MQTT {self._broker.address}: not published, tried again: {error}"
+                return PublishResult()
+            problem = f"MQTT {self._broker.address}: not published, tried again: {error}"
+            return PublishResult(problem=problem)
         self._problem = ""
-        return None
+        return PublishResult(published=True)
 
     async def _publish(self, changes: list[dict[str, Any]]) -> None:
         async with self._broker.connection() as connection:
@@ -77,17 +86,17 @@ def payload(change: dict[str, Any]) -> bytes:
         "form": change["form"],
         "sentence": change["sentence"],
         "moved": [
-            {key: one[key] for key in ("sense", "indicator", "unit", "before", "after", "after_ci95")}
-            for one in change["moved"]
+            {key: moved[key] for key in ("sense", "indicator", "unit", "before", "after", "after_ci95")}
+            for moved in change["moved"]
         ],
         "where": [
-            {key: one[key] for key in ("sensor", "coordinate", "unit", "range", "label", "share")}
-            for one in change["where"]
+            {key: located[key] for key in ("sensor", "coordinate", "unit", "range", "label", "share")}
+            for located in change["where"]
         ],
         "verdict": named.get("verdict"),
         "findings": [
-            {key: one[key] for key in ("effect", "confidence", "equivalent", "explanation")}
-            for one in named.get("findings", [])[:MAX_FINDINGS]
+            {key: finding[key] for key in ("effect", "confidence", "equivalent", "explanation")}
+            for finding in named.get("findings", [])[:MAX_FINDINGS]
         ],
     }
     return json.dumps(content, allow_nan=False, separators=(",", ":")).encode("ascii")
