@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from reconcile.cli.options import MappingOption, NominalModelOption
+
 
 class ProgressFormat(StrEnum):
     """`--progress`."""
@@ -14,45 +16,51 @@ class ProgressFormat(StrEnum):
     JSON = "json"
 
 
-def diagnose(
-    recordings: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Directories of servo-ctrl; Parquet, CSV, JSON, npz, mat, MDF4 or candump files; folders of "
-            "them, or a pattern such as 'runs/*.csv'."
-        ),
-    ],
-    model: Annotated[Path, typer.Option(help="Nominal model: a plant.toml, or as much of one as is known.")],
-    out: Annotated[Path, typer.Option(help="Directory for verdict.json, model.toml and report.html.")] = Path(
-        "out/diagnosis"
+RecordingsArgument = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Directories of servo-ctrl; Parquet, CSV, JSON, npz, mat, MDF4 or candump files; folders of "
+        "them, or a pattern such as 'runs/*.csv'."
     ),
-    mapping: Annotated[
-        list[str] | None,
-        typer.Option("--map", help="Which column is what: time=t_s,position=q_m,force=F_N; may be repeated."),
-    ] = None,
-    report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
-    proof: Annotated[
-        bool,
-        typer.Option(
-            "--proof/--no-proof", help="Leave each recording out in turn; hold the written model against it."
-        ),
-    ] = True,
-    following: Annotated[bool, typer.Option("--next/--no-next", help="Plan the next experiment.")] = True,
-    matters: Annotated[
-        float,
-        typer.Option(min=0.0, max=0.5, help="Share of the motor force below which no effect is named."),
-    ] = 0.01,
-    progress: Annotated[
-        ProgressFormat,
-        typer.Option(help="On standard error: words, or for a program a line of JSON a step."),
-    ] = ProgressFormat.WORDS,
-) -> None:
-    """Say what the model has left out, how sure that is, and write the repaired model.
+]
+OutOption = Annotated[Path, typer.Option(help="Directory for verdict.json, model.toml and report.html.")]
+ReportOption = Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")]
+ProofOption = Annotated[
+    bool,
+    typer.Option(
+        "--proof/--no-proof", help="Leave each recording out in turn; hold the written model against it."
+    ),
+]
+NextOption = Annotated[bool, typer.Option("--next/--no-next", help="Plan the next experiment.")]
+NegligibleShareOption = Annotated[
+    float,
+    typer.Option(
+        "--matters", min=0.0, max=0.5, help="Share of the motor force below which no effect is named."
+    ),
+]
+ProgressOption = Annotated[
+    ProgressFormat,
+    typer.Option(help="On standard error: words, or for a program a line of JSON a step."),
+]
 
-    The recordings may be of any motion; several together tell more than one. A folder stands for all that it
-    holds, and 'runs/**/circle*.csv' in quotes for what matches at any depth; a file that cannot be used among
-    good ones is set aside, and said. What stands above the names of a CSV file is skipped, a row of units
-    below them is understood. For a CSV file with the columns
+
+def diagnose(
+    recordings: RecordingsArgument,
+    model: NominalModelOption,
+    out: OutOption = Path("out/diagnosis"),
+    mapping: MappingOption = None,
+    report: ReportOption = True,
+    proof: ProofOption = True,
+    next_experiment: NextOption = True,
+    negligible_share: NegligibleShareOption = 0.01,
+    progress: ProgressOption = ProgressFormat.WORDS,
+) -> None:
+    """Find what the model has left out, how sure that is, and write the repaired model.
+
+    The recordings may be of any motion; several together determine more than one. A folder stands for all
+    files in it, and 'runs/**/circle*.csv' in quotes for what matches at any depth; a file that cannot be used
+    among good ones is set aside and reported. What stands above the names of a CSV file is skipped, a row of
+    units below them is understood. For a CSV file with the columns
     t (s), q (m, motor encoder at the table) and i (A), and a model that knows lead, torque constant and mass:
 
         reconcile diagnose run1.csv --map time=t,position=q,current=i --model axis.toml --out out/axis
@@ -65,7 +73,7 @@ def diagnose(
         table.mass_kg = 50.0
 
     Open out/axis/report.html in a browser; `hil-sim run --machine out/axis/model.toml` runs the repaired
-    model, and a second diagnosis with `--model out/axis/model.toml` shows what is left.
+    model, and a second diagnosis with `--model out/axis/model.toml` shows what is still unexplained.
 
     Exit codes: 0 the verdict is written, whatever it says; 1 a file cannot be used, and standard error says
     which, where and why; 2 wrong use of the command; 130 interrupted by Ctrl-C, with no file half written.
@@ -90,8 +98,8 @@ def diagnose(
             on_progress,
             with_report=report,
             with_proof=proof,
-            with_next=following,
-            matters=matters,
+            with_next=next_experiment,
+            matters=negligible_share,
         )
     show(result.verdict, Console())
     typer.echo(f"\nverdict: {result.verdict_file}\nrepaired model: {result.model_file}")

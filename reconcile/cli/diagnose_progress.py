@@ -10,14 +10,13 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from servo_ctrl.files.progress_line import progress_line
 
 DONE = "done"
+"""Name of the step that ends a diagnosis, in a line of JSON."""
 
 
 def steps_of(axes: Sequence[str]) -> list[str]:
     """Return the steps that `reconcile.diagnosis.diagnose` may report, in order; it may omit some."""
-    of_axes = [
-        f"axis {axis}: {channel}" for axis in axes for channel in ("force", "scale less motor", "proof")
-    ]
-    return ["reading", "checking timing and sensors", *of_axes, "replaying", "locating", "report"]
+    by_axis = [f"axis {axis}: {step}" for axis in axes for step in ("force", "scale less motor", "proof")]
+    return ["reading", "checking timing and sensors", *by_axis, "replaying", "locating", "report"]
 
 
 def json_line(step: str, steps: Sequence[str]) -> str:

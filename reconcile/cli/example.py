@@ -10,7 +10,7 @@ import typer
 
 
 class DataSet(Enum):
-    """The data sets."""
+    """The published data sets, by their names on the command line."""
 
     EMPS = "emps"
     ODRIVE = "odrive"
@@ -51,12 +51,17 @@ def example(
     examples: dict[DataSet, tuple[str, Callable[[Path, Path, Callable[[str], None]], ExampleResult]]] = {
         DataSet.EMPS: (emps.NAME, emps.run),
         DataSet.ODRIVE: (odrive.NAME, odrive.run),
-        **{DataSet(of): (study.NAME, partial(study.run, machines)) for of, machines in SETS.items()},
+        **{
+            DataSet(set_name): (study.NAME, partial(study.run, machines))
+            for set_name, machines in SETS.items()
+        },
     }
-    place, run = examples[name]
+    folder, run = examples[name]
     progress = Console(stderr=True)
     result = run(
-        data_directory(place, data), out, lambda text: progress.print(text, style="dim", highlight=False)
+        data_directory(folder, data),
+        out,
+        lambda text: progress.print(text, style="dim", highlight=False),
     )
     table = Table(title=result.title, title_justify="left", box=None, pad_edge=False)
     for heading in ("figure", "ours", "published, or the mark"):

@@ -5,32 +5,40 @@ from typing import Annotated
 
 import typer
 
+from reconcile.cli.options import MappingOption
+
+DatasetArgument = Annotated[
+    str, typer.Argument(help="Directory, or URL that fsspec reads, of the recordings.")
+]
+ModelDirOption = Annotated[Path, typer.Option(help="MACHINE/AXIS.toml, MACHINE.toml, or default.toml.")]
+OutOption = Annotated[Path, typer.Option(help="Directory for the results; a second run goes on in it.")]
+SchedulerOption = Annotated[
+    str | None, typer.Option(help="Address of a Dask scheduler: tcp://HOST:8786. Else a local cluster.")
+]
+WorkersOption = Annotated[
+    int | None, typer.Option(min=1, help="Processes of the local cluster; by default one a processor.")
+]
+MemoryOption = Annotated[
+    str, typer.Option(help="Largest memory of a local worker, such as 2GiB; auto: its share.")
+]
+LimitOption = Annotated[float, typer.Option(min=1.0, help="Longest time for one axis, in seconds.")]
+ReportsOption = Annotated[
+    bool, typer.Option("--reports/--no-reports", help="Keep report.html of every axis, 6 MB each.")
+]
+
 
 def fleet(
-    dataset: Annotated[str, typer.Argument(help="Directory, or URL that fsspec reads, of the recordings.")],
-    model_dir: Annotated[Path, typer.Option(help="MACHINE/AXIS.toml, MACHINE.toml, or default.toml.")],
-    out: Annotated[Path, typer.Option(help="Directory for the results; a second run goes on in it.")] = Path(
-        "out/fleet"
-    ),
-    scheduler: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler: tcp://HOST:8786. Else a local cluster.")
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes of the local cluster; one a processor unless said.")
-    ] = None,
-    memory: Annotated[
-        str, typer.Option(help="Most of a local worker, such as 2GiB; auto: its share.")
-    ] = "auto",
-    limit_s: Annotated[float, typer.Option(min=1.0, help="Longest time for one axis, in seconds.")] = 600.0,
-    mapping: Annotated[
-        list[str] | None,
-        typer.Option("--map", help="Which column is what, as for diagnose; may be repeated."),
-    ] = None,
-    reports: Annotated[
-        bool, typer.Option("--reports/--no-reports", help="Keep report.html of every axis, 6 MB each.")
-    ] = False,
+    dataset: DatasetArgument,
+    model_dir: ModelDirOption,
+    out: OutOption = Path("out/fleet"),
+    scheduler: SchedulerOption = None,
+    workers: WorkersOption = None,
+    memory: MemoryOption = "auto",
+    limit_s: LimitOption = 600.0,
+    mapping: MappingOption = None,
+    reports: ReportsOption = False,
 ) -> None:
-    """Diagnose every axis of many machines, and say which machines share which missing physics.
+    """Diagnose every axis of many machines, and list which machines share which missing physics.
 
     The recordings lie as partitioned Parquet, one directory an axis, any number of files in each:
 
@@ -46,7 +54,7 @@ def fleet(
     verdict and the repaired model of each.
 
     Exit codes: 0 the table is written, whatever became of single axes; 1 dataset, models, cluster or OUT
-    cannot be used; 2 wrong use of the command; 130 interrupted by Ctrl-C, what was done is kept.
+    cannot be used; 2 wrong use of the command; 130 interrupted by Ctrl-C, axes that were done are kept.
     """
     import os
 

@@ -5,46 +5,53 @@ from typing import Annotated
 
 import typer
 
+from reconcile.cli.options import NominalModelOption
 from servo_ctrl.cli.options import PacingChoice
+
+MachineOption = Annotated[Path, typer.Option(help="Machine directory with controller.toml, or that file.")]
+OutOption = Annotated[Path, typer.Option(help="New directory: the rounds, loop.json.")]
+MostRecordingsOption = Annotated[
+    int, typer.Option("--max-recordings", min=1, max=100, help="Budget, the first one included.")
+]
+ProgramOption = Annotated[
+    Path | None, typer.Option(help="First motion (a program file); without it a bit of each.")
+]
+PlantOption = Annotated[
+    Path | None, typer.Option(help="plant.toml that is simulated; without it the machine's own.")
+]
+BusOption = Annotated[
+    str | None,
+    typer.Option(help="INTERFACE:CHANNEL where the machine is; without it a simulator is started."),
+]
+PacingOption = Annotated[PacingChoice, typer.Option(help="lockstep: a simulator; realtime: a machine.")]
 
 
 def loop(
-    machine: Annotated[Path, typer.Option(help="Machine directory with controller.toml, or that file.")],
-    model: Annotated[Path, typer.Option(help="Nominal model: a plant.toml, or as much of one as is known.")],
-    out: Annotated[Path, typer.Option(help="New directory: the rounds, loop.json.")] = Path("out/loop"),
-    most_recordings: Annotated[
-        int, typer.Option("--max-recordings", min=1, max=100, help="Budget, the first one included.")
-    ] = 6,
-    program: Annotated[
-        Path | None, typer.Option(help="First motion (a program file); without it a bit of each.")
-    ] = None,
-    plant: Annotated[
-        Path | None, typer.Option(help="plant.toml that is simulated; without it the machine's own.")
-    ] = None,
-    bus: Annotated[
-        str | None,
-        typer.Option(help="INTERFACE:CHANNEL where the machine is; without it a simulator is started."),
-    ] = None,
-    pacing: Annotated[PacingChoice, typer.Option(help="lockstep: a simulator; realtime: a machine.")] = (
-        PacingChoice.LOCKSTEP
-    ),
+    machine: MachineOption,
+    model: NominalModelOption,
+    out: OutOption = Path("out/loop"),
+    most_recordings: MostRecordingsOption = 6,
+    program: ProgramOption = None,
+    plant: PlantOption = None,
+    bus: BusOption = None,
+    pacing: PacingOption = PacingChoice.LOCKSTEP,
 ) -> None:
-    """Move the machine, record it, say what its model lacks, and move it again until that is decided.
+    """Move the machine, record it, find what its model lacks, and move it again until that is decided.
 
-    Each round's motion is the one that is expected to tell most between what is still possible, within the
+    Each round's motion is the one that is expected to separate the remaining explanations best, within the
     limits of controller.toml (and with a margin); the daemon checks it again before it moves. Axes must be
-    referenced (homing_method). Decided means: no motion within the limits would tell more.
+    referenced (homing_method). Decided means: no motion within the limits would separate them further.
 
         reconcile loop --machine machines/xy_table --model nominal.toml --plant worn.toml --out out/loop
 
     starts hil-sim with worn.toml on a bus of its own. On a machine: --bus socketcan:can0 --pacing realtime.
 
     Each round is in out/loop/round_N: the recording, verdict.json, model.toml, report.html and the program of
-    the next one; loop.json tells all of them.
+    the next one; loop.json lists all of them.
 
     Exit codes: 0 decided, or the budget used; 1 a file cannot be used or the machine did not run, and
     standard error says which, where and why; 2 wrong use of the command; 130 stopped by Ctrl-C: the axes
-    were brought to rest, and loop.json tells what was done.
+    were brought to rest, and loop.json lists the rounds until then.
     """
     from rich.console import Console
 

@@ -26,8 +26,8 @@ app = typer.Typer(
 )
 
 
-def _tell_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_asked: bool) -> None:
+    if is_asked:
         from importlib.metadata import version
 
         typer.echo(f"reconcile {version('servo-ctrl')}")
@@ -38,7 +38,7 @@ def _tell_version(wanted: bool) -> None:
 def reconcile(
     _version: Annotated[
         bool,
-        typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version."),
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
     """Find the physics that a simulation left out, from recordings that disagree with it.

@@ -7,32 +7,37 @@ import typer
 
 from reconcile.trials.seeds import FIRST_SCORED_SEED
 
+SeedOption = Annotated[
+    int,
+    typer.Option(
+        min=0,
+        help=f"First seed; fresh from {FIRST_SCORED_SEED} on. What was scored before is refused, and the "
+        "first fresh one named. Below 10000: training.",
+    ),
+]
+CasesOption = Annotated[int, typer.Option(min=1, help="How many seeds, one a case.")]
+JsonOption = Annotated[
+    Path, typer.Option("--json", help="Where the scores go, and every case with its truth.")
+]
+PageOption = Annotated[Path | None, typer.Option(help="Also write the scores as a page, with pictures.")]
+GeneratorOption = Annotated[str, typer.Option(help="Module that draws and records the cases.")]
+ProcessesOption = Annotated[int, typer.Option(min=1, help="Cases that are diagnosed side by side.")]
+BesideOption = Annotated[
+    str | None,
+    typer.Option(help="Module of another tool, scored on the same cases: tests.campaigns.bench.sindy_trial"),
+]
+KeepOption = Annotated[Path | None, typer.Option(help="Keep recordings, truths and verdicts there.")]
+
 
 def trial(
-    seed: Annotated[
-        int,
-        typer.Option(
-            min=0,
-            help=f"First seed; fresh from {FIRST_SCORED_SEED} on. What was scored before is refused, and the "
-            "first fresh one named. Below 10000: training.",
-        ),
-    ] = FIRST_SCORED_SEED,
-    cases: Annotated[int, typer.Option(min=1, help="How many seeds, one a case.")] = 20,
-    json_file: Annotated[
-        Path, typer.Option("--json", help="Where the scores go, and every case with its truth.")
-    ] = Path("out/trial.json"),
-    page: Annotated[Path | None, typer.Option(help="Also write the scores as a page, with pictures.")] = None,
-    generator: Annotated[
-        str, typer.Option(help="Module that draws and records the cases.")
-    ] = "tests.campaigns.blind",
-    processes: Annotated[int, typer.Option(min=1, help="Cases that are diagnosed side by side.")] = 2,
-    beside: Annotated[
-        str | None,
-        typer.Option(
-            help="Module of another tool, scored on the same cases: tests.campaigns.bench.sindy_trial"
-        ),
-    ] = None,
-    keep: Annotated[Path | None, typer.Option(help="Keep recordings, truths and verdicts there.")] = None,
+    seed: SeedOption = FIRST_SCORED_SEED,
+    cases: CasesOption = 20,
+    json_file: JsonOption = Path("out/trial.json"),
+    page: PageOption = None,
+    generator: GeneratorOption = "tests.campaigns.blind",
+    processes: ProcessesOption = 2,
+    beside: BesideOption = None,
+    keep: KeepOption = None,
 ) -> None:
     """Diagnose concealed cases: the hash of each truth is printed before, the truth after."""
     import json
@@ -46,23 +51,23 @@ def trial(
 
     console = Console(highlight=False, soft_wrap=True)
     rows: list[dict[str, Any]] = []
-    other = beside and name_of(beside)
+    other_tool = beside and name_of(beside)
 
     def print_seal(seal: Seal) -> None:
         console.print(f"{seal.seed}: truth sealed, SHA-256 {seal.sha256}")
 
-    is_proof = claimed(generator, seed, cases)
+    is_scored = claimed(generator, seed, cases)
     seeds = range(seed, seed + cases)
     for row in trials(seeds, generator, processes=processes, on_sealed=print_seal, keep=keep, beside=beside):
         rows.append(row)
-        console.print(f"[{len(rows)}/{cases}] {line(row)}", markup=False)
+        console.print(f"[{len(rows)}/{cases}] {case_line(row)}", markup=False)
     content: dict[str, Any] = {
         "generator": generator,
         "first_seed": seed,
         "cases": cases,
-        "scored": is_proof,
+        "scored": is_scored,
         "summary": summary(rows),
-        "beside": other and {"name": other, "summary": summary([row["beside"] for row in rows])},
+        "beside": other_tool and {"name": other_tool, "summary": summary([row["beside"] for row in rows])},
         "rows": rows,
     }
     json_file.parent.mkdir(parents=True, exist_ok=True)
@@ -77,7 +82,7 @@ def trial(
         write_page(content, page)
 
 
-def line(row: dict[str, Any]) -> str:
+def case_line(row: dict[str, Any]) -> str:
     """Return the truth of a case, its verdict and its score in one line."""
     planted = ", ".join(
         effect["name"] + ("" if effect["observable"] else f" (not observable: {effect['why_not']})")

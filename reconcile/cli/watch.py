@@ -5,44 +5,57 @@ from typing import Annotated
 
 import typer
 
+from reconcile.cli.options import MappingOption
+
+FolderArgument = Annotated[
+    Path, typer.Argument(metavar="DIR", help="Where the recordings arrive: one file or directory each.")
+]
+ModelOption = Annotated[Path, typer.Option(help="Model of the machine: a plant.toml, or a model.toml.")]
+OutOption = Annotated[Path, typer.Option(help="Directory for watch.json and watch.html.")]
+AxisOption = Annotated[
+    list[str] | None, typer.Option(help="Watch this axis only; may be repeated. Default: all.")
+]
+OnceOption = Annotated[bool, typer.Option("--once", help="End after the recordings that are there.")]
+PollOption = Annotated[
+    float, typer.Option("--poll", min=0.2, max=3600.0, help="Time between two looks for new ones, seconds.")
+]
+RunLengthOption = Annotated[
+    float,
+    typer.Option(
+        "--false-alarms", min=10.0, max=1e6, help="Least mean number of recordings between false alarms."
+    ),
+]
+DiagnoseOption = Annotated[
+    bool, typer.Option("--diagnose/--no-diagnose", help="Name what has changed by two diagnoses.")
+]
+MqttOption = Annotated[
+    str | None, typer.Option(metavar="HOST[:PORT]", help="Publish changes to this MQTT broker.")
+]
+MachineOption = Annotated[
+    Path | None,
+    typer.Option(help="The controller's machine directory: its [mqtt] section and name for the topics."),
+]
+
 
 def watch(
-    folder: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Where the recordings arrive: one file or directory each.")
-    ],
-    model: Annotated[Path, typer.Option(help="Model of the machine: a plant.toml, or a model.toml.")],
-    out: Annotated[Path, typer.Option(help="Directory for watch.json and watch.html.")] = Path("out/watch"),
-    axis: Annotated[
-        list[str] | None, typer.Option(help="Watch this axis only; may be repeated. Default: all.")
-    ] = None,
-    mapping: Annotated[
-        list[str] | None, typer.Option("--map", help="Which column is what, as in `reconcile diagnose`.")
-    ] = None,
-    once: Annotated[bool, typer.Option("--once", help="End after the recordings that are there.")] = False,
-    poll_s: Annotated[
-        float, typer.Option("--poll", min=0.2, max=3600.0, help="Look for new ones so often, seconds.")
-    ] = 5.0,
-    run_length: Annotated[
-        float,
-        typer.Option("--false-alarms", min=10.0, max=1e6, help="At most one in so many recordings."),
-    ] = 1000.0,
-    diagnose: Annotated[
-        bool, typer.Option("--diagnose/--no-diagnose", help="Name what has changed by two diagnoses.")
-    ] = True,
-    mqtt: Annotated[
-        str | None, typer.Option(metavar="HOST[:PORT]", help="Tell changes to this MQTT broker.")
-    ] = None,
-    machine: Annotated[
-        Path | None,
-        typer.Option(help="The controller's machine directory: its [mqtt] section and name for the topics."),
-    ] = None,
+    folder: FolderArgument,
+    model: ModelOption,
+    out: OutOption = Path("out/watch"),
+    axis: AxisOption = None,
+    mapping: MappingOption = None,
+    once: OnceOption = False,
+    poll_s: PollOption = 5.0,
+    run_length: RunLengthOption = 1000.0,
+    diagnose: DiagnoseOption = True,
+    mqtt: MqttOption = None,
+    machine: MachineOption = None,
 ) -> None:
-    """Say when, where and how a machine starts to leave its model: wear, lubrication, play.
+    """Find when, where and how a machine starts to differ from its model: wear, lubrication, play.
 
     Each recording is condensed into a few indicators, each with its own interval: friction, moved mass, lost
-    motion, waves of the screw, what is left. From the eighth recording on each one is compared with those
-    before it, like motions with like. After an alarm: when it began, in a step or by and by, before and
-    after, and what physics it is.
+    motion, waves of the screw, unexplained residual. From the eighth recording on each one is compared with
+    those before it, similar motions with each other. After an alarm: when the change began, in a step or
+    gradually, the values before and after, and what physics it is.
 
         servo-ctrl run --machine machines/xy_table ... --record runs/2026-11-21
         reconcile watch runs --model machines/xy_table/plant.toml --out out/watch

@@ -145,9 +145,7 @@ def _moved_indicator(
 def sentence(change: dict[str, Any]) -> str:
     """Return a sentence about a change that an engineer can check."""
     began = change["began"]
-    form = {"step": "at once", "ramp": "more and more", "step or ramp": "at once or by and by"}[
-        change["form"]
-    ]
+    form = FORM_WORDS[change["form"]]
     low, high = began["interval95"]
     interval = f" (95 %: {low} to {high})" if low != high else ""
     moved = join_words(map(_moved_text, change["moved"][:3]))

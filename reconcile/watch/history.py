@@ -115,7 +115,8 @@ class WatchHistory:
 
     def add_unusable(self, recording: CompleteRecording, why: str) -> None:
         """Store that a recording cannot be used, and the reason."""
-        self.document["unusable"].append(self._replacing_entry(recording) | {"why": why})
+        entry = self._replacing_entry(recording) | {"why": why}
+        self.document["unusable"].append(entry)
 
     def of_axis(self, axis: str, since: str = "", until: str = "") -> list[dict[str, Any]]:
         """Return the recordings of an axis, oldest first, from `since` on and before `until` (names)."""

@@ -116,12 +116,10 @@ def coverage(sequences: int) -> Iterator[dict[str, Any]]:
                 shape = (since > 0) if form == "step" else np.maximum(since, 0.0) / 8.0
                 when = onset(plain(rng.normal(size=36) + size * shape))
                 inside += when.low <= k <= when.high
-                right += (when.ramp_probability > 0.9) == (form == "ramp") and abs(
-                    when.ramp_probability - 0.5
-                ) > 0.4
-                wrong += (when.ramp_probability > 0.9) != (form == "ramp") and abs(
-                    when.ramp_probability - 0.5
-                ) > 0.4
+                is_right = (when.ramp_probability > 0.9) == (form == "ramp")
+                is_sure = abs(when.ramp_probability - 0.5) > 0.4
+                right += is_right and is_sure
+                wrong += not is_right and is_sure
             yield {
                 "form": form,
                 "size_in_errors": size,
