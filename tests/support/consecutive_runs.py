@@ -11,8 +11,8 @@ from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.run.report import RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
-from tests.campaigns.campaign import life
-from tests.campaigns.campaign.machine import CampaignMachine, parsed_files_kept
+from tests.campaigns.campaign import daemon_run
+from tests.campaigns.campaign.machine import CampaignMachine, parsed_files_cached
 from tests.campaigns.campaign.stand import BUS, Stand
 
 Condition = Callable[[], bool]
@@ -33,7 +33,7 @@ class ConsecutiveRuns:
         self, machine: CampaignMachine, folder: Path, pacing: str = "realtime", pause_s: float = 0.3
     ) -> None:
         self._folder, self._pause_s = folder, pause_s
-        with parsed_files_kept():
+        with parsed_files_cached():
             self.stand = Stand(machine, folder, pacing)
         self.wire = self.stand.wire
         self.undo: Callable[[], object] = lambda: None
@@ -84,18 +84,18 @@ class ConsecutiveRuns:
         pacing: Any = stand.pacing
         machine = run_machine(stand.machine.controller, program, BUS, pacing, recording, **options)
         try:
-            with parsed_files_kept():
-                report = life.to_its_end(stand, machine)
+            with parsed_files_cached():
+                report = daemon_run.run_to_end(stand, machine)
         finally:
-            stand.begin_again()
-            stand.afterlife(self._pause_s)
+            stand.begin_next_run()
+            stand.advance_nodes(self._pause_s)
         if operator.error is not None:
             raise operator.error
         return report
 
     def close(self) -> None:
         """Release bus, threads and event loop."""
-        self.wire.end.shutdown()
+        self.wire.controller_port.shutdown()
         self.stand.loop.workers.shutdown()
         self.stand.loop.close()
 

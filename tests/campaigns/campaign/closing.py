@@ -1,4 +1,4 @@
-"""What happens while a recording is closed, which the daemon does in a thread."""
+"""Runs an action while the daemon closes a recording, which it does in a thread."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ if TYPE_CHECKING:
     import pytest
 
 
-def while_closing(monkeypatch: pytest.MonkeyPatch, happen: Callable[[], None], *, first: bool) -> None:
-    """`happen`, seen by those that still listen, before the recording is closed, or after it."""
+def while_closing(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None], *, first: bool) -> None:
+    """Call `act` before the recording is closed, or after it with `first` false; the loop then runs on."""
     to_thread = asyncio.to_thread
 
-    async def closing(work: Callable[..., Any], *what: Any) -> Any:
+    async def closing(work: Callable[..., Any], *arguments: Any) -> Any:
         if work.__name__ != "_close":
-            return await to_thread(work, *what)
-        done = None if first else work(*what)
-        happen()
+            return await to_thread(work, *arguments)
+        result = None if first else work(*arguments)
+        act()
         for _ in range(5):
             await asyncio.sleep(0)
-        return work(*what) if first else done
+        return work(*arguments) if first else result
 
     monkeypatch.setattr(asyncio, "to_thread", closing)

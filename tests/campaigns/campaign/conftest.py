@@ -1,4 +1,4 @@
-"""Evidence of a good run, for the tests that make one thing in it bad."""
+"""Evidence of a run without violations, for the tests that change one thing in it."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
 EMERGENCY = "emergency message"
 FAST_M_S = 0.02
 EARLIEST_CYCLE = 120
-"""So that a current may have been at its limit for long enough before."""
+"""Earliest cycle of the fault, so that a current may have been at its limit for long enough before."""
 
 
 def moving_run() -> Evidence:
-    """A run of the program that stands by, both of its axes fast when the emergency message comes."""
+    """Return a run with standby in which both axes are fast when the emergency message arrives."""
     for seed in range(20_000):
         plan = draw(seed)
         if (plan.fault.name, plan.state, plan.stand_by, plan.second) == (EMERGENCY, "running", True, None):
-            evidence, judgement = worker.one(seed, keep=True)
+            evidence, judgement = worker.run_seed(seed, keep=True)
             assert judgement.violations == ()
             assert judgement.reaction is not None
-            assert evidence.happened is not None
-            then = evidence.truth.cycle == evidence.happened[1]
-            fast = np.abs(evidence.truth.velocity_m_s[then]).min() > FAST_M_S
-            if fast and evidence.happened[1] > EARLIEST_CYCLE:
+            assert evidence.injected is not None
+            at_fault = evidence.truth.cycle == evidence.injected.cycle
+            fast = np.abs(evidence.truth.velocity_m_s[at_fault]).min() > FAST_M_S
+            if fast and evidence.injected.cycle > EARLIEST_CYCLE:
                 return evidence
             shutil.rmtree(evidence.folder)
     raise AssertionError("no such run")
@@ -43,7 +43,7 @@ def moving_run() -> Evidence:
 
 @pytest.fixture(scope="package")
 def whole_run() -> Iterator[Evidence]:
-    """An emergency message in motion: a controlled stop. Its files are there."""
+    """An emergency message in motion, which causes a controlled stop; its files exist."""
     evidence = moving_run()
     yield evidence
     shutil.rmtree(evidence.folder)
@@ -51,6 +51,6 @@ def whole_run() -> Iterator[Evidence]:
 
 @pytest.fixture
 def evidence(whole_run: Evidence, tmp_path: Path) -> Evidence:
-    """The same with files of its own."""
+    """The same run with a copy of its files."""
     shutil.copytree(whole_run.folder, tmp_path / "run")
     return whole_run._replace(folder=tmp_path / "run", frames=list(whole_run.frames))

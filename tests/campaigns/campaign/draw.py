@@ -1,4 +1,4 @@
-"""What is drawn for a run from its number, before it begins."""
+"""Draws the plan of a run from its seed."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from tests.campaigns.campaign import faults
 if TYPE_CHECKING:
     from tests.campaigns.campaign.fault_context import Fault
 
-TWO, AGAIN = 0.25, 0.15
-"""Shares of the runs: with a second fault; followed by another run, where nothing is broken for good."""
-SECONDS = frozenset(
+SECOND_FAULT_SHARE, NEXT_RUN_SHARE = 0.25, 0.15
+"""Shares of the runs with a second fault, and of those that another run follows; chosen."""
+SECOND_FAULTS = frozenset(
     {
         "another controller",
         "axis runs away",
@@ -43,8 +43,8 @@ SECONDS = frozenset(
         "ticks missed briefly",
     }
 )
-"""May come behind another one: what does not put itself into the same place of the wire."""
-LASTING = frozenset(
+"""Faults that may follow another one, because they do not replace the same function of the wire."""
+PERMANENT_FAULTS = frozenset(
     {
         "axis runs away",
         "broken scale",
@@ -57,11 +57,11 @@ LASTING = frozenset(
         "slipped coupling",
     }
 )
-"""Somebody has to mend the table before another run."""
+"""Faults after which the table must be repaired before another run."""
 
 
 class Plan(NamedTuple):
-    """What is drawn for a run before it begins."""
+    """The plan of a run."""
 
     seed: int
     fault: Fault
@@ -69,9 +69,9 @@ class Plan(NamedTuple):
     pacing: str
     stand_by: bool
     second: Fault | None = None
-    """Comes some cycles behind the first, often while the machine is busy with that."""
-    again: bool = False
-    """Whether another run follows, as the page says that it goes on."""
+    """A second fault some cycles after the first, often during the reaction to it."""
+    next_run: bool = False
+    """Whether another run follows, which the page promises to be possible."""
 
 
 @cache
@@ -80,19 +80,21 @@ def _pairs() -> list[tuple[Fault, str]]:
 
 
 def draw(seed: int) -> Plan:
-    """The plan of this number; all faults and states come round, chance does the rest."""
+    """Return the plan of this seed; half of the seeds take the pairs of fault and state in turn."""
     rng, pairs = Random(seed), _pairs()
     fault, state = pairs[seed % len(pairs)] if rng.random() < 0.5 else rng.choice(pairs)
     stand_by = state not in {"booting", "starting", "running", "stopping"} or rng.random() < 0.6
     pacing = rng.choice(fault.pacings)
-    second = _second(rng, fault, state, pacing) if rng.random() < TWO else None
-    whole = not any(each is not None and each.name in LASTING for each in (fault, second))
-    return Plan(seed, fault, state, pacing, stand_by, second, again=whole and rng.random() < AGAIN)
+    second = _second_fault(rng, fault, state, pacing) if rng.random() < SECOND_FAULT_SHARE else None
+    repairable = not any(each is not None and each.name in PERMANENT_FAULTS for each in (fault, second))
+    return Plan(
+        seed, fault, state, pacing, stand_by, second, next_run=repairable and rng.random() < NEXT_RUN_SHARE
+    )
 
 
-def _second(rng: Random, first: Fault, state: str, pacing: str) -> Fault | None:
-    """Another one that may come in this state; not where the first has ended all, or is still booting."""
+def _second_fault(rng: Random, first: Fault, state: str, pacing: str) -> Fault | None:
+    """Return a second fault that is possible in this state; None after a fatal one and while booting."""
     if first.kills or state == "booting":
         return None
-    able = [each for each in faults.ALL if each.name in SECONDS and pacing in each.pacings]
-    return rng.choice([each for each in able if each is not first])
+    possible = [each for each in faults.ALL if each.name in SECOND_FAULTS and pacing in each.pacings]
+    return rng.choice([each for each in possible if each is not first])

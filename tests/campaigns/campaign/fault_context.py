@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from tests.campaigns.campaign.run import Evidence
     from tests.campaigns.campaign.stand import Stand
 
-SILENCED = frozenset({"bus down", "bus off"})
-"""Events behind which nothing is seen of another reaction."""
+SILENCING_EVENTS = frozenset({"bus down", "bus off"})
+"""Events after which the bus shows no other reaction."""
 LOCKSTEP, REALTIME = "lockstep", "realtime"
 BOTH = (LOCKSTEP, REALTIME)
 DRIVES, SCALES = (1, 2), (11, 12)
@@ -21,12 +21,12 @@ NODES = (1, 2, 11, 12)
 MOVING = ("running", "jogging", "held", "learning")
 POWERED = ("ready", *MOVING, "stopping")
 WIRED = ("starting", *POWERED, "standby")
-"""The nodes are booted."""
+"""States in which the nodes are booted."""
 STATES = ("booting", *WIRED)
 
 
 class FaultContext:
-    """`axis` is 0 or 1, `node` one of the nodes of that axis."""
+    """The target of a fault: `axis` is 0 or 1, `node` the id of one of its nodes."""
 
     def __init__(self, stand: Stand, rng: Random) -> None:
         self.stand, self.wire, self.rng = stand, stand.wire, rng
@@ -53,10 +53,10 @@ class FaultContext:
 
 
 class Fault(NamedTuple):
-    """`event` names the row of docs/fault_policy.md; None: the fault must have no consequence.
+    """A fault. `event` names its row of docs/fault_policy.md; None: it must have no consequence.
 
-    `words`: one of them must be in a noted event; empty: no event is required. `blind_s`: how long the
-    machine may continue unchanged because the fault cannot be known yet.
+    `words`: one of them must be in a reported event; empty: no event is required. `blind_s`: time for which
+    the machine may continue unchanged because the fault cannot be detected yet.
     """
 
     name: str
@@ -69,26 +69,26 @@ class Fault(NamedTuple):
     kills: str = ""
     """"controller" or "nodes": which of them the fault ends."""
     physical: bool = False
-    """One axis does not follow its set points: the others need not stop in step with it."""
+    """One axis does not follow its set points, so that the axes need not stop together."""
     also: tuple[str, ...] = ()
     """Other rows of the document that may be detected first."""
     may_stop: bool = False
-    """It may or may not stop the machine."""
+    """Whether it may stop the machine, without having to."""
     cause: Callable[[Evidence], list[Cause]] | None = None
-    """Its visible causes and their times; empty: it never acted. Without this function: at once."""
-    while_led: bool = False
-    """It can be detected only while its axis has set points."""
+    """Returns its detectable causes and their cycles; empty: it had no effect. None: detectable at once."""
+    while_controlled: bool = False
+    """Whether it can be detected only while its axis follows set points."""
     coasts: bool = False
-    """An axis in motion loses its power, and nothing brakes it."""
+    """Whether an axis in motion loses its power, so that only friction brakes it."""
     knocks: bool = False
-    """An axis is faster than its set points, and has to brake."""
-    distorts: bool = False
-    """Frames do not arrive as they were sent."""
-    watched: int = 260
-    """Ticks between the fault and the end of the run."""
+    """Whether an axis becomes faster than its set points, and has to brake."""
+    changes_frames: bool = False
+    """Whether frames do not arrive as they were sent."""
+    ticks_after: int = 260
+    """Ticks from the fault to the end of the run."""
     broker: bool = False
-    """The daemon has an MQTT broker."""
+    """Whether the daemon has an MQTT broker."""
     sdo_timeout_s: float = 5.0
-    """SDO timeout of the boot, wall clock: short where a node is not going to answer."""
-    seen_cycles: int = 3
-    """Cycles within which it must be noted."""
+    """SDO timeout of the boot, wall clock: short if a node will not respond."""
+    reported_within_cycles: int = 3
+    """Cycles within which it must be reported."""

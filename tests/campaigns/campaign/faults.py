@@ -19,6 +19,6 @@ ALL = (
 
 
 def named(name: str) -> Fault:
-    """The fault of this name."""
+    """Return the fault with this name."""
     (found,) = (fault for fault in ALL if fault.name == name)
     return found

@@ -1,4 +1,4 @@
-"""Faults of files that the run was made from: changed, damaged or gone under way."""
+"""Faults of the input files of a run: changed, damaged or deleted during the run."""
 
 from __future__ import annotations
 
@@ -6,48 +6,48 @@ import time
 from typing import TYPE_CHECKING
 
 from tests.campaigns.campaign.fault_context import WIRED, Fault
-from tests.campaigns.campaign.machine import read_eds_anew
+from tests.campaigns.campaign.machine import clear_eds_cache
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from tests.campaigns.campaign.fault_context import FaultContext
 
-PATIENCE_S = 10.0
-WATCHER = "changed files"
+DETECTION_MAX_S = 10.0
+WATCHER_THREAD = "changed files"
 
 
 def machine_file_changed(context: FaultContext) -> None:
-    """Somebody edits the machine file, damages it or takes it away."""
+    """The machine file is edited, damaged or deleted."""
     _change(context, context.stand.machine.controller.source, "kv_n_s_m = 14700.0", "kv_n_s_m = 14.0")
 
 
 def eds_changed(context: FaultContext) -> None:
-    """The same with an EDS: the controller's own, a drive's or a scale's."""
+    """An EDS of the controller, a drive or a scale is edited, damaged or deleted."""
     controller = context.stand.machine.controller
     axis = controller.axes["xy"[context.axis]]
     assert axis.scale is not None
     path = context.rng.choice((controller.controller.eds, axis.drive.eds, axis.scale.eds))
-    context.undo.append(read_eds_anew)
+    context.undo.append(clear_eds_cache)
     _change(context, path, "DataType=0x0007", "DataType=0x0005")
-    read_eds_anew()
+    clear_eds_cache()
 
 
-def _change(context: FaultContext, path: Path, part: str, other: str) -> None:
-    """Another part in it, or half of it, or none; the daemon's look is waited for."""
+def _change(context: FaultContext, path: Path, old: str, new: str) -> None:
+    """Edit, truncate or delete a file, and wait until the daemon has checked it."""
     text = path.read_text(encoding="utf-8")
-    assert part in text, part
+    assert old in text, old
     context.undo.append(lambda: path.write_text(text, encoding="utf-8"))
-    context.stand.loop.posted.discard(WATCHER)
+    context.stand.loop.threads_that_called_back.discard(WATCHER_THREAD)
     match context.rng.randrange(3):
         case 0:
-            path.write_text(text.replace(part, other), encoding="utf-8")
+            path.write_text(text.replace(old, new), encoding="utf-8")
         case 1:
             path.write_bytes(text.encode()[: len(text) // 2])
         case _:
             path.unlink()
-    deadline_s = time.monotonic() + PATIENCE_S
-    while WATCHER not in context.stand.loop.posted and time.monotonic() < deadline_s:
+    deadline_s = time.monotonic() + DETECTION_MAX_S
+    while WATCHER_THREAD not in context.stand.loop.threads_that_called_back and time.monotonic() < deadline_s:
         time.sleep(0.002)
 
 

@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from tests.campaigns.campaign.stand import Stand
 
 SHORT_GAP, LONG_GAP = (1, 15), (30, 80)
-FASTEST_JOG_M_S = 0.05
+JOG_SPEED_MAX_M_S = 0.05
 COMMANDS = tuple(Command)
-OFTEN = ("learning",) * 6
-"""There are many writes to choose from."""
-DISK_PATIENCE_S = 10.0
+LEARNING_STATES = ("learning",) * 6
+"""Repeated so that `draw` takes these faults often: there are many writes to interrupt."""
+DISK_WAIT_MAX_S = 10.0
 
 
 def _late(context: FaultContext, periods: int) -> None:
@@ -40,53 +40,55 @@ def _late(context: FaultContext, periods: int) -> None:
 
 
 def ticks_missed(context: FaultContext) -> None:
-    """The computer is late by a few periods."""
+    """The next tick is late by a few periods."""
     _late(context, context.rng.randint(*SHORT_GAP))
 
 
 def ticks_missed_long(context: FaultContext) -> None:
-    """The computer is late by more than the axes sail through."""
+    """The next tick is late by more periods than tolerated."""
     _late(context, context.rng.randint(*LONG_GAP))
 
 
 def controller_killed(context: FaultContext) -> None:
-    """SIGKILL: what is on the disk stays as it is, and nothing is sent any more."""
-    _die(context.stand)
+    """SIGKILL: the files stay as they are, and the controller sends nothing more."""
+    _stop_controller(context.stand)
     context.stand.kill()
 
 
-def _die(stand: Stand) -> None:
-    """Nothing is sent any more, and a copy of the files stays behind as they are."""
+def _stop_controller(stand: Stand) -> None:
+    """Stop all sending, and keep a copy of the present files."""
     stand.wire.controller_dead = True
     stand.killed_ticks, stand.killed_cycle = stand.ticks, stand.wire.cycle
-    _let_the_disk_keep_up(stand)
+    _wait_for_disk(stand)
     for name in ("recording", "learned"):
         if (stand.folder / name).exists():
             shutil.copytree(stand.folder / name, stand.folder / f"killed-{name}")
 
 
-def _let_the_disk_keep_up(stand: Stand) -> None:
-    """Simulated time is faster than the disk, which would have had a thousand times as long."""
-    due, deadline_s = stand.ticks // ROWS_PER_PART, time.monotonic() + DISK_PATIENCE_S
-    while len(list((stand.folder / "recording").glob("part-*.parquet"))) < due:
+def _wait_for_disk(stand: Stand) -> None:
+    """Wait for the disk, because simulated time runs faster than real time."""
+    due_parts, deadline_s = stand.ticks // ROWS_PER_PART, time.monotonic() + DISK_WAIT_MAX_S
+    while len(list((stand.folder / "recording").glob("part-*.parquet"))) < due_parts:
         if time.monotonic() > deadline_s:
             return
         time.sleep(0.002)
 
 
 def task_cancelled(context: FaultContext) -> None:
-    """The run's task is cancelled, as by a program that embeds the daemon."""
+    """The task of the run is cancelled, as by a program that embeds the daemon."""
     context.stand.kill()
 
 
-def _at_write(context: FaultContext, number: int, act: Callable[[], None], *, ours: bool) -> None:
-    """Act at this write from now on, and at all behind it; `ours`: without those of the recorder's thread."""
-    fsync, left = os.fsync, [number]
+def _act_at_write(
+    context: FaultContext, number: int, act: Callable[[], None], *, without_recorder: bool
+) -> None:
+    """Call `act` at this write and all later ones; `without_recorder`: not at those of the recorder."""
+    fsync, remaining = os.fsync, [number]
 
     def counted(descriptor: int) -> None:
-        if not (ours and threading.current_thread().name == "recorder"):
-            left[0] -= 1
-            if left[0] < 0:
+        if not (without_recorder and threading.current_thread().name == "recorder"):
+            remaining[0] -= 1
+            if remaining[0] < 0:
                 act()
         fsync(descriptor)
 
@@ -94,35 +96,35 @@ def _at_write(context: FaultContext, number: int, act: Callable[[], None], *, ou
     context.undo.append(lambda: setattr(os, "fsync", fsync))
 
 
-def _full() -> None:
+def _raise_disk_full() -> None:
     raise OSError(errno.ENOSPC, "No space left on device")
 
 
 def disk_full(context: FaultContext) -> None:
-    """Nothing can be written any more, but what was due until now is."""
-    _let_the_disk_keep_up(context.stand)
+    """The disk is full from now on; all data due before are written."""
+    _wait_for_disk(context.stand)
     context.notes["full_ticks"] = context.stand.ticks
-    _at_write(context, 0, _full, ours=False)
+    _act_at_write(context, 0, _raise_disk_full, without_recorder=False)
 
 
 def disk_full_while_learning(context: FaultContext) -> None:
-    """The disk is full in the midst of what is written while an axis learns."""
-    _at_write(context, context.rng.randint(0, 11), _full, ours=True)
+    """The disk becomes full between two writes of a learning run."""
+    _act_at_write(context, context.rng.randint(0, 11), _raise_disk_full, without_recorder=True)
 
 
 def killed_while_writing(context: FaultContext) -> None:
-    """SIGKILL in the midst of what is written while an axis learns, half of a file perhaps on the disk."""
+    """SIGKILL at a write of a learning run, which may leave half of a file."""
 
     def kill() -> None:
         if not context.wire.controller_dead:
             context.stand.loop.call_soon_threadsafe(context.stand.kill)
-            _die(context.stand)
+            _stop_controller(context.stand)
 
-    _at_write(context, context.rng.randint(0, 11), kill, ours=True)
+    _act_at_write(context, context.rng.randint(0, 11), kill, without_recorder=True)
 
 
 def clock_step(context: FaultContext) -> None:
-    """The wall clock is set, by hours, forth or back."""
+    """The wall clock is set forward or back by up to a day."""
     step_s = context.rng.choice((-1.0, 1.0)) * context.rng.uniform(1.0, 1e5)
     now, now_ns = time.time, time.time_ns
 
@@ -135,9 +137,9 @@ def clock_step(context: FaultContext) -> None:
 
 
 def broker_gone(context: FaultContext) -> None:
-    """The MQTT broker dies, or answers no more."""
+    """The MQTT broker closes, or stops responding."""
     context.notes["published"] = context.stand.broker.received
-    context.rng.choice((context.stand.broker.die, context.stand.broker.fall_silent))()
+    context.rng.choice((context.stand.broker.close, context.stand.broker.stop_responding))()
 
 
 def stop_signal(context: FaultContext) -> None:
@@ -146,47 +148,47 @@ def stop_signal(context: FaultContext) -> None:
 
 
 def two_signals(context: FaultContext) -> None:
-    """SIGTERM, and again: faster."""
+    """SIGTERM twice, the second of which stops faster."""
     context.stand.signal("SIGTERM")
     context.stand.loop.call_later(context.rng.uniform(0.001, 0.02), context.stand.signal, "SIGTERM")
 
 
-def command(which: Command) -> Callable[[FaultContext], None]:
-    """An operator's command for the whole machine."""
+def command(requested: Command) -> Callable[[FaultContext], None]:
+    """Return a fault that gives an operator command for the whole machine."""
 
     def inject(context: FaultContext) -> None:
-        context.notes["verdict"] = context.stand.handler.execute(CommandRequest(which))
+        context.notes["verdict"] = context.stand.handler.execute(CommandRequest(requested))
 
     return inject
 
 
 def busy_operator(context: FaultContext) -> None:
-    """Commands and jogging at random, accepted or refused, for a while."""
+    """The operator gives random commands and jogs for a while, accepted or refused."""
     stand, rng = context.stand, context.rng
 
-    def again(left: int) -> None:
-        if stand.signal is _gone or not left:
+    def act_and_repeat(remaining: int) -> None:
+        if stand.signal is _no_signal or not remaining:
             return
         if rng.random() < 0.3:
-            stand.handler.jog(rng.choice("xy"), rng.uniform(-FASTEST_JOG_M_S, FASTEST_JOG_M_S))
+            stand.handler.jog(rng.choice("xy"), rng.uniform(-JOG_SPEED_MAX_M_S, JOG_SPEED_MAX_M_S))
         else:
             stand.handler.execute(CommandRequest(rng.choice(COMMANDS), rng.choice(("", "x", "y"))))
-        stand.loop.call_later(rng.uniform(0.0, 0.04), again, left - 1)
+        stand.loop.call_later(rng.uniform(0.0, 0.04), act_and_repeat, remaining - 1)
 
-    again(rng.randint(3, 12))
+    act_and_repeat(rng.randint(3, 12))
 
 
-def _gone(_name: str) -> None:
-    """Nobody."""
+def _no_signal(_name: str) -> None:
+    """Placeholder for the signal handler of a run that has ended."""
 
 
 def bug(context: FaultContext) -> None:
-    """An exception in a callback of the cycle: a bug of ours."""
+    """An exception in a callback of the cycle, as from a software error."""
 
-    def raises(*_: Any) -> None:
+    def raise_error(*_: Any) -> None:
         raise ZeroDivisionError("planted by the campaign")
 
-    asyncio.get_running_loop().call_soon(raises)
+    asyncio.get_running_loop().call_soon(raise_error)
     context.notes["bug"] = True
 
 
@@ -208,16 +210,16 @@ FAULTS = (
     Fault(
         "disk full while learning",
         disk_full_while_learning,
-        states=OFTEN,
-        watched=800,
+        states=LEARNING_STATES,
+        ticks_after=800,
         may_stop=True,
     ),
     Fault(
         "killed while writing",
         killed_while_writing,
         kills="controller",
-        states=OFTEN,
-        watched=800,
+        states=LEARNING_STATES,
+        ticks_after=800,
         blind_s=0.085,
     ),
     Fault("MQTT broker gone", broker_gone, states=WIRED, pacings=(REALTIME,), broker=True),

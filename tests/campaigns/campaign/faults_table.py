@@ -1,4 +1,4 @@
-"""Faults of the table and its drives: those of `hil_sim.faults`, befalling one axis at the chosen instant."""
+"""Faults of the table and its drives: those of `hil_sim.faults` on one axis, knocks and pushes."""
 
 from __future__ import annotations
 
@@ -16,31 +16,33 @@ from hil_sim.faults import (
 )
 from tests.campaigns.campaign import spec
 from tests.campaigns.campaign.causes import (
-    DRIFTED,
+    SENSORS_DISAGREE,
     cannot_follow,
-    coupling_slips,
+    coupling_slipped,
+    inputs_stay_missing,
     runs_away,
-    scale_stands,
-    stays_away,
+    scale_frozen,
 )
 from tests.campaigns.campaign.fault_context import MOVING, POWERED, WIRED, Fault, FaultContext
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-LED = ("ready", *MOVING)
+CONTROLLED = ("ready", *MOVING)
 DRIVEN = ("running", "jogging", "learning")
 PUSHED_S = 0.15
 
 
-def befall(module: Any, draw: Callable[[FaultContext], Any] | None = None) -> Callable[[FaultContext], None]:
-    """Let a fault of the simulator begin on the axis of the context."""
+def simulator_fault(
+    module: Any, draw: Callable[[FaultContext], Any] | None = None
+) -> Callable[[FaultContext], None]:
+    """Return a fault that begins a fault of the simulator on the axis of the context."""
 
     def inject(context: FaultContext) -> None:
         stand = context.stand
         target = stand.bench.fault_targets["xy"[context.axis]]
         params = module.Params() if draw is None else draw(context)
-        context.wire.then(lambda: module.begin(target, params))
+        context.wire.after_frame(lambda: module.begin(target, params))
         if hasattr(module, "end"):
             stand.loop.call_later(params.duration_s, lambda: module.end(target, params))
 
@@ -48,31 +50,31 @@ def befall(module: Any, draw: Callable[[FaultContext], Any] | None = None) -> Ca
 
 
 def knocked(context: FaultContext) -> None:
-    """Something runs into the table: motor and table have another speed from one moment to the next."""
+    """An impact: the speed of motor and table changes in one step."""
     _knock(context, context.rng.choice((-1.0, 1.0)))
 
 
 def knocked_outwards(context: FaultContext) -> None:
-    """The same, towards the limit that the axis is at."""
+    """An impact towards the limit at which the axis stands."""
     index = context.axis
-    witness = context.stand.witness
-    position_m = context.stand.bench.plant.state["table_position_m"][index] - witness.start_m[index]
+    truth_recorder = context.stand.truth_recorder
+    position_m = context.stand.bench.plant.state["table_position_m"][index] - truth_recorder.start_m[index]
     _knock(context, 1.0 if position_m > 0.0 else -1.0)
 
 
-def _knock(context: FaultContext, side: float) -> None:
-    speed_m_s = side * context.rng.uniform(0.12, 0.25)
+def _knock(context: FaultContext, direction: float) -> None:
+    speed_m_s = direction * context.rng.uniform(0.12, 0.25)
     state = context.stand.bench.plant.state[context.axis]
 
-    def change() -> None:
+    def change_speed() -> None:
         for field in ("table_velocity_m_s", "motor_velocity_m_s"):
             state[field] += speed_m_s
 
-    context.wire.then(change)
+    context.wire.after_frame(change_speed)
 
 
 def pushed(context: FaultContext) -> None:
-    """Somebody pushes the table by hand while no drive has power, on beyond its limits perhaps."""
+    """The table is pushed by hand while no drive has power, possibly beyond its limits."""
     loop, state = context.stand.loop, context.stand.bench.plant.state[context.axis]
     speed_m_s = context.rng.choice((-1.0, 1.0)) * context.rng.uniform(0.02, 0.06)
     until_s = loop.time() + context.rng.uniform(0.01, PUSHED_S)
@@ -93,7 +95,7 @@ FAULTS = (
         knocked,
         "following error",
         ("following error", "at its limit", "runs away"),
-        states=LED,
+        states=CONTROLLED,
         physical=True,
         cause=cannot_follow,
         knocks=True,
@@ -118,36 +120,36 @@ FAULTS = (
     ),
     Fault(
         "limit switch",
-        befall(limit_switch, lambda context: limit_switch.Params(context.rng.choice((-1.0, 1.0)))),
+        simulator_fault(limit_switch, lambda context: limit_switch.Params(context.rng.choice((-1.0, 1.0)))),
         "limit switch",
         ("limit switch",),
         states=POWERED,
         physical=True,
-        seen_cycles=spec.UNITS["limit_switch_syncs"] + 1,
-        while_led=True,
+        reported_within_cycles=spec.UNITS["limit_switch_syncs"] + 1,
+        while_controlled=True,
     ),
     Fault(
         "broken scale",
-        befall(broken_scale),
-        DRIFTED,
+        simulator_fault(broken_scale),
+        SENSORS_DISAGREE,
         ("scale",),
-        states=LED,
+        states=CONTROLLED,
         physical=True,
-        cause=scale_stands,
+        cause=scale_frozen,
     ),
     Fault(
         "slipped coupling",
-        befall(slipped_coupling),
-        DRIFTED,
+        simulator_fault(slipped_coupling),
+        SENSORS_DISAGREE,
         ("scale", "following error"),
-        states=LED,
+        states=CONTROLLED,
         physical=True,
         coasts=True,
-        cause=coupling_slips,
+        cause=coupling_slipped,
     ),
     Fault(
         "axis runs away",
-        befall(runaway_sign),
+        simulator_fault(runaway_sign),
         "axis runs away",
         ("runs away", "following error", "at its limit"),
         states=DRIVEN,
@@ -157,16 +159,17 @@ FAULTS = (
     ),
     Fault(
         "jammed axis",
-        befall(jammed_axis),
+        simulator_fault(jammed_axis),
         "current saturated",
-        ("following error", "at its limit", "runs away"),  # as a spring it may throw the axis back
+        # the jam yields like a spring and may push the axis back
+        ("following error", "at its limit", "runs away"),
         states=DRIVEN,
         physical=True,
         cause=cannot_follow,
     ),
     Fault(
         "brown-out of a drive",
-        befall(brownout),
+        simulator_fault(brownout),
         "emergency message",
         ("EMCY 3220h",),
         states=POWERED,
@@ -175,25 +178,25 @@ FAULTS = (
     ),
     Fault(
         "death of a node",
-        befall(node_death, lambda context: node_death.Params(context.rng.choice((0.0, 1.0)))),
+        simulator_fault(node_death, lambda context: node_death.Params(context.rng.choice((0.0, 1.0)))),
         "inputs missing",
         ("cyclic inputs do not come",),
         states=WIRED,
         physical=True,
         coasts=True,
         blind_s=0.025,
-        seen_cycles=24,
+        reported_within_cycles=24,
     ),
     Fault(
         "mute node",
-        befall(mute_node, lambda context: mute_node.Params(context.rng.uniform(0.05, 0.2))),
+        simulator_fault(mute_node, lambda context: mute_node.Params(context.rng.uniform(0.05, 0.2))),
         "inputs missing",
         ("cyclic inputs do not come",),
         states=WIRED,
         physical=True,
         blind_s=0.025,
-        seen_cycles=24,
-        distorts=True,
-        cause=stays_away,
+        reported_within_cycles=24,
+        changes_frames=True,
+        cause=inputs_stay_missing,
     ),
 )

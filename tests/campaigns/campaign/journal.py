@@ -1,6 +1,6 @@
-"""The runs that were made, a line each, so that a campaign that is broken off goes on where it was.
+"""The results of a campaign, a line per run, from which an interrupted campaign continues.
 
-The first line identifies what was run: where the sources have changed since, the campaign starts again.
+The first line identifies the sources: if they have changed since, the campaign starts again.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ FORMAT = 1
 
 
 class Result(NamedTuple):
-    """What became of one run."""
+    """The result of one run."""
 
     seed: int
     fault: str
     state: str
     pacing: str
-    happened: bool
-    """Whether the state was reached and the fault came."""
+    injected: bool
+    """Whether the state was reached and the fault injected."""
     cycles: int | None
-    """From the fault to the first frame that shows the reaction; None where there is to be none."""
+    """Cycles from the fault to the first frame that shows the reaction; None if none is required."""
     bound: int | None
     violations: tuple[str, ...]
 
 
 def fingerprint() -> str:
-    """Of the sources of both sides and of the campaign."""
+    """Return a checksum of the sources of controller, simulator and campaign."""
     digest = hashlib.sha256()
     for folder in SOURCES:
         for path in sorted((REPOSITORY / folder).rglob("*")):
@@ -45,7 +45,7 @@ def fingerprint() -> str:
 
 
 class Journal:
-    """Appended to after every run; `done` are those of the same sources."""
+    """The file of results; `done` has those of the same sources."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -56,7 +56,7 @@ class Journal:
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
     def add(self, results: Iterable[Result]) -> None:
-        """Keep these."""
+        """Append results."""
         with self._path.open("a", encoding="utf-8") as file:
             for result in results:
                 file.write(json.dumps(result) + "\n")
@@ -64,17 +64,17 @@ class Journal:
 
 
 def _read(path: Path, header: dict[str, object]) -> list[Result]:
-    """The results in the file; a line that was torn off is dropped."""
+    """Return the results in the file, without an incomplete last line."""
     if not path.exists():
         return []
     first, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
-    found: list[Result] = []
+    results: list[Result] = []
     try:
         if json.loads(first) != header:
             return []
         for line in lines:
             values = json.loads(line)
-            found.append(Result(*values[:-1], tuple(values[-1])))
+            results.append(Result(*values[:-1], tuple(values[-1])))
     except (json.JSONDecodeError, TypeError):
-        return found
-    return found
+        return results
+    return results

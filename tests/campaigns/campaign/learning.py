@@ -1,6 +1,6 @@
-"""Learning in two strokes, so that a run of a second can be interrupted anywhere in it, to the last write.
+"""Learning in two strokes, so that a fault can interrupt a short run at any write.
 
-Everything else of it is as ever: strokes, journal, store. Two versions of an earlier run are there already.
+Strokes, journal and store are the real ones. The store already has two versions of an earlier run.
 """
 
 from __future__ import annotations
@@ -22,51 +22,51 @@ STROKES = (Stroke("check", 0.7, NO_PULSE), Stroke("check", 0.7, Pulse(0.05, 0.00
 NEW_STROKES = len(STROKES)
 
 
-def result(strokes: int) -> Learned:
-    """Functions that tell by their number of strokes which they are."""
+def learned_result(strokes: int) -> Learned:
+    """Return learned functions that are identified by their number of strokes."""
     durations, amplitudes = (tuple((a, value) for a in POINTS) for value in (0.05, 0.001))
     return Learned("fast", durations, amplitudes, 0.0, (), 5e-6, 1e-6, strokes, 1.0)
 
 
 class TwoStrokes:
-    """In the place of `servo_ctrl.learning.schedule.LearningRun`."""
+    """Replaces `servo_ctrl.learning.schedule.LearningRun`."""
 
     def __init__(self, _settings: LearningSettings) -> None:
         self._done = 0
 
     @property
     def stroke(self) -> Stroke | None:
-        """The next one."""
+        """The next stroke; None when learning is complete."""
         return STROKES[self._done] if self._done < len(STROKES) else None
 
     def take(self, _result: StrokeResult) -> None:
-        """It was made."""
+        """Take the result of `stroke`."""
         self._done += 1
 
     @property
     def outlook(self) -> Outlook:
-        """How far it is."""
+        """Progress of the run."""
         stage = "check" if self.stroke is not None else "done"
         return Outlook(stage, self._done, len(STROKES), 1.0, 0.7, 1e-6)
 
     @property
     def learned(self) -> Learned | None:
-        """What came of it."""
-        return None if self.stroke is not None else result(NEW_STROKES)
+        """The learned functions; None before the last stroke."""
+        return None if self.stroke is not None else learned_result(NEW_STROKES)
 
 
-EARLIER = (61, 62)
-"""Strokes of the two versions that are there."""
+STORED_STROKES = (61, 62)
+"""Numbers of strokes of the two stored versions."""
 
 
 def store_earlier(machine: MachineConfig, directory: Path) -> None:
-    """What every run finds."""
+    """Store the two versions with which every run begins."""
     store = LearnedStore(directory, machine)
     for axis in machine.axes:
-        for strokes in EARLIER:
-            store.add(axis, result(strokes), {})
+        for strokes in STORED_STROKES:
+            store.add(axis, learned_result(strokes), {})
 
 
-def known(learned: Learned) -> bool:
-    """Whether this is a result as it was stored, whole."""
-    return any(learned == result(strokes) for strokes in (*EARLIER, NEW_STROKES))
+def is_stored_result(learned: Learned) -> bool:
+    """Return whether this is one of the stored results, complete."""
+    return any(learned == learned_result(strokes) for strokes in (*STORED_STROKES, NEW_STROKES))

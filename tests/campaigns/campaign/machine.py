@@ -1,4 +1,4 @@
-"""The machine of the campaign: the X-Y table, its travel short and its heartbeats quick; read once."""
+"""The machine of the campaign: the X-Y table with short travel and fast heartbeats, read once."""
 
 from __future__ import annotations
 
@@ -58,13 +58,13 @@ turns = 2.0
 
 
 class CampaignMachine(NamedTuple):
-    """What the daemon and the simulator are given."""
+    """The files of the machine, as daemon and simulator read them."""
 
     controller: MachineConfig
     plant: PlantConfig
     program: ProgramConfig
     learned: Path
-    """What was learned by an earlier run."""
+    """Directory with the results of an earlier learning run."""
 
 
 def make_machine(folder: Path) -> CampaignMachine:
@@ -84,17 +84,19 @@ def make_machine(folder: Path) -> CampaignMachine:
     return CampaignMachine(controller, load_plant(folder), program, folder / "learned")
 
 
-_READ, _IMPORT = cache(load_eds), cache(canopen.import_od)
+_LOAD_EDS, _IMPORT_OD = cache(load_eds), cache(canopen.import_od)
 
 
-def read_eds_anew() -> None:
-    """Whoever asks for an EDS from now on reads it as it is."""
-    _READ.cache_clear()
-    _IMPORT.cache_clear()
+def clear_eds_cache() -> None:
+    """Clear the cache, so that a changed EDS is read again."""
+    _LOAD_EDS.cache_clear()
+    _IMPORT_OD.cache_clear()
 
 
 @contextlib.contextmanager
-def parsed_files_kept() -> Iterator[None]:
-    """Parse every EDS once: neither side changes what it has read of it."""
-    with patched((plan, "load_eds", _READ), (own_node, "load_eds", _READ), (canopen, "import_od", _IMPORT)):
+def parsed_files_cached() -> Iterator[None]:
+    """Parse every EDS only once: neither side changes the parsed objects."""
+    with patched(
+        (plan, "load_eds", _LOAD_EDS), (own_node, "load_eds", _LOAD_EDS), (canopen, "import_od", _IMPORT_OD)
+    ):
         yield

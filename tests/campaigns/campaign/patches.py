@@ -1,4 +1,4 @@
-"""Names of modules and classes exchanged for a while."""
+"""Replaces attributes of modules and classes inside a block."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 @contextlib.contextmanager
 def patched(*changes: tuple[Any, str, Any]) -> Iterator[None]:
-    """(owner, name, value): the values are in place inside the block, and as they were behind it."""
+    """Set each (owner, name, value) inside the block, and restore the previous values after it."""
     before = [(owner, name, getattr(owner, name)) for owner, name, _ in changes]
     for owner, name, value in changes:
         setattr(owner, name, value)

@@ -1,4 +1,4 @@
-"""A run by its number: what is drawn, how it goes, and what is left of it as evidence."""
+"""Makes the run of a plan, and collects its evidence."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from random import Random
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from servo_ctrl.commands.stage import Stage
-from tests.campaigns.campaign import life
+from tests.campaigns.campaign import daemon_run
 from tests.campaigns.campaign.fault_context import MOVING, FaultContext
-from tests.campaigns.campaign.machine import parsed_files_kept
+from tests.campaigns.campaign.machine import parsed_files_cached
 from tests.campaigns.campaign.script import Operator
 from tests.campaigns.campaign.stand import Stand
 
@@ -25,113 +25,121 @@ if TYPE_CHECKING:
     from tests.campaigns.campaign.truth import Truth
     from tests.campaigns.campaign.wire import Frame
 
-AFTERLIFE_S = 0.5
-COASTING = 12
-"""So many times as long at most, for an axis that nothing brakes but its friction."""
+SETTLING_S = 0.5
+"""Simulated time of the nodes after the end of the daemon, seconds; chosen."""
+SETTLING_REPEATS = 12
+"""Bounds the repeats of that time, for an axis that only friction brakes; chosen."""
 BOOT_FRAMES = 300
 PAUSES = (0, 1, 2, 5, 20, 60, 150)
 """Ticks between two faults."""
-SILENCING = frozenset({"death of a node", "mute node", "node silent"})
-"""After these another fault of the same node does not show: it goes to the other axis."""
+SILENCING_FAULTS = frozenset({"death of a node", "mute node", "node silent"})
+"""After these another fault of the same node has no effect, so that it takes the other axis."""
 
 
-Instant = tuple[int, int, float, Stage]
-"""Place among the frames, cycle, time (s) and the daemon's stage."""
+class Instant(NamedTuple):
+    """When a fault was injected."""
+
+    frame_index: int
+    """Number of frames that were on the bus before."""
+    cycle: int
+    time_s: float
+    stage: Stage
+    """Stage of the daemon."""
 
 
-class Second(NamedTuple):
-    """The second fault as it came."""
+class SecondFault(NamedTuple):
+    """The second fault as it was injected."""
 
-    happened: Instant
+    injected: Instant
     axis: int
     node: int
     notes: dict[str, Any]
 
 
 class Evidence(NamedTuple):
-    """What is known of a run when it is over. Cycles are those of the wire, counted by SYNCs."""
+    """The evidence of a finished run. Cycles are those of the wire, counted by SYNCs."""
 
     plan: Plan
     folder: Path
     truth: Truth
     frames: list[Frame]
-    happened: Instant | None
-    """When the fault came; None: it did not."""
+    injected: Instant | None
+    """When the fault was injected; None = never."""
     stages: list[tuple[int, int]]
     report: RunReport | None
-    noted: tuple[str, ...]
-    """Events of the daemon, also of one that was killed."""
+    reported: tuple[str, ...]
+    """Events of the daemon, also of a killed one."""
     error: str
-    """Of the exception that ended the run, with its kind; "" when there was none."""
+    """Kind and text of the exception that ended the run; "" without one."""
     stuck: str
     ticks: int
     axis: int
     node: int
     frames_before_stop: int | None = None
-    """Place among the frames when the operator wanted the run to end."""
+    """Number of frames when the operator requested the end of the run."""
     killed_ticks: int = 0
     """Ticks before the controller was killed."""
     killed_cycle: int | None = None
     """Cycle in which it was killed."""
     notes: tuple[tuple[str, Any], ...] = ()
-    """What the fault wanted to be remembered."""
-    second: Second | None = None
-    again: str = ""
-    """What was wrong with the run that followed."""
+    """Facts that the fault recorded for the oracles."""
+    second: SecondFault | None = None
+    next_run_problem: str = ""
+    """What was wrong with the next run."""
 
 
 def run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
-    """Make the run in this folder, which is empty."""
-    logging.disable()  # what the daemon has to tell is in its events
+    """Make the run in this empty folder."""
+    logging.disable()  # the events have all messages of the daemon
     try:
-        with parsed_files_kept():
+        with parsed_files_cached():
             return _run(plan, machine, folder)
     finally:
         logging.disable(logging.NOTSET)
 
 
 class _Injection:
-    """Lets the faults of a plan happen, and keeps when they did."""
+    """Injects the faults of a plan, and keeps when."""
 
     def __init__(self, plan: Plan, stand: Stand, rng: Random) -> None:
-        self.context, self.other = FaultContext(stand, rng), FaultContext(stand, rng)
-        if plan.fault.name in SILENCING:
-            self.other.take_axis(1 - self.context.axis)
-        self.happened: Instant | None = None
-        self.second: Second | None = None
+        self.context, self.second_context = FaultContext(stand, rng), FaultContext(stand, rng)
+        if plan.fault.name in SILENCING_FAULTS:
+            self.second_context.take_axis(1 - self.context.axis)
+        self.injected: Instant | None = None
+        self.second: SecondFault | None = None
         self._plan, self._stand, self._rng = plan, stand, rng
 
-    def within_frames(self, fewest: int, most: int) -> None:
-        """So many frames on, or at once."""
+    def inject_within_frames(self, fewest: int, most: int) -> None:
+        """Inject the first fault after a random number of frames; 0 = at once."""
         wire = self._stand.wire
-        wire.countdown, wire.on_zero = self._rng.randint(fewest, most), self._first
+        wire.countdown, wire.on_zero = self._rng.randint(fewest, most), self._inject_first
         if not wire.countdown:
-            self._first()
+            self._inject_first()
 
-    def another(self) -> None:
-        """The second fault, where the first has happened and the stage is one for it."""
-        fault, other, now = self._plan.second, self.other, self._now()
-        if fault is not None and self.happened is not None and _able(fault, now[3]):
-            self.second = Second(now, other.axis, other.node, other.notes)
-            fault.inject(other)
+    def inject_second(self) -> None:
+        """Inject the second fault, if the first was injected and this stage allows it."""
+        fault, second_context, now = self._plan.second, self.second_context, self._now()
+        if fault is not None and self.injected is not None and _is_possible(fault, now.stage):
+            self.second = SecondFault(now, second_context.axis, second_context.node, second_context.notes)
+            fault.inject(second_context)
 
     def undo(self) -> None:
-        """What was exchanged is put back, the last thing first; a fault that has not come never will."""
+        """Restore all replaced functions, the last one first, and cancel a pending fault."""
         self._stand.wire.countdown = 0
-        for undo in reversed((*self.context.undo, *self.other.undo)):
+        for undo in reversed((*self.context.undo, *self.second_context.undo)):
             undo()
 
-    def _first(self) -> None:
-        self.happened = self._now()
+    def _inject_first(self) -> None:
+        self.injected = self._now()
         self._plan.fault.inject(self.context)
 
     def _now(self) -> Instant:
         stand = self._stand
         stage = Stage.BOOTING if stand.services is None else stand.daemon.stage
-        return len(stand.wire.frames), stand.wire.cycle, stand.loop.time(), stage
+        return Instant(len(stand.wire.frames), stand.wire.cycle, stand.loop.time(), stage)
 
 
-def _able(fault: Fault, stage: Stage) -> bool:
+def _is_possible(fault: Fault, stage: Stage) -> bool:
     if stage is Stage.RUNNING:
         return not set(MOVING).isdisjoint(fault.states)
     return stage.name.lower() in fault.states
@@ -144,43 +152,43 @@ def _run(plan: Plan, machine: CampaignMachine, folder: Path) -> Evidence:
     stand.sdo_timeout_s = plan.fault.sdo_timeout_s
     faults = _Injection(plan, stand, rng)
     if plan.state == "booting":
-        faults.within_frames(1, BOOT_FRAMES)
-    happen = partial(faults.within_frames, 0, 8)
-    operator = Operator(stand, rng, plan.state, happen, plan.fault.watched, stand_by=plan.stand_by)
+        faults.inject_within_frames(1, BOOT_FRAMES)
+    inject = partial(faults.inject_within_frames, 0, 8)
+    operator = Operator(stand, rng, plan.state, inject, plan.fault.ticks_after, stand_by=plan.stand_by)
     if plan.second is not None:
-        operator.second, operator.pause = faults.another, rng.choice(PAUSES)
+        operator.second, operator.pause = faults.inject_second, rng.choice(PAUSES)
     try:
-        ending = life.live(stand, life.first(plan, stand))
+        ending = daemon_run.run_daemon(stand, daemon_run.faulty_run(plan, stand))
     finally:
         faults.undo()
-    alive = len(stand.wire.frames)
+    frames_of_daemon = len(stand.wire.frames)
     if not stand.wire.nodes_dead:
         stand.wire.nodes = stand.bench.handle
-        stand.afterlife(AFTERLIFE_S)
-        for _ in range(COASTING):
-            if stand.witness.rests():
+        stand.advance_nodes(SETTLING_S)
+        for _ in range(SETTLING_REPEATS):
+            if stand.truth_recorder.is_at_standstill():
                 break
-            stand.afterlife(AFTERLIFE_S)
+            stand.advance_nodes(SETTLING_S)
     evidence = Evidence(
-        plan,
-        folder,
-        stand.witness.truth(),
-        stand.wire.frames[:alive],
-        faults.happened,
-        stand.stages,
-        ending.report,
-        tuple(stand.daemon.events.kept) if stand.services is not None else (),
-        ending.error,
-        ending.stuck,
-        stand.ticks,
-        faults.context.axis,
-        faults.context.node,
-        operator.frames_before_stop,
-        stand.killed_ticks,
-        stand.killed_cycle,
-        tuple(faults.context.notes.items()),
-        faults.second,
+        plan=plan,
+        folder=folder,
+        truth=stand.truth_recorder.truth(),
+        frames=stand.wire.frames[:frames_of_daemon],
+        injected=faults.injected,
+        stages=stand.stages,
+        report=ending.report,
+        reported=tuple(stand.daemon.events.kept) if stand.services is not None else (),
+        error=ending.error,
+        stuck=ending.stuck,
+        ticks=stand.ticks,
+        axis=faults.context.axis,
+        node=faults.context.node,
+        frames_before_stop=operator.frames_before_stop,
+        killed_ticks=stand.killed_ticks,
+        killed_cycle=stand.killed_cycle,
+        notes=tuple(faults.context.notes.items()),
+        second=faults.second,
     )
-    if plan.again and faults.happened is not None:
-        return evidence._replace(again=life.again(stand, evidence.truth.position_m[-1]))
+    if plan.next_run and faults.injected is not None:
+        return evidence._replace(next_run_problem=daemon_run.next_run(stand, evidence.truth.position_m[-1]))
     return evidence

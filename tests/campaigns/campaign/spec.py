@@ -1,7 +1,7 @@
-"""What the documents promise: docs/fault_policy.md read as tables, event x stage -> reaction, and the bounds.
+"""Reads the tables of docs/fault_policy.md: the reaction to each event in each stage, and the bounds.
 
-The page is what the campaign holds the machine against, not the code; a test of its own holds the page
-against the code's table.
+The campaign compares the machine with the page, not with the code; another test compares the page with the
+table of the code.
 """
 
 from __future__ import annotations
@@ -14,26 +14,26 @@ from typing import NamedTuple
 
 PAGE = Path(__file__).parents[3] / "docs" / "fault_policy.md"
 HEARTBEAT_CYCLES = 20
-"""Of the campaign's machine, whose period is 1 ms."""
+"""Heartbeat time of the machine of the campaign, whose period is 1 ms."""
 UNITS = {"runaway_ms": 5, "saturation_ms": 60, "limit_switch_syncs": 10}
-"""Its keys that the page names, in cycles."""
+"""Values of its keys that the page names, in cycles."""
 
 
 class Bound(NamedTuple):
     """Cycles: from the cause to the event, and from the event to the frames that carry the reaction."""
 
-    seen: int
-    reacts: int
+    detection: int
+    reaction: int
 
     @property
     def cycles(self) -> int:
-        """Both, and the cycle in whose midst the fault came."""
-        return self.seen + self.reacts + 1
+        """Both, and the cycle in which the fault was injected."""
+        return self.detection + self.reaction + 1
 
 
 def rows(text: str, first_column: str) -> list[dict[str, str]]:
-    """The rows of all Markdown tables whose header begins with this column and has more than two."""
-    found: list[dict[str, str]] = []
+    """Return the rows of all Markdown tables whose first column has this header."""
+    table_rows: list[dict[str, str]] = []
     header: list[str] = []
     for line in text.splitlines():
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")] if line.startswith("|") else []
@@ -42,8 +42,8 @@ def rows(text: str, first_column: str) -> list[dict[str, str]]:
         elif not header:
             header = cells if cells[0] == first_column else ["-"]
         elif header[0] == first_column and not set(cells[0]) <= set("-: "):
-            found.append(dict(zip(header, cells, strict=True)))
-    return found
+            table_rows.append(dict(zip(header, cells, strict=True)))
+    return table_rows
 
 
 @cache
@@ -53,22 +53,22 @@ def _tables() -> list[dict[str, str]]:
 
 @cache
 def reactions() -> dict[str, dict[str, str]]:
-    """event -> stage -> "hold", "quick stop", "cut off", "disable", or "" for none."""
+    """Return event -> stage -> "hold", "quick stop", "cut off", "disable", or "" for none."""
     return {row["event"]: row for row in _tables() if "booting" in row}
 
 
 @cache
 def bounds(*, lockstep: bool) -> dict[str, Bound]:
-    """event -> bound."""
+    """Return event -> bound."""
     return {
-        row["event"]: Bound(_seen(row, lockstep=lockstep), int(row["reacts within"]))
+        row["event"]: Bound(_detection_cycles(row, lockstep=lockstep), int(row["reacts within"]))
         for row in _tables()
         if "seen within" in row
     }
 
 
-def _seen(row: dict[str, str], *, lockstep: bool) -> int:
-    """A number of cycles, or so many ms, heartbeat times or times the value of a key of the machine file."""
+def _detection_cycles(row: dict[str, str], *, lockstep: bool) -> int:
+    """Return the cycles of a cell: a number of cycles, ms, heartbeats, or times a machine-file key."""
     text = row["seen within"]
     if lockstep and row["event"] == "inputs missing":
         return 1

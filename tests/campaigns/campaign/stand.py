@@ -1,7 +1,7 @@
-"""One run: the daemon as it is, the simulator as it is, and simulated time, wire and operator between them.
+"""The test stand of one run: unchanged daemon and simulator, with simulated time, wire and operator.
 
-What the daemon is given in the place of its own: the bus, the real-time clock, the signals, smaller chunks of
-the recording (so that a short run has several). Nothing in it is bent.
+It replaces the bus, the real-time clock, the signals and the size of the parts of the recording, so that a
+short run has several. The code of the daemon is unchanged.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from servo_ctrl.recording.recorder import Recorder
 from tests.campaigns.campaign.broker import Broker
 from tests.campaigns.campaign.learning import TwoStrokes
 from tests.campaigns.campaign.patches import patched
-from tests.campaigns.campaign.truth import Witness
+from tests.campaigns.campaign.truth import TruthRecorder
 from tests.campaigns.campaign.virtual_time import VirtualClock, VirtualLoop
 from tests.campaigns.campaign.wire import Wire
 
@@ -31,34 +31,36 @@ if TYPE_CHECKING:
     from tests.campaigns.campaign.machine import CampaignMachine
 
 ROWS_PER_PART = 150
+"""Rows in a part of the recording; chosen: a short run has several parts."""
 QUIET_S = 0.01
+"""Period at which the simulator in real time checks a quiet bus, seconds; chosen."""
 LOOK_S = 0.02
-"""By the wall clock, between two looks at the files: a run takes no second of it."""
+"""Wall-clock period of the check for changed files, seconds; chosen: a run takes less than a second of it."""
 RUN_LIMIT_S = 40.0
 """Simulated time after which a run counts as stuck."""
 BUS = "localcan:campaign"
 
 
 class Stand:
-    """`on_tick(stand)` is called after every tick of the daemon: there the operator and the faults act."""
+    """Calls `on_tick` after every tick of the daemon, for the operator and the faults."""
 
     def __init__(self, machine: CampaignMachine, folder: Path, pacing: str) -> None:
         self.machine, self.folder, self.pacing = machine, folder, pacing
         self.loop = VirtualLoop()
         self.wire = Wire(self.loop)
         self.bench = SimulatedMachine(machine.plant, self.wire.from_nodes)
-        self.witness = Witness(self.bench, lambda: self.wire.cycle)
+        self.truth_recorder = TruthRecorder(self.bench, lambda: self.wire.cycle)
         self.wire.nodes = self.bench.handle
         self._pace()
         self.broker = Broker()
         self.services: Services | None = None
-        """There once the nodes are booted."""
+        """Services of the daemon; None until the nodes are booted."""
         self.handler: Any = None
         self.on_tick: Callable[[], None] = lambda: None
         self.signal: Callable[[str], None] = lambda _name: None
-        """What SIGTERM would call; there while the daemon listens to signals."""
+        """Handler of SIGTERM while the daemon handles signals."""
         self.late: list[int] = []
-        """See `VirtualClock`."""
+        """Periods by which ticks are late, see `VirtualClock`."""
         self.sdo_timeout_s = 5.0
         self.kill: Callable[[], object] = lambda: None
         """Cancels the daemon's task."""
@@ -78,41 +80,41 @@ class Stand:
             Lockstep(self.bench)
             self.wire.on_sync = lambda: self.loop.pass_time(1e-3)
             return
-        real = RealTime(self.bench, self.loop.time)
+        pacing = RealTime(self.bench, self.loop.time)
 
-        def quiet() -> None:
+        def poll_quiet_bus() -> None:
             if not self.wire.nodes_dead:
-                real.on_quiet()
-            self.loop.call_later(QUIET_S, quiet)
+                pacing.on_quiet()
+            self.loop.call_later(QUIET_S, poll_quiet_bus)
 
-        self.loop.call_later(QUIET_S, quiet)
+        self.loop.call_later(QUIET_S, poll_quiet_bus)
 
-    def begin_again(self) -> None:
-        """Time, wire and surroundings for another life of the daemon; the nodes are as they are."""
+    def begin_next_run(self) -> None:
+        """Prepare time, wire and hooks for another run of the daemon; the nodes keep their state."""
         loop = VirtualLoop()
         loop.now_s = self.loop.now_s
         self.loop = loop
-        self.wire.begin_again(loop)
+        self.wire.begin_next_run(loop)
         self.late.clear()
         self.on_tick = lambda: None
         self._pace()
 
     def power_up(self) -> None:
-        """The nodes come on the bus."""
+        """Start the nodes."""
         self.bench.start()
 
-    def afterlife(self, span_s: float) -> None:
-        """Time goes on for the nodes that are left on the bus."""
+    def advance_nodes(self, span_s: float) -> None:
+        """Advance the time of the nodes on the bus without a controller."""
         for _ in range(round(span_s / 1e-3)):
             self.bench.advance(20)
             self.bench.run_timers()
 
     @contextlib.contextmanager
     def installed(self) -> Iterator[None]:
-        """The daemon's surroundings are ours while this lasts."""
+        """Replace bus, clock, signals and recorder of the daemon inside the block."""
         clock = partial(VirtualClock, late=self.late)
         with patched(
-            (supervisor, "open_port", lambda spec: CanPort(self.wire.end, spec)),  # type: ignore[arg-type]
+            (supervisor, "open_port", lambda spec: CanPort(self.wire.controller_port, spec)),  # type: ignore[arg-type]
             (supervisor, "stop_signals", self._signals),
             (supervisor, "uninterrupted", _uninterrupted),
             (supervisor, "LOCKSTEP_SDO_TIMEOUT_S", self.sdo_timeout_s),
@@ -120,7 +122,7 @@ class Stand:
             (run_recording, "Recorder", _recorder),
             (pulse_learning, "LearningRun", TwoStrokes),
             (changed_files, "LOOK_S", LOOK_S),
-            (Services, "begin", self._begun(Services.begin)),
+            (Services, "begin", self._with_observed_ticks(Services.begin)),
         ):
             yield
 
@@ -130,15 +132,15 @@ class Stand:
         yield
         self.signal = lambda _name: None
 
-    def _begun(self, begin: Callable[..., None]) -> Callable[..., None]:
-        def begun(services: Services) -> None:
+    def _with_observed_ticks(self, begin: Callable[..., None]) -> Callable[..., None]:
+        def begin_and_observe(services: Services) -> None:
             begin(services)
             self.services, self.handler = services, services.handler
             machine: Any = services.machine
             tick = machine.tick
             self.stages.append((max(self.wire.cycle, 0), int(machine.stage)))
 
-            def ticked(cycle: int, elapsed: int, inputs: Any) -> Any:
+            def observed_tick(cycle: int, elapsed: int, inputs: Any) -> Any:
                 payloads = tick(cycle, elapsed, inputs)
                 self.ticks += 1
                 if int(machine.stage) != self.stages[-1][1]:
@@ -146,18 +148,18 @@ class Stand:
                 self.on_tick()
                 return payloads
 
-            machine.tick = ticked
+            machine.tick = observed_tick
 
-        return begun
+        return begin_and_observe
 
 
 def _recorder(directory: Path, channels: Any, header: Any, *, wait_s: float) -> Recorder:
-    """Simulated time is faster than the disk: it waits, as lockstep does, unless a fault says otherwise."""
+    """Make a recorder that waits for the disk, because simulated time is faster."""
     return Recorder(directory, channels, header, wait_s=max(wait_s, 10.0), rows_per_part=ROWS_PER_PART)
 
 
 @contextlib.contextmanager
 def _uninterrupted(*, fifo: bool) -> Iterator[None]:
-    """No collector pauses: what counts is simulated time."""
+    """Leave the collector as it is, because only simulated time counts."""
     assert not fifo
     yield

@@ -1,4 +1,4 @@
-"""A short campaign: every fault once, and what the machine would be found out by if it were worse."""
+"""A short campaign: every fault once, and defects of the machine that the campaign must detect."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ KILLED = faults.named("killed while writing")
 
 
 def seed_of(fault: str, states: tuple[str, ...] = (), pacing: str = "") -> int:
-    """The first number that draws this, and nothing besides."""
+    """Return the first seed with this fault, without a second fault or another run."""
     for seed in range(20_000):
         plan = draw(seed)
-        alone = plan.second is None and not plan.again
+        single = plan.second is None and not plan.next_run
         wanted = plan.fault.name == fault and (not states or plan.state in states)
-        if alone and wanted and pacing in {"", plan.pacing}:
+        if single and wanted and pacing in {"", plan.pacing}:
             return seed
     raise AssertionError(f"nothing draws {fault} in {states}")
 
 
 def cheap_states(name: str) -> tuple[str, ...]:
-    """Motion where the fault is for that; short runs come of these states."""
+    """Return the states of a fault with short runs, in motion if possible."""
     fault = faults.named(name)
     return tuple(state for state in fault.states if state in {"jogging", "ready"}) or fault.states
 
@@ -53,11 +53,11 @@ def test_fault_is_reacted_to_as_documented(name: str) -> None:
 
 def test_run_is_the_same_every_time() -> None:
     seed = seed_of("inputs late", ("jogging",))
-    first, second = (worker.one(seed)[0] for _ in range(2))
+    first, second = (worker.run_seed(seed)[0] for _ in range(2))
     assert first.frames == second.frames
     for one, other in zip(first.truth, second.truth, strict=True):
         np.testing.assert_array_equal(one, other)
-    assert (first.happened, first.noted, first.ticks) == (second.happened, second.noted, second.ticks)
+    assert (first.injected, first.reported, first.ticks) == (second.injected, second.reported, second.ticks)
 
 
 def found_by(result: Result, words: str) -> bool:
@@ -96,7 +96,7 @@ def test_machine_that_brakes_ten_cycles_late_is_detected(monkeypatch: pytest.Mon
 def test_machine_that_forgets_events_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(EventLog, "add", lambda _log, _text, _cycle: None)
     result = worker.result(seed_of("bus warning", ("jogging",)))
-    assert found_by(result, "not noted")
+    assert found_by(result, "not reported")
 
 
 def test_recorder_that_loses_the_last_rows_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,14 +112,14 @@ def test_recorder_that_loses_the_last_rows_is_detected(monkeypatch: pytest.Monke
 
 
 def test_cancelled_run_ticks_no_more_once_its_recording_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
-    # a disk that is faster than the frames that still wait
+    # a disk that is faster than the pending frames
     while_closing(monkeypatch, lambda: None, first=False)
     seeds = [seed_of("task cancelled", (state,), "lockstep") for state in ("jogging", "ready", "running")]
     assert [worker.result(seed).violations for seed in seeds] == [(), (), ()]
 
 
 def in_place(path: Path, write: Callable[[Path], object]) -> None:
-    """As `write_whole`, but a kill may leave half of the file."""
+    """Write like `write_whole`, but so that a kill may leave half of the file."""
     write(path)
     text = path.read_bytes()
     path.write_bytes(text[: len(text) // 2])

@@ -1,4 +1,4 @@
-"""Each oracle finds what it is there for: evidence of a good run, with one thing in it made bad."""
+"""Each oracle detects its violation: evidence of a run without violations, with one change."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from tests.campaigns.campaign import oracles_books, oracles_motion, oracles_reaction, spec, worker
+from tests.campaigns.campaign import oracles_motion, oracles_reaction, oracles_results, spec, worker
 from tests.campaigns.campaign.draw import draw
 from tests.campaigns.campaign.oracles import judge
-from tests.campaigns.campaign.oracles_reaction import ORDERS, OUR_EMCY
+from tests.campaigns.campaign.oracles_reaction import OUR_EMCY, RPDO_IDS
 from tests.campaigns.campaign.wire import CONTROLLER, Frame
 
 if TYPE_CHECKING:
@@ -23,24 +23,24 @@ ENABLED, RELEASED, EMCY = b"\x0f" + bytes(5), bytes(6), b"\x00\x10\x01" + bytes(
 
 
 def harmless(evidence: Evidence) -> Evidence:
-    """As if the fault were one of which nothing is to come."""
+    """Return evidence of a fault that must have no consequence."""
     fault = evidence.plan.fault._replace(event=None)
     return evidence._replace(plan=evidence.plan._replace(fault=fault), frames=[], frames_before_stop=None)
 
 
 def changed(evidence: Evidence, column: str, rows: Any, value: float) -> Evidence:
-    """Another truth."""
+    """Return evidence with a changed column of the true motion."""
     values = getattr(evidence.truth, column).copy()
     values[rows] = value
     return evidence._replace(truth=evidence.truth._replace(**{column: values}))
 
 
 def reframed(evidence: Evidence, change: Callable[[Frame], Frame | None]) -> Evidence:
-    """Other frames behind the fault."""
-    assert evidence.happened is not None
-    begun = evidence.happened[0]
-    behind = [frame for frame in map(change, evidence.frames[begun:]) if frame is not None]
-    return evidence._replace(frames=evidence.frames[:begun] + behind)
+    """Return evidence with changed frames after the fault."""
+    assert evidence.injected is not None
+    begin = evidence.injected.frame_index
+    after_fault = [frame for frame in map(change, evidence.frames[begin:]) if frame is not None]
+    return evidence._replace(frames=evidence.frames[:begin] + after_fault)
 
 
 def verdict_of(oracle: Callable[[Evidence], list[str]], evidence: Evidence) -> str:
@@ -61,20 +61,22 @@ def test_power_or_motion_in_the_end(evidence: Evidence) -> None:
 
 
 def test_drive_in_operation_in_standby(evidence: Evidence) -> None:
-    begun = next(cycle for cycle, stage in evidence.stages if stage == oracles_motion.STANDBY and cycle > 50)
-    rows = np.flatnonzero(evidence.truth.cycle == begun + 20)
-    assert not oracles_motion.unasked(evidence)
-    assert "in operation" in verdict_of(oracles_motion.unasked, changed(evidence, "enabled", (rows, 0), 1.0))
+    begin = next(cycle for cycle, stage in evidence.stages if stage == oracles_motion.STANDBY and cycle > 50)
+    rows = np.flatnonzero(evidence.truth.cycle == begin + 20)
+    assert not oracles_motion.no_operation_in_standby(evidence)
+    assert "in operation" in verdict_of(
+        oracles_motion.no_operation_in_standby, changed(evidence, "enabled", (rows, 0), 1.0)
+    )
 
 
 def test_reaction_that_does_not_come(evidence: Evidence) -> None:
-    def undone(frame: Frame) -> Frame | None:
+    def without_reaction(frame: Frame) -> Frame | None:
         if frame.can_id == OUR_EMCY:
             return None
-        return frame._replace(data=ENABLED) if frame.can_id in ORDERS else frame
+        return frame._replace(data=ENABLED) if frame.can_id in RPDO_IDS else frame
 
-    assert oracles_reaction.reaction(reframed(evidence, undone))[1] == [
-        "hold wanted, and nothing of it seen on the bus"
+    assert oracles_reaction.reaction(reframed(evidence, without_reaction))[1] == [
+        "hold required, but the bus shows no reaction"
     ]
 
 
@@ -95,20 +97,20 @@ def test_request_to_drives_that_are_off_and_stay_so(evidence: Evidence) -> None:
     fault = evidence.plan.fault._replace(event="switched off", cause=None)
     asked = evidence._replace(plan=evidence.plan._replace(fault=fault))
     assert oracles_reaction.reaction(reframed(asked, silent))[1], "off too late"
-    assert asked.happened is not None
-    off = changed(asked, "powered", asked.truth.cycle >= asked.happened[1], 0.0)
+    assert asked.injected is not None
+    off = changed(asked, "powered", asked.truth.cycle >= asked.injected.cycle, 0.0)
     assert oracles_reaction.reaction(reframed(off, silent)) == (None, [])
 
 
 def test_drive_that_goes_on_without_its_controller(evidence: Evidence) -> None:
     fault = evidence.plan.fault._replace(kills="controller")
-    assert evidence.happened is not None
-    cycle = evidence.happened[1]
+    assert evidence.injected is not None
+    cycle = evidence.injected.cycle
     orphan = evidence._replace(plan=evidence.plan._replace(fault=fault), killed_cycle=cycle)
-    behind = orphan.truth.cycle >= cycle
-    good = changed(orphan, "enabled", behind, 0.0)
+    after_fault = orphan.truth.cycle >= cycle
+    good = changed(orphan, "enabled", after_fault, 0.0)
     assert oracles_reaction.reaction(good)[1] == []
-    late = np.flatnonzero(behind)[250]
+    late = np.flatnonzero(after_fault)[250]
     assert (
         "after its controller has gone"
         in oracles_reaction.reaction(changed(good, "enabled", (late, 1), 1.0))[1][0]
@@ -119,72 +121,74 @@ def test_drives_not_commanded_in_the_same_cycle(evidence: Evidence) -> None:
     cycle = max(frame.cycle for frame in evidence.frames)
 
     def apart(frame: Frame) -> Frame:
-        held = frame.can_id == ORDERS[1] and frame.cycle < cycle - 20
+        held = frame.can_id == RPDO_IDS[1] and frame.cycle < cycle - 20
         return frame._replace(data=ENABLED) if held else frame
 
-    assert not oracles_motion.together(evidence)
-    assert "not in one" in verdict_of(oracles_motion.together, reframed(evidence, apart))
+    assert not oracles_motion.axes_stop_together(evidence)
+    assert "not in one" in verdict_of(oracles_motion.axes_stop_together, reframed(evidence, apart))
 
 
 def test_axes_that_do_not_come_to_rest_together(evidence: Evidence) -> None:
-    assert evidence.happened is not None
-    truth, cycle = evidence.truth, evidence.happened[1]
+    assert evidence.injected is not None
+    truth, cycle = evidence.truth, evidence.injected.cycle
     at = int(np.flatnonzero(truth.cycle >= cycle)[0])
     released = next(
-        f.cycle for p, f, on in oracles_reaction.orders(evidence) if p > evidence.happened[0] and not on
+        f.cycle
+        for p, f, on in oracles_reaction.controlwords(evidence)
+        if p > evidence.injected.frame_index and not on
     )
     last = int(np.flatnonzero(truth.cycle <= released)[-1])
     speeds = np.zeros_like(truth.velocity_m_s)
     speeds[at:last, 0] = 0.05
     speeds[at : at + 2, 1] = 0.05
     apart = evidence._replace(truth=truth._replace(velocity_m_s=speeds))
-    assert last - at > 18, "else it is too short a stop to tell"
-    assert "ms apart" in verdict_of(oracles_motion.together, apart)
+    assert last - at > 18, "otherwise the stop is too short"
+    assert "ms apart" in verdict_of(oracles_motion.axes_stop_together, apart)
 
 
 def test_harmless_fault_with_a_reaction(evidence: Evidence) -> None:
     good = harmless(evidence)
-    assert good.happened is not None
-    good = good._replace(happened=(0, *good.happened[1:]))
-    frames = [Frame(0.0, 5, CONTROLLER, can_id, ENABLED, arrived=True) for can_id in ORDERS]
-    assert not oracles_reaction.goes_on(good._replace(frames=frames))
-    off = [*frames, Frame(0.0, 6, CONTROLLER, ORDERS[0], RELEASED, arrived=True)]
-    assert "switched off" in verdict_of(oracles_reaction.goes_on, good._replace(frames=off))
+    assert good.injected is not None
+    good = good._replace(injected=good.injected._replace(frame_index=0))
+    frames = [Frame(0.0, 5, CONTROLLER, can_id, ENABLED, arrived=True) for can_id in RPDO_IDS]
+    assert not oracles_reaction.no_reaction(good._replace(frames=frames))
+    off = [*frames, Frame(0.0, 6, CONTROLLER, RPDO_IDS[0], RELEASED, arrived=True)]
+    assert "switched off" in verdict_of(oracles_reaction.no_reaction, good._replace(frames=off))
     with_emcy = [*frames, Frame(0.0, 6, CONTROLLER, OUR_EMCY, EMCY, arrived=True)]
-    assert "reports an error" in verdict_of(oracles_reaction.goes_on, good._replace(frames=with_emcy))
+    assert "reports an error" in verdict_of(oracles_reaction.no_reaction, good._replace(frames=with_emcy))
 
 
 @pytest.mark.parametrize(
     "bad", [{"stuck": "here"}, {"error": "ValueError: x"}, {"error": "refused: x"}, {"error": "cancelled"}]
 )
 def test_run_that_does_not_end_as_it_should(evidence: Evidence, bad: dict[str, str]) -> None:
-    assert not oracles_books.over(evidence)
-    assert oracles_books.over(evidence._replace(**bad))
+    assert not oracles_results.ended_as_intended(evidence)
+    assert oracles_results.ended_as_intended(evidence._replace(**bad))
 
 
-def test_event_that_is_not_noted(evidence: Evidence) -> None:
-    assert not oracles_books.noted(evidence)
+def test_event_that_is_not_reported(evidence: Evidence) -> None:
+    assert not oracles_results.reported(evidence)
     assert evidence.report is not None
     learning = evidence.report.learning._replace(reason="")
     silent = dataclasses.replace(evidence.report, events=(), reason="", learning=learning)
-    assert "not noted" in verdict_of(oracles_books.noted, evidence._replace(report=silent))
+    assert "not reported" in verdict_of(oracles_results.reported, evidence._replace(report=silent))
 
 
-def test_emergency_message_of_a_node_that_is_not_noted(evidence: Evidence) -> None:
+def test_emergency_message_of_a_node_that_is_not_reported(evidence: Evidence) -> None:
     frame = Frame(0.3, 100, "nodes", 0x08C, b"\x34\x12\x01" + bytes(5), arrived=True)
     more = evidence._replace(frames=[*evidence.frames, frame])
-    assert "1234h of node 12" in verdict_of(oracles_books.noted, more)
+    assert "1234h of node 12" in verdict_of(oracles_results.reported, more)
 
 
 def test_learned_result_that_is_damaged_or_missing(evidence: Evidence) -> None:
     machine = worker.machine().controller
-    assert not oracles_books.learned(evidence, machine)
+    assert not oracles_results.learned(evidence, machine)
     version = evidence.folder / "learned" / "x" / "v0002.json"
     text = version.read_text(encoding="utf-8")
     version.write_text(text[: len(text) // 2], encoding="utf-8")
-    assert any("v0002.json" in problem for problem in oracles_books.learned(evidence, machine))
+    assert any("v0002.json" in problem for problem in oracles_results.learned(evidence, machine))
     (evidence.folder / "learned" / "y" / "active.json").unlink()
-    assert "learned: nothing of axis y is in use any more" in oracles_books.learned(evidence, machine)
+    assert "learned: nothing of axis y is in use any more" in oracles_results.learned(evidence, machine)
 
 
 def test_good_run_has_no_findings(evidence: Evidence) -> None:
@@ -195,8 +199,8 @@ def test_page_of_the_fault_policy_is_read(evidence: Evidence) -> None:
     assert spec.reactions()["inputs missing"]["running"] == "quick stop"
     assert spec.reactions()["stop signal"]["standby"] == "disable"
     bounds = spec.bounds(lockstep=False)
-    assert bounds["heartbeat missing"].seen == 5 * spec.HEARTBEAT_CYCLES
-    assert bounds["inputs missing"].seen > spec.bounds(lockstep=True)["inputs missing"].seen
+    assert bounds["heartbeat missing"].detection == 5 * spec.HEARTBEAT_CYCLES
+    assert bounds["inputs missing"].detection > spec.bounds(lockstep=True)["inputs missing"].detection
     assert set(bounds) == set(spec.reactions())
 
 

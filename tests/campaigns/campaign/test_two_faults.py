@@ -1,4 +1,4 @@
-"""Runs with a second fault or with another run behind them, and causes that are there from an instant on."""
+"""Runs with a second fault or a following run, and the cycles from which causes are detectable."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from tests.campaigns.campaign.causes import (
     DEVIATION_M,
     TPDO,
     cannot_follow,
-    coupling_slips,
+    coupling_slipped,
+    inputs_stay_missing,
     runs_away,
-    stays_away,
 )
 from tests.campaigns.campaign.draw import draw
 from tests.campaigns.campaign.fault_context import DRIVES
 from tests.campaigns.campaign.oracles import judge
-from tests.campaigns.campaign.oracles_reaction import ORDERS, OUR_EMCY
-from tests.campaigns.campaign.run import Second
+from tests.campaigns.campaign.oracles_reaction import OUR_EMCY, RPDO_IDS
+from tests.campaigns.campaign.run import SecondFault
 from tests.campaigns.campaign.stand import Stand
 from tests.campaigns.campaign.views import views
 
@@ -33,15 +33,15 @@ DUE, SATURATED = 3, 60
 ENABLED = b"\x0f" + bytes(5)
 
 
-def behind(evidence: Evidence, error_m: float, current: int) -> Evidence:
-    """The table is so far from where it is led from the fault on, at so much current (per mille)."""
-    assert evidence.happened is not None
-    axis, since = evidence.axis, evidence.happened[1]
-    led_m = load_recording(evidence.folder / "recording").columns[f"{'xy'[axis]}.position_command_m"]
+def with_tracking_error(evidence: Evidence, error_m: float, current: int) -> Evidence:
+    """Return evidence with this error (m) from the fault on, and this current (per mille)."""
+    assert evidence.injected is not None
+    axis, since = evidence.axis, evidence.injected.cycle
+    command_m = load_recording(evidence.folder / "recording").columns[f"{'xy'[axis]}.position_command_m"]
     truth = evidence.truth
     position_m = truth.position_m.copy()
-    rows = np.flatnonzero((truth.cycle >= since) & (truth.cycle < len(led_m)))
-    position_m[rows, axis] = led_m[truth.cycle[rows].astype(int)] - error_m
+    rows = np.flatnonzero((truth.cycle >= since) & (truth.cycle < len(command_m)))
+    position_m[rows, axis] = command_m[truth.cycle[rows].astype(int)] - error_m
 
     def loaded(frame: Frame) -> Frame:
         if frame.can_id != TPDO + DRIVES[axis] or frame.cycle < since:
@@ -53,52 +53,52 @@ def behind(evidence: Evidence, error_m: float, current: int) -> Evidence:
     return evidence._replace(plan=plan, frames=frames, truth=truth._replace(position_m=position_m))
 
 
-def later(evidence: Evidence, cycles: int) -> Evidence:
-    """What the controller says of the fault, so many cycles later."""
+def with_late_report(evidence: Evidence, cycles: int) -> Evidence:
+    """Return evidence in which the controller reports the fault this number of cycles later."""
 
     def late(frame: Frame) -> Frame:
-        if frame.can_id == OUR_EMCY and evidence.happened and frame.cycle >= evidence.happened[1]:
+        if frame.can_id == OUR_EMCY and evidence.injected and frame.cycle >= evidence.injected.cycle:
             return frame._replace(cycle=frame.cycle + cycles)
         return frame
 
     return evidence._replace(frames=[late(frame) for frame in evidence.frames])
 
 
-def unanswered(evidence: Evidence) -> Evidence:
-    """No reaction on the bus behind the fault."""
-    assert evidence.happened is not None
-    begun = evidence.happened[0]
+def without_reaction(evidence: Evidence) -> Evidence:
+    """Return evidence without a reaction on the bus after the fault."""
+    assert evidence.injected is not None
+    begun = evidence.injected.frame_index
     kept = [frame for place, frame in enumerate(evidence.frames) if place < begun or frame.can_id != OUR_EMCY]
-    frames = [f._replace(data=ENABLED) if f.can_id in ORDERS and f.cycle > 40 else f for f in kept]
+    frames = [f._replace(data=ENABLED) if f.can_id in RPDO_IDS and f.cycle > 40 else f for f in kept]
     return evidence._replace(frames=frames)
 
 
 def test_axis_that_does_not_follow_is_to_be_answered_at_once(evidence: Evidence) -> None:
-    assert cannot_follow(behind(evidence, 0.5e-3, 0)) == []
-    assert evidence.happened is not None
-    far = behind(evidence, 1.5e-3, 0)
-    assert cannot_follow(far)[0] == (evidence.happened[1], "following error")
+    assert cannot_follow(with_tracking_error(evidence, 0.5e-3, 0)) == []
+    assert evidence.injected is not None
+    far = with_tracking_error(evidence, 1.5e-3, 0)
+    assert cannot_follow(far)[0] == (evidence.injected.cycle, "following error")
     assert oracles_reaction.reaction(far)[1] == []
-    problems = oracles_reaction.reaction(later(far, 10))[1]
+    problems = oracles_reaction.reaction(with_late_report(far, 10))[1]
     assert f"{DUE} allowed" in problems[0]
 
 
 def test_current_at_its_limit_is_to_be_answered_in_time(evidence: Evidence) -> None:
-    assert evidence.happened is not None
-    place, cycle, *rest = evidence.happened
-    found = cannot_follow(behind(evidence, 0.0, 1490))
+    assert evidence.injected is not None
+    cycle = evidence.injected.cycle
+    found = cannot_follow(with_tracking_error(evidence, 0.0, 1490))
     assert all(cause.cycle > cycle + SATURATED for cause in found), "the ramp is over before that"
-    since = (place, cycle - 2 * SATURATED, *rest)
-    earlier = behind(evidence._replace(happened=since), 0.0, 1490)
-    causes = cannot_follow(earlier._replace(happened=(0, *since[1:])))
-    assert causes == [(since[1], "current saturated")]
+    since = evidence.injected._replace(cycle=cycle - 2 * SATURATED)
+    earlier = with_tracking_error(evidence._replace(injected=since), 0.0, 1490)
+    causes = cannot_follow(earlier._replace(injected=since._replace(frame_index=0)))
+    assert causes == [(since.cycle, "current saturated")]
 
 
 def test_runaway_is_judged_by_the_true_motion(evidence: Evidence) -> None:
-    assert evidence.happened is not None
-    slow = behind(evidence, 0.0, 700)
+    assert evidence.injected is not None
+    slow = with_tracking_error(evidence, 0.0, 700)
     assert not runs_away(slow)
-    axis, since = evidence.axis, evidence.happened[1]
+    axis, since = evidence.axis, evidence.injected.cycle
     rows = np.flatnonzero(slow.truth.cycle >= since)
     away = np.arange(len(rows)) * 2e-3
     position_m, velocity_m_s = slow.truth.position_m.copy(), slow.truth.velocity_m_s.copy()
@@ -110,47 +110,47 @@ def test_runaway_is_judged_by_the_true_motion(evidence: Evidence) -> None:
 
 
 def test_drive_that_continues_without_a_bus_is_detected(evidence: Evidence) -> None:
-    assert evidence.happened is not None
+    assert evidence.injected is not None
     plan = evidence.plan._replace(fault=faults.named("interface fails"))
     enabled = evidence.truth.enabled.copy()
-    behind_it = np.flatnonzero(evidence.truth.cycle >= evidence.happened[1])
-    enabled[behind_it] = 0.0
+    after_fault = np.flatnonzero(evidence.truth.cycle >= evidence.injected.cycle)
+    enabled[after_fault] = 0.0
     good = evidence._replace(plan=plan, truth=evidence.truth._replace(enabled=enabled))
     assert oracles_reaction.reaction(good)[1] == []
     enabled = enabled.copy()
-    enabled[behind_it[250], 1] = 1.0
+    enabled[after_fault[250], 1] = 1.0
     bad = good._replace(truth=evidence.truth._replace(enabled=enabled))
     assert "after its controller has gone" in oracles_reaction.reaction(bad)[1][0]
 
 
 def test_unanswered_second_fault_is_detected(evidence: Evidence) -> None:
-    assert evidence.happened is not None
+    assert evidence.injected is not None
     plan = evidence.plan._replace(fault=faults.named("bus warning"), second=faults.named("emergency message"))
-    second = Second(evidence.happened, 1 - evidence.axis, evidence.node, {})
+    second = SecondFault(evidence.injected, 1 - evidence.axis, evidence.node, {})
     two = evidence._replace(plan=plan, second=second)
     machine = worker.machine().controller
     assert not [text for text in judge(two, machine).violations if "second fault" in text]
-    found = judge(unanswered(two), machine).violations
-    assert "second fault: hold wanted, and nothing of it seen on the bus" in found
+    found = judge(without_reaction(two), machine).violations
+    assert "second fault: hold required, but the bus shows no reaction" in found
 
 
 def test_failure_of_the_following_run_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nodes that nobody mends: a cable that stays cut."""
+    """Nodes without repair: a cable that stays cut."""
     seed = next(
         seed
         for seed in range(20_000)
-        if draw(seed).again and draw(seed).fault.name == "inputs missing" and draw(seed).second is None
+        if draw(seed).next_run and draw(seed).fault.name == "inputs missing" and draw(seed).second is None
     )
     assert worker.result(seed).violations == ()
-    begin_again = Stand.begin_again
+    begin_next_run = Stand.begin_next_run
 
-    def unmended(stand: Stand) -> None:
+    def keep_cable_cut(stand: Stand) -> None:
         cut = stand.wire.inbound
-        begin_again(stand)
+        begin_next_run(stand)
         stand.wire.inbound = cut
 
-    monkeypatch.setattr(Stand, "begin_again", unmended)
-    assert any("goes_on_again" in text for text in worker.result(seed).violations)
+    monkeypatch.setattr(Stand, "begin_next_run", keep_cable_cut)
+    assert any("next_run_succeeds" in text for text in worker.result(seed).violations)
 
 
 def test_two_faults_together_are_answered() -> None:
@@ -160,10 +160,12 @@ def test_two_faults_together_are_answered() -> None:
 
 
 def test_the_report_of_two_faults_of_one_axis_may_name_either(evidence: Evidence) -> None:
-    assert evidence.happened is not None
+    assert evidence.injected is not None
     plan = evidence.plan._replace(fault=faults.named("axis knocked"), second=faults.named("broken scale"))
     for axis, both in ((evidence.axis, True), (1 - evidence.axis, False)):
-        seen = views(evidence._replace(plan=plan, second=Second(evidence.happened, axis, evidence.node, {})))
+        seen = views(
+            evidence._replace(plan=plan, second=SecondFault(evidence.injected, axis, evidence.node, {}))
+        )
         assert seen.first is not None
         assert (set(plan.second.words) <= set(seen.first.plan.fault.words)) is both
 
@@ -174,10 +176,9 @@ def test_the_report_of_two_faults_of_one_axis_may_name_either(evidence: Evidence
 def test_fault_of_a_node_that_died_before_reporting_it_is_not_required(
     evidence: Evidence, pause: int, same_axis: bool, shows_first: bool
 ) -> None:
-    assert evidence.happened is not None
-    place, cycle, time_s, stage = evidence.happened
-    dies = Second(
-        (place, cycle + pause, time_s, stage),
+    assert evidence.injected is not None
+    dies = SecondFault(
+        evidence.injected._replace(cycle=evidence.injected.cycle + pause),
         evidence.axis if same_axis else 1 - evidence.axis,
         evidence.node,
         {},
@@ -190,13 +191,13 @@ def test_fault_of_a_node_that_died_before_reporting_it_is_not_required(
 def test_fault_of_a_node_that_restarts_is_required_where_it_has_sent_inputs_before(
     evidence: Evidence, sent_between: bool
 ) -> None:
-    """A duplicate repeats its node's inputs: where none come any more, nothing shows that there are two."""
-    assert evidence.happened is not None
-    place, cycle, time_s, stage = evidence.happened
-    its_inputs = TPDO + evidence.node
-    following = next(at for at, f in enumerate(evidence.frames[place:], place) if f.can_id == its_inputs)
+    """A duplicate repeats the inputs of its node: without them it is not detectable."""
+    assert evidence.injected is not None
+    place = evidence.injected.frame_index
+    tpdo_id = TPDO + evidence.node
+    following = next(at for at, f in enumerate(evidence.frames[place:], place) if f.can_id == tpdo_id)
     until = following + 1 if sent_between else following
-    restarts = Second((until, cycle, time_s, stage), evidence.axis, evidence.node, {})
+    restarts = SecondFault(evidence.injected._replace(frame_index=until), evidence.axis, evidence.node, {})
     plan = evidence.plan._replace(fault=faults.named("duplicate node"), second=faults.named("node restarts"))
     assert (views(evidence._replace(plan=plan, second=restarts)).first is not None) is sent_between
 
@@ -204,31 +205,31 @@ def test_fault_of_a_node_that_restarts_is_required_where_it_has_sent_inputs_befo
 def test_delayed_inputs_are_allowed_for_in_the_deviation_of_scale_and_encoder(
     evidence: Evidence,
 ) -> None:
-    """Half of what is allowed beyond it; at 1 m/s a cycle is twice that."""
-    assert evidence.happened is not None
-    truth, axis, since = evidence.truth, evidence.axis, evidence.happened[1]
+    """The deviation exceeds its bound by half; at 1 m/s the travel of a cycle is twice as much."""
+    assert evidence.injected is not None
+    truth, axis, since = evidence.truth, evidence.axis, evidence.injected.cycle
     motor_m, velocity_m_s = truth.motor_m.copy(), truth.velocity_m_s.copy()
-    behind_it = truth.cycle > since
-    motor_m[behind_it, axis] = truth.position_m[behind_it, axis] + 1.5 * DEVIATION_M
+    after_fault = truth.cycle > since
+    motor_m[after_fault, axis] = truth.position_m[after_fault, axis] + 1.5 * DEVIATION_M
     velocity_m_s[:, axis] = 1.0
     slipped = evidence._replace(truth=truth._replace(motor_m=motor_m, velocity_m_s=velocity_m_s))
-    (cause,) = coupling_slips(slipped)
+    (cause,) = coupling_slipped(slipped)
     assert cause.cycle == since + 1
     kept = [
         frame._replace(arrived=frame.can_id != TPDO + DRIVES[axis] or frame.cycle != since - 1)
         for frame in evidence.frames
     ]
-    assert coupling_slips(slipped._replace(frames=kept)) == []
+    assert coupling_slipped(slipped._replace(frames=kept)) == []
 
 
 def test_drive_counts_as_lost_after_more_missed_syncs_than_tolerated(evidence: Evidence) -> None:
-    assert evidence.happened is not None
-    since, its_inputs = evidence.happened[1], TPDO + DRIVES[evidence.axis]
+    assert evidence.injected is not None
+    since, tpdo_id = evidence.injected.cycle, TPDO + DRIVES[evidence.axis]
 
     def without(cycles: int) -> Evidence:
         gone = range(since, since + cycles)
-        kept = [f for f in evidence.frames if f.can_id != its_inputs or f.cycle not in gone]
+        kept = [f for f in evidence.frames if f.can_id != tpdo_id or f.cycle not in gone]
         return evidence._replace(plan=evidence.plan._replace(pacing="realtime"), frames=kept)
 
-    assert stays_away(without(20)) == []
-    assert [cause.cycle for cause in stays_away(without(21))] == [since]
+    assert inputs_stay_missing(without(20)) == []
+    assert [cause.cycle for cause in inputs_stay_missing(without(21))] == [since]

@@ -1,7 +1,7 @@
-"""What really happened, from the simulator's own state: positions, speeds and power of every axis, and when.
+"""Records the true motion in the simulator: positions, speeds and power of every axis.
 
-The controller knows nothing of it. Positions are those of the table, from where it stood at power-up; homing
-by method 37 makes that the machine's zero.
+The controller has no access to it. Positions are those of the table relative to power-up, which homing by
+method 37 makes the zero of the machine.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from hil_sim.runner.bench import SimulatedMachine
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-RESTS_M_S, RESTED = 1e-4, 200
+STANDSTILL_M_S, STANDSTILL_ROWS = 1e-4, 200
 
 
 class Truth(NamedTuple):
-    """(n,) instants and (n, axes) values; `cycle` as in `wire.Frame`."""
+    """Times and cycles (n,), values (n, axes); `cycle` as in `wire.Frame`."""
 
     time_s: Array
     cycle: Array
@@ -29,11 +29,11 @@ class Truth(NamedTuple):
     velocity_m_s: Array
     powered: Array
     enabled: Array
-    """In operation enabled, 1 or 0."""
+    """1 in operation enabled, else 0."""
 
 
-class Witness:
-    """Looks after every advance of the plant."""
+class TruthRecorder:
+    """Records a row after every advance of the plant."""
 
     def __init__(self, bench: SimulatedMachine, cycle: Callable[[], int]) -> None:
         self._rows: list[tuple[float, ...]] = []
@@ -45,7 +45,7 @@ class Witness:
         axes = range(len(drives))
         rows, clock = self._rows, bench.clock
 
-        def advanced() -> None:
+        def record_row() -> None:
             rows.append(
                 (
                     clock.now_us * 1e-6,
@@ -58,17 +58,19 @@ class Witness:
                 )
             )
 
-        bench.on_advanced = advanced
+        bench.on_advanced = record_row
         self._axes = len(drives)
         self.start_m = [float(positions[axis]) for axis in axes]
 
-    def rests(self) -> bool:
-        """Whether nothing has moved of late."""
+    def is_at_standstill(self) -> bool:
+        """Return whether no axis moved in the last rows."""
         speeds = slice(2 + 2 * self._axes, 2 + 3 * self._axes)
-        return all(abs(speed) < RESTS_M_S for row in self._rows[-RESTED:] for speed in row[speeds])
+        return all(
+            abs(speed) < STANDSTILL_M_S for row in self._rows[-STANDSTILL_ROWS:] for speed in row[speeds]
+        )
 
     def truth(self) -> Truth:
-        """All of it."""
+        """Return all rows."""
         width = 2 + 5 * self._axes
         table = np.array(self._rows, dtype=np.float64).reshape(-1, width)
         parts = np.split(table[:, 2:], 5, axis=1)

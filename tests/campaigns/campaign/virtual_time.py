@@ -1,7 +1,7 @@
-"""An event loop whose time is simulated: it stands still while anything is done, and jumps where nothing is.
+"""An event loop with simulated time, which stands still while code runs and jumps to the next timer.
 
-A run of seconds takes as long as its computing does, and every wait of it ends at the same instant in every
-repetition. Worker threads cost no simulated time: the loop waits for them before it jumps.
+A run takes as long as its computation, and each wait ends at the same time in every repetition. Worker
+threads take no simulated time: the loop waits for them before it jumps.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-THREAD_PATIENCE_S = 60.0
-"""How long a worker thread may take, wall clock, before the run counts as stuck."""
+THREAD_TIME_MAX_S = 60.0
+"""Wall-clock time of a worker thread after which the run counts as stuck; chosen."""
 
 
 class StuckError(Exception):
-    """Nothing is due, nothing can come, and the run is not over."""
+    """The run has not ended, and no timer or thread can continue it."""
 
 
 class _Selector(selectors.DefaultSelector):
-    """Looks at its files without waiting; where the loop would sleep it moves the loop's time instead."""
+    """Polls the files without waiting, and advances the time of the loop instead of sleeping."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -36,18 +36,18 @@ class _Selector(selectors.DefaultSelector):
         if ready or timeout == 0 or loop is None:
             return ready
         if loop.working:
-            ready = super().select(THREAD_PATIENCE_S)
+            ready = super().select(THREAD_TIME_MAX_S)
             if not ready:
-                raise StuckError("a worker thread does not come to its end")
+                raise StuckError("a worker thread does not end")
             return ready
         if timeout is None:
-            raise StuckError("the run waits for something that nobody will do")
+            raise StuckError("the run waits for an event that cannot happen")
         loop.pass_time(timeout)
         return []
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):
-    """Worker threads come one after the other, so that what they send has one order."""
+    """An event loop with one worker thread, so that the order of its frames is reproducible."""
 
     def __init__(self) -> None:
         selector = _Selector()
@@ -55,8 +55,8 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         selector.loop = self
         self.now_s = 0.0
         self.working = 0
-        """Pieces of work in threads that have not come to their end."""
-        self.posted: set[str] = set()
+        """Number of unfinished calls in worker threads."""
+        self.threads_that_called_back: set[str] = set()
         """Names of the threads that have called back."""
         self._clock_resolution = 1e-9
         self.workers = ThreadPoolExecutor(max_workers=1)
@@ -67,16 +67,16 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return self.now_s
 
     def pass_time(self, span_s: float) -> None:
-        """Let time go by."""
+        """Advance the simulated time."""
         self.now_s += span_s
 
     def call_soon_threadsafe(self, callback: Callable[..., Any], *args: Any, context: Any = None) -> Any:
-        """Call back from a thread."""
-        self.posted.add(threading.current_thread().name)
+        """Schedule a callback from a thread, and note the name of the thread."""
+        self.threads_that_called_back.add(threading.current_thread().name)
         return super().call_soon_threadsafe(callback, *args, context=context)
 
     def run_in_executor(self, executor: Any, func: Callable[..., Any], *args: Any) -> Any:
-        """Do work in a thread, and let time stand still meanwhile."""
+        """Call a function in a worker thread while the simulated time stands still."""
         self.working += 1
         future = super().run_in_executor(executor, func, *args)
         future.add_done_callback(self._done)
@@ -87,9 +87,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
 
 
 class VirtualClock:
-    """In the place of `servo_ctrl.io.clock.TimerfdClock`: ticks of simulated time, late ones where asked for.
+    """Replaces `servo_ctrl.io.clock.TimerfdClock` by ticks of simulated time.
 
-    `late`: periods by which the next tick comes late, once each: so many are missed at one go.
+    `late`: each entry makes one tick late by this number of periods.
     """
 
     def __init__(self, period_ns: int, on_tick: Callable[[int], None], late: list[int]) -> None:
@@ -98,19 +98,19 @@ class VirtualClock:
         self._period_s = period_ns * 1e-9
         self._on_tick, self._late = on_tick, late
         self._due = 0
-        self._begun_s = 0.0
+        self._start_s = 0.0
         self._loop: asyncio.AbstractEventLoop | None = None
         self._timer: asyncio.TimerHandle | None = None
 
     def start(self, loop: asyncio.AbstractEventLoop) -> None:
-        """Tick from one period from now on."""
-        self._loop, self._begun_s = loop, loop.time()
+        """Start ticking; the first tick is one period from now."""
+        self._loop, self._start_s = loop, loop.time()
         self._wait(1)
 
     def _wait(self, periods: int) -> None:
         if self._loop is not None:
             self._due += periods
-            instant_s = self._begun_s + self._due * self._period_s
+            instant_s = self._start_s + self._due * self._period_s
             self._timer = self._loop.call_at(instant_s, self._tick, periods)
 
     def _tick(self, elapsed: int) -> None:
@@ -120,14 +120,14 @@ class VirtualClock:
         self._wait(1 + (self._late.pop() if self._late else 0))
 
     def close(self) -> None:
-        """Tick no more."""
+        """Stop ticking."""
         if self._timer is not None:
             self._timer.cancel()
         self._loop = None
 
 
 class Lateness:
-    """Of ticks that are never late by the wall clock."""
+    """Counts ticks, none of which is late by the wall clock."""
 
     def __init__(self) -> None:
         self.count = 0

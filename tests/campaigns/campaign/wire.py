@@ -1,8 +1,8 @@
-"""The bus of a campaign's run: controller, simulated nodes and a third station in one process.
+"""The bus of a campaign run: controller, simulated nodes and a foreign station in one process.
 
-It has the order and the frames of `localcan`, without sockets: what the controller sends is at the nodes
-when `send` returns, and their answers wait where the controller reads. So a run is the same every time, and
-a fault may stand between any two frames. Everything that was on the bus is in `frames`.
+It keeps the order and the frames of `localcan`, without sockets: the nodes have received a frame of the
+controller when `send` returns, and their frames wait until the controller reads them. So a run is
+reproducible, and a fault can be injected between any two frames. `frames` has all frames on the bus.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 NMT, SYNC = 0x000, 0x080
 CONTROLLER, NODES, FOREIGN = "controller", "nodes", "foreign"
 
-Passing = list[tuple[int, bytes]]
-"""Frames that arrive in the place of one."""
+Arriving = list[tuple[int, bytes]]
+"""Frames that arrive instead of a sent one."""
 
 
 class Frame(NamedTuple):
@@ -39,39 +39,39 @@ class Frame(NamedTuple):
 
 
 class Wire:
-    """`nodes` takes what the nodes hear. `inbound` and `outbound` are the faults on the way, if any."""
+    """`nodes` receives the frames for the nodes. `inbound` and `outbound` are faults of the transmission."""
 
     def __init__(self, loop: VirtualLoop) -> None:
         self.frames: list[Frame] = []
         self.cycle = -1
-        self.nodes: Callable[[int, bytes], None] = _nobody
-        self.on_sync: Callable[[], None] = _nothing
-        self.inbound: Callable[[int, bytes], Passing] | None = None
+        self.nodes: Callable[[int, bytes], None] = _no_node
+        self.on_sync: Callable[[], None] = _no_action
+        self.inbound: Callable[[int, bytes], Arriving] | None = None
         """From the nodes to the controller."""
-        self.outbound: Callable[[int, bytes], Passing] | None = None
+        self.outbound: Callable[[int, bytes], Arriving] | None = None
         """From the controller to the nodes."""
         self.failure: Exception | None = None
-        """What the controller's interface raises."""
+        """Exception that the interface of the controller raises; None = it works."""
         self.controller_dead = self.nodes_dead = False
-        self.end = ControllerEnd(self)
+        self.controller_port = ControllerPort(self)
         self.countdown = 0
-        """Frames until `on_zero` is called; 0: it is not."""
-        self.on_zero: Callable[[], None] = _nothing
+        """Frames until `on_zero` is called; 0 = no call is due."""
+        self.on_zero: Callable[[], None] = _no_action
         self._busy = False
-        self._next: deque[Callable[[], None]] = deque()
+        self._deferred: deque[Callable[[], None]] = deque()
         self._loop, self._thread = loop, threading.get_ident()
 
-    def begin_again(self, loop: VirtualLoop) -> None:
-        """Nothing is wrong any more, and another controller comes."""
+    def begin_next_run(self, loop: VirtualLoop) -> None:
+        """Remove all faults, and connect another controller."""
         self.inbound = self.outbound = self.failure = None
         self.controller_dead = False
         self.countdown = 0
-        self.end.shutdown()
-        self.end = ControllerEnd(self)
+        self.controller_port.shutdown()
+        self.controller_port = ControllerPort(self)
         self._loop, self._thread = loop, threading.get_ident()
 
     def from_controller(self, can_id: int, data: bytes) -> None:
-        """The controller sends; a worker thread's frames go through the loop's thread."""
+        """Send a frame of the controller; frames of worker threads pass through the thread of the loop."""
         if threading.get_ident() != self._thread:
             self._loop.call_soon_threadsafe(self.from_controller, can_id, data)
             return
@@ -80,51 +80,47 @@ class Wire:
         if can_id == SYNC:
             self.cycle += 1
             self.on_sync()
-        self._hand_over(self._pass(CONTROLLER, self.outbound, can_id, data))
+        self._deliver_to_nodes(self._pass(CONTROLLER, self.outbound, can_id, data))
 
     def from_nodes(self, can_id: int, data: bytes) -> None:
-        """A node sends."""
+        """Send a frame of a node."""
         for each_id, each_data in self._pass(NODES, self.inbound, can_id, data):
-            self.end.put(each_id, each_data)
+            self.controller_port.put(each_id, each_data)
 
-    def say(self, can_id: int, data: bytes) -> None:
-        """The third station sends, to everybody."""
+    def send_foreign(self, can_id: int, data: bytes) -> None:
+        """Send a frame of the foreign station to controller and nodes."""
         if self._busy:
-            self.then(lambda: self.say(can_id, data))
+            self.after_frame(lambda: self.send_foreign(can_id, data))
             return
         self.frames.append(Frame(self._loop.time(), self.cycle, FOREIGN, can_id, data, arrived=True))
-        self.end.put(can_id, data)
-        self._hand_over([(can_id, data)])
+        self.controller_port.put(can_id, data)
+        self._deliver_to_nodes([(can_id, data)])
 
-    def then(self, action: Callable[[], None]) -> None:
-        """Do something to the nodes; where a frame is on the bus, behind that."""
+    def after_frame(self, action: Callable[[], None]) -> None:
+        """Apply an action to the nodes, after the present frame if one is on the bus."""
         if self._busy:
-            self._next.append(action)
+            self._deferred.append(action)
         else:
             action()
 
-    def deliver(self, can_id: int, data: bytes) -> None:
-        """Something that was kept back arrives at the controller."""
-        self.end.put(can_id, data)
-
     def error(self, error_class: int, data: bytes) -> None:
-        """The controller's interface reports an error frame."""
-        self.end.put(error_class, data, is_error=True)
+        """Let the interface of the controller report an error frame."""
+        self.controller_port.put(error_class, data, is_error=True)
 
-    def _hand_over(self, arriving: Passing) -> None:
-        """Frames reach the nodes, whose answers go out meanwhile; then it is the third station's turn."""
+    def _deliver_to_nodes(self, arriving: Arriving) -> None:
+        """Deliver frames to the nodes, which may send in turn; then apply the deferred actions."""
         if self.nodes_dead:
             return
-        outer, self._busy = self._busy, True
+        outer_busy, self._busy = self._busy, True
         for can_id, data in arriving:
             self.nodes(can_id, data)
-        self._busy = outer
-        while self._next and not self._busy:
-            self._next.popleft()()
+        self._busy = outer_busy
+        while self._deferred and not self._busy:
+            self._deferred.popleft()()
 
     def _pass(
-        self, sender: str, fault: Callable[[int, bytes], Passing] | None, can_id: int, data: bytes
-    ) -> Passing:
+        self, sender: str, fault: Callable[[int, bytes], Arriving] | None, can_id: int, data: bytes
+    ) -> Arriving:
         if self.countdown:
             self.countdown -= 1
             if not self.countdown:
@@ -136,22 +132,22 @@ class Wire:
         return arriving
 
 
-class ControllerEnd:
-    """What `servo_ctrl.io.can_port.CanPort` uses of a python-can bus."""
+class ControllerPort:
+    """The part of a python-can bus that `servo_ctrl.io.can_port.CanPort` uses."""
 
     channel_info = "the campaign's bus"
 
     def __init__(self, wire: Wire) -> None:
         self._wire = wire
-        self._waiting: deque[can.Message] = deque()
+        self._received: deque[can.Message] = deque()
         self._file = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
         self._signalled = False
 
     def put(self, can_id: int, data: bytes, *, is_error: bool = False) -> None:
-        """Let a frame wait to be read."""
+        """Queue a frame for the controller."""
         if self._file < 0 or self._wire.controller_dead:
             return
-        self._waiting.append(
+        self._received.append(
             can.Message(
                 arbitration_id=can_id,
                 data=data,
@@ -169,22 +165,22 @@ class ControllerEnd:
             os.eventfd_write(self._file, 1)
 
     def fileno(self) -> int:
-        """A file that is readable while frames wait."""
+        """Return a file descriptor that is readable while frames are queued."""
         return self._file
 
     def recv(self, _timeout: float | None = None) -> can.Message | None:
-        """The next frame, or None."""
+        """Return the next frame, or None."""
         if self._wire.failure is not None:
             raise self._wire.failure
-        if self._waiting:
-            return self._waiting.popleft()
+        if self._received:
+            return self._received.popleft()
         if self._signalled:
             os.eventfd_read(self._file)
             self._signalled = False
         return None
 
     def send(self, message: can.Message, _timeout: float | None = None) -> None:
-        """Put a frame on the bus."""
+        """Send a frame to the bus."""
         if self._wire.failure is not None:
             raise self._wire.failure
         self._wire.from_controller(message.arbitration_id, bytes(message.data))
@@ -196,9 +192,9 @@ class ControllerEnd:
             self._file = -1
 
 
-def _nobody(_can_id: int, _data: bytes) -> None:
-    """No nodes yet."""
+def _no_node(_can_id: int, _data: bytes) -> None:
+    """Drop a frame, because no node is connected yet."""
 
 
-def _nothing() -> None:
-    """Nobody counts."""
+def _no_action() -> None:
+    """Do nothing."""

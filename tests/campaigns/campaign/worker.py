@@ -1,4 +1,4 @@
-"""A process that makes runs: warmed up once, then one seed after the other."""
+"""A worker process, which makes the runs of a list of seeds on one machine."""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ if TYPE_CHECKING:
     from tests.campaigns.campaign.machine import CampaignMachine
     from tests.campaigns.campaign.oracles import Judgement
 
-LONGEST_S = 120.0
-"""A run that takes so long by the wall clock computes for ever."""
-MEMORY = Path("/dev/shm")
+RUN_WALL_TIME_MAX_S = 120.0
+"""Wall-clock time after which a run counts as endless, seconds; chosen."""
+MEMORY_FOLDER = Path("/dev/shm")
 
 
 class TooLongError(Exception):
-    """A run that does not come to its end by the wall clock."""
+    """A run exceeded its wall-clock time."""
 
 
 @cache
 def machine() -> CampaignMachine:
-    """The machine of this process."""
+    """Return the machine of this process."""
     folder = tempfile.mkdtemp(prefix="campaign-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return make_machine(Path(folder))
 
 
-def one(seed: int, *, keep: bool = False) -> tuple[Evidence, Judgement]:
-    """Make a run and judge it; its folder is gone behind it, unless it is kept."""
-    parent = MEMORY if MEMORY.is_dir() else None
+def run_seed(seed: int, *, keep: bool = False) -> tuple[Evidence, Judgement]:
+    """Make a run and judge it; delete its folder unless `keep`."""
+    parent = MEMORY_FOLDER if MEMORY_FOLDER.is_dir() else None
     folder = Path(tempfile.mkdtemp(prefix="campaign-", dir=parent))
-    before = signal.signal(signal.SIGALRM, _too_long)
-    signal.setitimer(signal.ITIMER_REAL, LONGEST_S)
+    before = signal.signal(signal.SIGALRM, _raise_too_long)
+    signal.setitimer(signal.ITIMER_REAL, RUN_WALL_TIME_MAX_S)
     try:
         evidence = run(draw(seed), machine(), folder)
         return evidence, judge(evidence, machine().controller)
@@ -55,32 +55,34 @@ def one(seed: int, *, keep: bool = False) -> tuple[Evidence, Judgement]:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def several(seeds: Sequence[int]) -> list[Result]:
-    """Make these runs."""
+def run_seeds(seeds: Sequence[int]) -> list[Result]:
+    """Make the runs of these seeds."""
     return [result(seed) for seed in seeds]
 
 
 def result(seed: int) -> Result:
-    """Make a run; what goes wrong in it is its result."""
+    """Make a run; return its result, also if the run raised an exception."""
     plan = draw(seed)
     facts = (seed, plan.fault.name, plan.state, plan.pacing)
     try:
-        evidence, judgement = one(seed)
-    except Exception as failure:  # noqa: BLE001  # a run that broke is a finding, and no end of the campaign
-        return Result(*facts, happened=False, cycles=None, bound=None, violations=(_in_words(failure),))
+        evidence, judgement = run_seed(seed)
+    except Exception as exception:  # noqa: BLE001  # an exception is a violation and does not end the campaign
+        return Result(
+            *facts, injected=False, cycles=None, bound=None, violations=(_violation_text(exception),)
+        )
     seen = judgement.reaction
     cycles, bound = (None, None) if seen is None else seen
-    return Result(*facts, evidence.happened is not None, cycles, bound, judgement.violations)
+    return Result(*facts, evidence.injected is not None, cycles, bound, judgement.violations)
 
 
-def _in_words(failure: Exception) -> str:
-    return f"the run broke: {type(failure).__name__}: {failure}"
+def _violation_text(exception: Exception) -> str:
+    return f"the run broke: {type(exception).__name__}: {exception}"
 
 
-def _too_long(_number: int, _frame: Any) -> None:
-    raise TooLongError(f"not over after {LONGEST_S:g} s")
+def _raise_too_long(_number: int, _frame: Any) -> None:
+    raise TooLongError(f"not over after {RUN_WALL_TIME_MAX_S:g} s")
 
 
 def leave_interrupts_to_the_parent() -> None:
-    """Ctrl-C goes to all of the terminal's processes; the parent decides."""
+    """Ignore Ctrl-C, which reaches all processes of the terminal, so that the parent handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

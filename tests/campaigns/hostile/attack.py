@@ -10,10 +10,10 @@ import can
 
 from hil_sim.runner.can_port import CanPort as SimulatorPort
 from servo_ctrl.daemon.run.report import RunReport
-from tests.campaigns.campaign import life
+from tests.campaigns.campaign import daemon_run
 from tests.campaigns.campaign.draw import Plan
 from tests.campaigns.campaign.fault_context import Fault
-from tests.campaigns.campaign.machine import CampaignMachine, make_machine, parsed_files_kept
+from tests.campaigns.campaign.machine import CampaignMachine, make_machine, parsed_files_cached
 from tests.campaigns.campaign.script import Operator
 from tests.campaigns.campaign.stand import Stand
 from tests.campaigns.campaign.truth import Truth
@@ -83,10 +83,10 @@ class Station:
         """To both."""
         wire, message = self._stand.wire, frame.message()
         message.timestamp = self._stand.loop.time()
-        if wire.end.fileno() >= 0 and not wire.controller_dead:
-            wire.end._waiting.append(message)
-            wire.end.wake()
-        wire.then(functools.partial(self._to_nodes, message))
+        if wire.controller_port.fileno() >= 0 and not wire.controller_dead:
+            wire.controller_port._received.append(message)
+            wire.controller_port.wake()
+        wire.after_frame(functools.partial(self._to_nodes, message))
 
     def _to_nodes(self, message: can.Message) -> None:
         self._inbox.waiting.append(message)
@@ -96,7 +96,7 @@ class Station:
 def attacked(attack: Attack, machine: CampaignMachine, folder: Path) -> Outcome:
     """Make the run in this folder, which is empty. After its last frame the run is ended as by a signal."""
     rng = Random(attack.seed)
-    with parsed_files_kept():
+    with parsed_files_cached():
         stand = Stand(machine, folder, attack.pacing)
     station = Station(stand)
     source = _source(attack, rng)
@@ -116,24 +116,24 @@ def attacked(attack: Attack, machine: CampaignMachine, folder: Path) -> Outcome:
 
     def begin() -> None:
         nonlocal begun, before, operator_acts
-        begun, before = len(stand.witness._rows), len(stand.wire.frames)
+        begun, before = len(stand.truth_recorder._rows), len(stand.wire.frames)
         operator_acts = stand.on_tick
         stand.on_tick = burst
 
     Operator(stand, rng, attack.state, begin, WATCHED, stand_by=attack.stand_by)
     plan = Plan(attack.seed, NO_FAULT, attack.state, attack.pacing, attack.stand_by)
-    with parsed_files_kept():
-        ending = life.live(stand, life.first(plan, stand))
+    with parsed_files_cached():
+        ending = daemon_run.run_daemon(stand, daemon_run.faulty_run(plan, stand))
     for _ in range(attack.frames - sent):  # the controller has gone; the simulator gets the rest
         station.say(next(source))
         sent += 1
-    stand.afterlife(0.05)
+    stand.advance_nodes(0.05)
     return Outcome(
         attack,
         sent,
         len(stand.wire.frames) - before,
         begun,
-        stand.witness.truth(),
+        stand.truth_recorder.truth(),
         *ending,
         forged,
         stand.stages,
@@ -155,6 +155,6 @@ def recorded() -> tuple[tuple[int, bytes], ...]:
         stand = Stand(make_machine(folder), folder, "lockstep")
         Operator(stand, Random(0), "running", lambda: None, WATCHED, stand_by=False)
         plan = Plan(0, NO_FAULT, "running", "lockstep", stand_by=False)
-        with parsed_files_kept():
-            life.live(stand, life.first(plan, stand))
+        with parsed_files_cached():
+            daemon_run.run_daemon(stand, daemon_run.faulty_run(plan, stand))
         return tuple((frame.can_id, frame.data) for frame in stand.wire.frames)

@@ -1,4 +1,4 @@
-"""The daemon's life on a stand, to its end by whatever; and another one behind it."""
+"""Runs the daemon on a stand to its end, whatever ends it, and once more after a fault."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ if TYPE_CHECKING:
     from tests.campaigns.campaign.draw import Plan
     from tests.campaigns.campaign.stand import Stand
 
-WAY_MM = 2.0
-AT_A_SWITCH = "limit switch: jog it away"
+DISTANCE_MM = 2.0
+AT_SWITCH_TEXT = "limit switch: jog it away"
 PROGRAM = """
 [[step]]
 kind = "move"
 label = "back"
-to_mm = {{ {aims} }}
+to_mm = {{ {targets} }}
 feed_mm_min = 6000.0
 """
-"""Of the run behind: towards the middle, from where the table was left."""
+"""Program of the next run: from the present position towards the middle."""
 
 
 class Ending(NamedTuple):
-    """Its report, the exception that ended it, and where it was stuck."""
+    """The report of a run, the exception that ended it, and where it was stuck."""
 
     report: RunReport | None
     error: str
     stuck: str
 
 
-def to_its_end(stand: Stand, machine: Coroutine[Any, Any, RunReport]) -> RunReport:
-    """The daemon's life, by the stand's time. What ends it is raised; nothing of it outlives it."""
+def run_to_end(stand: Stand, machine: Coroutine[Any, Any, RunReport]) -> RunReport:
+    """Run the daemon by the time of the stand; return its report or raise its exception."""
 
-    async def whole() -> RunReport:
+    async def run_task() -> RunReport:
         task = asyncio.create_task(machine)
         stand.kill = task.cancel
         async with asyncio.timeout(RUN_LIMIT_S):
@@ -56,36 +56,36 @@ def to_its_end(stand: Stand, machine: Coroutine[Any, Any, RunReport]) -> RunRepo
     with stand.installed():
         asyncio.set_event_loop(stand.loop)
         try:
-            return stand.loop.run_until_complete(whole())
+            return stand.loop.run_until_complete(run_task())
         finally:
-            close(stand)
+            close_loop(stand)
             gc.enable()
 
 
-def live(stand: Stand, machine: Coroutine[Any, Any, RunReport]) -> Ending:
-    """The daemon's life, and what has ended it."""
+def run_daemon(stand: Stand, machine: Coroutine[Any, Any, RunReport]) -> Ending:
+    """Run the daemon; return what ended it."""
     report: RunReport | None = None
     error = stuck = ""
     try:
-        report = to_its_end(stand, machine)
+        report = run_to_end(stand, machine)
     except TimeoutError:
         stuck = f"not over after {RUN_LIMIT_S:g} s of simulated time"
-    except StuckError as failure:
-        stuck = str(failure)
-    except ServoCtrlError as failure:
-        error = f"refused: {failure}"
+    except StuckError as exception:
+        stuck = str(exception)
+    except ServoCtrlError as exception:
+        error = f"refused: {exception}"
     except asyncio.CancelledError:
         error = "cancelled"
-    except Exception as failure:  # noqa: BLE001  # whatever it is, it is what the run has shown
-        error = f"{type(failure).__name__}: {failure}"
+    except Exception as exception:  # noqa: BLE001  # any exception is a result of the run
+        error = f"{type(exception).__name__}: {exception}"
     return Ending(report, error, stuck)
 
 
-async def first(plan: Plan, stand: Stand) -> RunReport:
-    """The run that the fault comes to."""
+async def faulty_run(plan: Plan, stand: Stand) -> RunReport:
+    """Run the daemon in which the fault is injected."""
     stand.power_up()
     machine = stand.machine
-    program = None if plan.stand_by else machine.program  # who stands by is given it by the operator
+    program = None if plan.stand_by else machine.program  # in standby the operator loads it
     options: dict[str, Any] = {"stand_by": plan.stand_by, "learned_dir": stand.folder / "learned"}
     pacing: Any = plan.pacing
     controller = machine.controller
@@ -95,43 +95,44 @@ async def first(plan: Plan, stand: Stand) -> RunReport:
     try:
         return await run_machine(controller, program, BUS, pacing, stand.folder / "recording", **options)
     finally:
-        stand.broker.die()
+        stand.broker.close()
 
 
-def again(stand: Stand, position_m: Sequence[float]) -> str:
-    """Another run on the same nodes, whatever they were left in; what was wrong with it, or ""."""
-    stand.begin_again()
+def next_run(stand: Stand, position_m: Sequence[float]) -> str:
+    """Make another run on the same nodes in their present state; return what was wrong with it, or ""."""
+    stand.begin_next_run()
     path = stand.folder / "again.toml"
-    aims = ", ".join(
-        f"{axis} = {-math.copysign(WAY_MM, at):g}" for axis, at in zip("xy", position_m, strict=True)
+    targets = ", ".join(
+        f"{axis} = {-math.copysign(DISTANCE_MM, axis_m):g}"
+        for axis, axis_m in zip("xy", position_m, strict=True)
     )
-    path.write_text(PROGRAM.format(aims=aims), encoding="utf-8")
+    path.write_text(PROGRAM.format(targets=targets), encoding="utf-8")
     pacing: Any = stand.pacing
     machine = stand.machine.controller
     directory, learned = stand.folder / "again", stand.folder / "learned"
     program = load_program(path, machine)
-    ending = live(stand, run_machine(machine, program, BUS, pacing, directory, learned_dir=learned))
+    ending = run_daemon(stand, run_machine(machine, program, BUS, pacing, directory, learned_dir=learned))
     if ending.report is None:
         return ending.error or ending.stuck
-    if any(abs(at) > SWITCH_MM * 1e-3 for at in position_m):
-        refused = ending.report.failed and AT_A_SWITCH in ending.report.reason
+    if any(abs(axis_m) > SWITCH_MM * 1e-3 for axis_m in position_m):
+        refused = ending.report.failed and AT_SWITCH_TEXT in ending.report.reason
         return "" if refused else "an axis stands at a limit switch, and the program was begun"
     if ending.report.failed or not ending.report.completed:
-        return f"{ending.report.reason or 'not completed'}; noted were: {'; '.join(ending.report.events)}"
+        return f"{ending.report.reason or 'not completed'}; reported were: {'; '.join(ending.report.events)}"
     return (
         "a drive has power in the end" if any(drive.motion.powered for drive in stand.bench._drives) else ""
     )
 
 
-def close(stand: Stand) -> None:
-    """Nothing of the run outlives it."""
+def close_loop(stand: Stand) -> None:
+    """Cancel all tasks, stop the worker threads, and close the loop."""
     loop = stand.loop
     with contextlib.suppress(StuckError):
-        left = asyncio.all_tasks(loop)
-        for task in left:
+        remaining = asyncio.all_tasks(loop)
+        for task in remaining:
             task.cancel()
-        if left:
-            loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+        if remaining:
+            loop.run_until_complete(asyncio.gather(*remaining, return_exceptions=True))
     loop.workers.shutdown()
     asyncio.set_event_loop(None)
     loop.close()

@@ -1,4 +1,4 @@
-"""The recording and the report tell of one instant, whatever happens while the recording is being closed."""
+"""Recording and report end at the same cycle, whatever happens while the recording is closed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from servo_ctrl.recording.reader import load_recording
-from tests.campaigns.campaign import life, worker
+from tests.campaigns.campaign import daemon_run, worker
 from tests.campaigns.campaign.closing import while_closing
 from tests.campaigns.campaign.draw import draw
 from tests.campaigns.campaign.stand import Stand
@@ -27,13 +27,15 @@ def stand(tmp_path: Path) -> Stand:
 
 
 def program_run(stand: Stand) -> RunReport:
-    """The whole program, and nothing wrong with it."""
-    ending = life.live(stand, life.first(draw(0)._replace(stand_by=False, pacing="lockstep"), stand))
+    """Run the complete program without a fault."""
+    ending = daemon_run.run_daemon(
+        stand, daemon_run.faulty_run(draw(0)._replace(stand_by=False, pacing="lockstep"), stand)
+    )
     assert ending.report is not None, ending
     return ending.report
 
 
-def recorded(stand: Stand) -> tuple[list[str], str]:
+def recorded_events(stand: Stand) -> tuple[list[str], str]:
     header = load_recording(stand.folder / "recording").header
     return header["events"], header["reason"]
 
@@ -49,7 +51,7 @@ def test_frames_during_closing_are_in_neither_account(
 
     while_closing(monkeypatch, happen, first=first)
     report = program_run(stand)
-    assert recorded(stand) == (list(report.events), report.reason) == ([], "")
+    assert recorded_events(stand) == (list(report.events), report.reason) == ([], "")
     assert (report.completed, report.signal) == (True, "")
 
 
@@ -66,4 +68,4 @@ def test_frames_received_at_the_end_of_the_run_are_in_both_accounts(
     monkeypatch.setattr(stand.wire, "from_controller", overrun_at_the_end)
     report = program_run(stand)
     assert report.events == ("bus localcan:campaign: receive overrun: frames were lost",)
-    assert recorded(stand) == (list(report.events), report.reason)
+    assert recorded_events(stand) == (list(report.events), report.reason)
