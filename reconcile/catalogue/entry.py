@@ -132,6 +132,8 @@ class CatalogueEntry:
     """It is the mean of that effect, whose zero is unknown: reported after it."""
     curve_over: str = ""
     """Coordinate over which a force of any curve is this law, where its own terms do not fit."""
+    curve_near: str = ""
+    """Coordinate over which a curve is this law of another shape, if its own terms explain nearly as much."""
     indicators: tuple[IndicatorKind, ...] = ()
 
     # the plant

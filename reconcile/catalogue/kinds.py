@@ -80,6 +80,10 @@ class TermFamily(NamedTuple):
     """It is tried only where a recording excites it, which ordinary motions do not."""
 
 
+NAMELESS = "something real that no entry of the catalogue explains: "
+"""Begins the sentence of a term without a name."""
+
+
 class UnnamedTerm(NamedTuple):
     """A family of candidate terms without a name, which are reported as `unknown`."""
 
@@ -102,7 +106,7 @@ class UnnamedTerm(NamedTuple):
     def sentence(self, p: dict[str, float]) -> str:
         """What an engineer can check."""
         where = f"in recording {p['recording']:.0f}: " if "recording" in p else ""
-        return f"something real that no entry of the catalogue explains: {where}{self.finding(p)}"
+        return f"{NAMELESS}{where}{self.finding(p)}"
 
 
 def continued(grid: Sequence[float], highest: float) -> tuple[float, ...]:

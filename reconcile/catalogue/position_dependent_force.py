@@ -36,5 +36,6 @@ ENTRY = CatalogueEntry(
     shown_by="over the same places it does not ask for the direction",
     experiment="one by one",
     plausible=lambda sizes: [PlausibleTerm(sizes.over_travel, (sizes.small_n, sizes.small_n))],
+    curve_near="position",
     rank=8,
 )

@@ -34,6 +34,8 @@ DRIFTING_COLUMNS = {name: entry.drifting_columns for name, entry in ENTRIES.item
 """See the entry's fields of these names."""
 LAW_OF_CURVE = {entry.curve_over: name for name, entry in ENTRIES.items() if entry.curve_over}
 """By the coordinate of a smooth term in the force: the law that any curve over it is."""
+LAW_NEAR_CURVE = {entry.curve_near: name for name, entry in ENTRIES.items() if entry.curve_near}
+"""The same for a curve that the law's own terms nearly explain."""
 _FRICTION_KINDS = {kind for kind in Kind if kind.name.startswith(("FRICTION", "DAMPING", "PRESLIDING"))}
 FRICTION = frozenset(name for name, entry in ENTRIES.items() if entry.physics.KIND in _FRICTION_KINDS)
 """Those that rub: they are no load that a drive has to transmit."""

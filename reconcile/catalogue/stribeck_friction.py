@@ -79,5 +79,6 @@ ENTRY = CatalogueEntry(
     ),
     shown_by="friction rises towards standstill at constant speeds too",
     plausible=lambda sizes: [PlausibleTerm((v,), (sizes.large_n,)) for v in (4e-3, 2e-2)],
+    curve_near="speed_by_direction",
     rank=1,
 )

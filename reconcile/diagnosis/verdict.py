@@ -4,8 +4,8 @@ import math
 from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
-from reconcile.catalogue.kinds import ResidualChannel
-from reconcile.catalogue.registry import CATALOGUE, ENTRIES, LAW_OF_CURVE
+from reconcile.catalogue.kinds import NAMELESS, ResidualChannel
+from reconcile.catalogue.registry import CATALOGUE, ENTRIES
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.formats.rotary_units import in_units_of
 from reconcile.identification.explain import Explanation
@@ -141,12 +141,13 @@ def _with_law(explanation: Explanation) -> list[IdentifiedEffect]:
     named = {finding.effect for finding in explanation.findings}
     found = []
     for finding in explanation.findings:
-        law = LAW_OF_CURVE.get(_coordinate(finding), "")
+        law = finding.law
         is_shared = not any(c.per_recording for c in finding.candidates)
         in_force = explanation.channel is ResidualChannel.FORCE
         if law and law not in named and in_force and is_shared and finding.share >= LEAST_REPORTED_GAIN:
-            why = f"{CATALOGUE[law].shown_by}: {finding.explanation}"
-            found.append(finding._replace(effect=law, explanation=why))
+            why = f"{CATALOGUE[law].shown_by}: {finding.explanation.removeprefix(NAMELESS)}"
+            equivalent = [effect for effect in finding.equivalent if effect != law]
+            found.append(finding._replace(effect=law, equivalent=equivalent, explanation=why))
         else:
             found.append(finding)
     return found
@@ -158,6 +159,7 @@ def _finding(axis: str, finding: IdentifiedEffect) -> dict[str, Any]:
         "effect": finding.effect,
         "over": _coordinate(finding),
         "confidence": finding.confidence,
+        "doubt": finding.doubt,
         "equivalent": finding.equivalent,
         "where": {"sensor": finding.channel, "axis": axis},
         "parameters": {

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import norm
 
 from kernels.arrays import Index
 from reconcile.catalogue.kinds import ShapeParameters
@@ -13,7 +12,7 @@ from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.identification.confidence import confidence
 from reconcile.identification.parameter_estimates import RESAMPLES, Estimate, estimates
-from reconcile.identification.rivals import RIVAL_STANDARD_ERRORS, RivalEffect
+from reconcile.identification.rivals import RivalEffect, largest_doubt, law_of_curve
 from reconcile.regression.candidate_term import CandidateTerm, effect_names
 from reconcile.regression.regression_data import stride
 from reconcile.regression.regression_problem import RegressionProblem
@@ -41,6 +40,10 @@ class IdentifiedEffect(NamedTuple):
     explanation: str
     share: float = 0.0
     """Share of the held-out variance that it explains alone; findings are ranked by it."""
+    doubt: float = 0.0
+    """Probability that an effect outside its class predicts held-back blocks better."""
+    law: str = ""
+    """Effect of the catalogue that an unnamed curve is, if any."""
 
 
 class ReportedEffects(NamedTuple):
@@ -142,14 +145,16 @@ def _identified_effect(
     unnamed, heldout_gain = effect.startswith(PREFIX), judge.gain(effect)
     # an unnamed term may have changed within a held-out stretch, so its cross-validated gain counts too
     judged_gain = max(gain, heldout_gain) if unnamed else heldout_gain
-    best_rival = max([r.confidence for r in others], default=0.0)
-    indistinguishable = [r.effect for r in others if r.confidence > norm.sf(RIVAL_STANDARD_ERRORS)]
+    law = law_of_curve(effect, others)
+    doubt = largest_doubt([r for r in others if r.effect != law])
     meaning = meaning_of(effect)
     return IdentifiedEffect(
         effect="unknown" if unnamed else effect,
         channel=judge.channel.value,
-        confidence=confidence(best_rival, judged_gain, judge.duration_s),
-        equivalent=[*dict.fromkeys([*meaning.equivalent, *indistinguishable])],
+        confidence=confidence(doubt, judged_gain, judge.duration_s),
+        equivalent=[
+            *dict.fromkeys([*meaning.equivalent, *(r.effect for r in others if r.is_indistinguishable)])
+        ],
         rivals=others,
         candidates=own,
         parameters=parameters,
@@ -157,6 +162,8 @@ def _identified_effect(
         heldout_gain=heldout_gain,
         explanation=meaning.sentence({key: estimate.value for key, estimate in values[0].items()}),
         share=judge.share(own),
+        doubt=doubt,
+        law=law,
     )
 
 

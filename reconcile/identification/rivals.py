@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from scipy.stats import norm
 
-from reconcile.catalogue.registry import has_levels
+from reconcile.catalogue.registry import LAW_NEAR_CURVE, LAW_OF_CURVE, has_levels
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.selection.block_statistics import log_ratio_t
@@ -13,6 +13,13 @@ from reconcile.selection.cross_validation import SHORTLIST, CrossValidation
 
 RIVAL_STANDARD_ERRORS = 2.0
 """A rival whose cross-validated squares are worse by less, in standard errors, is indistinguishable."""
+
+SAME_SHARE = 0.05
+"""Difference of what two indistinguishable effects explain, as a share, up to which they are one class:
+neither is in doubt because of the other. Chosen; what other effects leave differs by more between them."""
+NEARLY_AS_MUCH = 0.9
+"""Least share of what a curve explains that a law explains in its place, for the curve to be that law of
+another shape. Chosen on looked-at blind cases: curves of a law had 0.94 and more, others 0.76 and less."""
 
 
 class RivalEffect(NamedTuple):
@@ -23,6 +30,26 @@ class RivalEffect(NamedTuple):
     """Probability that it predicts held-back blocks better."""
     share: float
     """Its gain over that of the identified effect."""
+
+    @property
+    def is_indistinguishable(self) -> bool:
+        """Whether these recordings cannot tell it from the identified effect."""
+        return self.confidence > float(norm.sf(RIVAL_STANDARD_ERRORS))
+
+
+def largest_doubt(rivals: Sequence[RivalEffect]) -> float:
+    """Largest probability that an effect outside the class of the identified one predicts better."""
+    outside = [r for r in rivals if not r.is_indistinguishable or abs(r.share - 1.0) > SAME_SHARE]
+    return max([r.confidence for r in outside], default=0.0)
+
+
+def law_of_curve(effect: str, rivals: Sequence[RivalEffect]) -> str:
+    """The effect of the catalogue that an unnamed curve is; empty where it is none, or no curve."""
+    coordinate = effect.removeprefix(PREFIX) if effect.startswith(PREFIX) else ""
+    near = LAW_NEAR_CURVE.get(coordinate, "")
+    if any(r.effect == near and r.share >= NEARLY_AS_MUCH for r in rivals):
+        return near
+    return LAW_OF_CURVE.get(coordinate, "")
 
 
 def compare_rivals(

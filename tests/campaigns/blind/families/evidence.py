@@ -23,9 +23,8 @@ def kept_of_verdict(verdict: Row) -> Row:
     """Return findings, sizes and fits of a verdict, in the form that verdict.json has."""
     findings = []
     for one in verdict["findings"]:
-        rivals = [rival["confidence"] for rival in one["runners_up"]]
         values = {key: {k: of[k] for k in ("value", "ci95")} for key, of in one["parameters"].items()}
-        own = {"sensor": one["where"]["sensor"], "best_rival": max(rivals, default=0.0), "parameters": values}
+        own = {"sensor": one["where"]["sensor"], "best_rival": one["doubt"], "parameters": values}
         findings.append({name: one[name] for name in OF_FINDING} | own)
         if one["effect"] == "unknown" and not one["over"]:
             findings[-1]["over"] = REST

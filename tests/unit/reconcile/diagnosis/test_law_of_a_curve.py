@@ -4,21 +4,29 @@ from typing import Any
 
 import pytest
 
-from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.kinds import NAMELESS, ResidualChannel
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.diagnosis.verdict import verdict
 from reconcile.identification.explain import Explanation, ResidualRms
 from reconcile.identification.findings import IdentifiedEffect
+from reconcile.identification.rivals import RivalEffect, law_of_curve
 from reconcile.regression.candidate_term import CandidateTerm
 
 LAW = "position_dependent_friction"
 FORCE, DEVIATION = ResidualChannel.FORCE, ResidualChannel.POSITION_DEVIATION
 
 
-def curve(over: str, *, share: float = 0.4, own: bool = False) -> IdentifiedEffect:
+def curve(
+    over: str, *, share: float = 0.4, own: bool = False, rival: tuple[str, float] | None = None
+) -> IdentifiedEffect:
+    """A curve; of the `rival` the name and what it explains, over what the curve does."""
     term = CandidateTerm(PREFIX + over, (0.0, 1.0, 9.0), own, (3, 4, 5))
-    said = "it changes with it, most at 0.2 m"
-    return IdentifiedEffect("unknown", "force", 0.97, [], [], [term], {}, 0.6, 0.5, said, share)
+    sentence = f"{NAMELESS}it changes with it, most at 0.2 m"
+    rivals = [RivalEffect(rival[0], 0.0, rival[1])] if rival else []
+    law = law_of_curve(term.effect, rivals)
+    return IdentifiedEffect(
+        "unknown", "force", 0.97, [], rivals, [term], {}, 0.6, 0.5, sentence, share, law=law
+    )
 
 
 def named(effect: str) -> IdentifiedEffect:
@@ -40,7 +48,32 @@ def test_friction_over_the_travel_is_named_and_keeps_its_curve() -> None:
         LAW,
         "position_by_direction",
     )
-    assert "changes sign with direction" in finding["explanation"]
+    assert finding["explanation"].endswith("changes sign with direction: it changes with it, most at 0.2 m")
+
+
+@pytest.mark.parametrize(
+    ("over", "law"),
+    [("speed_by_direction", "stribeck_friction"), ("position", "position_dependent_force")],
+)
+def test_a_curve_that_a_law_nearly_explains_bears_its_name(over: str, law: str) -> None:
+    [finding] = verdict_of(curve(over, rival=(law, 0.94)))["findings"]
+    assert (finding["effect"], finding["over"]) == (law, over)
+
+
+@pytest.mark.parametrize(
+    ("over", "rival"),
+    [
+        ("speed_by_direction", ("stribeck_friction", 0.8)),
+        ("speed_by_direction", ("quadratic_viscous_friction", 0.95)),
+        ("position", ("stribeck_friction", 0.95)),
+        ("position", None),
+    ],
+    ids=["it explains too little", "another law", "the law of another coordinate", "no law"],
+)
+def test_a_curve_that_no_law_of_its_coordinate_nearly_explains_stays_unknown(
+    over: str, rival: tuple[str, float] | None
+) -> None:
+    assert [f["effect"] for f in verdict_of(curve(over, rival=rival))["findings"]] == ["unknown"]
 
 
 @pytest.mark.parametrize(
