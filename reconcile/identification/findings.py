@@ -146,15 +146,14 @@ def _identified_effect(
     # an unnamed term may have changed within a held-out stretch, so its cross-validated gain counts too
     judged_gain = max(gain, heldout_gain) if unnamed else heldout_gain
     law = law_of_curve(effect, others)
+    indistinguishable = [r.effect for r in others if r.is_indistinguishable]
     doubt = largest_doubt([r for r in others if r.effect != law])
     meaning = meaning_of(effect)
     return IdentifiedEffect(
         effect="unknown" if unnamed else effect,
         channel=judge.channel.value,
         confidence=confidence(doubt, judged_gain, judge.duration_s),
-        equivalent=[
-            *dict.fromkeys([*meaning.equivalent, *(r.effect for r in others if r.is_indistinguishable)])
-        ],
+        equivalent=[*dict.fromkeys([*meaning.equivalent, *indistinguishable])],
         rivals=others,
         candidates=own,
         parameters=parameters,
