@@ -7,7 +7,8 @@ that of the run without it, sensors ideal in both, as far as the three terms of 
 in for it. The noise floor is the RMS of what the sensors' noise adds to the residual of the run with all.
 
 Observable is an effect of which the RMS reaches the floor, or that of its strongest twentieth three floors,
-and that holds 2 % of the square of what a fitted nominal model leaves.
+and that holds 2 % of the square of what a fitted nominal model leaves. One that comes back so often a turn is
+not where no recording travels two of its periods: what has come once may be any force of the place.
 """
 
 import math
@@ -19,7 +20,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from tests.campaigns.blind.families.grammar import draw, evaluate
-from tests.campaigns.blind.families.interface import Array, Case, Channels
+from tests.campaigns.blind.families.interface import Array, Case, Channels, Effect
 
 CORNER_HZ = 40.0
 EDGE_S = 0.2
@@ -30,6 +31,7 @@ SMALLEST, LARGEST = 3.0, 30.0
 """RMS of foreign physics in noise floors."""
 MOST_OF_FORCE = 0.35
 """RMS of foreign physics over that of the motor's force: more would stop the machine."""
+LEAST_PERIODS = 2.0
 PASSES = 2
 """Runs until the foreign force is that of the motion which it disturbs; a stiff loop leaves little."""
 
@@ -116,7 +118,9 @@ def _judged(
             np.concatenate([_side(case, a, effect.side) - _side(case, b, effect.side) for a, b in pairs])
         )
     share = (rms / left) ** 2
-    if not why and rms < LEAST_RMS * floor and peak < LEAST_PEAK * floor:
+    if not why and _periods(case, effect, clean) < LEAST_PERIODS:
+        why = "fewer than two of its periods are travelled"
+    elif not why and rms < LEAST_RMS * floor and peak < LEAST_PEAK * floor:
         why = "smaller than the noise"
     elif not why and share < LEAST_SHARE:
         why = "a small share of what is unexplained"
@@ -129,6 +133,15 @@ def _judged(
         "share": share,
     }
     return vars(effect) | found
+
+
+def _periods(case: Case, effect: Effect, runs: Sequence[Channels]) -> float:
+    """Return how often an effect comes back within the longest travel; infinite if not by the place."""
+    if "harmonic" not in effect.parameters:
+        return math.inf
+    turn = 2.0 * math.pi if case.rotary else case.sound.lead_m
+    longest = max(float(np.ptp(one["motor"])) for one in runs)
+    return effect.parameters["harmonic"] * longest / turn
 
 
 def _contribution(

@@ -9,10 +9,11 @@ from tests.campaigns.blind.families.interface import Array, Case, Channels, Effe
 from tests.campaigns.blind.families.judge import drawn
 
 PERIOD_S, SECONDS = 1e-3, 10.0
+TRAVEL_M = 0.1 * np.pi
 SOUND = Nominal(inertia=2.0, viscous=3.0, coulomb=1.0, motor_count=1e-9)
 
 
-def case_of(size_n: float, noise_n: float) -> Case:
+def case_of(size_n: float, noise_n: float, harmonic: float | None = None) -> Case:
     """Return an axis that goes to and fro at one speed; a force of 10 Hz acts on it and nothing reacts."""
     time = np.arange(0.0, SECONDS, PERIOD_S)
     x = 0.1 * np.arcsin(np.sin(2.0 * np.pi * 0.23 * time + 0.3))
@@ -27,7 +28,8 @@ def case_of(size_n: float, noise_n: float) -> Case:
         assert foreign is None
         return [{"time": time, "motor": x, "force": force, "command": x}]
 
-    return Case("by_hand", 1, "single", SOUND, SOUND, (Effect("ripple", {}),), simulate)
+    known = {} if harmonic is None else {"harmonic": harmonic}
+    return Case("by_hand", 1, "single", SOUND, SOUND, (Effect("ripple", known),), simulate)
 
 
 def test_the_truth_states_the_rms_of_a_force_of_known_size() -> None:
@@ -45,3 +47,12 @@ def test_the_truth_states_the_rms_of_a_force_of_known_size() -> None:
 def test_an_effect_is_observable_from_the_noise_on(size_n: float, why: str) -> None:
     effect = drawn(case_of(size_n, 1.0)).truth["effects"][0]  # type: ignore[index]
     assert effect["why_not"] == why
+
+
+@pytest.mark.parametrize(
+    ("periods", "why"), [(1.9, "fewer than two of its periods are travelled"), (2.1, "")]
+)
+def test_what_comes_back_is_observable_from_two_periods_on(periods: float, why: str) -> None:
+    case = case_of(5.0, 1.0, harmonic=periods * SOUND.lead_m / TRAVEL_M)
+    effect = drawn(case).truth["effects"][0]  # type: ignore[index]
+    assert (effect["why_not"], effect["observable"]) == (why, not why)
