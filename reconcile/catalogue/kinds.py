@@ -81,7 +81,7 @@ class TermFamily(NamedTuple):
 
 
 NAMELESS = "something real that no entry of the catalogue explains: "
-"""Begins the sentence of a term without a name."""
+"""Begins the sentence of a term without a name, where it is written out for the catalogues of languages."""
 
 
 class UnnamedTerm(NamedTuple):
@@ -106,7 +106,7 @@ class UnnamedTerm(NamedTuple):
     def sentence(self, p: dict[str, float]) -> str:
         """What an engineer can check."""
         where = f"in recording {p['recording']:.0f}: " if "recording" in p else ""
-        return f"{NAMELESS}{where}{self.finding(p)}"
+        return f"something real that no entry of the catalogue explains: {where}{self.finding(p)}"
 
 
 def continued(grid: Sequence[float], highest: float) -> tuple[float, ...]:

@@ -1,5 +1,6 @@
 """Which seeds of a family have been looked at: a committed list, so no case counts as unseen twice."""
 
+import fcntl
 import json
 from pathlib import Path
 
@@ -31,13 +32,19 @@ def claim(family: str, first: int, count: int, file: Path = FILE) -> bool:
         return False
     if first < FIRST_SCORED:
         raise ValueError(f"seeds {first} to {last} are of both sorts: training ends at {FIRST_SCORED - 1}")
+    with file.open("rb") as lock:  # against trials that run side by side
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        _claim(family, first, last, file)
+    return True
+
+
+def _claim(family: str, first: int, last: int, file: Path) -> None:
     ranges = used(file)
     for a, b in ranges.get(family, []):
         if first <= b and a <= last:
             raise ValueError(f"{family}: seeds {a} to {b} are used; begin at {first_fresh(family, file)}")
     ranges[family] = sorted([*ranges.get(family, []), [first, last]])
     file.write_text(json.dumps(ranges, indent=1) + "\n", encoding="utf-8")
-    return True
 
 
 def fresh_words() -> str:

@@ -6,6 +6,7 @@ import pytest
 
 from reconcile.catalogue.kinds import NAMELESS, ResidualChannel
 from reconcile.catalogue.smooth_terms import PREFIX
+from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.diagnosis.verdict import verdict
 from reconcile.identification.explain import Explanation, ResidualRms
 from reconcile.identification.findings import IdentifiedEffect
@@ -14,6 +15,11 @@ from reconcile.regression.candidate_term import CandidateTerm
 
 LAW = "position_dependent_friction"
 FORCE, DEVIATION = ResidualChannel.FORCE, ResidualChannel.POSITION_DEVIATION
+
+
+def test_the_sentence_of_an_unnamed_curve_begins_as_the_law_that_replaces_it_takes_off() -> None:
+    heights = dict.fromkeys(("at_1", "height_1", "at_2", "height_2"), 1.0)
+    assert meaning_of(PREFIX + "position").sentence(heights).startswith(NAMELESS)
 
 
 def curve(
