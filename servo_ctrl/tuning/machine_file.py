@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from servo_ctrl.config.contour import contour_objection
 from servo_ctrl.config.law_sections import SECTION_TYPES
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation import notch
@@ -98,10 +99,16 @@ def check_unchanged(machine: MachineConfig) -> None:
 def apply_to_file(machine: MachineConfig, axis: str, sections: Sections) -> Path:
     """Put the values into the machine file, and return the path of the copy of the file as it was.
 
-    Raises TuneError where the file was changed since it was read, or where such a copy exists already.
+    Raises TuneError where the file was changed since it was read, where such a copy exists already, or where
+    the file with the values would be refused.
     """
     file = machine.source
     check_unchanged(machine)
+    if objection := contour_objection(with_sections(machine, axis, sections)):
+        raise TuneError(
+            f"{file} stays as it was: with the proposed values it would be refused, "
+            f"contour_control.{objection}; lower that gain or switch the section off, then tune again"
+        )
     text = file.read_text(encoding="utf-8")
     kept = file.with_name(f"{file.name}.before-tune")
     if kept.exists():

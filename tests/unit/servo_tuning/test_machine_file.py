@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from servo_ctrl.config.contour_model import ContourControl
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
@@ -64,6 +65,21 @@ def test_values_are_not_put_into_a_file_that_was_changed_since_the_tuning_began(
     with pytest.raises(TuneError, match="was changed while the axis was tuned"):
         apply_to_file(at_the_start, "x", SECTIONS)
     assert file.read_text(encoding="utf-8") == changed
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_values_with_which_the_two_coupled_axes_have_no_margin_are_not_written(
+    machines: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "controller.toml"
+    file.write_text("[axis.x.control]\nkp_1_s = 38.7\n", encoding="utf-8")
+    coupled = read_from(file, machines).model_copy(
+        update={"contour_control": ContourControl(axes=["x", "y"], kp_1_s=55.0)}
+    )
+    stiffer = {**SECTIONS["control"], "kv_n_s_m": 20000.0}
+    with pytest.raises(TuneError, match=r"would be refused, contour_control\.kp_1_s: with 55 1/s"):
+        apply_to_file(coupled, "x", {"control": stiffer})
+    assert file.read_text(encoding="utf-8") == "[axis.x.control]\nkp_1_s = 38.7\n"
     assert list(tmp_path.iterdir()) == [file]
 
 
