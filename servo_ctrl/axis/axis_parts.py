@@ -118,8 +118,8 @@ def axis_bounds(config: AxisConfig, scaling: DriveScaling, period_s: float) -> A
     return AxisBounds(
         lowest_m=(lowest_mm - margin_mm) * 1e-3,
         highest_m=(highest_mm + margin_mm) * 1e-3,
-        swing_m=RETURN_OVERSHOOT * margin_mm * 1e-3,
-        slow_m=COASTS_M_S * period_s + abs(scaling.metre_per_count),
+        return_overshoot_m=RETURN_OVERSHOOT * margin_mm * 1e-3,
+        standstill_step_m=COASTS_M_S * period_s + abs(scaling.metre_per_count),
     )
 
 

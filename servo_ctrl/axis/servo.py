@@ -162,7 +162,7 @@ class AxisServo:
 
     def skip_cycles(self, cycles: int) -> None:
         """Count periods without a SYNC."""
-        self._record["periods_without"] += cycles
+        self._record["periods_without_input"] += cycles
 
     def allow_power(self, *, allowed: bool) -> None:
         """Set whether a drive without power may be switched on."""

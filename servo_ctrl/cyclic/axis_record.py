@@ -1,4 +1,4 @@
-"""What lies in memory of the axes from cycle to cycle, declared once; `axis_step` works on it, Python looks.
+"""State of the axes between cycles, declared once: `axis_step` changes it, Python only reads it.
 
 Positions in metres at the table, relative to home.
 """
@@ -22,7 +22,7 @@ from servo_ctrl.cyclic.supervision import AT_REST, BRAKE_BEGINS, Braking, Counts
 
 
 class InputPlace(NamedTuple):
-    """Where an object lies among the inputs, and the bytes of its TPDO; of no size where it is not mapped."""
+    """Position of an object in the input bytes and its size in bytes; size 0 where no TPDO maps it."""
 
     input: int
     start: int
@@ -31,15 +31,15 @@ class InputPlace(NamedTuple):
 
 
 class Wiring(NamedTuple):
-    """Where the inputs of an axis come from and what they stand for."""
+    """Sources of the inputs of an axis, and their units."""
 
     drive: int
-    """Place of the drive's first TPDO among the inputs."""
+    """Index of the drive's first TPDO among the inputs."""
     further: int
-    """That of the next ones which come with every SYNC."""
+    """Index of its further TPDOs that come with every SYNC."""
     further_count: int
     scale: int
-    """That of the scale's, -1 without one."""
+    """Index of the scale's TPDO, -1 without one."""
     statusword: InputPlace
     position: InputPlace
     current: InputPlace
@@ -52,38 +52,37 @@ class Wiring(NamedTuple):
 
 
 class AxisBounds(NamedTuple):
-    """Where the axis may be, and how far it moves in a cycle that is called rest."""
+    """Travel limits of the axis, and what counts as standstill."""
 
     lowest_m: float
     highest_m: float
-    swing_m: float
-    """So much farther out may an axis swing that is led back from beyond its limits."""
-    slow_m: float
+    return_overshoot_m: float
+    """Overshoot that is allowed to an axis on its way back from beyond its limits."""
+    standstill_step_m: float
+    """Largest travel in a period that counts as standstill."""
 
 
 class Inputs(NamedTuple):
-    """Of the last cycle. NaN where they did not come."""
+    """Inputs of the last cycle; NaN where none arrived."""
 
     statusword: int
-    """Of the drive, as it came last."""
+    """The drive's last one."""
     counts: int
-    """Position of the drive in its own unit, as it came last."""
+    """The drive's last position, in its own unit."""
     motor_m: float
     previous_motor_m: float
     scale_m: float
     current_a: float
     scale_raw_m: float
     scale_offset_m: float
-    """With it the scale reads, where the axis was taken over, what the motor encoder reads there."""
+    """Added to the scale's reading, so that it equalled the motor encoder's when control began."""
     current_held_a: float
-    """Of a TPDO that comes at a change: it holds until the next one."""
+    """From an event-driven TPDO: valid until the next one."""
     mode_shown: int
-    """Mode of operation that the drive is in (6061h), `sequence.UNKNOWN_MODE` where it does not tell."""
+    """Modes of operation display (6061h), `sequence.UNKNOWN_MODE` where the drive does not send it."""
 
 
-NOTHING_CAME = Inputs(
-    0, 0, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, UNKNOWN_MODE
-)
+NO_INPUTS = Inputs(0, 0, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, UNKNOWN_MODE)
 
 
 class CycleRecord(NamedTuple):
@@ -97,41 +96,41 @@ class CycleRecord(NamedTuple):
     sequence: Sequence
     counts: Counts
     braking: Braking
-    whole: bool
-    """All inputs of this cycle have come."""
+    complete: bool
+    """Whether all inputs of this cycle have arrived."""
     engaged: bool
-    """Our loop leads the axis."""
+    """Whether our loops control the axis."""
     homed: bool
-    """Its homing has come to its end."""
+    """Whether its homing has ended."""
     power_allowed: bool
-    """Whether a drive that is without power may get it yet."""
+    """Whether a drive without power may be switched on now."""
     input_age: int
-    """How many cycles old the last inputs may be, as many came late."""
+    """Age in cycles that the last inputs may have, because so many arrived late."""
     hold_m: float
-    """Where the axis was taken over; its set point until a program runs."""
+    """Position at which control of the axis began; its set point until a program runs."""
     last_m: float
-    """The last motor position that came."""
-    periods_without: int
+    """The last motor position that arrived."""
+    periods_without_input: int
     """Periods since then."""
     correction_m: float
     """Of the last command."""
-    led_back_m: float
-    """So far beyond its limits may an axis be that was taken over there."""
+    allowed_excursion_m: float
+    """How far beyond its limits the axis may be: control began there, and it returns."""
     braked_m: float
     """Position in the last cycle that its drive braked, NaN before."""
     controlword: int
     sent_mode: int
-    """Mode of operation that goes out."""
+    """Modes of operation (6060h) that is sent."""
     problem: int
     """A `sequence.Problem`."""
     found: int
-    """Bits of `axis_step`: what supervision has found in this cycle."""
-    beyond_m: float
-    """Where it was found beyond its limits."""
+    """Bits of `axis_step`: faults that supervision found in this cycle."""
+    violation_m: float
+    """Position at which it was found beyond its limits."""
 
 
 class AxisParts(NamedTuple):
-    """What an axis is made of."""
+    """Constants of an axis."""
 
     params: AxisParams
     units: SetPointUnits
@@ -142,9 +141,9 @@ class AxisParts(NamedTuple):
 
 
 def cycle_records(parts: Several[AxisParts]) -> tuple[NDArray[Any], Pool, Array]:
-    """Records (n,) of axes that are not led yet, the pool of their tables, and room for supervision.
+    """Records (n,) of axes before control begins, the pool of their tables, and the memory of supervision.
 
-    The room is (n, cycles, 2): what `supervision.supervise` keeps of each axis.
+    The memory is (n, cycles, 2): what `supervision.supervise` keeps of each axis.
     """
     axes = np.zeros(len(parts), record_type(CycleRecord))
     law = axes["law"]
@@ -154,7 +153,7 @@ def cycle_records(parts: Several[AxisParts]) -> tuple[NDArray[Any], Pool, Array]
     for name in ("route", "wiring", "bounds"):
         store(axes[name], [getattr(part, name) for part in parts])
     store(axes["sequence"], [begin(part.route) for part in parts])
-    for name, value in (("inputs", NOTHING_CAME), ("counts", AT_REST), ("braking", BRAKE_BEGINS)):
+    for name, value in (("inputs", NO_INPUTS), ("counts", AT_REST), ("braking", BRAKE_BEGINS)):
         store(axes[name], [value] * len(parts))
     axes["power_allowed"] = True
     axes["braked_m"] = math.nan

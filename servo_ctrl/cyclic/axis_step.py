@@ -73,15 +73,15 @@ def step_axes(
     row[0], row[1], row[2] = time_s, cycle, segment
     found = False
     for index in range(len(axes)):
-        axes[index]["whole"] = take_inputs(axes[index], inputs, came)
+        axes[index]["complete"] = take_inputs(axes[index], inputs, came)
     couple_axes(contours, axes, reference, REFERENCE_COLUMNS, led)
     for index in range(len(axes)):
         axis = axes[index]
-        whole = axis["whole"]
+        complete = axis["complete"]
         first = index * REFERENCE_COLUMNS
         at = MACHINE_COLUMNS + index * AXIS_COLUMNS
         own = row[at : at + AXIS_COLUMNS]
-        step_axis(axis, tables, kept[index], whole, reference[first : first + REFERENCE_COLUMNS], led, own)
+        step_axis(axis, tables, kept[index], complete, reference[first : first + REFERENCE_COLUMNS], led, own)
         found |= axis["found"] != 0 or axis["problem"] != 0
     for rpdo in range(len(outputs)):
         encode(axes[axis_of[rpdo]], outputs[rpdo], payloads[rpdo])
@@ -90,16 +90,16 @@ def step_axes(
 
 @kernel
 def step_axis(
-    axis: Any, tables: Pool, kept: Array, whole: bool, reference: Array, led: bool, row: Array
+    axis: Any, tables: Pool, kept: Array, complete: bool, reference: Array, led: bool, row: Array
 ) -> None:
     """Advance an axis by one cycle, given its `inputs`; see `step_axes`."""
     inputs, law = axis["inputs"], axis["law"]
     sequence = read(axis["sequence"], Sequence)
     step_m = abs(inputs["motor_m"] - inputs["previous_motor_m"])
-    rests = axis["power_allowed"] and step_m <= axis["bounds"]["slow_m"]
+    at_standstill = axis["power_allowed"] and step_m <= axis["bounds"]["standstill_step_m"]
     age = 0 if sequence.phase == _SERVO else axis["input_age"]
     route, mode_shown = read(axis["route"], Route), inputs["mode_shown"]
-    step = advance(route, sequence, inputs["statusword"], whole, age, rests, mode_shown)
+    step = advance(route, sequence, inputs["statusword"], complete, age, at_standstill, mode_shown)
     if sequence.phase == _HOMING and step.sequence.phase in (_SETTLING, _TAKING_OVER):
         axis["homed"] = True
     write(axis["sequence"], step.sequence)
@@ -126,7 +126,7 @@ def take_over(axis: Any) -> None:
     """Lead the axis where it is, the law at rest; the scale reads there what the motor encoder reads."""
     inputs = axis["inputs"]
     axis["hold_m"] = axis["last_m"] = inputs["motor_m"]
-    axis["periods_without"] = 0
+    axis["periods_without_input"] = 0
     inputs["scale_offset_m"] = inputs["motor_m"] - inputs["scale_raw_m"]
     if not math.isnan(inputs["scale_raw_m"]):
         inputs["scale_m"] = inputs["motor_m"]
@@ -141,9 +141,9 @@ def control(axis: Any, tables: Pool, kept: Array, reference: Array, led: bool) -
     inputs, law, sample = axis["inputs"], axis["law"], axis["law"]["sample"]
     motor_m = inputs["motor_m"]
     if math.isnan(motor_m):
-        axis["periods_without"] += 1
+        axis["periods_without_input"] += 1
     else:
-        if axis["periods_without"]:
+        if axis["periods_without_input"]:
             bridge_gap(axis, motor_m)
         axis["last_m"] = motor_m
         check_travel(axis, motor_m - axis["correction_m"])
@@ -174,13 +174,13 @@ def bridge_gap(axis: Any, motor_m: float) -> None:
     Extrapolation to where the motor was a period ago would be off by a T^2 n^2 / 2 after n of them, and
     the velocity loop would take that, over one period, for a velocity. The observer leaves the gap out.
     """
-    step_m = (motor_m - axis["last_m"]) / (axis["periods_without"] + 1)
+    step_m = (motor_m - axis["last_m"]) / (axis["periods_without_input"] + 1)
     state = axis["law"]["state"]
     state["velocity_loop"]["position_1_m"] = motor_m - step_m
     state["velocity_loop"]["position_2_m"] = motor_m - 2.0 * step_m
     state["observer"]["velocity_m_s"] = math.nan
     state["position_loop"]["error_m"] = math.nan
-    axis["periods_without"] = 0
+    axis["periods_without_input"] = 0
 
 
 @kernel

@@ -24,12 +24,12 @@ def begin_watch(axis: Any, at_m: float) -> None:
     write(axis["counts"], AT_REST)
     write(axis["braking"], BRAKE_BEGINS)
     axis["braked_m"] = math.nan
-    out_m = beyond_m(axis["bounds"], at_m)
-    axis["led_back_m"] = out_m + axis["bounds"]["swing_m"] if out_m > 0.0 else 0.0
+    out_m = excursion_m(axis["bounds"], at_m)
+    axis["allowed_excursion_m"] = out_m + axis["bounds"]["return_overshoot_m"] if out_m > 0.0 else 0.0
 
 
 @kernel
-def beyond_m(bounds: Any, at_m: float) -> float:
+def excursion_m(bounds: Any, at_m: float) -> float:
     """How far a position is beyond the limits of travel (m), negative within them."""
     out_m: float = max(bounds["lowest_m"] - at_m, at_m - bounds["highest_m"])
     return out_m
@@ -41,12 +41,12 @@ def check_travel(axis: Any, at_m: float) -> None:
     bounds = axis["bounds"]
     if bounds["lowest_m"] <= at_m <= bounds["highest_m"]:
         return
-    out_m = beyond_m(bounds, at_m)
-    if out_m > axis["led_back_m"]:
+    out_m = excursion_m(bounds, at_m)
+    if out_m > axis["allowed_excursion_m"]:
         axis["found"] |= BEYOND
-        axis["beyond_m"] = at_m
+        axis["violation_m"] = at_m
     else:
-        axis["led_back_m"] = min(axis["led_back_m"], out_m + bounds["swing_m"])
+        axis["allowed_excursion_m"] = min(axis["allowed_excursion_m"], out_m + bounds["return_overshoot_m"])
 
 
 @kernel

@@ -69,8 +69,8 @@ def take_inputs(axis: Any, data: Bytes, came: NDArray[np.bool_]) -> bool:
     if scale_came:
         inputs["scale_raw_m"] = integer(data, wiring["scale_position"]) * wiring["scale_metre_per_count"]
         inputs["scale_m"] = inputs["scale_raw_m"] + inputs["scale_offset_m"]
-    whole: bool = drive_came and (scale_came or scale < 0)
-    return whole
+    complete: bool = drive_came and (scale_came or scale < 0)
+    return complete
 
 
 @kernel

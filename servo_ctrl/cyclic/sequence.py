@@ -86,12 +86,19 @@ FAULT_RESET_CYCLES = 10
 
 @kernel
 def advance(
-    route: Route, sequence: Sequence, statusword: int, whole: bool, age: int, rests: bool, mode_shown: int
+    route: Route,
+    sequence: Sequence,
+    statusword: int,
+    complete: bool,
+    age: int,
+    at_standstill: bool,
+    mode_shown: int,
 ) -> Step:
     """Return the next step, given the drive's statusword of this cycle.
 
-    `whole`: all inputs of the axis have come in it; `age`: cycles that the statusword may be old; `rests`:
-    whether the axis stands still and may be given power; `mode_shown`: the mode that the drive says it is in.
+    `complete`: all inputs of the axis have arrived in it; `age`: cycles that the statusword may be old;
+    `at_standstill`: whether the axis stands still and may be given power; `mode_shown`: the mode that the
+    drive reports.
     """
     state = STATE_OF[statusword & 0x7F]
     phase = sequence.phase
@@ -100,11 +107,11 @@ def advance(
     elif phase in (SETTLING, SERVO):
         step = _servo(route, sequence, state, mode_shown)
     elif phase in (TAKING_OVER, AWAITING_REST):
-        step = _take_over(route, sequence, state, whole, rests)
+        step = _take_over(route, sequence, state, complete, at_standstill)
     elif phase == SWITCHING_ON:
-        step = _switch_on(route, sequence, state, whole, mode_shown)
+        step = _switch_on(route, sequence, state, complete, mode_shown)
     elif phase == HOMING:
-        step = _home(route, sequence, statusword, whole, age)
+        step = _home(route, sequence, statusword, complete, age)
     elif phase == QUICK_STOPPING:
         step = _quick_stop(route, sequence, state)
     elif phase in (DISABLING, OFF):
@@ -121,8 +128,8 @@ def _step(sequence: Sequence, controlword: int, problem: int) -> Step:
 
 
 @kernel
-def _take_over(route: Route, sequence: Sequence, state: int, whole: bool, rests: bool) -> Step:
-    """Wait until a drive that is found with power has stopped and given it up, and until its axis rests.
+def _take_over(route: Route, sequence: Sequence, state: int, complete: bool, at_standstill: bool) -> Step:
+    """Wait until a drive that is found with power has stopped and is switched off, and its axis stands still.
 
     Once power is on its way it is not called back: an answer may be some cycles old.
     """
@@ -131,19 +138,19 @@ def _take_over(route: Route, sequence: Sequence, state: int, whole: bool, rests:
         goal = QUICK_STOPPED if waited_s <= QUICK_STOP_LIMIT_S else DISABLED
         mode = HOMING_MODE if route.homing and route.mode_switch_disabled else sequence.mode
         return Step(_waiting(sequence), CONTROLWORD[goal, state], _too_long(waited_s), mode)
-    if not rests:
+    if not at_standstill:
         problem = MOVES if waited_s > SWITCH_ON_LIMIT_S else NO_PROBLEM
         return _step(Sequence(AWAITING_REST, sequence.cycles + 1, sequence.mode), SHUTDOWN, problem)
-    return _switch_on(route, Sequence(SWITCHING_ON, 0, sequence.mode), state, whole, UNKNOWN_MODE)
+    return _switch_on(route, Sequence(SWITCHING_ON, 0, sequence.mode), state, complete, UNKNOWN_MODE)
 
 
 @kernel
-def _switch_on(route: Route, sequence: Sequence, state: int, whole: bool, mode_shown: int) -> Step:
+def _switch_on(route: Route, sequence: Sequence, state: int, complete: bool, mode_shown: int) -> Step:
     cycles = sequence.cycles
     homing = sequence.mode == HOMING_MODE
     if state == OPERATION_ENABLED and _other_mode(sequence, mode_shown):
         return _step(_waiting(sequence), ENABLE_OPERATION, _other_mode_too_long(route, sequence))
-    if state == OPERATION_ENABLED and (homing or whole):
+    if state == OPERATION_ENABLED and (homing or complete):
         following = HOMING if homing else SETTLING
         return _step(Sequence(following, 0, sequence.mode), ENABLE_OPERATION, NO_PROBLEM)
     controlword = CONTROLWORD[ENABLED, state]
@@ -169,7 +176,7 @@ def _too_long(waited_s: float) -> int:
 
 
 @kernel
-def _home(route: Route, sequence: Sequence, statusword: int, whole: bool, age: int) -> Step:
+def _home(route: Route, sequence: Sequence, statusword: int, complete: bool, age: int) -> Step:
     cycles = sequence.cycles
     if STATE_OF[statusword & 0x7F] != OPERATION_ENABLED:
         return _step(release(sequence), DISABLE_VOLTAGE, LEFT_HOMING)
@@ -179,7 +186,7 @@ def _home(route: Route, sequence: Sequence, statusword: int, whole: bool, age: i
     if route.homed_by_bit_12 and progress == ATTAINED_MOVING:
         progress = COMPLETED
     if cycles - age >= 2 * HOMING_START_CYCLES:
-        if progress == COMPLETED and whole:
+        if progress == COMPLETED and complete:
             if route.mode_switch_disabled:
                 return Step(Sequence(TAKING_OVER, 0, route.mode), QUICK_STOP, NO_PROBLEM, HOMING_MODE)
             return _step(Sequence(SETTLING, 0, route.mode), ENABLE_OPERATION, NO_PROBLEM)

@@ -30,13 +30,13 @@ def advance(
     sequence: Sequence,
     statusword: int,
     *,
-    whole: bool = True,
+    complete: bool = True,
     age: int = 0,
-    rests: bool = True,
+    at_standstill: bool = True,
     mode_shown: int = UNKNOWN_MODE,
 ) -> Step:
     """Advance the sequence; by default all inputs have come, of this cycle, and the axis rests."""
-    return compiled_advance(route, sequence, statusword, whole, age, rests, mode_shown)
+    return compiled_advance(route, sequence, statusword, complete, age, at_standstill, mode_shown)
 
 
 def problem_of(step: Step, statusword: int) -> str:
@@ -66,7 +66,7 @@ def test_switching_on_takes_the_three_transitions() -> None:
 def test_moving_axis_is_switched_on_once_it_stands_still(statusword: int) -> None:
     sequence = begin(UNHOMED)
     for _ in range(50):
-        step = advance(UNHOMED, sequence, statusword, rests=False)
+        step = advance(UNHOMED, sequence, statusword, at_standstill=False)
         sequence = step.sequence
         assert (step.controlword, problem_of(step, statusword)) == (0x06, "")
     begun = advance(UNHOMED, sequence, statusword)
@@ -76,14 +76,14 @@ def test_moving_axis_is_switched_on_once_it_stands_still(statusword: int) -> Non
 @pytest.mark.parametrize(("statusword", "controlword"), [(READY, 0x07), (SWITCHED_ON, 0x0F)])
 def test_drive_switching_on_is_not_interrupted(statusword: int, controlword: int) -> None:
     """What it answers may be some cycles old: it may have power already, which it would give up then."""
-    step = advance(HOMED, SWITCHING_ON, statusword, rests=False)
+    step = advance(HOMED, SWITCHING_ON, statusword, at_standstill=False)
     assert (step.sequence.phase, step.controlword) == (Phase.SWITCHING_ON, controlword)
 
 
 def test_axis_that_never_stands_still_is_a_problem() -> None:
     cycles = round(SWITCH_ON_LIMIT_S / PERIOD_S)
     steps = [
-        advance(UNHOMED, begin(UNHOMED)._replace(cycles=waited), READY, rests=False)
+        advance(UNHOMED, begin(UNHOMED)._replace(cycles=waited), READY, at_standstill=False)
         for waited in (cycles, cycles + 1)
     ]
     assert [step.controlword for step in steps] == [0x06, 0x06]
@@ -123,7 +123,7 @@ def test_statusword_older_than_the_command_is_ignored(statusword: int) -> None:
 @pytest.mark.parametrize(("route", "start"), [(HOMED, Phase.HOMING), (UNHOMED, Phase.SWITCHING_ON)])
 def test_servo_phase_does_not_begin_in_a_cycle_with_missing_inputs(route: Route, start: Phase) -> None:
     sequence = Sequence(int(start), 50, int(Mode.HOMING) if route.homing else route.mode)
-    step = advance(route, sequence, HOMING_DONE, whole=False)
+    step = advance(route, sequence, HOMING_DONE, complete=False)
     assert (step.sequence, step.problem) == (sequence._replace(cycles=51), Problem.NONE)
     assert advance(route, step.sequence, HOMING_DONE).sequence == Sequence(int(Phase.SETTLING), 0, route.mode)
 
