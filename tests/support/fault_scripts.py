@@ -62,17 +62,17 @@ def restart_of_a_drive(table: ConsecutiveRuns) -> Script:
         bench.slaves[0].start()
         bench._route()
 
-    table.wire.then(restart)
+    table.wire.after_frame(restart)
     yield 5
 
 
 def emergency(table: ConsecutiveRuns) -> Script:
-    table.wire.say(EMCY_X, bytes.fromhex("10 42 09 00 00 00 00 00"))
+    table.wire.send_foreign(EMCY_X, bytes.fromhex("10 42 09 00 00 00 00 00"))
     yield 2
 
 
 def drive_fault(table: ConsecutiveRuns) -> Script:
-    table.wire.then(lambda: table.stand.bench._drives[0].fault(0x3210, 0x05))
+    table.wire.after_frame(lambda: table.stand.bench._drives[0].fault(0x3210, 0x05))
     yield 2
 
 
@@ -89,7 +89,7 @@ def broken(table: ConsecutiveRuns, module: Any, section: str, *, then: int = 2) 
         for field in part.dtype.names
     ]
     table.undo = lambda: [part.__setitem__(field, value) for part, field, value in values]
-    table.wire.then(lambda: module.begin(axis, module.Params()))
+    table.wire.after_frame(lambda: module.begin(axis, module.Params()))
     yield then
 
 
@@ -99,7 +99,7 @@ def repair_axis(table: ConsecutiveRuns) -> None:
 
 
 def dead_scale_head(table: ConsecutiveRuns) -> Script:
-    table.wire.then(lambda: broken_scale.begin(fault_target(table), broken_scale.Params()))
+    table.wire.after_frame(lambda: broken_scale.begin(fault_target(table), broken_scale.Params()))
     yield 2
 
 
@@ -158,7 +158,7 @@ def not_a_number(table: ConsecutiveRuns) -> Script:
 
 
 def foreign_sync(table: ConsecutiveRuns) -> Script:
-    table.wire.say(0x080, b"")
+    table.wire.send_foreign(0x080, b"")
     yield 2
 
 
@@ -177,7 +177,7 @@ def short_pdo(table: ConsecutiveRuns) -> Script:
 
 
 def foreign_sdo_write(table: ConsecutiveRuns) -> Script:
-    table.wire.say(SDO_X, bytes.fromhex("23 65 60 00 10 27 00 00"))
+    table.wire.send_foreign(SDO_X, bytes.fromhex("23 65 60 00 10 27 00 00"))
     yield 3
 
 
@@ -228,7 +228,7 @@ def nodes_come_back(table: ConsecutiveRuns) -> None:
 
 def one_drive_dies(table: ConsecutiveRuns) -> Script:
     drive = table.stand.bench._drives[0]
-    table.wire.then(drive.motion.switch_off)
+    table.wire.after_frame(drive.motion.switch_off)
     drop(table, TPDO_X, EMCY_X, HEARTBEAT_X, 0x581)
     yield 200
 
