@@ -147,7 +147,7 @@ def _identified_effect(
     judged_gain = max(gain, heldout_gain) if unnamed else heldout_gain
     law = law_of_curve(effect, others)
     indistinguishable = [r.effect for r in others if r.is_indistinguishable]
-    doubt = largest_doubt([r for r in others if r.effect != law])
+    doubt = largest_doubt([r for r in others if r.effect != law], unnamed=unnamed)
     meaning = meaning_of(effect)
     return IdentifiedEffect(
         effect="unknown" if unnamed else effect,

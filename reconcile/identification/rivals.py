@@ -37,9 +37,12 @@ class RivalEffect(NamedTuple):
         return self.confidence > float(norm.sf(RIVAL_STANDARD_ERRORS))
 
 
-def largest_doubt(rivals: Sequence[RivalEffect]) -> float:
-    """Largest probability that an effect outside the class of the identified one predicts better."""
-    outside = [r for r in rivals if not r.is_indistinguishable or abs(r.share - 1.0) > SAME_SHARE]
+def largest_doubt(rivals: Sequence[RivalEffect], *, unnamed: bool = False) -> float:
+    """Largest probability that an effect outside the class of the identified one predicts better.
+
+    What a named effect explains as well is not unknown: an unnamed term is alone in its class.
+    """
+    outside = [r for r in rivals if unnamed or not r.is_indistinguishable or abs(r.share - 1.0) > SAME_SHARE]
     return max([r.confidence for r in outside], default=0.0)
 
 

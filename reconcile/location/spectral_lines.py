@@ -121,7 +121,7 @@ def _refined_cycles(tracks: Sequence[Track], cycles: float, step: float) -> floa
     return cycles + step * float(np.clip(0.5 * (powers[0] - powers[2]) / curvature, -1.0, 1.0))
 
 
-class _NormalEquations(NamedTuple):
+class _LineEquations(NamedTuple):
     """Normal equations of a cosine and a sine, by block or in total."""
 
     gram: Array
@@ -129,18 +129,18 @@ class _NormalEquations(NamedTuple):
     right_side: Array
     """(blocks, 2)."""
 
-    def total(self) -> "_NormalEquations":
+    def total(self) -> "_LineEquations":
         """Those of all blocks, (2, 2) and (2,)."""
-        return _NormalEquations(self.gram.sum(axis=0), self.right_side.sum(axis=0))
+        return _LineEquations(self.gram.sum(axis=0), self.right_side.sum(axis=0))
 
 
-def _normal_equations(track: Track, cycles: float) -> _NormalEquations:
+def _normal_equations(track: Track, cycles: float) -> _LineEquations:
     c, s = _cosine_and_sine(track, cycles)
     cc, cs, ss, cv, sv = (
         np.bincount(track.block, of) for of in (c * c, c * s, s * s, c * track.values, s * track.values)
     )
     gram = np.stack((cc, cs, cs, ss), axis=1, dtype=np.float64).reshape(-1, 2, 2)
-    return _NormalEquations(gram, np.stack((cv, sv), axis=1))
+    return _LineEquations(gram, np.stack((cv, sv), axis=1))
 
 
 def _cosine_and_sine(track: Track, cycles: float) -> tuple[Array, Array]:

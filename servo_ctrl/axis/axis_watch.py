@@ -61,7 +61,7 @@ class AxisWatch:
         )
         saturation_text = f"force at its limit for {self._saturation_ms:g} ms without a break"
         texts = {
-            BEYOND: f"at {axis['beyond_m'] * 1e3:.3f} mm, beyond limits.position_mm",
+            BEYOND: f"at {axis['violation_m'] * 1e3:.3f} mm, beyond limits.position_mm",
             FOLLOWING_ERROR: f"following error of {error_mm:.3f} mm exceeds {limit_mm:g} mm",
             BAD_COMMAND: "the set point is not a number",
             RUNAWAY: f"{runaway_text}; check the signs of feedback and current",

@@ -201,7 +201,7 @@ def bus_restarts(table: ConsecutiveRuns) -> None:
 
 def interface_fails(table: ConsecutiveRuns) -> Script:
     table.wire.failure = can.CanOperationError("the adapter was pulled out")
-    table.wire.end.wake()
+    table.wire.controller_port.wake()
     yield 50
 
 

@@ -38,3 +38,7 @@ def test_the_most_probable_rival_makes_the_doubt() -> None:
     ]
     assert largest_doubt(rivals) == 0.2
     assert largest_doubt([]) == 0.0
+
+
+def test_an_unnamed_term_is_in_doubt_by_a_name_that_explains_as_much() -> None:
+    assert largest_doubt([RivalEffect("cogging", 0.9, 1.0)], unnamed=True) == 0.9
