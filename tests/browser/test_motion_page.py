@@ -66,6 +66,9 @@ def copied_machine(folder: Path, stub: Stub) -> Path:
 
 
 def expect_meaning(page: Page, mark: str, meaning: str) -> None:
+    # the text of what the pointer was on before fades slowly
+    page.mouse.move(1.0, 1.0)
+    expect(page.get_by_role("tooltip")).to_have_count(0)
     page.get_by_test_id(mark).hover()
     expect(page.get_by_role("tooltip")).to_contain_text(meaning)
     page.mouse.move(1.0, 1.0)
