@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from choices import choose
+from playwright.sync_api import TimeoutError as PlaywrightTimeout
 from playwright.sync_api import expect
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
+HOVERS, HOVER_MS = 12, 5000.0
 
 
 def test_the_machines_program_is_checked_and_its_path_drawn(
@@ -66,11 +68,17 @@ def copied_machine(folder: Path, stub: Stub) -> Path:
 
 
 def expect_meaning(page: Page, mark: str, meaning: str) -> None:
-    # the text of what the pointer was on before fades slowly
-    page.mouse.move(1.0, 1.0)
-    expect(page.get_by_role("tooltip")).to_have_count(0)
-    page.get_by_test_id(mark).hover()
-    expect(page.get_by_role("tooltip")).to_contain_text(meaning)
+    """Hover until the text is shown: where the page grows meanwhile, another field is under the pointer."""
+    shown = page.get_by_role("tooltip").filter(has_text=meaning)
+    for remaining in reversed(range(HOVERS)):
+        page.mouse.move(1.0, 1.0)
+        page.get_by_test_id(mark).hover()
+        try:
+            shown.first.wait_for(timeout=HOVER_MS)
+            break
+        except PlaywrightTimeout:
+            if not remaining:
+                raise
     page.mouse.move(1.0, 1.0)
     expect(page.get_by_role("tooltip")).to_have_count(0)
 
@@ -82,7 +90,9 @@ def test_a_field_under_the_pointer_says_what_it_means(
     machine = copied_machine(tmp_path, stub)
     (machine / "programs" / "part.ngc").write_text("G90 G1 X1 F500\nM2\n", encoding="utf-8")
     page = visit("/motion")
+    expect(page.get_by_test_id("program-verdict")).to_contain_text("within the limits")
     page.get_by_test_id("step-2").click()
+    expect(page.get_by_test_id("step-2-radius_mm")).to_be_visible()
     expect_meaning(page, "step-2-radius_mm", "Radius R")
     choose(page.get_by_test_id("program-choice"), "part.ngc")
     expect_meaning(page, "first-line", "Run from there")
