@@ -47,7 +47,7 @@ def prove(
     folds: list[_Fold] = []
     for recording in recordings:
         release_compiler()  # the columns of the next search use the memory that the last one has freed
-        blocks = [_left_out_blocks(search, recording.source) for search in searches]
+        blocks = [_held_out_blocks(search, recording.source) for search in searches]
         of_others = [
             _without_samples(explain(search, left_out))
             for search, left_out in zip(searches, blocks, strict=True)
@@ -136,7 +136,7 @@ class _ModelChoosing:
         )
 
 
-def _left_out_blocks(search: TermSearch, source: str) -> Index:
+def _held_out_blocks(search: TermSearch, source: str) -> Index:
     """Blocks of the recording that is left out; of a single one, those of its last third."""
     if source not in search.sources:
         return np.zeros(0, dtype=np.int64)

@@ -49,7 +49,7 @@ class PredictiveTerms(NamedTuple):
     """The worst first."""
 
 
-def left_out_parts(equations: BlockNormalEquations, blocks: Index) -> list[Index]:
+def held_out_parts(equations: BlockNormalEquations, blocks: Index) -> list[Index]:
     """The blocks of each recording; of a single one, those of each third."""
     recordings = equations.recording_of_block[blocks]
     present = np.unique(recordings)
@@ -58,7 +58,7 @@ def left_out_parts(equations: BlockNormalEquations, blocks: Index) -> list[Index
     return [blocks[recordings == recording] for recording in present]
 
 
-def left_out_squares_by_block(
+def held_out_squares_by_block(
     equations: BlockNormalEquations, chosen: Sequence[CandidateTerm], parts: Sequence[Index]
 ) -> Array:
     """Squared residuals of each block, predicted from the other parts, in the order of the parts.
@@ -98,10 +98,10 @@ def predictive_terms(
     unexplained residual as such. Unnamed terms that each recording has of its own are exempt.
     """
     kept, withdrawn = list(chosen), []
-    parts = left_out_parts(equations, blocks)
+    parts = held_out_parts(equations, blocks)
     is_single = len(np.unique(equations.recording_of_block[blocks])) == 1
     while len(parts) > 1:
-        gains = _left_out_gains(equations, kept, parts)
+        gains = _held_out_gains(equations, kept, parts)
         worst = min(gains, key=lambda effect: gains[effect], default=None)
         if worst is None or gains[worst] >= LEAST_GAIN:
             break
@@ -111,11 +111,11 @@ def predictive_terms(
     return PredictiveTerms(kept, withdrawn)
 
 
-def _left_out_gains(
+def _held_out_gains(
     equations: BlockNormalEquations, chosen: Sequence[CandidateTerm], parts: Sequence[Index]
 ) -> dict[str, float]:
     """Share of the left-out squares that each effect removes, where the test applies to it."""
-    squares_of_all = left_out_squares_by_block(equations, chosen, parts)
+    squares_of_all = held_out_squares_by_block(equations, chosen, parts)
     gains = {}
     for effect in effect_names(chosen):
         if effect.startswith(PREFIX) and any(c.per_recording for c in chosen if c.effect == effect):
@@ -124,11 +124,11 @@ def _left_out_gains(
         predictable = _predictable_blocks(equations, chosen, effect, parts)
         if predictable.mean() >= LEAST_PREDICTABLE_SHARE:
             squares = squares_of_all
-            squares_without = left_out_squares_by_block(equations, others, parts)
+            squares_without = held_out_squares_by_block(equations, others, parts)
         else:
             thirds = _thirds_of_each(parts)
-            squares = left_out_squares_by_block(equations, chosen, thirds)
-            squares_without = left_out_squares_by_block(equations, others, thirds)
+            squares = held_out_squares_by_block(equations, chosen, thirds)
+            squares_without = held_out_squares_by_block(equations, others, thirds)
             predictable = np.ones(len(squares_without), dtype=np.bool_)
         left = float(squares_without[predictable].sum())
         gains[effect] = 1.0 - float(squares[predictable].sum()) / max(left, 1e-300)

@@ -65,14 +65,11 @@ def learn_fast(settings: LearningSettings) -> Learning:
         )
         knot_values = yield from refine(settings, search, tried, knot_values)
         if settings.trailing:
-            search = Search(
-                "trailing",
-                a,
-                span_s,
-                uncompensated.period_s,
-                TRAILING_STROKES,
-                (*TRAILING, *MAIN),
-                pulses[-1:],
+            search = search._replace(
+                stage="trailing",
+                strokes=TRAILING_STROKES,
+                free_fields=(*TRAILING, *MAIN),
+                neighbour=pulses[-1:],
             )
             knot_values = yield from refine(settings, search, tried, knot_values)
         pulses.append((a, best_stroke(tried[1:]).pulse))

@@ -196,9 +196,8 @@ class LocalRequests:
                 return self._change(request)
             case "clear_counters":
                 self._work.clear_counters()
-        return (
-            Outcome()
-        )  # a heartbeat was heard; the page manages who has control, here a change is only logged
+        # a heartbeat was heard; of who has control, which the page manages, a change is only logged
+        return Outcome()
 
     def _change(self, request: LocalRequest) -> Outcome:
         setting, value = SETTINGS[request.setting or ""], request.value

@@ -106,9 +106,8 @@ def attached_socket(path: str, filters: Filters) -> socket.socket:
 
 def main(path: str) -> None:
     """Count until the input or the hub ends."""
-    frame_socket = attached_socket(
-        path, PASS_ALL
-    )  # attached first: it has each SYNC when `sync_socket` has it
+    # attached first: it has each SYNC when `sync_socket` has it
+    frame_socket = attached_socket(path, PASS_ALL)
     sync_socket = attached_socket(path, SYNC_ALONE)
     counts = BusCounts()
 

@@ -6,7 +6,7 @@ import pytest
 from kernels.arrays import Array, Index
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.normal_equations import BlockNormalEquations
-from reconcile.selection.predictive_terms import left_out_parts, left_out_squares_by_block, predictive_terms
+from reconcile.selection.predictive_terms import held_out_parts, held_out_squares_by_block, predictive_terms
 
 RECORDINGS, BLOCKS, SAMPLES = 3, 16, 40
 
@@ -27,13 +27,13 @@ def equations(signs: tuple[float, ...], *, own: bool = False) -> tuple[BlockNorm
 
 def left_out_squares(of: BlockNormalEquations, terms: list[CandidateTerm], parts: list[Index]) -> Array:
     """Of each part, predicted from the others."""
-    squares, ends = left_out_squares_by_block(of, terms, parts), np.cumsum([len(part) for part in parts])
+    squares, ends = held_out_squares_by_block(of, terms, parts), np.cumsum([len(part) for part in parts])
     return np.array([part.sum() for part in np.split(squares, ends[:-1])])
 
 
 def test_left_out_squares_are_those_of_least_squares_on_the_others() -> None:
     of, base, column = equations((1.0, 0.5, 1.5))
-    parts = left_out_parts(of, np.arange(RECORDINGS * BLOCKS))
+    parts = held_out_parts(of, np.arange(RECORDINGS * BLOCKS))
     found = left_out_squares(of, of.candidates, parts)
     rows = [np.stack((base[k], column[k]), axis=1) for k in range(RECORDINGS)]
     targets = [of.rows[k][0] * of.unit[0] for k in range(RECORDINGS)]
@@ -66,7 +66,7 @@ def test_a_recording_of_one_block_is_predicted_without_what_it_has_of_its_own() 
     """There is no other stretch of it that could tell; the other recordings keep theirs."""
     of, *_ = equations((1.0, -1.0, 0.7), own=True)
     blocks = np.arange(2 * BLOCKS + 1)
-    parts = left_out_parts(of, blocks)
+    parts = held_out_parts(of, blocks)
     assert [len(part) for part in parts] == [BLOCKS, BLOCKS, 1]
     with_it, without = (left_out_squares(of, terms, parts) for terms in (of.candidates, []))
     assert with_it[2] == pytest.approx(without[2], rel=1e-3)
@@ -76,7 +76,7 @@ def test_a_recording_of_one_block_is_predicted_without_what_it_has_of_its_own() 
 
 def test_an_only_recording_is_cut_into_thirds() -> None:
     of, *_ = equations((1.0,))
-    assert [len(part) for part in left_out_parts(of, np.arange(BLOCKS))] == [6, 5, 5]
+    assert [len(part) for part in held_out_parts(of, np.arange(BLOCKS))] == [6, 5, 5]
     terms, _ = predictive_terms(of, of.candidates, np.arange(BLOCKS))
     assert terms == of.candidates
 
@@ -102,7 +102,7 @@ def warmed(slopes: tuple[float, float], *, trend: float) -> BlockNormalEquations
 def test_a_cool_recording_is_not_asked_to_foretell_a_warm_one() -> None:
     """Its degree says nothing of twenty more; thirds of both together tell."""
     of = warmed((-0.02, -0.02), trend=0.05)
-    parts = left_out_parts(of, np.arange(2 * BLOCKS))
+    parts = held_out_parts(of, np.arange(2 * BLOCKS))
     squares = [left_out_squares(of, terms, parts).sum() for terms in (of.candidates, [])]
     assert squares[0] > squares[1]  # asked all the same, the term would have to go
     kept, withdrawn = predictive_terms(of, of.candidates, np.arange(2 * BLOCKS))
