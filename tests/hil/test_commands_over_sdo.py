@@ -10,6 +10,7 @@ import can
 import canopen
 import pytest
 from learned_examples import LEARNED
+from node_client_bus import node_client_bus
 from program_steps import circle
 
 import servo_ctrl
@@ -84,7 +85,7 @@ def panel_of(bench: Any, tmp_path: Path) -> Iterator[Callable[..., Panel]]:
         def start(*options: str, stage: int = READY) -> Panel:
             machine = bench.machine({})
             bench.simulate(machine)
-            panel = Panel(can.Bus(interface="localcan", channel=bench.bus_spec.partition(":")[2]))
+            panel = Panel(node_client_bus(bench.bus_spec, NODE_ID))
             stack.callback(panel.close)
             command = ["run", "--machine", str(machine), "--bus", bench.bus_spec, "--pacing", "lockstep"]
             bench.run("servo-ctrl", *command, *options)

@@ -5,10 +5,10 @@ import signal
 from pathlib import Path
 from typing import Any
 
-import can
 import canopen
 import numpy as np
 from mosquitto import Message, Mosquitto, needs_mosquitto
+from node_client_bus import node_client_bus
 from program_steps import circle, move
 
 from servo_ctrl.recording.reader import load_recording
@@ -32,7 +32,7 @@ class BusReader:
     """Another master's SDO client."""
 
     def __init__(self, bus_spec: str) -> None:
-        self._network = canopen.Network(can.Bus(interface="localcan", channel=bus_spec.partition(":")[2]))
+        self._network = canopen.Network(node_client_bus(bus_spec, NODE_ID))
         self._network.connect()
         self._node: Any = self._network.add_node(NODE_ID, str(EDS))
         self._node.sdo.RESPONSE_TIMEOUT = 5.0

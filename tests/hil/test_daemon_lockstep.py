@@ -11,6 +11,7 @@ import can
 import canopen
 import numpy as np
 import pytest
+from node_client_bus import node_client_bus
 from program_steps import circle, move
 
 from servo_ctrl.commands.stage import Stage
@@ -90,7 +91,7 @@ async def test_machine_can_be_run_again_without_restarting_its_nodes(
 async def test_controller_node_shows_its_state_to_a_third_party(bench: Any, xy_table: Path) -> None:
     """A client of canopen at a machine without a program, which holds its position."""
     bench.simulate(xy_table)
-    bus = can.Bus(interface="localcan", channel=bench.bus_spec.partition(":")[2])
+    bus = node_client_bus(bench.bus_spec, 127)
     client = canopen.Network(bus)
     notifier = can.Notifier(bus, client.listeners, 0.02)
     node = client.add_node(127, str(xy_table.parents[1] / "eds" / "servo_ctrl.eds"))
