@@ -10,11 +10,11 @@ Index = NDArray[np.int64]
 
 
 def compiled_layout(values: ArrayLike) -> Array:
-    """Values as kernels take them: for a strided or read-only array numba would compile anew, for seconds."""
+    """Return a contiguous, writable array: for another layout numba would compile again, for seconds."""
     return np.require(values, np.float64, ("C", "W"))
 
 
 def true_runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and one past last index of each run of true values in `mask` (n,)."""
+    """Return the first and one past the last index of each run of true values in `mask` (n,)."""
     edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -1,7 +1,7 @@
-"""Memory of the compiler's library, which a process gives back once its kernels are loaded.
+"""Returns the memory of the compiler's library to the system once kernels are loaded.
 
-To load kernels from the disk touches most of LLVM's library, 68 MB; to run them touches none of it. The
-pages are clean copies of a file, so the system reads them again where a kernel is compiled later.
+Loading kernels from the disk touches most of LLVM's library, 68 MB; running them touches none of it. The
+pages are clean copies of a file, so the system reads them again if a kernel is compiled later.
 """
 
 import ctypes
@@ -14,12 +14,12 @@ LIBRARY = "libllvmlite"
 MAPS = Path("/proc/self/smaps")
 MADV_DONTNEED = 4
 CHANGED = ("Private_Dirty:", "Shared_Dirty:", "Anonymous:", "Locked:", "Swap:")
-"""What a mapping has none of that may be given back, kB."""
+"""Entries of smaps in kB; a mapping is released only if all of them are 0."""
 _MAPPING = re.compile(r"^([0-9a-f]+)-([0-9a-f]+) (\S{4}) \S+ \S+ \S+ *(.*)$")
 
 
 class Mapping(NamedTuple):
-    """A span of the address space that shows a file and was never written to."""
+    """A span of the address space that maps a file and was never written to."""
 
     start: int
     size: int
@@ -29,7 +29,7 @@ def clean_mappings(lines: Iterable[str], library: str) -> Iterator[Mapping]:
     """Yield the mappings of a library's file that are read-only, unchanged and not locked.
 
     `lines` are those of /proc/PID/smaps. A page that differs from its file (relocations) counts as
-    anonymous there, and giving it back would lose it: no mapping that has one is yielded.
+    anonymous there and would be lost: no mapping with such a page is yielded.
     """
     found: Mapping | None = None
     for line in lines:
@@ -46,7 +46,7 @@ def clean_mappings(lines: Iterable[str], library: str) -> Iterator[Mapping]:
 
 
 def release_compiler() -> None:
-    """Give back the memory of the compiler's library, and free memory of the heap; nothing outside Linux."""
+    """Release the memory of the compiler's library and free memory of the heap; do nothing outside Linux."""
     if not MAPS.exists():
         return
     library = ctypes.CDLL(None, use_errno=True)

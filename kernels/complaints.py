@@ -1,4 +1,4 @@
-"""What the library of data models says of a value, in the words of somebody who writes a file."""
+"""Rewords pydantic's messages about a value for a person who writes a file."""
 
 import re
 
@@ -18,7 +18,7 @@ _WORDS = (
 
 
 def plain_complaint(message: str) -> str:
-    """Return pydantic's message about a value without the words of its schema, beginning small."""
+    """Return pydantic's message about a value without words of its schema, with a small first letter."""
     for pattern, words in _WORDS:
         message = pattern.sub(words, message)
     return message[:1].lower() + message[1:]

@@ -1,19 +1,19 @@
-"""Large arrays that are given back to the system as soon as they are free.
+"""Returns large arrays to the system as soon as they are freed.
 
-The C library begins so, but once a large array has been freed it takes the next of that size from its heap,
-where one small object behind it keeps all of its memory.
+By default glibc does so only until the first large array is freed: it then takes arrays of that size from the
+heap, where one small object behind an array keeps all of its memory.
 """
 
 import ctypes
 
 MMAP_THRESHOLD = -3
-"""M_MMAP_THRESHOLD of mallopt(3), which also ends the C library's own choice of it."""
+"""M_MMAP_THRESHOLD of mallopt(3); to set it also ends its automatic adjustment."""
 LARGE_BYTES = 8 * 2**20
-"""Chosen: arrays of a million samples, as filters make many, and nothing of a usual recording."""
+"""Least size of an array that is mapped alone. Chosen: filters make many arrays of a million samples."""
 
 
 def give_large_arrays_back() -> None:
-    """Have each array of LARGE_BYTES or more mapped by itself, in this process; nothing without glibc."""
+    """Map each array of LARGE_BYTES or more of this process alone; do nothing without glibc."""
     library = ctypes.CDLL(None)
     if hasattr(library, "mallopt"):
         library.mallopt(MMAP_THRESHOLD, LARGE_BYTES)

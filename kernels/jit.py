@@ -27,14 +27,14 @@ with as_if_absent("scipy"):  # only for linear algebra in kernels, which is unus
 
 F = TypeVar("F", bound="Callable[..., Any]")
 
-HOUSE = ("kernels", "can_frames", "servo_ctrl", "hil_sim", "twin", "reconcile", "studies")
+PACKAGES = ("kernels", "can_frames", "servo_ctrl", "hil_sim", "twin", "reconcile", "studies")
 """Packages whose files determine the cache folder; numba itself checks the versions of libraries."""
-KEPT = 3
-"""Number of earlier folders that stay, for another branch or a process that still runs."""
+KEPT_FOLDERS = 3
+"""Earlier cache folders that stay, for another branch or a process that still runs; chosen."""
 _ARRAY_TYPES: dict[tuple[Any, ...], Any] = {}
 """Numba's types by what they depend on: dtype, dimensions and flags."""
 _SETTINGS: Any = numba.config
-_IMPORTED = re.compile(rf"^(?:from|import) ((?:{'|'.join(HOUSE)})\b[\w.]*)", re.MULTILINE)
+_IMPORTED = re.compile(rf"^(?:from|import) ((?:{'|'.join(PACKAGES)})\b[\w.]*)", re.MULTILINE)
 
 
 def kernel(function: F) -> F:
@@ -59,9 +59,9 @@ def uncached_kernel(function: F) -> F:
 def ready_for(function: F, *arguments: Any) -> F:
     """Compile a kernel for the types of these arguments, or load it; return it for calls with such arguments.
 
-    A call of the kernel itself looks at the type of each argument first, which takes as long as the work of a
-    cycle. This one does not, and reads an array of another type as if it were of this one: it is for callers
-    that pass memory of their own, whose types never change.
+    A call of the kernel itself checks the type of each argument first, which takes as long as the work of a
+    cycle. The returned function does not, and reads an array of another type as if it were of this one: it is
+    for callers that pass their own memory, whose types never change.
     """
     if _SETTINGS.DISABLE_JIT:
         return function
@@ -163,7 +163,7 @@ def _cache_folder(root: Path, room: Path) -> Path | None:
             folder = base / f"{prefix}{digest.hexdigest()[:16]}"
             folder.mkdir(parents=True, exist_ok=True)
             if os.access(folder, os.W_OK):
-                forget_old_caches(folder, prefix, KEPT)
+                forget_old_caches(folder, prefix, KEPT_FOLDERS)
                 return folder
     return None
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 AXIS = "axis"
-"""The "unit" of a number that stands for another axis; the file has the name of that axis."""
+"""The "unit" of the index of another axis, for which the file has that axis's name."""
 # (SI unit, unit in the TOML file) -> factor from the file's number to SI.
 FILE_UNITS = {
     ("m", "mm"): 1e-3,

@@ -132,11 +132,11 @@ def _typed_store(_context: Any, record: Any, value: Any) -> Any:
 _store: Any = intrinsic(_typed_store)
 
 
-def _store_fields(context: Any, builder: Any, record: Any, memory: Any, value: Any, held: Any) -> None:
+def _store_fields(context: Any, builder: Any, record: Any, memory: Any, value: Any, fields: Any) -> None:
     """Generate code that stores a tuple of the type `value` into `record` at `memory`."""
     for index, (name, kind) in enumerate(kinds_of(value.instance_class).items()):
         inner, place = record.typeof(name), cgutils.pointer_add(builder, memory, record.offset(name))
-        field = builder.extract_value(held, index)
+        field = builder.extract_value(fields, index)
         if kind in SCALARS:
             pointer = builder.bitcast(place, context.get_data_type(inner).as_pointer())
             number = context.cast(builder, field, value.types[index], inner)

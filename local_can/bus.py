@@ -42,8 +42,8 @@ class LocalCanBus(can.BusABC):
         """Attach to the hub, waiting at most `attach_timeout_s` for its answer.
 
         With `serve` the hub runs in this process unless another process serves it already. It then passes
-        frames on while this bus is read, for which the file to wait on also becomes readable; `more` says of
-        frames for which it does not.
+        frames on while this bus is read: the file to wait on is readable when any client needs service, and
+        `more` tells of frames that wait although it is not readable.
 
         Raises:
             can.CanInitializationError: No hub is at `channel`, it does not answer, none can be there, or `fd`

@@ -1,4 +1,4 @@
-"""The socket at which a hub is found: never in the place of another hub, or of what is no socket."""
+"""The socket of a hub, which replaces neither another hub's socket nor a file of another kind."""
 
 import errno
 import os
@@ -21,30 +21,30 @@ class HubPresentError(HubError):
 
 
 def peer_pids(connections: Iterable[socket.socket]) -> list[int]:
-    """Process ids at the other ends of connected sockets; those of another namespace are left out."""
-    given = (
+    """Return the process ids at the other ends of connected sockets, without those of another namespace."""
+    credentials = (
         sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size) for sock in connections
     )
-    return [pid for pid, _user, _group in map(_CREDENTIALS.unpack, given) if pid]
+    return [pid for pid, _user, _group in map(_CREDENTIALS.unpack, credentials) if pid]
 
 
 def listen_at(path: Path) -> socket.socket:
     """Make a socket at `path`, mode 0600, which appears there only once it listens."""
-    nascent = path.with_name(f"{path.name}.{os.getpid()}")
+    temporary = path.with_name(f"{path.name}.{os.getpid()}")
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     try:
         _refuse_to_replace(path)
         mask = os.umask(0o177)
         try:
-            listener.bind(str(nascent))
+            listener.bind(str(temporary))
         finally:
             os.umask(mask)
         listener.listen(_BACKLOG)
         listener.setblocking(False)
-        nascent.rename(path)
+        temporary.rename(path)
     except OSError as error:
         listener.close()
-        nascent.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise HubError(f"no hub can be at {path}: {error.strerror or error}") from error
     except HubError:
         listener.close()

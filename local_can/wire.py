@@ -45,7 +45,7 @@ FILTERS_BYTES = len(FILTERS) + MOST_FILTERS * FILTER.size
 PASS_ALL: Filters = ((0, 0),)
 
 _HEADERS = tuple(struct.Struct("=" + count * "I12x") for count in range(MOST_FRAMES + 1))
-"""The headers of so many frames."""
+"""By the number of frames in a packet: the layout that reads their headers."""
 _CRC_POLYNOMIAL = 0x4599
 _ERROR_BITS = 17  # error flag 6, error delimiter 8, interframe space 3
 _UNSTUFFED_BITS = 13  # CRC delimiter 1, acknowledgement 2, end of frame 7, interframe space 3
@@ -156,7 +156,7 @@ def unpack_filters(packet: bytes) -> Filters | None:
 
 
 def is_frames(packet: bytes) -> bool:
-    """Whether a packet is one of frames, none of which claims over 8 bytes."""
+    """Return whether a packet consists of frames, none with more than 8 data bytes."""
     size = len(packet)
     if not size or size % FRAME_BYTES or size > MOST_BYTES:
         return False
@@ -171,7 +171,7 @@ def split(packet: bytes) -> list[bytes]:
 
 
 def headers_of(packet: bytes) -> tuple[int, ...]:
-    """Return the identifiers with flags of its frames: packets in which they are the same go the same way."""
+    """Return the identifiers with flags of its frames, which determine the receivers of a packet."""
     return _HEADERS[len(packet) // FRAME_BYTES].unpack(packet)
 
 

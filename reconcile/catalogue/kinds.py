@@ -80,12 +80,8 @@ class TermFamily(NamedTuple):
     """It is tried only where a recording excites it, which ordinary motions do not."""
 
 
-NAMELESS = "something real that no entry of the catalogue explains: "
-"""Begins the sentence of a term without a name, where it is written out for the catalogues of languages."""
-
-
 class UnnamedTerm(NamedTuple):
-    """A family of candidate terms without a name, which are reported as `unknown`."""
+    """A family of unnamed terms, which are reported as `unknown`."""
 
     shapes: Callable[[Sequence[RegressionData]], list[ShapeParameters]]
     """To scan."""
@@ -94,17 +90,17 @@ class UnnamedTerm(NamedTuple):
     parameters: Callable[[ShapeParameters, Array], dict[str, SiParameter]]
     """What shape and coefficients mean, SI."""
     finding: Callable[[dict[str, float]], str]
-    """What was found, as the end of a sentence."""
+    """What the term shows, as the end of a sentence."""
     equivalent: tuple[str, ...] = ()
     per_recording: tuple[bool, ...] = SHARED
     """As of `TermFamily`."""
     section: str = ""
-    """The effect of hil_sim that holds it without a name; empty where none does."""
+    """The effect of hil_sim that a plant file writes it as; empty if there is none."""
     to_plant: Callable[[Mapping[str, float]], dict[str, Any]] = lambda _parameters: {}
-    """Its parameters from those of the term, SI; there where `section` is."""
+    """Parameters of that effect from those of the term, SI."""
 
     def sentence(self, p: dict[str, float]) -> str:
-        """What an engineer can check."""
+        """Return what an engineer can check; after the first colon is what this term shows."""
         where = f"in recording {p['recording']:.0f}: " if "recording" in p else ""
         return f"something real that no entry of the catalogue explains: {where}{self.finding(p)}"
 

@@ -99,7 +99,7 @@ def diagnose(
             with_report=report,
             with_proof=proof,
             with_next=next_experiment,
-            matters=negligible_share,
+            negligible_force_share=negligible_share,
         )
     show(result.verdict, Console())
     typer.echo(f"\nverdict: {result.verdict_file}\nrepaired model: {result.model_file}")

@@ -105,15 +105,18 @@ def _expected_nats(
     all_questions: list[Question] = []
     nats: list[list[float]] = [[] for _ in motions]
     for explanation in of_axis:
-        asked = questions(explanation, recorded)
+        listed = questions(explanation, recorded)
         terms = [
-            term for q in asked for model in (*q.true_models, *q.rival_models, q.base_model) for term in model
+            term
+            for q in listed
+            for model in (*q.true_models, *q.rival_models, q.base_model)
+            for term in model
         ]
-        terms += [q.assumed.term for q in asked if q.assumed is not None]
+        terms += [q.assumed.term for q in listed if q.assumed is not None]
         recordings = [residual.data for residual in explanation.residuals]
         model_terms = regressed_terms(axis, recordings, explanation.channel)
         discrimination = ModelDiscrimination(explanation.residuals, explanation.channel, model_terms, terms)
-        unanswered = [rest for q in asked for rest in _unanswered(discrimination, q)]
+        unanswered = [kept for q in listed for kept in _unanswered(discrimination, q)]
         for of_motion, data in zip(nats, datasets, strict=True):
             motion = discrimination.motion_products(data)
             of_motion += [_question_nats(discrimination, q, motion) for q in unanswered]
@@ -151,10 +154,10 @@ def _unanswered(discrimination: ModelDiscrimination, q: Question) -> list[Questi
 
 
 def _rating(
-    asked: Sequence[Question], nats: Sequence[float], one: PlannedMotion, made: Sequence[str]
+    open_questions: Sequence[Question], nats: Sequence[float], one: PlannedMotion, made: Sequence[str]
 ) -> float:
     """Return the value of a motion per second of machine time."""
-    value = sum(_value(q, of_question) for q, of_question in zip(asked, nats, strict=True))
+    value = sum(_value(q, of_question) for q, of_question in zip(open_questions, nats, strict=True))
     return REPEATED_KIND_FACTOR ** made.count(one.motion.kind) * value / (one.seconds + RECORDING_OVERHEAD_S)
 
 
@@ -164,17 +167,19 @@ def _value(q: Question, nats: float) -> float:
 
 
 def _proposal(
-    best: _RatedMotion, of_axis: Sequence[_RatedMotion], asked: Sequence[Question]
+    best: _RatedMotion, of_axis: Sequence[_RatedMotion], open_questions: Sequence[Question]
 ) -> NextExperiment:
     """Describe the best motion by the question for which it has the largest value."""
-    first = max(range(len(asked)), key=lambda k: _value(asked[k], best.nats[k]))
-    q = asked[first]
+    first = max(range(len(open_questions)), key=lambda k: _value(open_questions[k], best.nats[k]))
+    q = open_questions[first]
     motion = best.planned.motion
     ranked = sorted(of_axis, key=lambda one: -one.value_1_s)
     worst = min(of_axis, key=lambda one: one.nats[first])
     names = [name.removeprefix(PREFIX) for name in q.separates]
     also = [
-        asked[k].separates for k in range(len(asked)) if k != first and _value(asked[k], best.nats[k]) > 0.0
+        other.separates
+        for k, other in enumerate(open_questions)
+        if k != first and _value(other, best.nats[k]) > 0.0
     ]
     content = {
         "why": _why(q),

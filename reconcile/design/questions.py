@@ -62,17 +62,19 @@ def questions(explanation: Explanation, recorded: RecordedAxis) -> list[Question
         terms.append(explanation.timing)
     whole: Model = tuple(dict.fromkeys(terms))
     named = {finding.effect for finding in everything}
-    found: list[Question] = []
+    open_questions: list[Question] = []
     for finding in explanation.findings:
         if finding.effect == "unknown":
-            found += _unexplained(finding, whole, datasets, explanation.channel, recorded)
+            open_questions += _unexplained(finding, whole, datasets, explanation.channel, recorded)
         else:
-            found += _contested(finding, whole, named, datasets, explanation.channel)
+            open_questions += _contested(finding, whole, named, datasets, explanation.channel)
     for finding in explanation.minor:
         if finding.heldout_gain >= LEAST_REPORTED_GAIN and finding.confidence < LEAST_CONFIDENCE:
-            found += _contested(finding, whole, named, datasets, explanation.channel)
+            open_questions += _contested(finding, whole, named, datasets, explanation.channel)
     lost = any(f.effect == "unknown" and not f.candidates for f in explanation.findings)
-    return found + _hidden(whole, named, explanation.channel, recorded, 1.0 if lost else HIDDEN_WEIGHT)
+    return open_questions + _hidden(
+        whole, named, explanation.channel, recorded, 1.0 if lost else HIDDEN_WEIGHT
+    )
 
 
 def _contested(

@@ -45,7 +45,7 @@ class AxisDiagnosis(NamedTuple):
 def diagnose_axis(
     recordings: Sequence[AxisRecording],
     model: NominalModel,
-    matters: float,
+    negligible_force_share: float,
     on_progress: Callable[[str], None],
     *,
     with_proof: bool,
@@ -58,7 +58,12 @@ def diagnose_axis(
     axis = model.axes[name]
     on_progress(f"axis {name}: force")
     searches = [
-        TermSearch(recordings, axis, ResidualChannel.FORCE, SelectionRules(negligible_force_share=matters))
+        TermSearch(
+            recordings,
+            axis,
+            ResidualChannel.FORCE,
+            SelectionRules(negligible_force_share=negligible_force_share),
+        )
     ]
     found = [explain(searches[0])]
     with_scale = [recording for recording in recordings if recording.scale_m is not None]
@@ -85,7 +90,7 @@ def diagnose_axis(
     written = [without_simulated_terms(one, simulated, axis) for one in written]
     updated = update_axis(written, model, name)
     explanations = [
-        _with_unwritten_findings(one, whole)._replace(found=None)  # its columns take most of the memory
+        _with_unwritten_findings(one, whole)._replace(selected=None)  # its columns take most of the memory
         for one, whole in zip(updated.explanations, reported, strict=True)
     ]
     left_out = [note for effect, note in sections.left_out.items() if note not in updated.notes]
@@ -102,7 +107,7 @@ def diagnose_axis(
 def _may_be_of_the_model(explanation: Explanation) -> bool:
     """Whether there is a finding that a simulation of the model might show as well."""
     sizes = explanation.accounted
-    return bool(explanation.findings) or explanation.parameters_matter or not (sizes and sizes.is_noise)
+    return bool(explanation.findings) or explanation.nominal_is_worse or not (sizes and sizes.is_noise)
 
 
 def _with_unwritten_findings(written: Explanation, whole: Explanation) -> Explanation:

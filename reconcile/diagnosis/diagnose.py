@@ -57,7 +57,7 @@ def diagnose(
     with_next: bool = True,
     with_proof: bool = True,
     set_aside: bool = True,
-    matters: float = SelectionRules().negligible_force_share,
+    negligible_force_share: float = SelectionRules().negligible_force_share,
     limits: ByName[str, AxisLimits] | None = None,
     made: Sequence[str] = (),
 ) -> WrittenDiagnosis:
@@ -65,7 +65,7 @@ def diagnose(
 
     The next experiment stays within `limits` by axis; `made` are the kinds of motions made so far. With a
     proof each recording is left out in turn. Files that cannot be read are set aside, or else raise. Below
-    `matters`, a share of the force, no effect is named.
+    `negligible_force_share`, a share of the force, no effect is named.
     """
     model = load_model(model_file)
     controllers = load_controllers(model.file)
@@ -77,7 +77,7 @@ def diagnose(
     proofs: dict[str, list[Proof]] = {}
     for name, (recordings, thinning) in usable.by_axis.items():
         release_compiler()  # its 68 MB, which loading kernels has touched, are for the columns
-        one = diagnose_axis(recordings, model, matters, on_progress, with_proof=with_proof)
+        one = diagnose_axis(recordings, model, negligible_force_share, on_progress, with_proof=with_proof)
         explanations[name], proofs[name], updates[name] = one.explanations, one.proofs, one.sections
         notes += notes_of(thinning)
         notes += [sentence_of(note, rotary=model.axes[name].rotary) for note in one.notes]

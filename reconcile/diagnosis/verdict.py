@@ -4,7 +4,7 @@ import math
 from collections.abc import Container, Mapping, Sequence
 from typing import Any
 
-from reconcile.catalogue.kinds import NAMELESS, ResidualChannel
+from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.registry import CATALOGUE, ENTRIES
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.formats.rotary_units import in_units_of
@@ -37,9 +37,9 @@ def verdict(
     """Return the content of verdict.json; `proofs` by axis, `following` is the next experiment."""
     everything = [(name, e) for name, explanations in axes.items() for e in explanations]
     findings = _ranked([_finding(name, f) for name, e in everything for f in _with_law(e)])
-    matter = any(e.parameters_matter for _, e in everything)
+    is_worse = any(e.nominal_is_worse for _, e in everything)
     known = any(finding["effect"] != "unknown" for finding in findings)
-    word = "effects" if known else "unknown" if findings else "parameters" if matter else "consistent"
+    word = "effects" if known else "unknown" if findings else "parameters" if is_worse else "consistent"
     blind = [name for name, explanations in axes.items() if len(explanations) == 1]
     found = {(finding["axis"], finding["effect"]) for finding in findings}
     content = {
@@ -133,10 +133,10 @@ def _fit(
 
 
 def _with_law(explanation: Explanation) -> list[IdentifiedEffect]:
-    """The findings; a curve in the force that is a law's own carries its name, if that is not there yet.
+    """Return the findings; a curve in the force that is a law bears its name unless a finding has it already.
 
-    It must explain something of what was held out without any other term: beside others it may be what they
-    leave. Curves that each recording has of its own are no law.
+    The curve must explain held-out variance alone: beside others it may be their misfit. Curves with
+    coefficients of each recording are no law.
     """
     named = {finding.effect for finding in explanation.findings}
     found = []
@@ -145,7 +145,8 @@ def _with_law(explanation: Explanation) -> list[IdentifiedEffect]:
         is_shared = not any(c.per_recording for c in finding.candidates)
         in_force = explanation.channel is ResidualChannel.FORCE
         if law and law not in named and in_force and is_shared and finding.share >= LEAST_REPORTED_GAIN:
-            why = f"{CATALOGUE[law].shown_by}: {finding.explanation.removeprefix(NAMELESS)}"
+            _, _, curve = finding.explanation.partition(": ")
+            why = f"{CATALOGUE[law].shown_by}: {curve}"
             equivalent = [effect for effect in finding.equivalent if effect != law]
             found.append(finding._replace(effect=law, equivalent=equivalent, explanation=why))
         else:

@@ -41,7 +41,7 @@ PUBLISHER = (
 )
 MAPPING = ("time=t", "position=qm", "voltage=vir", "reference=qg", "force_per_volt=gtau")
 AXIS = "x"
-MATTERS = 0.005
+NEGLIGIBLE_FORCE_SHARE = 0.005
 """Least share of the force of a named effect: the data are good enough for it, and the example looks for a
 ripple of 0.5 N RMS in 54 N.
 """
@@ -66,8 +66,22 @@ def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> ExampleRes
     out.mkdir(parents=True, exist_ok=True)
     inputs = _inputs(paths, out)
     mapping = parse_mapping(MAPPING)
-    first = diagnose(paths[:1], inputs.nominal, out / "train", mapping, on_progress, matters=MATTERS)
-    both = diagnose(paths, inputs.nominal, out / "both", mapping, on_progress, matters=MATTERS)
+    first = diagnose(
+        paths[:1],
+        inputs.nominal,
+        out / "train",
+        mapping,
+        on_progress,
+        negligible_force_share=NEGLIGIBLE_FORCE_SHARE,
+    )
+    both = diagnose(
+        paths,
+        inputs.nominal,
+        out / "both",
+        mapping,
+        on_progress,
+        negligible_force_share=NEGLIGIBLE_FORCE_SHARE,
+    )
     force = first.explanations[AXIS][0]
     effects: list[Effect] = [
         (c.effect, c.shape_parameters) for finding in force.findings for c in finding.candidates

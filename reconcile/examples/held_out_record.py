@@ -82,7 +82,7 @@ class TwoRecords:
     def stages(self, effects: Sequence[Effect]) -> list[Stage]:
         """Return the residuals with refitted values, then with one effect after another."""
         both = regression_problem(self._datasets, ResidualChannel.FORCE, effects, only=True)
-        names = ["values fitted anew", *(effect for effect, _ in effects)]
+        names = ["refitted values", *(effect for effect, _ in effects)]
         stages = [Stage(name, *self._rms(both, effects[:count])) for count, name in enumerate(names)]
         if any(name in TIMING for name, _ in effects):
             stages.append(Stage("timing of each record", *self._rms(both, effects, own_timing=True)))

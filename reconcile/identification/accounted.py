@@ -17,22 +17,22 @@ UNNAMED = "unnamed terms"
 
 
 class Accounted(NamedTuple):
-    """RMS in the samples in use of all recordings, N or m."""
+    """RMS values of one channel over the used samples of all recordings, N or m."""
 
     measured: float
     """The channel itself, behind the filter."""
     rigid: float
-    """Of the baseline: mass, viscous and Coulomb friction; in the deviation, origin and delay."""
+    """Baseline: mass, viscous and Coulomb friction; in the deviation, origin and delay."""
     effects: dict[str, float]
-    """Of each effect beside the others; all unnamed terms together are `UNNAMED`."""
+    """Each effect beside the others; all unnamed terms together are `UNNAMED`."""
     residual: float
-    """Of what no part of the model explains."""
+    """Measured less all parts of the model, noise included."""
     noise: float
     """Noise floor of the sensors."""
-    matters: float
-    """An effect below this is negligible: a share of the measured force; in the deviation, the rounding."""
+    negligible_rms: float
+    """Least RMS of a relevant effect: a share of the measured force; in the deviation, the rounding."""
     rounding: float = 0.0
-    """Of the sensors' quantisation, before any filter."""
+    """Quantisation of the sensors, before any filter."""
 
     @property
     def unexplained(self) -> float:
@@ -47,25 +47,25 @@ class Accounted(NamedTuple):
     @property
     def least_reported(self) -> float:
         """Least RMS of an unnamed term or residual that is reported, N or m."""
-        return max(self.matters, self.rounding)
+        return max(self.negligible_rms, self.rounding)
 
     def is_relevant(self, effect: str) -> bool:
-        """Whether an effect is large enough to be reported; `unknown` stands for all unnamed terms."""
+        """Return whether an effect is large enough to be reported; `unknown` stands for all unnamed terms."""
         if effect == "unknown":
             return self.effects.get(UNNAMED, math.inf) >= self.least_reported
-        return self.effects.get(effect, math.inf) >= self.matters
+        return self.effects.get(effect, math.inf) >= self.negligible_rms
 
     def as_json(self, unit: str) -> dict[str, Any]:
-        """An entry of `accounted` in verdict.json; shares are of the squares of what is measured."""
-        size = max(self.measured, 1e-300)
+        """Return the entry of `accounted` in verdict.json; a share is of the measured square."""
+        measured = max(self.measured, 1e-300)
         rows = {"rigid": self.rigid, **self.effects, "noise": self.noise, "unexplained": self.unexplained}
         return {
             "unit": unit,
             "measured": self.measured,
-            "parts": {name: {"rms": rms, "share": (rms / size) ** 2} for name, rms in rows.items()},
+            "parts": {name: {"rms": rms, "share": (rms / measured) ** 2} for name, rms in rows.items()},
             "left": self.residual,
             "unexplained_floors": self.unexplained / max(self.noise, 1e-300),
-            "matters": self.matters,
+            "matters": self.negligible_rms,
             "rounding": self.rounding,
             "is_noise": self.is_noise,
         }
@@ -110,7 +110,7 @@ def accounted(
         effects=named,
         residual=rms["residual"],
         noise=noise,
-        matters=share * rms["measured"] if problem.channel is ResidualChannel.FORCE else rounding,
+        negligible_rms=share * rms["measured"] if problem.channel is ResidualChannel.FORCE else rounding,
         rounding=rounding,
     )
 

@@ -12,7 +12,7 @@ from reconcile.identification.accounted import Accounted, accounted
 from reconcile.identification.compared_models import compared_models
 from reconcile.identification.findings import IdentifiedEffect, ReportedEffects
 from reconcile.identification.payload import mass_bias_kg, payload
-from reconcile.identification.term_search import FoundTerms, TermSearch
+from reconcile.identification.term_search import SelectedTerms, TermSearch
 from reconcile.identification.unexplained_residual import unexplained_residual
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.normal_equations import BlockNormalEquations
@@ -50,8 +50,8 @@ class Explanation(NamedTuple):
     """Term that models a lag below one sample, if any."""
     timing_s: float
     """That lag; 0 without one."""
-    parameters_matter: bool
-    """The nominal values are worse than refitted ones, beyond chance."""
+    nominal_is_worse: bool
+    """Nominal values predict significantly worse than refitted ones, by more than a negligible force."""
     residuals: list[Residual]
     """By recording."""
     rigid: dict[str, float] | None = None
@@ -60,87 +60,94 @@ class Explanation(NamedTuple):
     """RMS of each part of the model; None where nothing was fitted."""
     withdrawn: tuple[WithdrawnEffect, ...] = ()
     """Effects that were selected and then rejected, with the reason."""
-    found: FoundTerms | None = None
-    """The terms and the data that they were found on, for a refit without some of them; None once the axis is
-    done."""
+    selected: SelectedTerms | None = None
+    """The terms and the data of their fit, for a refit without some of them; None once the axis is done."""
 
 
-def without(explanation: Explanation, effects: Container[str], *, brief: bool = False) -> Explanation:
+def without(
+    explanation: Explanation, effects: Container[str], *, parameters_only: bool = False
+) -> Explanation:
     """The explanation without some effects, the others refitted; `unknown` stands for all unnamed terms."""
-    found = explanation.found
+    selected = explanation.selected
     names = [f.effect for f in [*explanation.findings, *explanation.minor]]
-    names += [c.effect for c in found.terms] if found else []
-    if found is None or not any(name in effects for name in names):
+    names += [c.effect for c in selected.terms] if selected else []
+    if selected is None or not any(name in effects for name in names):
         return explanation
-    again = with_terms(explanation, found.without(effects), brief=brief)
+    again = with_terms(explanation, selected.without(effects), parameters_only=parameters_only)
     findings = [f for f in again.findings if f.effect not in effects]
     return again._replace(findings=findings, minor=[f for f in again.minor if f.effect not in effects])
 
 
-def with_terms(explanation: Explanation, found: FoundTerms, *, brief: bool = False) -> Explanation:
-    """The explanation by other terms; `brief`: for a model file alone, its figures are not computed again."""
-    if not brief:
-        return _explained(found)
-    reported = _with_non_negative_baseline(found).report(resamples=0)
+def with_terms(
+    explanation: Explanation, selected: SelectedTerms, *, parameters_only: bool = False
+) -> Explanation:
+    """The explanation by other terms.
+
+    With `parameters_only`, residuals and RMS values stay those of the given explanation: a model file needs
+    neither.
+    """
+    if not parameters_only:
+        return _explained(selected)
+    reported = _with_non_negative_baseline(selected).report(resamples=0)
     return explanation._replace(
         findings=reported.findings,
         minor=reported.minor,
         base={name: estimate.value for name, estimate in reported.base.items()},
         timing=reported.timing,
         timing_s=reported.timing_s,
-        found=found,
+        selected=selected,
     )
 
 
 def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
     """Identify the effects of one channel, without any use of the blocks that are left out."""
-    return _explained(search.found(left_out))
+    return _explained(search.select_terms(left_out))
 
 
-def _with_non_negative_baseline(found: FoundTerms) -> FoundTerms:
+def _with_non_negative_baseline(selected: SelectedTerms) -> SelectedTerms:
     """The terms with a baseline of no negative mass or friction, which would drive the axis.
 
     A negative coefficient is held at zero and the others are refitted; clipped after the fit, it would bias
     them.
     """
-    if found.inputs.channel is not ResidualChannel.FORCE:
-        return found
-    equations = found.problem.equations
-    slots, held = equations.slots(found.terms), list[int]()
-    totals = equations.totals(np.concatenate((found.train, found.held_out)))
+    if selected.inputs.channel is not ResidualChannel.FORCE:
+        return selected
+    equations = selected.problem.equations
+    slots, held = equations.slots(selected.terms), list[int]()
+    totals = equations.totals(np.concatenate((selected.train, selected.held_out)))
     while True:
         values = equations.solve(slots, totals)[: len(equations.baseline_is_free)].tolist()
         negative = [k for k, value in enumerate(values) if value < 0.0 and k not in held]
         if not negative:
-            return found._replace(problem=found.problem._replace(equations=equations))
+            return selected._replace(problem=selected.problem._replace(equations=equations))
         held.append(min(negative, key=lambda k: values[k]))
-        equations = found.problem.equations.held_at_zero(held)
+        equations = selected.problem.equations.held_at_zero(held)
 
 
-def _explained(found: FoundTerms) -> Explanation:
+def _explained(selected: SelectedTerms) -> Explanation:
     """Fit the three models, compare their residuals, and report the effects that are large enough."""
-    axis, channel, rules, sources = found.inputs
-    admissible = _with_non_negative_baseline(found)
+    axis, channel, rules, sources = selected.inputs
+    admissible = _with_non_negative_baseline(selected)
     reported = admissible.report()
-    equations, train = found.problem.equations, found.train
-    models = compared_models(found, admissible, reported.timing)
-    before, refitted, after = (_residual_rms(equations, *model, train, found.held_out) for model in models)
-    found_residuals = residuals(found.problem, sources, models, found.held_out)
+    equations, train = selected.problem.equations, selected.train
+    models = compared_models(selected, admissible, reported.timing)
+    before, refitted, after = (_residual_rms(equations, *model, train, selected.held_out) for model in models)
+    all_residuals = residuals(selected.problem, sources, models, selected.held_out)
     is_force = channel is ResidualChannel.FORCE
     mass_kg = reported.base["mass_kg"].value if is_force else axis.mass_kg
     sizes = accounted(
-        found.problem,
-        found.terms,
-        equations.denormalised(equations.slots(found.terms), models[-1][1]),
-        noise=noise_floor(found_residuals, channel, mass_kg).rms,
+        selected.problem,
+        selected.terms,
+        equations.denormalised(equations.slots(selected.terms), models[-1][1]),
+        noise=noise_floor(all_residuals, channel, mass_kg).rms,
         share=rules.negligible_force_share,
     )
     added_mass = None
     if is_force:
         gains = (1.0 - (r / max(b, 1e-300)) ** 2 for b, r in zip(before, refitted, strict=True))
-        bias_kg = mass_bias_kg(found.problem, sizes.unexplained)
+        bias_kg = mass_bias_kg(selected.problem, sizes.unexplained)
         added_mass = payload(reported.base, axis, *gains, bias_kg=bias_kg)
-    large, beside_terms = _findings(found, reported, found_residuals, sizes, added_mass)
+    large, beside_terms = _findings(selected, reported, all_residuals, sizes, added_mass)
     rigid = equations.denormalised(equations.slots([]), models[1][1][: len(equations.slots([]))])
     return Explanation(
         channel=channel,
@@ -152,39 +159,39 @@ def _explained(found: FoundTerms) -> Explanation:
         base={name: estimate.value for name, estimate in reported.base.items()},
         timing=reported.timing,
         timing_s=reported.timing_s,
-        parameters_matter=_rms_between(before, refitted) >= sizes.matters
+        nominal_is_worse=_rms_between(before, refitted) >= sizes.negligible_rms
         and refitted.heldout <= before.heldout
         and _nominal_values_are_worse(equations, *models[0], train, rules),
-        residuals=found_residuals,
-        rigid=dict(zip(found.problem.baseline_names, rigid.tolist(), strict=True)) if is_force else None,
-        withdrawn=tuple(found.withdrawn),
+        residuals=all_residuals,
+        rigid=dict(zip(selected.problem.baseline_names, rigid.tolist(), strict=True)) if is_force else None,
+        withdrawn=tuple(selected.withdrawn),
         accounted=sizes,
-        found=found,
+        selected=selected,
     )
 
 
 def _findings(
-    found: FoundTerms,
+    selected: SelectedTerms,
     reported: ReportedEffects,
-    found_residuals: Sequence[Residual],
+    all_residuals: Sequence[Residual],
     sizes: Accounted,
     added_mass: IdentifiedEffect | None,
 ) -> tuple[list[IdentifiedEffect], list[IdentifiedEffect]]:
     """The reported effects that are large enough; and the payload and the unexplained residual, if any."""
-    axis, channel = found.inputs.axis, found.inputs.channel
-    nothing_matters = (
-        channel is ResidualChannel.FORCE and rms(found_residuals, "refitted") < sizes.least_reported
+    axis, channel = selected.inputs.axis, selected.inputs.channel
+    rigid_suffices = (
+        channel is ResidualChannel.FORCE and rms(all_residuals, "refitted") < sizes.least_reported
     )
     large = [
         f
         for f in reported.findings
-        if sizes.is_relevant(f.effect) and not (f.effect == "unknown" and nothing_matters)
+        if sizes.is_relevant(f.effect) and not (f.effect == "unknown" and rigid_suffices)
     ]
     beside_terms = [added_mass] if added_mass else []
-    if not nothing_matters and not any(finding.effect == "unknown" for finding in large):
+    if not rigid_suffices and not any(finding.effect == "unknown" for finding in large):
         resolution_m = max(axis.encoder_resolution_m or 0.0, axis.scale_resolution_m or 0.0)
         alone = not large and not beside_terms
-        unexplained = unexplained_residual(found_residuals, channel, sizes, resolution_m, alone=alone)
+        unexplained = unexplained_residual(all_residuals, channel, sizes, resolution_m, alone=alone)
         beside_terms += [unexplained] if unexplained else []
     return large, beside_terms
 

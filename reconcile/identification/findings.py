@@ -41,9 +41,12 @@ class IdentifiedEffect(NamedTuple):
     share: float = 0.0
     """Share of the held-out variance that it explains alone; findings are ranked by it."""
     doubt: float = 0.0
-    """Probability that an effect outside its class predicts held-back blocks better."""
-    law: str = ""
-    """Effect of the catalogue that an unnamed curve is, if any."""
+    """Probability that an effect outside its class predicts held-out blocks better."""
+
+    @property
+    def law(self) -> str:
+        """Effect of the catalogue that an unnamed curve is; empty if none."""
+        return law_of_curve(self.candidates[0].effect, self.rivals) if self.candidates else ""
 
 
 class ReportedEffects(NamedTuple):
@@ -56,7 +59,7 @@ class ReportedEffects(NamedTuple):
     timing: tuple[str, ShapeParameters] | None
     """Term that models a lag below one sample, if any."""
     timing_s: float
-    """That lag: how the channels were sampled, no physics; 0 without one."""
+    """That lag, which comes from sampling and not from physics; 0 without one."""
 
 
 def report_findings(
@@ -67,7 +70,7 @@ def report_findings(
     held_out_blocks: Index,
     resamples: int = RESAMPLES,
 ) -> ReportedEffects:
-    """Report each effect with parameters, rivals and held-out gain, unless it is below the resolution.
+    """Report each effect with parameters, rivals and held-out gain, unless it is too short to resolve.
 
     Held-out blocks judge the fit to the training blocks; the parameters are then those of a fit to all
     blocks.
@@ -76,16 +79,18 @@ def report_findings(
     values = estimates(problem, chosen, everything, resamples)
     judge = _HeldOutJudge(problem, chosen, train, held_out_blocks)
     period_s, resolvable_m = problem.datasets[0].period_s, reversal_travel_m(problem.datasets)
-    found: list[IdentifiedEffect] = []
+    identified: list[IdentifiedEffect] = []
     timing, timing_s = None, 0.0
     for effect in effect_names(chosen):
         own = [c for c in chosen if c.effect == effect]
-        if effect in TIMING and abs(values.of[own[0]]["time_s"].value) < period_s:
-            timing, timing_s = (effect, own[0].shape_parameters), values.of[own[0]]["time_s"].value
+        if effect in TIMING and abs(values.of_term[own[0]]["time_s"].value) < period_s:
+            timing, timing_s = (effect, own[0].shape_parameters), values.of_term[own[0]]["time_s"].value
         elif not _is_step_at_reversal(own, resolvable_m):
-            found.append(_identified_effect(own, [values.of[c] for c in own], rivals[effect], judge))
-    minor = [f for f in found if _is_minor(f)]
-    return ReportedEffects([f for f in found if f not in minor], minor, values.base, timing, timing_s)
+            identified.append(
+                _identified_effect(own, [values.of_term[c] for c in own], rivals[effect], judge)
+            )
+    minor = [f for f in identified if _is_minor(f)]
+    return ReportedEffects([f for f in identified if f not in minor], minor, values.base, timing, timing_s)
 
 
 class _HeldOutJudge:
@@ -123,7 +128,7 @@ class _HeldOutJudge:
 
 
 def _is_step_at_reversal(own: Sequence[CandidateTerm], resolvable_m: float) -> bool:
-    """Whether an effect that ends after a distance is too short for the recordings to resolve."""
+    """Return whether an effect ends, after a reversal, within a distance that is not resolved."""
     effect = own[0].effect
     if effect.startswith(PREFIX) or not ENTRIES[effect].ends_with_reversal:
         return False
@@ -162,7 +167,6 @@ def _identified_effect(
         explanation=meaning.sentence({key: estimate.value for key, estimate in values[0].items()}),
         share=judge.share(own),
         doubt=doubt,
-        law=law,
     )
 
 

@@ -1,4 +1,4 @@
-"""Which blocks of the recordings are fitted, and which judge the final model only."""
+"""Divides the blocks of recordings into those of the fits and the held-out ones that judge the model."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ STRETCH_BLOCKS, HELD_OUT_EVERY = 4, 4
 
 
 def training_and_held_out(problem: RegressionProblem) -> tuple[Index, Index]:
-    """Training and held-out blocks: of each recording every fourth stretch is held out.
+    """Return training and held-out blocks: of each recording every fourth stretch is held out.
 
     A recording shorter than four stretches has no held-out block: the search needs all of it.
     """

@@ -18,9 +18,9 @@ from reconcile.regression.regression_problem import RegressionProblem
 RESAMPLES = 400
 """Bootstrap resamples of the blocks for the 95 % intervals."""
 RIDGES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
-"""Ridges that are tried, the largest first, as shares of the target's squares."""
+"""Ridges in the order of trial, as shares of the target's squares; chosen."""
 ANGLE_SUFFIX = "_rad"
-"""Parameters of that name are angles: their intervals wrap."""
+"""End of the names of angles, whose intervals wrap."""
 HOLD_DELAY_SAMPLES = 0.5
 """A zero-order hold delays the force by half a sample. Delay estimates may or may not include it."""
 
@@ -35,19 +35,19 @@ class Estimate(NamedTuple):
 
 
 class Estimates(NamedTuple):
-    """All parameters of a model, with 95 % intervals by resampling blocks (block bootstrap)."""
+    """All parameters of a model."""
 
     base: dict[str, Estimate]
-    of: dict[CandidateTerm, dict[str, Estimate]]
+    of_term: dict[CandidateTerm, dict[str, Estimate]]
 
 
 def estimates(
     problem: RegressionProblem, chosen: Sequence[CandidateTerm], blocks: Index, resamples: int = RESAMPLES
 ) -> Estimates:
-    """Fit on `blocks`. Of a coefficient free in each recording, the first one's is reported.
+    """Fit the model to `blocks`; intervals have no width if `resamples` is 0.
 
-    Without `resamples` the intervals are as narrow as the values. Of a term without a name, that of the
-    recording in which it is largest, and that one's number from 1.
+    Of a coefficient free in each recording, the first recording's is reported; of an unnamed term, that of
+    the recording in which it is largest, with this recording's number from 1.
     """
     equations = problem.equations
     slots = equations.slots(chosen)
@@ -63,16 +63,16 @@ def estimates(
             name, value = problem.baseline_names[column], float(fitted[place])
             interval = _percentile_interval(value, [float(one[place]) for one in resampled], name)
             base[name] = Estimate(value, *interval, "")
-    found: dict[CandidateTerm, dict[str, Estimate]] = {}
+    by_term: dict[CandidateTerm, dict[str, Estimate]] = {}
     for candidate, places in equations.placed(chosen):
         width, first = len(candidate.columns), places.start
         sizes = np.linalg.norm(fitted[first : places.stop].reshape(-1, width), axis=1)
-        of_one = candidate.per_recording and candidate.effect.startswith(PREFIX)
-        number = int(sizes.argmax()) if of_one else 0
+        unnamed_per_recording = candidate.per_recording and candidate.effect.startswith(PREFIX)
+        number = int(sizes.argmax()) if unnamed_per_recording else 0
         part = slice(first + number * width, first + (number + 1) * width)
         meaning, shape = meaning_of(candidate.effect).parameters, candidate.shape_parameters
         spread = [meaning(shape, one[part]) for one in resampled]
-        found[candidate] = {}
+        by_term[candidate] = {}
         for key, (value, unit) in meaning(shape, fitted[part]).items():
             low, high = _percentile_interval(value, [other[key].value for other in spread], key)
             if low < high and not key.endswith(ANGLE_SUFFIX):
@@ -80,15 +80,15 @@ def estimates(
                 period_s = problem.datasets[0].period_s if candidate.effect in TIMING else 0.0
                 low -= under * abs(value) + HOLD_DELAY_SAMPLES * period_s
                 high += over * abs(value)
-            found[candidate][key] = Estimate(value, low, high, unit)
-        values = {key: one.value for key, one in found[candidate].items()}
-        halves = {key: 0.5 * (one.high - one.low) for key, one in found[candidate].items()}
+            by_term[candidate][key] = Estimate(value, low, high, unit)
+        values = {key: one.value for key, one in by_term[candidate].items()}
+        halves = {key: 0.5 * (one.high - one.low) for key, one in by_term[candidate].items()}
         for key, half in shape_spread(candidate.effect, values, halves, problem.datasets).items():
-            one = found[candidate][key]
-            found[candidate][key] = one._replace(low=one.value - half, high=one.value + half)
-        if of_one:
-            found[candidate]["recording"] = Estimate(number + 1.0, number + 1.0, number + 1.0, "")
-    return Estimates(base, found)
+            one = by_term[candidate][key]
+            by_term[candidate][key] = one._replace(low=one.value - half, high=one.value + half)
+        if unnamed_per_recording:
+            by_term[candidate]["recording"] = Estimate(number + 1.0, number + 1.0, number + 1.0, "")
+    return Estimates(base, by_term)
 
 
 def _smallest_equivalent(problem: RegressionProblem, slots: list[tuple[int, int]], blocks: Index) -> Array:

@@ -1,8 +1,8 @@
 """Payload: the identified mass exceeds the nominal one while friction is unchanged.
 
 A wrong force constant or wrong data sheet values would change friction too; the verdict then is `parameters`.
-A force that nothing explains biases the mass as far as it follows the acceleration by chance. An added mass
-is therefore told only where its own force is the larger one.
+An unexplained force biases the mass if it is correlated with the acceleration by chance. An added mass is
+therefore reported only if its own force is larger.
 """
 
 from collections.abc import Mapping
@@ -19,13 +19,13 @@ from reconcile.regression.regression_problem import RegressionProblem
 LEAST_EXCESS = 0.04
 """Least excess over the nominal mass, as a share of it."""
 LEAST_GAIN = 0.1
-"""Least share of the variance that refitting explains, so that the mass matters in this motion."""
+"""Least share of the variance that refitting explains, so that the motion shows the mass."""
 FRICTION_CHANGE_RATIO = 0.4
 """Largest relative change of friction over that of the mass."""
 
 
 def mass_bias_kg(problem: RegressionProblem, unexplained_n: float) -> float:
-    """Return the mass whose force is as large as an unexplained one, both RMS in the samples in use."""
+    """Return the mass whose force has the RMS of the unexplained one in the used samples."""
     used = zip(problem.datasets, problem.used, strict=True)
     acceleration_m_s2 = np.concatenate([data.motion.acceleration_m_s2[samples] for data, samples in used])
     return unexplained_n / max(float(np.sqrt(np.mean(acceleration_m_s2**2))), 1e-300)
@@ -39,9 +39,9 @@ def payload(
     *,
     bias_kg: float,
 ) -> IdentifiedEffect | None:
-    """The payload, if the identified baseline `values` show one; `gain`: share explained by refitting.
+    """Return the payload if the identified baseline `values` show one; `gain`: share explained by refitting.
 
-    `bias_kg`: the mass that has as large a force as what nothing explains.
+    `bias_kg`: the mass whose force is as large as the unexplained one.
     """
     nominal = baseline_parameters(axis)
     mass, nominal_kg = values["mass_kg"], nominal["mass_kg"]

@@ -1,7 +1,7 @@
 """The search for terms in one residual channel of one axis, on all recordings or without one of them.
 
-The columns of all candidates are computed once. A search on fewer recordings uses the same columns and only
-the blocks of those, so that names, shapes and coefficients come from these recordings alone.
+The columns of all candidates are computed once. A search on fewer recordings uses only their blocks of these
+columns, so that names, shapes and coefficients come from these recordings alone.
 """
 
 from collections.abc import Container, Sequence
@@ -40,9 +40,9 @@ MOST_SEARCHES = 3
 GRAVITY = GRAVITY_ENTRY.name
 LEAST_MASS_SHARE = 0.3
 """Least mass fitted beside the effects, over that of a rigid model with gravity; if less, an effect has
-absorbed the inertia. Chosen: plausible forces take far less from the fitted mass than this."""
+absorbed the inertia. Chosen: plausible forces change the fitted mass far less."""
 LEAST_NOMINAL_SHARE = 0.01
-"""The same over the nominal mass, which may be far off; chosen."""
+"""Least mass over the nominal one, which may be far off; chosen."""
 
 
 class SearchInputs(NamedTuple):
@@ -55,26 +55,26 @@ class SearchInputs(NamedTuple):
     """By recording."""
 
 
-class FoundTerms(NamedTuple):
-    """The selected terms of a channel, and the data that they were found on."""
+class SelectedTerms(NamedTuple):
+    """The selected terms of a channel, and the data of their fit."""
 
     inputs: SearchInputs
     problem: RegressionProblem
-    """Of these terms alone, with their refined shape parameters."""
+    """With these terms alone, at their refined shape parameters."""
     terms: list[CandidateTerm]
     train: Index
     held_out: Index
     rivals: dict[str, tuple[float, list[RivalEffect]]]
     withdrawn: list[WithdrawnEffect]
 
-    def without(self, effects: Container[str]) -> "FoundTerms":
-        """The same without some effects; `unknown` are all terms that have no name."""
+    def without(self, effects: Container[str]) -> "SelectedTerms":
+        """Return the terms without some effects; `unknown` stands for all unnamed terms."""
         kept = [c for c in self.terms if _name(c) not in effects and c.effect not in effects]
         rivals = {effect: of for effect, of in self.rivals.items() if any(c.effect == effect for c in kept)}
         return self._replace(terms=kept, rivals=rivals)
 
     def report(self, resamples: int = RESAMPLES) -> ReportedEffects:
-        """Parameters, rivals and confidence of each effect; without `resamples` no intervals."""
+        """Return parameters, rivals and confidence of each effect; with 0 `resamples`, no intervals."""
         return report_findings(
             problem=self.problem,
             chosen=self.terms,
@@ -86,9 +86,9 @@ class FoundTerms(NamedTuple):
 
 
 class _Selection(NamedTuple):
-    found: FoundTerms
-    chosen: list[CandidateTerm]
-    """In the wide problem, before their shapes were refined."""
+    refined: SelectedTerms
+    scanned: list[CandidateTerm]
+    """The same terms in the problem of all candidates, at the shape parameters of the scan."""
 
 
 class TermSearch:
@@ -116,35 +116,34 @@ class TermSearch:
         self._train, self._held_out = training_and_held_out(self.problem)
 
     def release(self) -> None:
-        """Give the columns' memory back; only the blocks of samples are still known."""
+        """Release the memory of the columns; only the blocks of samples are still known."""
         self.problem.equations.release()
 
-    def found(self, left_out: Index | None = None) -> FoundTerms:
-        """Search the terms; on nothing of the blocks that are left out."""
+    def select_terms(self, left_out: Index | None = None) -> SelectedTerms:
+        """Select and refine the terms, without any use of the blocks that are left out."""
         train, held_out = (
             blocks if left_out is None else blocks[~np.isin(blocks, left_out)]
             for blocks in (self._train, self._held_out)
         )
-        one = self._select(self.problem, train, held_out)
-        if self._is_noise(one.found):
-            return one.found
-        unnamed = select_unnamed(one.found.problem, one.found.terms, train, self.rules)
+        named = self._select_named(train, held_out)
+        first = named.refined
+        if self._is_noise(first):
+            return first
+        unnamed = select_unnamed(first.problem, first.terms, train, self.rules)
         if not unnamed:
-            return one.found
-        beside = self._select_beside(unnamed, one)
-        named, before = (
-            {f.effect for f in found.report(resamples=0).findings} for found in (beside, one.found)
-        )
+            return first
+        second = self._select_beside(unnamed, named)
+        before, after = ({f.effect for f in fit.report(resamples=0).findings} for fit in (first, second))
         # the second fit is kept only if no reported name is lost, or an unnamed term was accepted
-        return beside if "unknown" in named or named >= before else one.found
+        return second if "unknown" in after or after >= before else first
 
-    def _select(self, problem: RegressionProblem, train: Index, held_out: Index) -> _Selection:
-        """Select named terms, again without those that do not predict what is left out."""
-        validation = CrossValidation(problem.equations, train)
+    def _select_named(self, train: Index, held_out: Index) -> _Selection:
+        """Select named terms, again without those that do not predict held-out folds."""
+        validation = CrossValidation(self.problem.equations, train)
         withdrawn: list[WithdrawnEffect] = []
         for _ in range(MOST_SEARCHES):
             chosen = select(validation, self.rules, {one.effect for one in withdrawn})
-            refined, terms = refine(problem, chosen, train)
+            refined, terms = refine(self.problem, chosen, train)
             terms, more = self._admissible_and_predictive(refined, terms, train)
             withdrawn += more
             if not more:
@@ -153,7 +152,7 @@ class TermSearch:
         chosen = [c for c in chosen if c.effect in kept]
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
         return _Selection(
-            FoundTerms(
+            refined=SelectedTerms(
                 inputs=self._inputs,
                 problem=refined,
                 terms=terms,
@@ -162,29 +161,29 @@ class TermSearch:
                 rivals=rivals,
                 withdrawn=withdrawn,
             ),
-            chosen,
+            scanned=chosen,
         )
 
-    def _select_beside(self, unnamed: Sequence[TermKey], before: _Selection) -> FoundTerms:
+    def _select_beside(self, unnamed: Sequence[TermKey], before: _Selection) -> SelectedTerms:
         """Select named terms once more beside the `unnamed` ones."""
-        train = before.found.train
+        train = before.refined.train
         wide = extended(self.problem, unnamed)
         validation = CrossValidation(wide.equations, train)
         own = wide.equations.by_key
-        previous, beside = [own[c.key] for c in before.chosen], [own[key] for key in unnamed]
-        excluded = {one.effect for one in before.found.withdrawn}
+        previous, beside = [own[c.key] for c in before.scanned], [own[key] for key in unnamed]
+        excluded = {one.effect for one in before.refined.withdrawn}
         chosen = select_beside_unnamed(validation, self.rules, previous, beside, excluded)
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
         del validation  # free its memory before the refinement
         refined, terms = refine(wide, chosen, train)
         terms, more = self._admissible_and_predictive(refined, terms, train)
-        withdrawn = [*before.found.withdrawn, *more]
-        return before.found._replace(problem=refined, terms=terms, rivals=rivals, withdrawn=withdrawn)
+        withdrawn = [*before.refined.withdrawn, *more]
+        return before.refined._replace(problem=refined, terms=terms, rivals=rivals, withdrawn=withdrawn)
 
     def _admissible_and_predictive(
         self, refined: RegressionProblem, terms: list[CandidateTerm], train: Index
     ) -> tuple[list[CandidateTerm], list[WithdrawnEffect]]:
-        """The terms that are physically possible and predict what is left out; the others with the reason."""
+        """Return the possible terms that predict held-out folds, and the withdrawn effects."""
         withdrawn: list[WithdrawnEffect] = []
         while True:
             equations = refined.equations
@@ -202,7 +201,7 @@ class TermSearch:
     def _absorbing_mass(
         self, refined: RegressionProblem, terms: Sequence[CandidateTerm], train: Index
     ) -> dict[str, str]:
-        """The effect that has absorbed nearly all of the fitted mass, if there is one, with the reason."""
+        """Return the effect that has absorbed nearly all of the fitted mass, if any, with the reason."""
         if self.channel is not ResidualChannel.FORCE:
             return {}
         totals = refined.equations.totals(train)
@@ -225,13 +224,14 @@ class TermSearch:
         why = f"beside it the mass would be {mass_kg(terms):.3g} kg, {rigid_kg:.3g} kg without any effect"
         return {worst: why}
 
-    def _is_noise(self, found: FoundTerms) -> bool:
-        """Whether the residual is no more than the noise of the sensors."""
-        equations = found.problem.equations
-        theta = equations.solve(equations.slots(found.terms), equations.totals(found.train))
-        found_residuals = residuals(found.problem, self.sources, [(found.terms, theta)] * 3, found.held_out)
-        floor = noise_floor(found_residuals, self.channel, self.axis.mass_kg).rms
-        return rms(found_residuals, "after") <= NOISE_FLOOR_RATIO * floor
+    def _is_noise(self, selected: SelectedTerms) -> bool:
+        """Return whether the residual is no more than the noise of the sensors."""
+        equations = selected.problem.equations
+        theta = equations.solve(equations.slots(selected.terms), equations.totals(selected.train))
+        models = [(selected.terms, theta)] * 3
+        after = residuals(selected.problem, self.sources, models, selected.held_out)
+        floor = noise_floor(after, self.channel, self.axis.mass_kg).rms
+        return rms(after, "after") <= NOISE_FLOOR_RATIO * floor
 
 
 def _name(candidate: CandidateTerm) -> str:

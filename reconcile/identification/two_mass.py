@@ -101,7 +101,7 @@ def _free_parameters(
     stiffness_n_m, damping_n_s_m = spring.stiffness_n_m, spring.damping_n_s_m
     # stiffness * dt^2 + 2 * damping * dt < reduced mass keeps the substeps stable
     softest, stiffest = (0.05, 50.0) if free_spring else (0.5, 2.0)
-    found = [
+    free = [
         FreeParameter(
             name=STIFFNESS,
             start=stiffness_n_m,
@@ -123,14 +123,14 @@ def _free_parameters(
         _around(TABLE, table_kg, 0.7, 1.4, step=0.005, fine=0.0003),
     ]
     if play:
-        found.append(_around(PLAY, axis.effects["backlash"].play_m, 0.3, 3.0, step=0.01, fine=0.0003))
+        free.append(_around(PLAY, axis.effects["backlash"].play_m, 0.3, 3.0, step=0.01, fine=0.0003))
     if not own_rotor:
-        found.append(_around(MOTOR, motor_kg, 0.1, 3.0, step=0.2, fine=0.003))
+        free.append(_around(MOTOR, motor_kg, 0.1, 3.0, step=0.2, fine=0.003))
     for key, step, fine in ((COULOMB, 0.005, 0.0003), (VISCOUS, 0.02, 0.001)):
         value = float(getattr(axis.effects.get(key[0]), key[1], 0.0))
         if value > 0.0:
-            found.append(_around(key, value, least=0.3, most=3.0, step=step, fine=fine))
-    return found
+            free.append(_around(key, value, least=0.3, most=3.0, step=step, fine=fine))
+    return free
 
 
 def _around(
@@ -140,7 +140,7 @@ def _around(
     return FreeParameter(name=name, start=start, low=least * start, high=most * start, step=step, fine=fine)
 
 
-def plant_sections(found: TwoMassModel, lead_m: float) -> dict[str, dict[str, Any]]:
+def plant_sections(model: TwoMassModel, lead_m: float) -> dict[str, dict[str, Any]]:
     """Sections of a plant file with the fitted values, in the file's units."""
     keys = {
         PLAY: ("backlash", "play_um", 1e6),
@@ -152,15 +152,15 @@ def plant_sections(found: TwoMassModel, lead_m: float) -> dict[str, dict[str, An
         VISCOUS: ("viscous_friction", "viscous_n_s_m", 1.0),
     }
     sections: dict[str, dict[str, Any]] = {}
-    for name, value in found.fit.values.items():
+    for name, value in model.fit.values.items():
         section, key, factor = keys[name]
         sections.setdefault(section, {})[key] = value * factor
     return sections
 
 
-def summary_note(found: TwoMassModel) -> str:
+def summary_note(model: TwoMassModel) -> str:
     """Sentence with the fitted values and their intervals."""
-    fit = found.fit
+    fit = model.fit
     parts = []
     for name, words, factor, unit in (
         (PLAY, "play", 1e6, "um"),
@@ -182,20 +182,20 @@ def _interval(fit: TwoMassFit, name: tuple[str, str]) -> tuple[float, float]:
     return fit.bounds[name][0] * factors[0], fit.bounds[name][1] * factors[1]
 
 
-def with_two_mass_force(found: TwoMassModel, explanations: Sequence[Explanation]) -> list[Explanation]:
+def with_two_mass_force(model: TwoMassModel, explanations: Sequence[Explanation]) -> list[Explanation]:
     """Replace the force residual by that of this plant, where it is smaller.
 
     The deviation residual stays that of the columns, because a second diagnosis starts from it.
     """
-    by_plant = (_with_force_of(found, one) for one in explanations)
-    return [_with_fitted_parameters(one, found.fit) for one in by_plant]
+    by_plant = (_with_force_of(model, one) for one in explanations)
+    return [_with_fitted_parameters(one, model.fit) for one in by_plant]
 
 
-def _with_force_of(found: TwoMassModel, force: Explanation) -> Explanation:
+def _with_force_of(model: TwoMassModel, force: Explanation) -> Explanation:
     noisy = any(residual.data.motion.corner_hz < LEAST_CLEAN_HZ for residual in force.residuals)
     if noisy or force.channel is not ResidualChannel.FORCE:
         return force
-    residuals = [residual._replace(after=_force_residual_n(found, residual)) for residual in force.residuals]
+    residuals = [residual._replace(after=_force_residual_n(model, residual)) for residual in force.residuals]
     sides = ([r.after[r.used & (r.held_out == side)] for r in residuals] for side in (False, True))
     train, heldout = (math.sqrt(float(np.mean(np.concatenate(side) ** 2))) for side in sides)
     if not train < force.after.train:
@@ -208,21 +208,21 @@ def _with_force_of(found: TwoMassModel, force: Explanation) -> Explanation:
     )
 
 
-def _force_residual_n(found: TwoMassModel, residual: Residual) -> Array:
+def _force_residual_n(model: TwoMassModel, residual: Residual) -> Array:
     """Filtered force residual of the plant along one recording (n,)."""
     data, motor_m = residual.data, residual.data.motion.position_m
-    plant = build_plant(found.plant)
+    plant = build_plant(model.plant)
     inputs = DrivingInputs(data.period_s, data.force_n, motor_m)
     run = respond(
         plant,
-        found.axis,
-        values=found.fit.values,
+        model.axis,
+        values=model.fit.values,
         driven=inputs,
-        delay_periods=found.fit.delay_periods,
-        dt_s=found.plant.dt_s,
+        delay_periods=model.fit.delay_periods,
+        dt_s=model.plant.dt_s,
     )
     low_pass = StateFilter(data.period_s, FILTER_HZ)
-    motor_kg = float(plant.params[found.axis]["mechanics"]["motor_mass_kg"])
+    motor_kg = float(plant.params[model.axis]["mechanics"]["motor_mass_kg"])
     # at the middle of the period, like the mean force
     between_m = np.append(motor_m[:1], 0.5 * (motor_m[1:] + motor_m[:-1]))
     residual_n: Array = low_pass(run.net_n) - motor_kg * low_pass(between_m, 2)

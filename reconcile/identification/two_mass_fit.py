@@ -32,12 +32,14 @@ DELAY_STEP, DELAY_FINE_STEP = 0.1, 0.002
 MOST_SIMULATIONS, MOST_BEFORE_GRID = 150, 60
 """Simulations of a search, and of that before the grid, which corrects mass and friction for the gap."""
 GROW, SHRINK = 1.5, 0.4
+"""Factors on a step after a success and after a failure; chosen."""
 RESTART_SHARE = 0.3
-"""Offset of the second search's start from the first result, and its first steps, as a share of the first
-steps."""
+"""Of the second search: offset of its start from the first result, and its first steps, both over the first
+steps of the first search. Chosen."""
 INDEPENDENT_BLOCK_S = 0.5
 """Length of blocks with independent errors, s, for the intervals."""
 LEAST_PLAY_M = 1e-8
+"""Least gap of the simulated backlash; chosen."""
 Name = tuple[str, str]
 COST_OF_NOISE = 2.0 * math.log(2.0)
 """Cost of errors that equal the sensors' quantisation noise."""
@@ -73,7 +75,7 @@ class TwoMassFit(NamedTuple):
     blocks: Array
     """Product of the squares of motor and scale in each short block, in quantisation variances."""
     at_start: Array
-    """The same of the starting values at their best delay."""
+    """The same product for the starting values at their best delay."""
     at_bound: bool
     """A value lies at a bound: the fit is not used."""
 
@@ -106,17 +108,17 @@ class _Search:
         self.runs = 0
 
     def errors(self, coordinates: Array) -> list[Array]:
-        """Errors by recording, in the sensors' noise: (2, blocks, samples)."""
+        """Return the errors by recording, in units of sensor noise (2, blocks, samples)."""
         values, delay_periods, dt_s = self.values(coordinates), float(coordinates[-1]), self.plant.dt_s
         self.runs += 1
-        found = []
+        by_recording = []
         for one in self.recordings:
             plant = build_plant(self.plant)
             run = respond(
                 plant, self.index, values=values, driven=one.driven, delay_periods=delay_periods, dt_s=dt_s
             )
-            found.append(short_block_errors(one, run))
-        return found
+            by_recording.append(short_block_errors(one, run))
+        return by_recording
 
     def at(self, coordinates: Array) -> _Evaluation:
         """Evaluate the cost at a point."""
@@ -124,13 +126,15 @@ class _Search:
         return _Evaluation(coordinates, np.concatenate([np.log(one).sum(axis=0) for one in squares]))
 
     def values(self, coordinates: Array) -> Values:
-        """Plant parameters of a point."""
-        found = {u.name: float(math.exp(x)) for u, x in zip(self.free_parameters, coordinates, strict=False)}
-        if DAMPING in found and STIFFNESS in found:
-            found[DAMPING] *= math.sqrt(found[STIFFNESS])
-        if PLAY in found and STIFFNESS in found:
-            found[PLAY] = max(found[PLAY] - found.get(COULOMB, 0.0) / found[STIFFNESS], LEAST_PLAY_M)
-        return found
+        """Return the plant parameters of a point."""
+        values = {
+            free.name: float(math.exp(x)) for free, x in zip(self.free_parameters, coordinates, strict=False)
+        }
+        if DAMPING in values and STIFFNESS in values:
+            values[DAMPING] *= math.sqrt(values[STIFFNESS])
+        if PLAY in values and STIFFNESS in values:
+            values[PLAY] = max(values[PLAY] - values.get(COULOMB, 0.0) / values[STIFFNESS], LEAST_PLAY_M)
+        return values
 
     def coordinates(self, values: Values, delay_periods: float) -> Array:
         """Point of plant parameters; its last coordinate is the delay of the force."""
@@ -139,20 +143,20 @@ class _Search:
             first[DAMPING] = values[DAMPING] / math.sqrt(values[STIFFNESS])
         if PLAY in values and STIFFNESS in values:
             first[PLAY] = values[PLAY] + values.get(COULOMB, 0.0) / values[STIFFNESS]
-        return np.array([*(math.log(first[u.name]) for u in self.free_parameters), delay_periods])
+        return np.array([*(math.log(first[free.name]) for free in self.free_parameters), delay_periods])
 
     def allowed(self, coordinates: Array) -> bool:
         """Whether all parameters are within their bounds."""
         values = self.values(coordinates)
-        return all(u.low <= values[u.name] <= u.high for u in self.free_parameters)
+        return all(free.low <= values[free.name] <= free.high for free in self.free_parameters)
 
     def minimise(
         self, best: _Evaluation, share: float, most_runs: int, kept: tuple[Name, ...] = ()
     ) -> _Evaluation:
         """Search from a point with a `share` of the first steps; parameters in `kept` are fixed."""
-        first = [0.0 if u.name in kept else u.step for u in self.free_parameters]
+        first = [0.0 if free.name in kept else free.step for free in self.free_parameters]
         steps = share * np.array([*first, DELAY_STEP])
-        fine = np.array([*(u.fine for u in self.free_parameters), DELAY_FINE_STEP])
+        fine = np.array([*(free.fine for free in self.free_parameters), DELAY_FINE_STEP])
         sign = np.ones(len(steps))
         most = self.runs + most_runs
         while self.runs < most and (steps > fine).any():
@@ -178,13 +182,13 @@ def fit_two_mass(
 ) -> TwoMassFit:
     """Fit the free parameters of one axis of the plant, which has a drive_compliance, to all recordings."""
     search = _Search(plant, index, free_parameters, recordings)
-    start = search.coordinates({u.name: u.start for u in free_parameters}, 0.0)
+    start = search.coordinates({free.name: free.start for free in free_parameters}, 0.0)
     scanned = [search.at(np.append(start[:-1], delay_periods)) for delay_periods in DELAYS_SCANNED]
     at_start = min(scanned, key=COST)
     beside = search.minimise(at_start, 1.0, MOST_BEFORE_GRID, (STIFFNESS, DAMPING))
     grid = [
         beside.coordinates + np.append(np.log(factors), 0.0)
-        for factors in itertools.product(*(u.grid for u in free_parameters))
+        for factors in itertools.product(*(free.grid for free in free_parameters))
     ]
     allowed = [place for place in grid if search.allowed(place)]
     if not allowed:
@@ -192,7 +196,9 @@ def fit_two_mass(
         raise ReconcileError("", "drive_compliance", reason, "shorten plant.substep_us")
     coarse = min((search.at(place) for place in allowed), key=COST)
     first = second = search.minimise(coarse, 1.0, MOST_SIMULATIONS)
-    moved = first.coordinates + RESTART_SHARE * np.array([*(u.step for u in free_parameters), DELAY_STEP])
+    moved = first.coordinates + RESTART_SHARE * np.array(
+        [*(free.step for free in free_parameters), DELAY_STEP]
+    )
     if search.allowed(moved):
         second = search.minimise(search.at(moved), RESTART_SHARE, MOST_SIMULATIONS)
     best, other = sorted((first, second), key=COST)
@@ -203,7 +209,7 @@ def fit_two_mass(
         delay_periods=float(best.coordinates[-1]),
         blocks=np.exp(best.logarithms),
         at_start=np.exp(at_start.logarithms),
-        at_bound=any(not 1.02 * u.low < values[u.name] < 0.98 * u.high for u in free_parameters),
+        at_bound=any(not 1.02 * free.low < values[free.name] < 0.98 * free.high for free in free_parameters),
     )
 
 
@@ -224,7 +230,7 @@ def _bounds(search: _Search, best: _Evaluation, other: _Evaluation) -> dict[Name
         errors = zip(search.errors(coordinates), scale, strict=True)
         return np.concatenate([one / by for one, by in errors], axis=1)
 
-    steps = np.array([*(2.0 * u.fine for u in search.free_parameters), 2.0 * DELAY_FINE_STEP])
+    steps = np.array([*(2.0 * free.fine for free in search.free_parameters), 2.0 * DELAY_FINE_STEP])
     sides = [(weighted(best.coordinates + h), weighted(best.coordinates - h)) for h in np.diag(steps)]
     slopes = np.stack([(up - down) / (2.0 * h) for (up, down), h in zip(sides, steps, strict=True)])
     by_block = np.einsum("kcbs,cbs->kb", slopes, weighted(best.coordinates))
@@ -234,10 +240,10 @@ def _bounds(search: _Search, best: _Evaluation, other: _Evaluation) -> dict[Name
     inverse = np.linalg.pinv(curvature, hermitian=True)
     spread = np.sqrt(np.diag(inverse @ pulls @ pulls.T @ inverse))
     excess_cost = max(best.cost - COST_OF_NOISE, 0.0)
-    found = {}
+    bounds = {}
     middle, beside = search.values(best.coordinates), search.values(other.coordinates)
-    for k, u in enumerate(search.free_parameters):
-        half = max(1.96 * float(spread[k]), u.fine, abs(math.log(beside[u.name] / middle[u.name])))
-        half += STEPS_PER_EXCESS_COST * u.fine * excess_cost
-        found[u.name] = (middle[u.name] * math.exp(-half), middle[u.name] * math.exp(half))
-    return found
+    for k, free in enumerate(search.free_parameters):
+        half = max(1.96 * float(spread[k]), free.fine, abs(math.log(beside[free.name] / middle[free.name])))
+        half += STEPS_PER_EXCESS_COST * free.fine * excess_cost
+        bounds[free.name] = (middle[free.name] * math.exp(-half), middle[free.name] * math.exp(half))
+    return bounds

@@ -1,4 +1,4 @@
-"""A recording as the two-mass model is fitted to it: samples that count, and errors in the sensors' noise."""
+"""A recording for the two-mass fit: its used samples, and the model's errors in units of sensor noise."""
 
 import math
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ from reconcile.regression.residual import Residual
 from reconcile.sensing.channel import quantum
 
 LONGEST_S = 16.0
-"""Length of the recordings that are fitted, s; more adds cost and little information."""
+"""Total length of the fitted recordings, s; more adds cost and little information. Chosen."""
 BEGIN_S, END_S = 0.2, 0.02
-"""Times at the beginning and end that are not fitted, s: the observer settles and the table reaches its
-flank; the motion after the end is unknown."""
+"""Times at beginning and end that are not fitted, s: at first the observer settles and the table reaches a
+flank; the motion after the end is unknown. Chosen."""
 SHORT_BLOCK_S = 0.04
 """Length of a short block, s: an impact and its ringing."""
 
@@ -33,8 +33,8 @@ class TwoMassRecording(NamedTuple):
 
 
 def two_mass_recordings(residuals: Sequence[Residual]) -> list[TwoMassRecording]:
-    """The first LONGEST_S of the recordings; held-out blocks drive the model and are not fitted."""
-    found, remaining_s = [], LONGEST_S
+    """Return the first LONGEST_S of the recordings; held-out blocks drive the model but are not fitted."""
+    recordings, remaining_s = [], LONGEST_S
     for residual in residuals:
         data, period_s = residual.data, residual.data.period_s
         count = min(len(data.time_s), math.floor(remaining_s / period_s))
@@ -46,25 +46,24 @@ def two_mass_recordings(residuals: Sequence[Residual]) -> list[TwoMassRecording]
         used[-math.ceil(END_S / period_s) :] = False
         inputs = DrivingInputs(period_s, data.force_n[:count], data.motion.position_m[:count])
         steps_m = _sensor_step(inputs.motor_m), _sensor_step(data.scale_m[:count])
-        found.append(TwoMassRecording(inputs, data.scale_m[:count], used, steps_m))
-    return found
+        recordings.append(TwoMassRecording(inputs, data.scale_m[:count], used, steps_m))
+    return recordings
 
 
 def _sensor_step(values: Array) -> float:
-    """Quantisation step of a sensor; that of equal variance where its noise is larger."""
+    """Return the quantisation step of a sensor, or the step of equal variance if its noise is larger."""
     third = np.diff(values, 3)
     noise = 1.4826 * float(np.median(np.abs(third))) / math.sqrt(20.0)
     return max(quantum(values), noise * math.sqrt(12.0), 1e-12)
 
 
 def short_block_errors(one: TwoMassRecording, run: ModelResponse) -> Array:
-    """Errors of motor and scale in the used short blocks, in their noise: (2, blocks, samples)."""
+    """Return the errors of motor and scale in the used short blocks, in their noise (2, blocks, samples)."""
     length = max(round(SHORT_BLOCK_S / one.driven.period_s), 2)
     count = len(one.used) // length
     deviation_error_m = one.scale_m - one.driven.motor_m - run.deviation_m
-    deviation_error_m = (
-        deviation_error_m - deviation_error_m[one.used].mean()
-    )  # the scale's zero is arbitrary
+    # the zero of the scale is arbitrary
+    deviation_error_m = deviation_error_m - deviation_error_m[one.used].mean()
     both = np.stack((run.ahead_m, deviation_error_m))[:, : count * length].reshape(2, count, length)
     whole = one.used[: count * length].reshape(count, length).all(axis=1)
     noise_m = np.array(one.steps_m) / math.sqrt(12.0)

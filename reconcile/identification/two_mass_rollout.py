@@ -2,7 +2,7 @@
 
 The measured force drives motor and table as a plant file describes them. After each sample a slow observer
 corrects both by the error of the motor's position (position, velocity, constant force; three equal poles), so
-that nothing drifts; the state between motor and table is not corrected. The errors of encoder and scale
+that they do not drift; the state between motor and table is not corrected. The errors of encoder and scale
 against this prediction identify spring, damper and play.
 Source: innovation form of an output error model, Ljung (1999), section 7.3.
 """
@@ -72,7 +72,17 @@ def respond(
     gains = (1.0 - pole**3, 1.5 * (1.0 - pole) ** 2 * (1.0 + pole), (1.0 - pole) ** 3)
     rows, step_s = np.zeros((3, len(driven.motor_m))), driven.period_s / substeps
     force_n, motor_m = compiled_layout(driven.force_n), compiled_layout(driven.motor_m)
-    _respond(params, state, substeps, step_s, delay_periods, force_n, motor_m, gains, rows)
+    _respond(
+        params,
+        state,
+        substeps=substeps,
+        dt_s=step_s,
+        delay_periods=delay_periods,
+        force_n=force_n,
+        motor_m=motor_m,
+        gains=gains,
+        rows=rows,
+    )
     return ModelResponse(*rows)
 
 

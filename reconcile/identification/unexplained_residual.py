@@ -17,18 +17,18 @@ BESIDE_EFFECTS = {
     ResidualChannel.POSITION_DEVIATION: ((20.0, 0.25),),
 }
 """Beside named effects, pairs of the least RMS in noise floors and the least share of the squares of the
-refitted residual; either pair suffices. Less is the misfit of the named effects, which `accounted` states.
-Chosen; larger in the deviation, where the scale's noise is far below the misfit of a wrong shape."""
+refitted residual; either pair suffices. A smaller residual is the misfit of the named effects. Chosen; larger
+in the deviation, where the scale's noise is far below the misfit of a wrong shape."""
 LEAST_COUNTS = 4.0
 """Least RMS of a deviation in counts: the interpolation of a scale drifts by some counts. Chosen."""
 LEAST_COLOUR = 40.0
 """Least Ljung-Box statistic over its degrees of freedom; that of white noise is 1. Chosen."""
 FAR_FLOORS = 20.0
-"""RMS of a force in noise floors from which no colour is asked for: the test looks at samples some filter
-times apart, between which a force of short pulses is new each time. What quiet axes of the trials left, white
-to the test, had 12 at most. Chosen."""
+"""Least RMS of a force in noise floors that is reported even if white: the test compares samples some filter
+times apart, between which a force of short pulses is uncorrelated. Chosen: white residuals of the trials'
+quiet axes had at most 12."""
 MOST_CONFIDENT = 0.99
-"""Confidence in a residual far above the noise: the floor itself is estimated."""
+"""Upper bound of the confidence in a residual, because the noise floor itself is estimated; chosen."""
 
 
 def unexplained_residual(
@@ -39,9 +39,9 @@ def unexplained_residual(
     *,
     alone: bool,
 ) -> IdentifiedEffect | None:
-    """Report a residual that is more than noise as `unknown`; `alone`: nothing else was found.
+    """Return a residual above the noise as an `unknown` effect, else None; `alone`: no other finding.
 
-    A deviation within LEAST_COUNTS of `resolution_m`, a count of the coarser sensor, is none.
+    `resolution_m`: count of the coarser sensor; a deviation below LEAST_COUNTS of it is not reported.
     """
     after, refitted, floor = sizes.residual, rms(residuals, "refitted"), sizes.noise
     is_force = channel is ResidualChannel.FORCE

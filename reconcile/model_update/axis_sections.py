@@ -54,7 +54,7 @@ def axis_sections(explanations: Sequence[Explanation], model: NominalModel, name
     named_by_force: set[str] = set()
     base = next((e.base for e in explanations if e.channel is ResidualChannel.FORCE), {})
     for explanation in explanations:
-        is_changed = explanation.findings or explanation.minor or explanation.parameters_matter
+        is_changed = explanation.findings or explanation.minor or explanation.nominal_is_worse
         if explanation.channel is ResidualChannel.FORCE and is_changed:
             _write_base(explanation, axis, sections, notes)
         for finding in _of_all_recordings(explanation, notes):

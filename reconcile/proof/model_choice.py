@@ -20,14 +20,16 @@ class ModelChoice(NamedTuple):
     variant: str
     """A key of VARIANTS."""
 
-    def applied_to(self, explanation: Explanation, *, brief: bool = True) -> Explanation:
+    def applied_to(self, explanation: Explanation, *, parameters_only: bool = True) -> Explanation:
         """The explanation without the dropped effects, in the variant."""
-        return VARIANTS[self.variant](without(explanation, self.dropped, brief=brief), brief)
+        return VARIANTS[self.variant](
+            without(explanation, self.dropped, parameters_only=parameters_only), parameters_only
+        )
 
 
 def best_predicting(explanation: Explanation, proof: Proof) -> Explanation:
     """The explanation as the model that predicted best: without dropped effects, in the chosen variant."""
-    return ModelChoice(proof.dropped, proof.variant).applied_to(explanation, brief=False)
+    return ModelChoice(proof.dropped, proof.variant).applied_to(explanation, parameters_only=False)
 
 
 def without_dropped(explanation: Explanation, proof: Proof) -> Explanation:
@@ -74,12 +76,15 @@ class WritableModel(NamedTuple):
 
 
 def writable_model(
-    explanations: Sequence[Explanation], model: NominalModel, axis: str, *, brief: bool = False
+    explanations: Sequence[Explanation], model: NominalModel, axis: str, *, parameters_only: bool = False
 ) -> WritableModel:
     """The explanations of an axis without the effects that no file can hold, and its sections of the file."""
     sections = axis_sections(explanations, model, axis)
     if not sections.left_out:
         return WritableModel(list(explanations), sections)
-    writable = [without(explanation, sections.left_out, brief=brief) for explanation in explanations]
+    writable = [
+        without(explanation, sections.left_out, parameters_only=parameters_only)
+        for explanation in explanations
+    ]
     sections_of_writable = axis_sections(writable, model, axis)
     return WritableModel(writable, sections_of_writable._replace(left_out=sections.left_out))

@@ -16,7 +16,7 @@ from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
 from reconcile.catalogue.smooth_terms import COARSE_KNOTS, PREFIX, SMOOTH_TERMS
 from reconcile.catalogue.stribeck_friction import ENTRY as STRIBECK
 from reconcile.identification.explain import Explanation, with_terms, without
-from reconcile.identification.term_search import FoundTerms
+from reconcile.identification.term_search import SelectedTerms
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.physical_veto import vetoed
 from reconcile.regression.regression_problem import regression_problem
@@ -32,43 +32,43 @@ excitation are not fitted. With a tenth of this ridge a cobot's weight was predi
 in other motions. Calibrated on the measured machines kinova, kuka and bam."""
 
 Variant = Callable[[Explanation, bool], Explanation]
-"""Turns an explanation and `brief` (see `with_terms`) into the variant; unchanged where it does not apply."""
+"""Takes an explanation and `parameters_only` (see `with_terms`); unchanged if it does not apply."""
 
 
-def as_found(explanation: Explanation, _brief: bool) -> Explanation:
+def as_found(explanation: Explanation, _parameters_only: bool) -> Explanation:
     """The identified effects."""
     return explanation
 
 
-def of_all_recordings(explanation: Explanation, brief: bool) -> Explanation:
+def of_all_recordings(explanation: Explanation, parameters_only: bool) -> Explanation:
     """The identified effects, refitted without the unnamed terms that each recording has of its own."""
-    found = explanation.found
-    unnamed = {c.effect for c in found.terms if _is_unnamed_per_recording(c)} if found else set()
-    return without(explanation, unnamed, brief=brief)
+    selected = explanation.selected
+    unnamed = {c.effect for c in selected.terms if _is_unnamed_per_recording(c)} if selected else set()
+    return without(explanation, unnamed, parameters_only=parameters_only)
 
 
-def beside_textbook(explanation: Explanation, brief: bool) -> Explanation:
+def beside_textbook(explanation: Explanation, parameters_only: bool) -> Explanation:
     """The identified effects and textbook friction."""
-    found = explanation.found
-    kept = [c for c in found.terms if not _is_unnamed_per_recording(c)] if found else []
-    return _with_textbook(explanation, kept, brief=brief)
+    selected = explanation.selected
+    kept = [c for c in selected.terms if not _is_unnamed_per_recording(c)] if selected else []
+    return _with_textbook(explanation, kept, parameters_only=parameters_only)
 
 
-def textbook(explanation: Explanation, brief: bool) -> Explanation:
+def textbook(explanation: Explanation, parameters_only: bool) -> Explanation:
     """Textbook friction in place of the identified effects."""
-    return _with_textbook(explanation, [], brief=brief)
+    return _with_textbook(explanation, [], parameters_only=parameters_only)
 
 
-def textbook_and_weight(explanation: Explanation, brief: bool) -> Explanation:
+def textbook_and_weight(explanation: Explanation, parameters_only: bool) -> Explanation:
     """Textbook friction and, on a joint, the weight that it carries."""
     weight = _weight_shapes(explanation)
-    return _with_textbook(explanation, [], weight, brief=brief) if weight else explanation
+    return _with_textbook(explanation, [], weight, parameters_only=parameters_only) if weight else explanation
 
 
-def textbook_and_table(explanation: Explanation, brief: bool) -> Explanation:
+def textbook_and_table(explanation: Explanation, parameters_only: bool) -> Explanation:
     """Textbook friction, the weight on a joint, and a table of force over the travel."""
     shapes = _weight_shapes(explanation) + _table_shapes(explanation)
-    return _with_textbook(explanation, [], shapes, brief=brief)
+    return _with_textbook(explanation, [], shapes, parameters_only=parameters_only)
 
 
 AS_FOUND, OF_ALL_RECORDINGS = "as found", "fitted to all recordings"
@@ -104,7 +104,9 @@ NOTES = {
 
 def has_unnamed_per_recording(explanation: Explanation) -> bool:
     """Whether unnamed terms have coefficients of their own in each recording."""
-    return explanation.found is not None and any(map(_is_unnamed_per_recording, explanation.found.terms))
+    return explanation.selected is not None and any(
+        map(_is_unnamed_per_recording, explanation.selected.terms)
+    )
 
 
 def variants_of(explanation: Explanation) -> Mapping[str, Variant]:
@@ -114,15 +116,17 @@ def variants_of(explanation: Explanation) -> Mapping[str, Variant]:
     left-out recording can test. Forces over the position are compared only with several recordings: the last
     third of a motion covers the same positions as the first two.
     """
-    found = explanation.found
-    if found is not None and any(c.per_recording and not _is_unnamed_per_recording(c) for c in found.terms):
+    selected = explanation.selected
+    if selected is not None and any(
+        c.per_recording and not _is_unnamed_per_recording(c) for c in selected.terms
+    ):
         return {}
     is_force = explanation.channel is ResidualChannel.FORCE
     sizes = explanation.accounted
-    if found is None or not is_force or sizes is None or sizes.is_noise:
+    if selected is None or not is_force or sizes is None or sizes.is_noise:
         return {}
     omitted = {AS_FOUND}
-    if len(found.problem.datasets) == 1:
+    if len(selected.problem.datasets) == 1:
         omitted |= {WITH_WEIGHT, WITH_TABLE}
     return {name: variant for name, variant in VARIANTS.items() if name not in omitted}
 
@@ -137,39 +141,43 @@ TermShapes = list[tuple[str, ShapeParameters]]
 
 def _weight_shapes(explanation: Explanation) -> TermShapes:
     """The weight on a joint; none on a linear axis, or where the joint hardly turns."""
-    found = explanation.found
-    shapes = GRAVITY.terms[0].shapes(found.problem.datasets) if found else []
+    selected = explanation.selected
+    shapes = GRAVITY.terms[0].shapes(selected.problem.datasets) if selected else []
     return [(GRAVITY.name, shape) for shape in shapes]
 
 
 def _table_shapes(explanation: Explanation) -> TermShapes:
     """A coarse table of force over the travel."""
-    found = explanation.found
-    shapes = SMOOTH_TERMS[TABLE_COORDINATE].shapes(found.problem.datasets) if found else []
+    selected = explanation.selected
+    shapes = SMOOTH_TERMS[TABLE_COORDINATE].shapes(selected.problem.datasets) if selected else []
     return [(PREFIX + TABLE_COORDINATE, shape) for shape in shapes if shape[2] == COARSE_KNOTS]
 
 
 def _with_textbook(
-    explanation: Explanation, kept: list[CandidateTerm], further: TermShapes | None = None, *, brief: bool
+    explanation: Explanation,
+    kept: list[CandidateTerm],
+    further: TermShapes | None = None,
+    *,
+    parameters_only: bool,
 ) -> Explanation:
     """`kept` terms with a constant force, viscous friction by direction, Stribeck friction and `further`.
 
     Those that the model has already, or that are physically impossible beside the others, are omitted.
     """
-    found = explanation.found
-    if found is None:
+    selected = explanation.selected
+    if selected is None:
         return explanation
-    present = {*(c.effect for c in kept), *found.inputs.axis.model_effects.effects}
+    present = {*(c.effect for c in kept), *selected.inputs.axis.model_effects.effects}
     textbook_shapes = [(entry.name, ()) for entry in (CONSTANT_FORCE, VISCOUS_BY_DIRECTION)]
     added = [(name, shape) for name, shape in [*textbook_shapes, *(further or [])] if name not in present]
     with_stribeck = [added]
     if STRIBECK.name not in present:
-        with_stribeck = [[*added, (STRIBECK.name, shape)] for shape in _stribeck_shapes(found)]
-    fits = (_fit_possible(found, kept, shapes) for shapes in with_stribeck)  # two at a time in memory
+        with_stribeck = [[*added, (STRIBECK.name, shape)] for shape in _stribeck_shapes(selected)]
+    fits = (_fit_possible(selected, kept, shapes) for shapes in with_stribeck)  # two at a time in memory
     best = min(fits, key=_training_squares, default=None)
-    if best is None or [c.key for c in best.terms] == [c.key for c in found.terms]:
+    if best is None or [c.key for c in best.terms] == [c.key for c in selected.terms]:
         return explanation
-    variant = with_terms(explanation, best, brief=brief)
+    variant = with_terms(explanation, best, parameters_only=parameters_only)
     reported = {f.effect for f in explanation.findings}
     unreported = [
         f for f in variant.findings if f.effect not in reported and (f.candidates or f.effect != "unknown")
@@ -178,21 +186,21 @@ def _with_textbook(
     return variant._replace(findings=findings, minor=[*variant.minor, *unreported])
 
 
-def _training_squares(found: FoundTerms) -> float:
-    equations = found.problem.equations
-    slots = equations.slots(found.terms)
-    theta = equations.solve(slots, equations.totals(found.train))
-    return float(equations.squares(slots, theta, found.train).sum())
+def _training_squares(selected: SelectedTerms) -> float:
+    equations = selected.problem.equations
+    slots = equations.slots(selected.terms)
+    theta = equations.solve(slots, equations.totals(selected.train))
+    return float(equations.squares(slots, theta, selected.train).sum())
 
 
-def _fit_possible(found: FoundTerms, kept: list[CandidateTerm], added: TermShapes) -> FoundTerms:
+def _fit_possible(selected: SelectedTerms, kept: list[CandidateTerm], added: TermShapes) -> SelectedTerms:
     """The `kept` and `added` terms fitted together, without added ones that are physically impossible."""
     problem = regression_problem(
-        found.problem.datasets,
-        found.problem.channel,
+        selected.problem.datasets,
+        selected.problem.channel,
         [*((c.effect, c.shape_parameters) for c in kept), *added],
         only=True,
-        model_terms=found.problem.model_terms,
+        model_terms=selected.problem.model_terms,
     )
     equations = problem.equations.with_ridge(COLLINEAR_RIDGE)
     problem = problem._replace(equations=equations)
@@ -200,19 +208,19 @@ def _fit_possible(found: FoundTerms, kept: list[CandidateTerm], added: TermShape
     terms = [by_key[c.key] for c in kept] + [by_key[name, shape, False] for name, shape in added]
     while True:
         slots = equations.slots(terms)
-        weights = equations.denormalised(slots, equations.solve(slots, equations.totals(found.train)))
-        impossible = {*vetoed(problem, terms, weights, found.inputs.axis)} & {name for name, _ in added}
+        weights = equations.denormalised(slots, equations.solve(slots, equations.totals(selected.train)))
+        impossible = {*vetoed(problem, terms, weights, selected.inputs.axis)} & {name for name, _ in added}
         if not impossible:
             break
         terms = [c for c in terms if c.effect not in impossible]
-    rivals = {**found.rivals, **{name: (0.0, []) for name, _ in added}}
-    return found._replace(problem=problem, terms=terms, rivals=rivals)
+    rivals = {**selected.rivals, **{name: (0.0, []) for name, _ in added}}
+    return selected._replace(problem=problem, terms=terms, rivals=rivals)
 
 
-def _stribeck_shapes(found: FoundTerms) -> list[ShapeParameters]:
+def _stribeck_shapes(selected: SelectedTerms) -> list[ShapeParameters]:
     speeds_m_s = [
         np.abs(data.motion.velocity_m_s[used])
-        for data, used in zip(found.problem.datasets, found.problem.used, strict=True)
+        for data, used in zip(selected.problem.datasets, selected.problem.used, strict=True)
     ]
     fast_m_s = float(np.percentile(np.concatenate(speeds_m_s), FAST_PERCENTILE))
     return [(share * fast_m_s,) for share in STRIBECK_SHARES] if fast_m_s > 0.0 else []

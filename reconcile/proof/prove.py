@@ -149,14 +149,14 @@ def _held_out_blocks(search: TermSearch, source: str) -> Index:
 
 def _without_samples(explanation: Explanation) -> Explanation:
     """The terms and values of an explanation, without the columns and residuals over time."""
-    if explanation.found is not None:
-        explanation.found.problem.equations.rows.clear()
+    if explanation.selected is not None:
+        explanation.selected.problem.equations.rows.clear()
     return explanation._replace(residuals=[without_traces(one) for one in explanation.residuals])
 
 
 def _written_axis(explanations: Sequence[Explanation], model: NominalModel, axis: str) -> NominalAxis:
     """The axis as read from the model file that is written from the explanations."""
-    sections = writable_model(explanations, model, axis, brief=True).sections.sections
+    sections = writable_model(explanations, model, axis, parameters_only=True).sections.sections
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.toml"
         write_model(model, {axis: sections}, file)

@@ -21,7 +21,7 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.accounted import UNNAMED, accounted
 from reconcile.identification.compared_models import nominal_coefficients
 from reconcile.identification.explain import Explanation, without
-from reconcile.identification.term_search import FoundTerms
+from reconcile.identification.term_search import SelectedTerms
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.candidate_term import effect_names
@@ -65,15 +65,15 @@ def without_simulated_terms(
     explanation: Explanation, simulated: Sequence[AxisRecording], axis: NominalAxis
 ) -> Explanation:
     """The explanation without the terms that `simulated` recordings of the model show as well."""
-    sizes, found = explanation.accounted, explanation.found
-    if not simulated or found is None or sizes is None:
+    sizes, selected = explanation.accounted, explanation.selected
+    if not simulated or selected is None or sizes is None:
         return explanation
-    simulation = _fit_to_simulation(found, explanation.channel, simulated, axis)
+    simulation = _fit_to_simulation(selected, explanation.channel, simulated, axis)
     if simulation.rigid_residual > MOST_RESIDUAL_RATIO * rms(explanation.residuals, "refitted"):
         return explanation
     of_model = [
         effect
-        for effect in effect_names(found.terms)
+        for effect in effect_names(selected.terms)
         if _is_as_large(effect, simulation.effects, sizes.effects)
         or (effect == SPRING and effect in axis.model_effects.effects and _is_force(explanation))
     ]
@@ -91,7 +91,7 @@ def without_simulated_terms(
     return explanation._replace(
         findings=findings,
         accounted=sizes._replace(noise=min(math.hypot(sizes.noise, simulation.residual), sizes.residual)),
-        parameters_matter=explanation.parameters_matter
+        nominal_is_worse=explanation.nominal_is_worse
         and simulation.removed_by_refit < LEAST_SIMULATED_RATIO * removed,
     )
 
@@ -119,26 +119,26 @@ class _SimulationFit(NamedTuple):
 
 
 def _fit_to_simulation(
-    found: FoundTerms, channel: ResidualChannel, simulated: Sequence[AxisRecording], axis: NominalAxis
+    selected: SelectedTerms, channel: ResidualChannel, simulated: Sequence[AxisRecording], axis: NominalAxis
 ) -> _SimulationFit:
-    """Fit the terms that were found in a channel to the `simulated` recordings."""
+    """Fit the selected terms of a channel to the `simulated` recordings."""
     if channel is ResidualChannel.POSITION_DEVIATION:
         simulated = [recording for recording in simulated if recording.scale_m is not None]
     datasets = [regression_data(recording, axis) for recording in simulated]
-    shapes = [(c.effect, c.shape_parameters) for c in found.terms]
-    if channel is ResidualChannel.FORCE and not any(c.effect in TIMING for c in found.terms):
+    shapes = [(c.effect, c.shape_parameters) for c in selected.terms]
+    if channel is ResidualChannel.FORCE and not any(c.effect in TIMING for c in selected.terms):
         shapes += [(DELAY.name, shape) for shape in DELAY.terms[0].shapes(datasets)[:1]]
     model_terms = regressed_terms(axis, datasets, channel)
     problem = regression_problem(datasets, channel, shapes, only=True, model_terms=model_terms)
     equations = problem.equations
-    # timing is fitted anew: the simulation has not the delay of the recording
+    # timing is refitted: the simulation does not have the delay of the recording
     timing = [c for c in equations.candidates if c.effect in TIMING]
-    terms = [*timing, *(equations.by_key[c.key] for c in found.terms if c.effect not in TIMING)]
+    terms = [*timing, *(equations.by_key[c.key] for c in selected.terms if c.effect not in TIMING)]
     blocks = np.arange(len(equations.samples))
     totals, samples = equations.totals(blocks), max(int(equations.samples.sum()), 1)
     slots, rigid_slots = equations.slots(terms), equations.slots(timing)
     weights = equations.denormalised(slots, equations.solve(slots, totals))
-    sizes = accounted(problem, terms, weights, noise=0.0, share=found.inputs.rules.negligible_force_share)
+    sizes = accounted(problem, terms, weights, noise=0.0, share=selected.inputs.rules.negligible_force_share)
     refitted = equations.solve(rigid_slots, totals)
     is_force = channel is ResidualChannel.FORCE
     nominal = nominal_coefficients(axis, problem, refitted) if is_force else refitted

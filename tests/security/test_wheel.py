@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from numba.core.caching import _CacheLocator
 
-from kernels.jit import HOUSE
+from kernels.jit import PACKAGES
 
 ROOT = Path(__file__).parents[2]
 ODRIVE = ROOT.parent / "shared" / "data" / "odrive_cogging"
@@ -55,13 +55,13 @@ def share_kernels(packages: Path) -> None:
     def name_of(folder: Path) -> str:
         return str(_CacheLocator.get_suitable_cache_subpath(str(folder / "any.py")))
 
-    sources = [file for house in HOUSE for file in (ROOT / house).rglob("*.py")]
+    sources = [file for package in PACKAGES for file in (ROOT / package).rglob("*.py")]
     for file in sources:
         time_ns = file.stat().st_mtime_ns
         os.utime(packages / file.relative_to(ROOT), ns=(time_ns, time_ns))
     names = {name_of(file.parent): name_of(packages / file.parent.relative_to(ROOT)) for file in sources}
-    for house in HOUSE:
-        for kept in (ROOT / house).rglob("__pycache__/*-kernels-*/*"):
+    for package in PACKAGES:
+        for kept in (ROOT / package).rglob("__pycache__/*-kernels-*/*"):
             if kept.name in names:  # else of a checkout that was elsewhere
                 shutil.copytree(kept, packages / kept.parent.relative_to(ROOT) / names[kept.name])
 

@@ -39,7 +39,7 @@ class SyntheticExplanation(NamedTuple):
     channel: ResidualChannel
     findings: list[IdentifiedEffect]
     base: dict[str, float]
-    parameters_matter: bool
+    nominal_is_worse: bool
     residuals: list[SyntheticResidual]
     minor: tuple[IdentifiedEffect, ...] = ()
 
@@ -104,7 +104,7 @@ def explanations(
             channel=one,
             findings=findings if one is channel else [],
             base=dict(base),
-            parameters_matter=False,
+            nominal_is_worse=False,
             residuals=residuals,
         )
         for one, base in bases.items()

@@ -73,7 +73,7 @@ def reported(evidence: Evidence) -> list[str]:
     problems = []
     if (
         fault.words
-        and _lived_long_enough(evidence)
+        and _lived_long_enough(evidence, evidence.injected.cycle)
         and _is_detectable(evidence)
         and not any(word in text for word in fault.words for text in texts)
     ):
@@ -96,7 +96,7 @@ def _is_detectable(evidence: Evidence) -> bool:
         return _controlled_at(evidence, evidence.injected.cycle + fault.reported_within_cycles)
     causes = None if fault.cause is None else fault.cause(evidence)
     return causes is None or any(
-        _lives_until(evidence, cause.cycle)
+        _lived_long_enough(evidence, cause.cycle)
         and (cause.event != SENSORS_DISAGREE or _controlled_at(evidence, cause.cycle - 1))
         for cause in causes
     )
@@ -107,13 +107,8 @@ def _controlled_at(evidence: Evidence, cycle: int) -> bool:
     return stage in CONTROLLED_STAGES
 
 
-def _lived_long_enough(evidence: Evidence) -> bool:
-    """Return whether the daemon ran long enough after the fault to detect it."""
-    assert evidence.injected is not None
-    return _lives_until(evidence, evidence.injected.cycle)
-
-
-def _lives_until(evidence: Evidence, cycle: int) -> bool:
+def _lived_long_enough(evidence: Evidence, cycle: int) -> bool:
+    """Return whether the daemon ran long enough after a cycle to detect a fault of it."""
     last = evidence.frames[-1].cycle if evidence.frames else -1
     return last - cycle > evidence.plan.fault.reported_within_cycles
 

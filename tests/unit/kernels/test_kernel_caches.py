@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from kernels.jit import HOUSE, forget_old_caches, reachable_files
+from kernels.jit import PACKAGES, forget_old_caches, reachable_files
 
 ROOT = Path(__file__).parents[3]
 PREFIX = "somewhere-kernels-"
@@ -37,7 +37,7 @@ def test_every_package_that_may_hold_kernels_is_part_of_the_content() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     shipped = set(project["tool"]["hatch"]["build"]["targets"]["wheel"]["only-include"])
     without_kernels = {"local_can", "shipped_files", "eds", "machines"}
-    assert shipped - set(HOUSE) == without_kernels
+    assert shipped - set(PACKAGES) == without_kernels
 
 
 def test_what_a_room_imports_is_part_of_its_content() -> None:

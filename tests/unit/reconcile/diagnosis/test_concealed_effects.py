@@ -36,7 +36,7 @@ AXIS = "x"
 DEVIATES = {"backlash", "drive_compliance", "lead_error_periodic"}
 """Effects that show in scale less motor; the others in the force."""
 LEVELS_DIFFER = {
-    "backlash": "the column's table lands on rigid flanks: fitted anew it takes what they yield, 0.05 um, "
+    "backlash": "the column's table lands on rigid flanks: refitted, it takes what they yield, 0.05 um, "
     "for play, and leaves 0.15 um; given play and spring apart, as they are, 0.19 um, with the plant "
     "itself 0.21 um. The plant along the recording (reconcile.identification.two_mass) would leave 0.015 um",
 }

@@ -4,40 +4,38 @@ from typing import Any
 
 import pytest
 
-from reconcile.catalogue.kinds import NAMELESS, ResidualChannel
+from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import PREFIX
-from reconcile.catalogue.unnamed_terms import meaning_of
+from reconcile.catalogue.unnamed_terms import term
 from reconcile.diagnosis.verdict import verdict
 from reconcile.identification.explain import Explanation, ResidualRms
 from reconcile.identification.findings import IdentifiedEffect
-from reconcile.identification.rivals import RivalEffect, law_of_curve
+from reconcile.identification.rivals import RivalEffect
 from reconcile.regression.candidate_term import CandidateTerm
 
 LAW = "position_dependent_friction"
 FORCE, DEVIATION = ResidualChannel.FORCE, ResidualChannel.POSITION_DEVIATION
 
 
-def test_the_sentence_of_an_unnamed_curve_begins_as_the_law_that_replaces_it_takes_off() -> None:
+def test_the_sentence_of_an_unnamed_curve_says_after_its_first_colon_what_the_curve_shows() -> None:
     heights = dict.fromkeys(("at_1", "height_1", "at_2", "height_2"), 1.0)
-    assert meaning_of(PREFIX + "position").sentence(heights).startswith(NAMELESS)
+    curve_term = term(PREFIX + "position")
+    assert curve_term.sentence(heights).partition(": ")[2] == curve_term.finding(heights)
 
 
 def curve(
     over: str, *, share: float = 0.4, own: bool = False, rival: tuple[str, float] | None = None
 ) -> IdentifiedEffect:
     """A curve; of the `rival` the name and what it explains, over what the curve does."""
-    term = CandidateTerm(PREFIX + over, (0.0, 1.0, 9.0), own, (3, 4, 5))
-    sentence = f"{NAMELESS}it changes with it, most at 0.2 m"
+    own_term = CandidateTerm(PREFIX + over, (0.0, 1.0, 9.0), own, (3, 4, 5))
+    sentence = "something real that no entry explains: it changes with it, most at 0.2 m"
     rivals = [RivalEffect(rival[0], 0.0, rival[1])] if rival else []
-    law = law_of_curve(term.effect, rivals)
-    return IdentifiedEffect(
-        "unknown", "force", 0.97, [], rivals, [term], {}, 0.6, 0.5, sentence, share, law=law
-    )
+    return IdentifiedEffect("unknown", "force", 0.97, [], rivals, [own_term], {}, 0.6, 0.5, sentence, share)
 
 
 def named(effect: str) -> IdentifiedEffect:
-    term = CandidateTerm(effect, (1.0,), False, (3,))
-    return IdentifiedEffect(effect, "force", 0.9, [], [], [term], {}, 0.6, 0.5, "", 0.5)
+    own_term = CandidateTerm(effect, (1.0,), False, (3,))
+    return IdentifiedEffect(effect, "force", 0.9, [], [], [own_term], {}, 0.6, 0.5, "", 0.5)
 
 
 def verdict_of(*findings: IdentifiedEffect, channel: ResidualChannel = FORCE) -> dict[str, Any]:

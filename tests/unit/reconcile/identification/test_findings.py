@@ -39,7 +39,7 @@ def test_parameters_are_within_intervals_that_hold_the_truth(found: tuple) -> No
         assert value.value == pytest.approx(truth, rel=0.02)
         assert value.low < value.value < value.high
         assert value.high - value.low < 0.1 * truth
-    own = values.of[chosen[0]]
+    own = values.of_term[chosen[0]]
     assert own["amplitude"].value == pytest.approx(COGGING_N, rel=0.03)
     assert own["amplitude"].low < COGGING_N < own["amplitude"].high
     assert own["phase_rad"].value == pytest.approx(PHASE_RAD, abs=0.03)
@@ -53,7 +53,7 @@ def test_nearly_collinear_columns_get_small_coefficients() -> None:
     slots = equations.slots(chosen)
     plain = equations.denormalised(slots, equations.solve(slots, equations.totals(blocks)))
     values = estimates(given, chosen, blocks, resamples=0)
-    sizes = [values.of[c]["amplitude"].value for c in chosen]
+    sizes = [values.of_term[c]["amplitude"].value for c in chosen]
     assert np.abs(plain[3:]).max() > 2.0 * COGGING_N
     assert max(sizes) < COGGING_N
     assert values.base["mass_kg"].value == pytest.approx(MASS_KG, rel=0.01)

@@ -34,18 +34,22 @@ def residual_after(amplitude_n: float, refitted_n: float | None = None, noise_n:
 
 
 def unexplained(
-    left: list[Residual], *, matters: float = 0.5, resolution_m: float | None = None, alone: bool = False
+    left: list[Residual],
+    *,
+    negligible_rms: float = 0.5,
+    resolution_m: float | None = None,
+    alone: bool = False,
 ) -> IdentifiedEffect | None:
-    """What is reported of a residual; a deviation where nothing matters by its force."""
-    channel = ResidualChannel.FORCE if matters else ResidualChannel.POSITION_DEVIATION
+    """Return what is reported of a force residual; of the deviation if `negligible_rms` is 0."""
+    channel = ResidualChannel.FORCE if negligible_rms else ResidualChannel.POSITION_DEVIATION
     noise = noise_floor(left, channel, MASS_KG).rms
     sizes = Accounted(
-        measured=100.0 * matters,
+        measured=100.0 * negligible_rms,
         rigid=0.0,
         effects={},
         residual=rms(left, "after"),
         noise=noise,
-        matters=matters,
+        negligible_rms=negligible_rms,
     )
     return unexplained_residual(left, channel, sizes, resolution_m, alone=alone)
 
@@ -71,13 +75,13 @@ def test_beside_named_effects_a_small_share_is_their_misfit() -> None:
     assert unexplained(residual_after(AMPLITUDE_N, above)) is not None
 
 
-def test_alone_it_is_reported_from_the_size_that_matters_on() -> None:
+def test_alone_it_is_reported_from_a_relevant_size_on() -> None:
     small = residual_after(0.2 * AMPLITUDE_N, AMPLITUDE_N)
     assert unexplained(small) is None
     found = unexplained(small, alone=True)
     assert found is not None
     assert found.parameters["rms"].value == pytest.approx(0.2 * AMPLITUDE_N / math.sqrt(2.0), rel=0.05)
-    assert unexplained(small, alone=True, matters=0.2 * AMPLITUDE_N) is None
+    assert unexplained(small, alone=True, negligible_rms=0.2 * AMPLITUDE_N) is None
 
 
 def white_after(size_n: float) -> list[Residual]:
@@ -93,8 +97,8 @@ def test_a_white_force_far_above_the_noise_is_no_noise() -> None:
     near, far = white_after(0.5 * FAR_FLOORS * noise_n), white_after(2.0 * FAR_FLOORS * noise_n)
     for left in (near, far):
         assert whiteness(left, [left[0].after]).q < LEAST_COLOUR * LAGS
-    assert unexplained(near, alone=True, matters=0.1 * noise_n) is None
-    found = unexplained(far, alone=True, matters=0.1 * noise_n)
+    assert unexplained(near, alone=True, negligible_rms=0.1 * noise_n) is None
+    found = unexplained(far, alone=True, negligible_rms=0.1 * noise_n)
     assert found is not None
     assert found.effect == "unknown"
 
@@ -102,5 +106,5 @@ def test_a_white_force_far_above_the_noise_is_no_noise() -> None:
 def test_a_deviation_of_some_counts_is_no_unexplained_residual() -> None:
     left = residual_after(AMPLITUDE_N * 1e-6, noise_n=1e-9)
     rms_m = AMPLITUDE_N * 1e-6 / math.sqrt(2.0)
-    assert unexplained(left, matters=0.0, resolution_m=1.1 * rms_m / LEAST_COUNTS) is None
-    assert unexplained(left, matters=0.0, resolution_m=0.9 * rms_m / LEAST_COUNTS) is not None
+    assert unexplained(left, negligible_rms=0.0, resolution_m=1.1 * rms_m / LEAST_COUNTS) is None
+    assert unexplained(left, negligible_rms=0.0, resolution_m=0.9 * rms_m / LEAST_COUNTS) is not None

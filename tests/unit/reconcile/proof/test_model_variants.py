@@ -49,20 +49,20 @@ def test_textbook_friction_is_fitted_and_is_no_finding(explanation: Explanation)
 
 def test_beside_it_all_that_was_found_stays(explanation: Explanation) -> None:
     assert AS_FOUND not in variants_of(explanation)
-    assert explanation.found is not None
+    assert explanation.selected is not None
     made = variants_of(explanation)["beside textbook friction"](explanation, True)
-    assert made.found is not None
-    kept = {c.key for c in explanation.found.terms if not c.per_recording}
-    assert kept <= {c.key for c in made.found.terms}
-    assert len(made.found.terms) > len(kept)
+    assert made.selected is not None
+    kept = {c.key for c in explanation.selected.terms if not c.per_recording}
+    assert kept <= {c.key for c in made.selected.terms}
+    assert len(made.selected.terms) > len(kept)
 
 
 def test_a_table_over_the_travel_is_fitted_beside_the_friction_and_is_no_finding(
     explanation: Explanation,
 ) -> None:
     made = VARIANTS["textbook friction and a table over the travel"](explanation, True)
-    assert made.found is not None
-    assert "unknown:position" in {c.effect for c in made.found.terms}
+    assert made.selected is not None
+    assert "unknown:position" in {c.effect for c in made.selected.terms}
     named = {f.effect for f in explanation.findings}
     assert {f.effect for f in made.findings} <= named
     assert VARIANTS["textbook friction and a weight"](explanation, True) is explanation  # no joint
@@ -74,17 +74,17 @@ def test_a_force_over_the_places_competes_only_where_another_recording_judges_it
     assert not [name for name in variants_of(explanation) if name.endswith(("weight", "travel"))]
 
 
-def test_nothing_without_a_name_is_reported_where_a_rigid_model_leaves_less_than_matters(
+def test_nothing_without_a_name_is_reported_where_a_rigid_model_leaves_a_negligible_residual(
     explanation: Explanation,
 ) -> None:
-    found = explanation.found
-    assert found is not None
+    selected = explanation.selected
+    assert selected is not None
     assert explanation.accounted is not None
     share = explanation.refitted.train / explanation.accounted.measured
 
-    def reported(matters: float) -> set[str]:
-        inputs = found.inputs._replace(rules=SelectionRules(negligible_force_share=matters))
-        nameless = found.without({c.effect for c in found.terms})._replace(inputs=inputs)
+    def reported(negligible_share: float) -> set[str]:
+        inputs = selected.inputs._replace(rules=SelectionRules(negligible_force_share=negligible_share))
+        nameless = selected.without({c.effect for c in selected.terms})._replace(inputs=inputs)
         return {f.effect for f in with_terms(explanation, nameless).findings}
 
     assert reported(0.9 * share) == {"unknown"}
