@@ -196,9 +196,8 @@ def test_parts_of_different_lengths_make_one_payload() -> None:
     assert thinned(np.arange(3.0), np.arange(3.0), 100)[0].tolist() == [0.0, 1.0, 2.0]
 
 
-def test_the_last_turn_of_each_compensation_is_kept_and_none_across_a_switch() -> None:
-    link, store = StubLink(), TurnStore()
-    axes = ("x", "y")
+def searched_as_it_runs(link: StubLink, store: TurnStore) -> Callable[[float], None]:
+    """Return what runs the stub for so many seconds, with a status each half second."""
     now_s = 0.0
 
     def run(seconds: float) -> None:
@@ -206,8 +205,14 @@ def test_the_last_turn_of_each_compensation_is_kept_and_none_across_a_switch() -
         for _ in range(round(2.0 * seconds)):
             link.advance(500)
             now_s += 0.5
-            store.on_status(link.status, link.rows, axes, now_s)
+            store.on_status(link.status, link.rows, ("x", "y"), now_s)
 
+    return run
+
+
+def test_the_last_turn_of_each_compensation_is_kept_and_none_across_a_switch() -> None:
+    link, store = StubLink(), TurnStore()
+    run = searched_as_it_runs(link, store)
     run(TURN_S + 0.5)
     (circle,) = store.circles()
     assert circle == (25_000, round(2.0 * math.pi * RADIUS_M / TURN_S * 60e3), 1)
@@ -234,3 +239,26 @@ def test_the_last_turn_of_each_compensation_is_kept_and_none_across_a_switch() -
     store.clear()
     run(1.0)  # the turn before it is still in the rows
     assert store.circles() == []
+
+
+def test_a_turn_in_which_the_compensation_was_suspended_is_not_kept() -> None:
+    link, store = StubLink(), TurnStore()
+    run = searched_as_it_runs(link, store)
+
+    def suspend(*, suspended: bool) -> None:
+        x, y = link.status.axes
+        link.change(axes=(x._replace(compensation_suspended=suspended), y))
+
+    run(TURN_S + 0.5)
+    (circle,) = store.circles()
+    (before,) = store.turns(circle)
+    version = store.version
+    suspend(suspended=True)
+    run(2.0 * TURN_S)
+    suspend(suspended=False)
+    run(TURN_S - 0.5)  # the newest whole turn began while it was suspended
+    assert store.version == version
+    assert store.turns(circle) == [before]
+    run(1.5)
+    (after,) = store.turns(circle)
+    assert after.last_cycle > before.last_cycle
