@@ -1,4 +1,4 @@
-"""A share of the hostile frames on the kernel's own CAN, HOSTILE_FRAMES of them; docs/hostile_bus.md."""
+"""HOSTILE_FRAMES hostile frames on the kernel's virtual CAN; docs/hostile_bus.md."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 import can
 import pytest
 
-from tests.campaigns.hostile.flood import alive, flood, silent_nodes
+from tests.campaigns.hostile.flood import flood, responds, silent_nodes
 from tests.campaigns.hostile.frames import OWN
 from tests.campaigns.hostile.scenarios import mixed
 
@@ -21,7 +21,7 @@ TRAFFIC = (
     *((0x600 + node, bytes.fromhex("2340100001020304")) for node in (1, 2, 11, 12)),
     *((0x700 + node, b"\5") for node in (1, 2, 11, 12)),
 )
-"""What a run says, a frame of each kind."""
+"""One frame of each kind in the traffic of a run."""
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def station() -> Iterator[can.BusABC]:
 def test_controller_and_nodes_are_there_after_hostile_frames(
     start: Callable[..., object], start_simulator: Callable[[str], object], station: can.BusABC
 ) -> None:
-    """First frames that nobody has to obey, at a controller in standby; then frames of every family."""
+    """First frames that no node must obey, to a controller in standby; then frames of every family."""
     start_simulator(VCAN)
     start(
         "python3",
@@ -46,7 +46,7 @@ def test_controller_and_nodes_are_there_after_hostile_frames(
         ready="stage",
     )
     harmless = flood(station, mixed(8, TRAFFIC, only_harmless=True), FRAMES)
-    assert alive(station, OWN)
+    assert responds(station, OWN)
     any_family = flood(station, mixed(8, TRAFFIC, only_harmless=False), FRAMES)
     assert silent_nodes(station) == []
     assert harmless.frames == any_family.frames == FRAMES

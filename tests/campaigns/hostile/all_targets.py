@@ -1,4 +1,4 @@
-"""Importing this makes every target known."""
+"""Imports the modules of all fuzz targets, which register their targets."""
 
 from importlib import import_module
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What targets of the bus share: records of a SocketCAN frame each (16 bytes), and a bus that has them."""
+"""Shared by the fuzz targets of the bus: SocketCAN frames (16 bytes each), and a bus that delivers them."""
 
 from collections.abc import Sequence
 
@@ -13,19 +13,19 @@ SDO_WORDS = tuple(
 
 
 def framed(*frames: tuple[int, bytes]) -> bytes:
-    """Frames as they lie on the wire of localcan."""
+    """Return frames in the wire format of localcan."""
     return b"".join(wire.FRAME.pack(can_id, len(data), 0, data) for can_id, data in frames)
 
 
 def messages(data: bytes) -> list[can.Message]:
-    """What python-can's interface makes of records, of any flags and lengths up to 64."""
-    found = []
+    """Convert frames with any flags and lengths up to 64 to messages of python-can."""
+    converted = []
     for header, length, _, payload in wire.FRAME.iter_unpack(
         data[: len(data) // 16 * 16][: 16 * MOST_FRAMES]
     ):
         remote, fd = bool(header & wire.REMOTE), length > 8
         size = min(length, 64)
-        found.append(
+        converted.append(
             can.Message(
                 arbitration_id=header & wire.EXTENDED_ID_MASK if header & wire.EXTENDED else header & 0x7FF,
                 is_extended_id=bool(header & wire.EXTENDED),
@@ -36,11 +36,11 @@ def messages(data: bytes) -> list[can.Message]:
                 data=b"" if remote and not fd else (payload * 8)[:size],
             )
         )
-    return found
+    return converted
 
 
-class Waiting:
-    """A python-can bus that has these messages and takes whatever is sent."""
+class ScriptedBus:
+    """A python-can bus that delivers given messages and counts those that are sent."""
 
     channel_info = "fuzz"
 
@@ -59,7 +59,7 @@ class Waiting:
 
 
 def traffic() -> Sequence[bytes]:
-    """What a bus with a machine on it may carry, as seeds."""
+    """Return seeds: the traffic of a bus with a machine on it."""
     inputs = [(0x181, bytes(8)), (0x18B, bytes(4)), (0x182, bytes(8)), (0x18C, bytes(4))]
     services = [
         (0x701, b"\x05"),

@@ -1,4 +1,4 @@
-"""The controller as a process, in standby or with a program: its report is the last line, JSON.
+"""Runs the controller as a process, in standby or with a program; its last line is the report, as JSON.
 
 python -m tests.campaigns.hostile.controller MACHINE BUS standby|PROGRAM
 """
@@ -17,7 +17,7 @@ REFUSED = 3
 
 
 async def main(folder: Path, bus: str, what: str) -> int:
-    """Until SIGTERM, or whatever ends the run."""
+    """Run until SIGTERM or until the run ends; return the exit status."""
     machine = load_machine(folder)
     program = None if what == "standby" else load_program(Path(what), machine)
     printed = set()

@@ -1,4 +1,4 @@
-"""The hostile station: sends at full rate, reads what comes, and asks nodes whether they are alive."""
+"""The hostile station: sends at full rate, reads the bus, and checks by SDO that nodes respond."""
 
 import secrets
 import struct
@@ -12,15 +12,16 @@ import can
 from tests.campaigns.hostile.frames import NMT, NODES, HostileFrame
 
 READ_EVERY = 16
-"""Frames sent between two looks at what has come."""
+"""Frames sent between two reads of the bus."""
 ANSWER_LIMIT_S, RESETS = 30.0, 3
+"""Longest wait for the answer of a node, and resets before a node counts as silent."""
 ROOM_LIMIT_S = 60.0
-"""Longest wait for room on the bus: on a busy computer its slowest reader may not run for seconds."""
+"""Longest wait for space on the bus: on a busy computer its slowest reader may not run for seconds."""
 RESET_NODE = 0x81
 REQUEST = struct.Struct("<BHB4x")
 UPLOAD, EXPEDITED, ABORT = 0x40, 0x43, 0x80
 NO_OBJECT = 0x5E00
-"""5E00h ... 5EFFh: no node has them."""
+"""First of the objects 5E00h to 5EFFh, which no node has."""
 
 
 class Sent(NamedTuple):
@@ -35,9 +36,9 @@ def flood(
     bus: can.BusABC,
     frames: Iterable[HostileFrame],
     count: int,
-    tell: Callable[[int], object] = lambda _n: None,
+    on_sent: Callable[[int], object] = lambda _n: None,
 ) -> Sent:
-    """Send so many frames, as fast as the bus takes them; `tell` is called with the number sent lately."""
+    """Send `count` frames as fast as the bus takes them; call `on_sent` with each thousand sent."""
     begun_s, received, sent, since = time.monotonic(), 0, 0, 0
     send, receive = bus.send, bus.recv
     for frame in islice(frames, count):
@@ -48,27 +49,27 @@ def flood(
             while receive(0) is not None:
                 received += 1
         if since == 1000:
-            tell(since)
+            on_sent(since)
             since = 0
-    tell(since)
+    on_sent(since)
     return Sent(sent, received, time.monotonic() - begun_s)
 
 
-def alive(bus: can.BusABC, node: int) -> bool:
-    """Whether a node answers SDO requests, and its device type with what it is; requested again each second.
+def responds(bus: can.BusABC, node: int) -> bool:
+    """Return whether a node answers an SDO upload of its device type; it is requested each second.
 
-    Answers to what it was flooded with may still be on their way. So first an object is read that there
-    is not and that nobody else asks for: behind that answer come only answers to us.
+    Answers to the flood may still be in transit. So an object that no node has and no other client requests
+    is read first: after its abort, all answers are to this client.
     """
     deadline_s = time.monotonic() + ANSWER_LIMIT_S
-    nobodys = REQUEST.pack(UPLOAD, NO_OBJECT + secrets.randbelow(256), secrets.randbelow(256))
-    return _answered(bus, node, nobodys, ABORT, deadline_s) and _answered(
+    unused_object = REQUEST.pack(UPLOAD, NO_OBJECT + secrets.randbelow(256), secrets.randbelow(256))
+    return _answered(bus, node, unused_object, ABORT, deadline_s) and _answered(
         bus, node, REQUEST.pack(UPLOAD, 0x1000, 0), EXPEDITED, deadline_s
     )
 
 
 def _answered(bus: can.BusABC, node: int, request: bytes, head: int, deadline_s: float) -> bool:
-    """Whether an answer to this request comes that begins so."""
+    """Return whether an answer to this request begins with the command `head` before the deadline."""
     wanted = bytes((head,)) + request[1:4]
     while time.monotonic() < deadline_s:
         bus.send(HostileFrame(0x600 + node, request).message(), ROOM_LIMIT_S)
@@ -80,12 +81,14 @@ def _answered(bus: can.BusABC, node: int, request: bytes, head: int, deadline_s:
 
 
 def silent_nodes(bus: can.BusABC) -> list[int]:
-    """Simulated nodes that do not answer after a reset. It is sent again: nobody confirms it, and whoever is
-    still busy with the flood may have lost it (the kernel drops what a socket's buffer has no room for).
+    """Return the simulated nodes that do not respond after a reset.
+
+    The reset is repeated: it is not confirmed, and a node that is still busy with the flood may have lost it
+    (the kernel drops frames that do not fit into a socket's buffer).
     """
-    return [node for node in NODES if not any(_alive_after_reset(bus, node) for _ in range(RESETS))]
+    return [node for node in NODES if not any(_responds_after_reset(bus, node) for _ in range(RESETS))]
 
 
-def _alive_after_reset(bus: can.BusABC, node: int) -> bool:
+def _responds_after_reset(bus: can.BusABC, node: int) -> bool:
     bus.send(HostileFrame(NMT, bytes((RESET_NODE, node))).message(), ROOM_LIMIT_S)
-    return alive(bus, node)
+    return responds(bus, node)

@@ -1,4 +1,4 @@
-"""What a hostile station sends: families of frames, seeded, random or mutated from recorded traffic."""
+"""Families of hostile frames: seeded, random or mutated from recorded traffic."""
 
 from collections.abc import Callable, Iterator, Sequence
 from random import Random
@@ -32,10 +32,11 @@ OBJECTS = (
 )
 OBJECTS += (0x1A00, 0x2000, 0x2105, 0x2111, 0x2121, 0x6040, 0x6060, 0x6065, 0x607D, 0x6085, 0x6502)
 BURST = 40
+"""Most repetitions of a frame in a burst."""
 
 
 class HostileFrame(NamedTuple):
-    """As python-can has it."""
+    """A CAN frame with its flags."""
 
     can_id: int
     data: bytes = b""
@@ -44,7 +45,7 @@ class HostileFrame(NamedTuple):
     error: bool = False
 
     def message(self) -> can.Message:
-        """For the bus; a remote frame has a length and no data."""
+        """Convert to python-can's message; a remote frame has a length and no data."""
         return can.Message(
             arbitration_id=self.can_id,
             data=b"" if self.remote else self.data,
@@ -60,7 +61,7 @@ def _bytes(rng: Random) -> bytes:
 
 
 def noise(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """Any identifier, any length, any flag."""
+    """Yield frames of any identifier, length and flag."""
     while True:
         kind = rng.random()
         if kind < 0.8:
@@ -70,16 +71,16 @@ def noise(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[Hostil
         elif kind < 0.97:
             yield HostileFrame(rng.randrange(0x800), _bytes(rng), remote=True)
         else:
-            yield from islanded(rng)
+            yield error_frame(rng)
 
 
-def islanded(rng: Random) -> Iterator[HostileFrame]:
-    """An error frame of any class but bus-off, which ends any program that believes it."""
-    yield HostileFrame(rng.getrandbits(9) & ~0x40, rng.randbytes(8), error=True)
+def error_frame(rng: Random) -> HostileFrame:
+    """Return an error frame of any class but bus-off, which would rightly end the program."""
+    return HostileFrame(rng.getrandbits(9) & ~0x40, rng.randbytes(8), error=True)
 
 
 def mutated_traffic(rng: Random, traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """Recorded frames: replayed as they were, one of them in a burst, changed."""
+    """Yield recorded frames: replayed, repeated in a burst, or mutated."""
     while True:
         match rng.randrange(8):
             case 0:
@@ -92,7 +93,7 @@ def mutated_traffic(rng: Random, traffic: Sequence[tuple[int, bytes]]) -> Iterat
 
 
 def _mutant(rng: Random, can_id: int, data: bytes, other: bytes) -> HostileFrame:
-    """A frame with a bit turned, cut, grown, of another node, of another service, or spliced."""
+    """Return a frame with a flipped bit, other length, node, service, or the data of another at its end."""
     match rng.randrange(6):
         case 0 if data:
             bit = rng.randrange(8 * len(data))
@@ -111,7 +112,7 @@ def _mutant(rng: Random, can_id: int, data: bytes, other: bytes) -> HostileFrame
 
 
 def sdo_flood(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """Requests and answers of every kind, to and from every node, most of them to objects that there are."""
+    """Yield SDO requests and answers of every kind, to and from every node, mostly to existing objects."""
     while True:
         can_id = rng.choice((0x600, 0x600, 0x580)) + rng.choice((*NODES, OWN))
         head = rng.choice((0x40, 0x23, 0x2B, 0x2F, 0x21, 0x60, 0x70, 0x00, 0x01, 0x80, rng.randrange(256)))
@@ -123,7 +124,7 @@ def sdo_flood(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[Ho
 
 
 def half_transfers(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """Segmented and block transfers, both ways, broken off anywhere, sequence numbers wrong now and then."""
+    """Yield segmented and block transfers that end anywhere, some with wrong sequence numbers."""
     while True:
         can_id = 0x600 + rng.choice((*NODES, OWN))
         address = rng.choice(OBJECTS).to_bytes(2, "little") + b"\0"
@@ -143,7 +144,7 @@ def half_transfers(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterat
 
 
 def nmt_storm(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """Start, stop, pre-operational, resets, for one node, all, none."""
+    """Yield NMT commands to one node, all nodes or none."""
     while True:
         command = rng.choice((1, 2, 0x80, 0x81, 0x82, rng.randrange(256)))
         yield HostileFrame(
@@ -153,7 +154,7 @@ def nmt_storm(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[Ho
 
 
 def impostor_inputs(rng: Random, traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """Inputs in the name of drives and scales: true ones again, near ones, any."""
+    """Yield forged inputs of drives and scales: replayed, changed in a byte, or random."""
     inputs = [
         (can_id, data)
         for can_id, data in traffic
@@ -173,7 +174,7 @@ def impostor_inputs(rng: Random, traffic: Sequence[tuple[int, bytes]]) -> Iterat
 
 
 def impostor_set_points(rng: Random, traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """Set points and control words in our name, SYNC between them: what a drive has to obey."""
+    """Yield forged set points and control words of the controller, with SYNC: a drive must obey them."""
     ours = [(can_id, data) for can_id, data in traffic if can_id in {SET_POINTS + drive for drive in DRIVES}]
     while True:
         can_id, data = rng.choice(ours)
@@ -184,13 +185,13 @@ def impostor_set_points(rng: Random, traffic: Sequence[tuple[int, bytes]]) -> It
 
 
 def sync_storm(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """SYNC, with and without data."""
+    """Yield SYNC, with and without data."""
     while True:
         yield HostileFrame(SYNC, b"" if rng.random() < 0.9 else _bytes(rng))
 
 
 def emcy_flood(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """Emergencies of every node, ours too."""
+    """Yield emergencies of every node, the controller's too."""
     while True:
         data = rng.choice((0x8611, 0x2310, 0x8130, 0, rng.getrandbits(16))).to_bytes(
             2, "little"
@@ -201,7 +202,7 @@ def emcy_flood(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[H
 
 
 def heartbeats(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """Heartbeats and boot-up messages of every node, ours too."""
+    """Yield heartbeats and boot-up messages of every node, the controller's too."""
     while True:
         state = rng.choice((0, 4, 5, 5, 127, rng.randrange(256)))
         yield HostileFrame(
@@ -211,7 +212,7 @@ def heartbeats(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[H
 
 
 def own_heartbeat(rng: Random, _traffic: Sequence[tuple[int, bytes]]) -> Iterator[HostileFrame]:
-    """Heartbeats of the controller's own node."""
+    """Yield heartbeats of the controller's own node."""
     while True:
         yield HostileFrame(HEARTBEAT + OWN, bytes((rng.choice((0, 4, 5, 127)),)))
 
@@ -235,14 +236,13 @@ FAMILIES: dict[str, Generator] = {
 OBEYED = frozenset(
     {"noise", "mutated_traffic", "sdo_flood", "half_transfers", "nmt_storm", "impostor_set_points"}
 )
-"""Families with frames that a drive has to obey, whichever node sends them."""
-
-
+"""Families with frames that a drive must obey, whichever node sends them."""
 NEVER_HARMLESS = frozenset({"nmt_storm", "impostor_set_points", "sync_storm", "own_heartbeat"})
+"""Families in which no frame is harmless."""
 
 
 def harmless(frame: HostileFrame) -> bool:
-    """Whether no node has to obey this frame: none of a controller, no request to a drive or scale."""
+    """Return whether no node must obey this frame: no controller sends it, and it is no SDO request."""
     if frame.extended or frame.remote or frame.error:
         return True
     return frame.can_id not in OF_A_CONTROLLER and frame.can_id not in REQUESTS

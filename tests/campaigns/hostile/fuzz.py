@@ -1,8 +1,8 @@
-"""Coverage-guided fuzzing; docs/hostile_bus.md.
+"""Fuzzes every parser, guided by coverage; docs/hostile_bus.md.
 
 Run as `python -m tests.campaigns.hostile.fuzz --seconds 60 [--target NAME]`.
-Each target runs in a process of its own, for so many seconds of wall clock, led by atheris. What it fails on
-is kept below --out; put it into tests/campaigns/hostile/crashes/TARGET/ and mend the parser.
+Atheris runs each target in its own process for this wall-clock time. Failing inputs are kept below --out; put
+them into tests/campaigns/hostile/crashes/TARGET/ and correct the parser.
 """
 
 import importlib.util
@@ -20,6 +20,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 ROOT = Path(__file__).parents[3]
 SKIPPED = "SKIPPED: atheris is not installed (it has wheels for Linux on x86_64, Python 3.11 to 3.13)"
 SLOWEST_S, MEMORY_MB, LONGEST = 20, 3000, 1 << 16
+"""Limits of libFuzzer: time and memory of an input, and its bytes."""
 EDGES = re.compile(r"#\d+\s+\w+\s+cov: (\d+)")
 EXECUTED = re.compile(r"number_of_executed_units: (\d+)")
 
@@ -27,7 +28,7 @@ EXECUTED = re.compile(r"number_of_executed_units: (\d+)")
 def main(
     seconds: Annotated[int, typer.Option(help="For each target.", min=1)] = 60,
     target: Annotated[list[str] | None, typer.Option(help="Only these. Repeatable.")] = None,
-    out: Annotated[Path, typer.Option(help="Corpora, what was failed on, logs.")] = Path("out/fuzz"),
+    out: Annotated[Path, typer.Option(help="Corpora, failing inputs, logs.")] = Path("out/fuzz"),
     json_file: Annotated[Path, typer.Option("--json", help="The summary.")] = Path("fuzz.json"),
     child: Annotated[str, typer.Option(hidden=True)] = "",
     parser: Annotated[str, typer.Option(hidden=True)] = "",
@@ -60,7 +61,7 @@ def main(
 
 
 def parsers_of_targets() -> dict[str, str]:
-    """Target and module, from a child, so that nothing is imported here that is to be instrumented there."""
+    """Return the parser's module by target, from a child: modules must be instrumented at their import."""
     code = "from tests.campaigns.hostile import fuzz; fuzz.find_support(); "
     code += "from tests.campaigns.hostile import all_targets; "
     code += "from tests.campaigns.hostile.targets import TARGETS as all; "
@@ -92,12 +93,12 @@ def fuzzed(name: str, parser: str, seconds: int, out: Path) -> dict[str, Any]:
 
 
 def find_support() -> None:
-    """The helpers of the tests, as pytest has them."""
+    """Put the tests' support modules on the import path, as pytest does."""
     sys.path.insert(0, str(ROOT / "tests" / "support"))
 
 
 def others_than(package: str) -> list[str]:
-    """Modules of ours outside a package: atheris takes all that begins alike, and numba cannot compile it."""
+    """Return our modules outside a package: atheris instruments by prefix, which breaks numba."""
     root = ROOT / package.partition(".")[0]
     files = [path.relative_to(ROOT).with_suffix("") for path in root.rglob("*.py")]
     names = [".".join(path.parts).removesuffix(".__init__") for path in files]
@@ -105,14 +106,14 @@ def others_than(package: str) -> list[str]:
 
 
 def run(name: str, parser: str, seconds: int, out: Path) -> None:
-    """In the child: instrument, import, fuzz; does not return."""
+    """Instrument, import and fuzz in the child; this does not return."""
     import atheris  # noqa: PLC0415  # an extra, and not needed by the parent
 
     warnings.simplefilter("ignore")
     find_support()
     package = parser.rpartition(".")[0]
     with atheris.instrument_imports(include=[package], exclude=others_than(package)):
-        from tests.campaigns.hostile import all_targets  # noqa: PLC0415  # what is to be instrumented
+        from tests.campaigns.hostile import all_targets  # noqa: PLC0415  # to be instrumented
         from tests.campaigns.hostile.targets import TARGETS, crashes_of  # noqa: PLC0415  # the same
     assert all_targets.MODULES
     target = TARGETS[name]

@@ -1,8 +1,8 @@
-"""The hostile bus; docs/hostile_bus.md.
+"""Sends hostile frames to hub, simulator and controller; docs/hostile_bus.md.
 
 Run as `python -m tests.campaigns.hostile.main --frames 1000000 --json hostile.json`.
-Most frames go to hub, simulator and controller as processes, at full rate; the rest to the same programs in
-simulated time, where every position is looked at. The same seed sends the same frames.
+Most frames go to these programs as processes, at full rate; the others to the same programs in simulated
+time, where every position is checked. The same seed sends the same frames.
 """
 
 import json
@@ -18,19 +18,26 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from tests.campaigns.campaign.machine import make_machine
-from tests.campaigns.hostile.attack import attacked, recorded
-from tests.campaigns.hostile.plan import planned
+from tests.campaigns.hostile.attack import legitimate_traffic, run_attack
+from tests.campaigns.hostile.plan import plan_attacks
 from tests.campaigns.hostile.processes import Rig
-from tests.campaigns.hostile.scenarios import Result, Tell, everything, malformed_packets, moving, standing_by
+from tests.campaigns.hostile.scenarios import (
+    OnSent,
+    Result,
+    everything,
+    malformed_packets,
+    moving,
+    standing_by,
+)
 from tests.campaigns.hostile.verdict import judge
 
-AN_ATTACK = 1000
-"""Frames."""
+FRAMES_PER_ATTACK = 1000
 SHARES = {"standing by": 0.3, "everything": 0.3, "moving": 0.1}
-"""Of the frames; the rest is in simulated time."""
+"""Shares of the frames by scenario; the others are sent in simulated time."""
 EPISODES = 8
-"""Controllers with a program that are met in motion."""
+"""Controllers that are attacked in motion."""
 PACKETS = 2000
+"""Connections that send malformed packets to the hub."""
 
 
 def main(
@@ -45,20 +52,20 @@ def main(
     with Progress(*columns) as progress, tempfile.TemporaryDirectory(prefix="hostile-") as place:
         bar = progress.add_task("hostile frames", total=frames)
 
-        def tell(count: int) -> None:
+        def on_sent(count: int) -> None:
             progress.advance(bar, count)
 
-        def say(text: str) -> None:
+        def report(text: str) -> None:
             progress.console.print(text, markup=False)
 
-        found = [simulated(frames, seed, Path(place), tell, say)]
-        for result in at_full_rate(frames, seed, Path(place), tell):
-            found.append(result)
+        results = [simulated(frames, seed, Path(place), on_sent, report)]
+        for result in at_full_rate(frames, seed, Path(place), on_sent):
+            results.append(result)
             for text in result.problems:
-                say(f"{result.name}: {text}")
-    problems = [f"{result.name}: {text}" for result in found for text in result.problems]
+                report(f"{result.name}: {text}")
+    problems = [f"{result.name}: {text}" for result in results for text in result.problems]
     facts: dict[str, Any] = {
-        "frames": sum(result.sent.frames for result in found),
+        "frames": sum(result.sent.frames for result in results),
         "seconds": round(time.monotonic() - begun_s, 1),
         "seed": seed,
         "problems": problems,
@@ -68,7 +75,7 @@ def main(
                 **result.figures,
                 "problems": result.problems,
             }
-            for place, result in enumerate(found, 1)
+            for place, result in enumerate(results, 1)
         },
     }
     json_file.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
@@ -76,14 +83,18 @@ def main(
     raise typer.Exit(1 if problems else 0)
 
 
-def simulated(frames: int, seed: int, place: Path, tell: Tell, say: Callable[[str], object]) -> Result:
-    """Attacks in simulated time, each on a run of its own; problems are printed as they come."""
+def simulated(
+    frames: int, seed: int, place: Path, on_sent: OnSent, report: Callable[[str], object]
+) -> Result:
+    """Run the attacks in simulated time, each on its own run; pass problems to `report` as they occur."""
     from tests.campaigns.hostile.flood import Sent  # noqa: PLC0415
 
     folder = place / "machine"
     folder.mkdir()
     machine, begun_s = make_machine(folder), time.monotonic()
-    attacks = planned(seed, round(frames * (1.0 - sum(SHARES.values())) / AN_ATTACK), AN_ATTACK)
+    attacks = plan_attacks(
+        seed, round(frames * (1.0 - sum(SHARES.values())) / FRAMES_PER_ATTACK), FRAMES_PER_ATTACK
+    )
     problems: list[str] = []
     moved: dict[str, float] = {}
     reactions: list[int] = []
@@ -91,11 +102,11 @@ def simulated(frames: int, seed: int, place: Path, tell: Tell, say: Callable[[st
     for number, attack in enumerate(attacks):
         run = place / f"run{number}"
         run.mkdir()
-        outcome = attacked(attack, machine, run)
+        outcome = run_attack(attack, machine, run)
         verdict = judge(outcome)
         for text in verdict.problems:
             problems.append(f"{attack}: {text}")
-            say(problems[-1])
+            report(problems[-1])
         kind = f"{attack.family}, {'harmless only' if attack.only_harmless else 'all'}"
         moved[kind] = max(moved.get(kind, 0.0), verdict.moved_mm)
         reactions += [verdict.reaction_cycles] if verdict.reaction_cycles is not None else []
@@ -104,7 +115,7 @@ def simulated(frames: int, seed: int, place: Path, tell: Tell, say: Callable[[st
             answers + outcome.answers,
             sent + outcome.sent,
         )
-        tell(outcome.sent)
+        on_sent(outcome.sent)
     figures = {
         "runs": len(attacks),
         "runs_without_power": unpowered,
@@ -115,28 +126,30 @@ def simulated(frames: int, seed: int, place: Path, tell: Tell, say: Callable[[st
     return Result("simulated time", Sent(sent, answers, time.monotonic() - begun_s), tuple(problems), figures)
 
 
-def at_full_rate(frames: int, seed: int, place: Path, tell: Tell) -> Iterator[Result]:
-    """Processes on the embedded bus, and its hub itself. Each table in motion is a new one, in its middle."""
+def at_full_rate(frames: int, seed: int, place: Path, on_sent: OnSent) -> Iterator[Result]:
+    """Run the scenarios with processes on the localcan bus; each run has new processes."""
     folder = place / "table"
     folder.mkdir()
     make_machine(folder)
-    traffic = recorded()
+    traffic = legitimate_traffic()
 
-    def met(scenario: Callable[[Rig], Result]) -> Result:
+    def with_new_processes(scenario: Callable[[Rig], Result]) -> Result:
         with tempfile.TemporaryDirectory(prefix="hostile-") as own, Rig(Path(own), folder) as rig:
             result = scenario(rig)
             problems = [] if rig.simulator.alive else ["the simulator has ended"]
         for name, process in (("simulator", rig.simulator), ("hub", rig.hub)):
-            problems += [f"{name}: {process.complaint}"] if process is not None and process.complaint else []
+            problems += [f"{name}: {process.traceback}"] if process is not None and process.traceback else []
         return result._replace(problems=(*result.problems, *problems))
 
     shares = {name: round(frames * share) for name, share in SHARES.items()}
-    flooded = partial(partial, traffic=traffic, tell=tell)
-    yield met(flooded(standing_by, count=shares["standing by"], seed=seed))
-    yield met(flooded(everything, count=shares["everything"], seed=seed + 1))
+    flooded = partial(partial, traffic=traffic, on_sent=on_sent)
+    yield with_new_processes(flooded(standing_by, count=shares["standing by"], seed=seed))
+    yield with_new_processes(flooded(everything, count=shares["everything"], seed=seed + 1))
     for episode in range(EPISODES):
-        yield met(flooded(moving, count=shares["moving"] // EPISODES, seed=seed + 2 + episode))
-    yield met(lambda rig: malformed_packets(rig, PACKETS, seed, Path(rig.bus.partition(":")[2])))
+        yield with_new_processes(flooded(moving, count=shares["moving"] // EPISODES, seed=seed + 2 + episode))
+    yield with_new_processes(
+        lambda rig: malformed_packets(rig, PACKETS, seed, Path(rig.bus.partition(":")[2]))
+    )
 
 
 if __name__ == "__main__":

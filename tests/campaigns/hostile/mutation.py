@@ -19,7 +19,7 @@ LARGEST = 1 << 18
 
 
 def mutated(data: bytes, rng: random.Random, words: Sequence[bytes], others: Sequence[bytes]) -> bytes:
-    """`data` after one to eight random changes; `words` are put in, pieces of `others` too."""
+    """Return `data` after one to eight random changes, some with `words` or pieces of `others`."""
     for _ in range(1 << rng.randrange(4)):
         data = _once(data, rng, words, others)
     return data[:LARGEST]

@@ -1,4 +1,4 @@
-"""Which attacks a number of frames is made of."""
+"""Draws the attacks of the campaign."""
 
 from random import Random
 
@@ -8,8 +8,8 @@ from tests.campaigns.hostile.frames import FAMILIES, NEVER_HARMLESS
 STATES = ("standby", "starting", "ready", "running")
 
 
-def planned(seed: int, count: int, frames: int) -> list[Attack]:
-    """So many attacks of so many frames each: families and states come round, chance does the rest."""
+def plan_attacks(seed: int, count: int, frames: int) -> list[Attack]:
+    """Return `count` attacks of `frames` frames each; families and states take turns, the rest is random."""
     rng, families = Random(seed), list(FAMILIES)
 
     def one(number: int) -> Attack:

@@ -1,4 +1,4 @@
-"""Hub, simulator and controller as processes that a hostile station meets; every wait is bounded."""
+"""Hub, simulator and controller as processes, for the hostile station; every wait is bounded."""
 
 import contextlib
 import json
@@ -16,11 +16,12 @@ import can
 
 ROOT = Path(__file__).parents[3]
 START_LIMIT_S, STOP_LIMIT_S = 240.0, 60.0
-KEPT = 100
+MOST_LOSS_LINES = 100
+"""Bounds the lines after which messages about lost frames are no longer kept."""
 
 
 class Process:
-    """A child that prints lines; what it has printed is kept."""
+    """A child process whose printed lines are kept."""
 
     def __init__(self, *arguments: str) -> None:
         command = [sys.executable, "-m", *arguments]
@@ -34,12 +35,12 @@ class Process:
 
     @property
     def alive(self) -> bool:
-        """It has not ended."""
+        """Whether it has not ended."""
         return self._child.poll() is None
 
     @property
     def memory_mb(self) -> float:
-        """Resident, 0 when it has ended."""
+        """Resident memory in MB; 0 when it has ended."""
         with contextlib.suppress(OSError):
             for line in Path(f"/proc/{self._child.pid}/status").read_text(encoding="ascii").splitlines():
                 if line.startswith("VmRSS"):
@@ -47,7 +48,7 @@ class Process:
         return 0.0
 
     def await_line(self, text: str, limit_s: float = START_LIMIT_S) -> str:
-        """The next line with this text. Raises TimeoutError, also where it ended without."""
+        """Return the next line with this text. Raises TimeoutError, also if the process ends without it."""
         deadline_s = time.monotonic() + limit_s
         with contextlib.suppress(queue.Empty):
             while line := self._arriving.get(timeout=max(0.0, deadline_s - time.monotonic())):
@@ -57,12 +58,12 @@ class Process:
         raise TimeoutError(f"no {text!r} in time; its output: {self.lines[-10:]}")
 
     def signal(self, number: signal.Signals) -> None:
-        """To the child alone."""
+        """Send a signal to the child alone."""
         if self.alive:
             self._child.send_signal(number)
 
     def end(self, limit_s: float = STOP_LIMIT_S) -> int | None:
-        """Ask it to end, by SIGTERM; its status, None when it did not and was killed."""
+        """End it by SIGTERM; return its status, None if it had to be killed."""
         self.signal(signal.SIGTERM)
         status: int | None = None
         try:
@@ -76,7 +77,7 @@ class Process:
         return status
 
     def _read(self) -> None:
-        """In a thread: lines as they come, and "" behind the last one."""
+        """Read lines in a thread, with "" after the last one."""
         stdout = self._child.stdout
         assert stdout is not None
         with stdout:
@@ -85,26 +86,26 @@ class Process:
         self._arriving.put("")
 
     def _keep(self, line: str) -> None:
-        """Messages on lost frames may be many, for error frames are forged."""
-        if "frames lost" not in line or len(self.lines) < KEPT:
+        """Keep a line; forged error frames may cause many messages about lost frames."""
+        if "frames lost" not in line or len(self.lines) < MOST_LOSS_LINES:
             self.lines.append(line)
 
     def last_json(self) -> dict[str, Any]:
-        """The newest line of JSON."""
+        """Return the newest line of JSON; empty if there is none."""
         found: dict[str, Any] = next(
             (json.loads(line) for line in reversed(self.lines) if line.startswith("{")), {}
         )
         return found
 
     @property
-    def complaint(self) -> str:
-        """What it printed that no good process prints."""
+    def traceback(self) -> str:
+        """The first traceback that it printed; empty without one."""
         text = "\n".join(self.lines)
         return text[text.index("Traceback") :][:2000] if "Traceback" in text else ""
 
 
 class Rig:
-    """A bus and the simulator on it. `bus` is INTERFACE:CHANNEL; None: a hub of its own in `folder`."""
+    """A bus and the simulator on it; `bus` is INTERFACE:CHANNEL, None starts a hub in `folder`."""
 
     def __init__(self, folder: Path, machine: Path, bus: str | None = None) -> None:
         self.machine = machine
@@ -119,16 +120,16 @@ class Rig:
         self.simulator.await_line("on the bus")
 
     def station(self) -> can.BusABC:
-        """A door to the bus for the hostile station."""
+        """Open the bus for the hostile station."""
         interface, _, channel = self.bus.partition(":")
         return can.Bus(interface=interface, channel=channel, receive_own_messages=False)
 
     def controller(self, what: str = "standby") -> Process:
-        """A controller on the bus: in standby, or with a program."""
+        """Start a controller on the bus: in standby, or with a program."""
         return Process("tests.campaigns.hostile.controller", str(self.machine), self.bus, what)
 
     def truth(self) -> dict[str, Any]:
-        """Of the simulator, since the last call."""
+        """Return the simulator's true motion since the last call (`simulator.TruthWindow`)."""
         self.simulator.signal(signal.SIGUSR1)
         found: dict[str, Any] = json.loads(self.simulator.await_line('"moved_m"', STOP_LIMIT_S))
         return found

@@ -1,4 +1,4 @@
-"""What the hostile station does to real processes, and what must not come of it."""
+"""Scenarios of the hostile station with real processes, and the checks of each."""
 
 import contextlib
 import signal
@@ -11,20 +11,22 @@ from typing import Any, NamedTuple
 
 import can
 
-from tests.campaigns.hostile.flood import Sent, alive, flood, silent_nodes
+from tests.campaigns.hostile.flood import Sent, flood, responds, silent_nodes
 from tests.campaigns.hostile.frames import FAMILIES, NEVER_HARMLESS, OWN, HostileFrame, harmless
 from tests.campaigns.hostile.processes import STOP_LIMIT_S, Process, Rig
 
-Tell = Callable[[int], object]
-
+OnSent = Callable[[int], object]
 Traffic = "Sequence[tuple[int, bytes]]"
 RESTARTED = 0x100
 """Class of the error frame that reports a restarted interface (linux/can/error.h)."""
 LONGEST_BURST = 200
+"""Most consecutive frames of one family."""
 STILL_M = 1e-9
+"""Largest motion of an axis at standstill: rounding."""
 IN_MOTION_M_S, MOTION_LIMIT_S = 0.02, 60.0
-GROWTH_MB = 100.0
-"""What a process may need more after a flood than before."""
+"""Speed from which the table is in motion, and the longest wait for it."""
+MOST_GROWTH_MB = 100.0
+"""Largest growth of a process's memory during a flood; chosen."""
 PROGRAM = """
 [[step]]
 kind = "circle"
@@ -36,7 +38,7 @@ turns = 1000.0
 
 
 class Result(NamedTuple):
-    """Of one scenario."""
+    """Result of one scenario."""
 
     name: str
     sent: Sent
@@ -45,7 +47,7 @@ class Result(NamedTuple):
 
 
 def mixed(seed: int, traffic: Traffic, *, only_harmless: bool) -> Iterator[HostileFrame]:
-    """Bursts of all families in turn."""
+    """Yield bursts of random families."""
     rng = Random(seed)
     names = [name for name in FAMILIES if not (only_harmless and name in NEVER_HARMLESS)]
     sources = [FAMILIES[name](Random(rng.getrandbits(32)), traffic) for name in names]
@@ -57,87 +59,87 @@ def mixed(seed: int, traffic: Traffic, *, only_harmless: bool) -> Iterator[Hosti
                 yield frame
 
 
-def standing_by(rig: Rig, traffic: Traffic, count: int, seed: int, tell: Tell) -> Result:
-    """A machine in standby, and frames that no node has to obey: nothing moves, and the controller stays."""
+def standing_by(rig: Rig, traffic: Traffic, count: int, seed: int, on_sent: OnSent) -> Result:
+    """Send frames that no node must obey to a machine in standby: nothing moves, and the controller stays."""
     controller = rig.controller()
     controller.await_line("stage STANDBY")
     rig.truth()
     before = _memory(rig, controller)
     problems: list[str] = []
-    with contextlib.closing(_Door(rig)) as door:
-        sent = flood(door.bus, mixed(seed, traffic, only_harmless=True), count, tell)
+    with contextlib.closing(_Station(rig)) as station:
+        sent = flood(station.bus, mixed(seed, traffic, only_harmless=True), count, on_sent)
         if not controller.alive:
             problems.append("the controller has ended")
-        elif not alive(door.bus, OWN):
+        elif not responds(station.bus, OWN):
             problems.append("the controller does not answer any more")
     truth, after = rig.truth(), _memory(rig, controller)
     if truth["moved_m"] > STILL_M or truth["powered"]:
         problems.append(f"something moved: {truth}")
-    problems += _grown(before, after)
+    problems += _memory_problems(before, after)
     problems += _ended(controller, may_fail=True)
     return Result(
-        "standing by", sent, tuple(problems), {"memory_mb": after, **_of(truth), **controller.last_json()}
+        "standing by", sent, tuple(problems), {"memory_mb": after, **_in_mm(truth), **controller.last_json()}
     )
 
 
-def everything(rig: Rig, traffic: Traffic, count: int, seed: int, tell: Tell) -> Result:
-    """All families: the controller stops and ends by itself, the simulator is there afterwards."""
+def everything(rig: Rig, traffic: Traffic, count: int, seed: int, on_sent: OnSent) -> Result:
+    """Send frames of all families: the controller stops and ends, and the simulator keeps running."""
     controller = rig.controller()
     controller.await_line("stage STANDBY")
     rig.truth()
     before = _memory(rig, None)
-    with contextlib.closing(_Door(rig)) as door:
-        sent = flood(door.bus, mixed(seed, traffic, only_harmless=False), count, tell)
+    with contextlib.closing(_Station(rig)) as station:
+        sent = flood(station.bus, mixed(seed, traffic, only_harmless=False), count, on_sent)
         problems = _ends_by_itself(controller)
-        problems += _silent(door)
+        problems += _silent(station)
     truth, after = rig.truth(), _memory(rig, None)
     if not truth["finite"]:
         problems.append(f"the plant is not a number: {truth}")
-    problems += _grown(before, after)
+    problems += _memory_problems(before, after)
     return Result(
-        "everything", sent, tuple(problems), {"memory_mb": after, **_of(truth), **controller.last_json()}
+        "everything", sent, tuple(problems), {"memory_mb": after, **_in_mm(truth), **controller.last_json()}
     )
 
 
-def moving(rig: Rig, traffic: Traffic, count: int, seed: int, tell: Tell) -> Result:
-    """All families at a table that runs a circle: the controller ends, and says why."""
+def moving(rig: Rig, traffic: Traffic, count: int, seed: int, on_sent: OnSent) -> Result:
+    """Send frames of all families while the table runs a circle: the controller ends with a reason."""
     program = rig.machine / "hostile.toml"
     program.write_text(PROGRAM, encoding="utf-8")
     controller = rig.controller(str(program))
     controller.await_line("stage RUNNING")
     started = _await_motion(rig, controller)
-    with contextlib.closing(_Door(rig)) as door:
-        sent = flood(door.bus, mixed(seed, traffic, only_harmless=False), count, tell)
-        problems = started + _ends_by_itself(controller) + _silent(door)
+    with contextlib.closing(_Station(rig)) as station:
+        sent = flood(station.bus, mixed(seed, traffic, only_harmless=False), count, on_sent)
+        problems = started + _ends_by_itself(controller) + _silent(station)
     truth = rig.truth()
     if not truth["finite"]:
         problems.append(f"the plant is not a number: {truth}")
     if not controller.last_json().get("reason"):
         problems.append("the controller does not say why it ended")
-    return Result("moving", sent, tuple(problems), {**_of(truth), **controller.last_json()})
+    return Result("moving", sent, tuple(problems), {**_in_mm(truth), **controller.last_json()})
 
 
 def malformed_packets(rig: Rig, count: int, seed: int, path: Path) -> Result:
-    """Clients of the hub that send no CAN frames, or go away in the middle: they alone are cut off."""
+    """Connect clients that send no CAN frames or disconnect early: the hub cuts off these alone."""
     rng, begun_s, problems = Random(seed), time.monotonic(), []
     for _ in range(count):
         with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as client, contextlib.suppress(OSError):
-            client.connect(str(path))  # waits where others wait to be let in
+            client.connect(str(path))  # waits for its turn in the hub's connection queue
             client.settimeout(5.0)
             if rng.random() < 0.7:
                 client.send(rng.choice((b"a", b"o")))
             for _ in range(rng.randrange(4)):
                 client.send(rng.randbytes(rng.choice((0, 1, 15, 16, 17, 64, 4096))))
-    with contextlib.closing(_Door(rig)) as door:
-        door.restart_the_bus()
-        problems = _silent(door)
+    with contextlib.closing(_Station(rig)) as station:
+        station.restart_the_bus()
+        problems = _silent(station)
     return Result("malformed packets", Sent(count, 0, time.monotonic() - begun_s), tuple(problems), {})
 
 
 def _await_motion(rig: Rig, controller: Process) -> list[str]:
-    """Until an axis is fast, by the simulator's truth; what keeps it from that."""
+    """Wait until an axis moves, by the simulator's truth; return the problem if it does not."""
     deadline_s = time.monotonic() + MOTION_LIMIT_S
-    rig.truth()  # of whatever came before
+    rig.truth()  # discard the motion before
     while rig.truth()["fastest_m_s"] < IN_MOTION_M_S:
         if not controller.alive or time.monotonic() > deadline_s:
             controller.end()
@@ -145,25 +147,25 @@ def _await_motion(rig: Rig, controller: Process) -> list[str]:
     return []
 
 
-class _Door:
-    """A station on the bus that leaves it."""
+class _Station:
+    """A hostile station that closes its bus."""
 
     def __init__(self, rig: Rig) -> None:
         self.bus = rig.station()
 
     def restart_the_bus(self) -> None:
-        """Undo a bus-off that random bytes have reported: a client of the hub may send error frames."""
+        """Undo a bus-off that random bytes reported: clients of the hub may send error frames."""
         self.bus.send(can.Message(arbitration_id=RESTARTED, is_error_frame=True, data=bytes(8)))
 
     def close(self) -> None:
         self.bus.shutdown()
 
 
-def _silent(door: _Door) -> list[str]:
-    return [f"node {node} does not answer any more" for node in silent_nodes(door.bus)]
+def _silent(station: _Station) -> list[str]:
+    return [f"node {node} does not answer any more" for node in silent_nodes(station.bus)]
 
 
-def _of(truth: dict[str, Any]) -> dict[str, Any]:
+def _in_mm(truth: dict[str, Any]) -> dict[str, Any]:
     return {
         "moved_mm": 1e3 * truth["moved_m"],
         "furthest_mm": 1e3 * truth["furthest_m"],
@@ -174,21 +176,21 @@ def _of(truth: dict[str, Any]) -> dict[str, Any]:
 
 
 def _memory(rig: Rig, controller: Process | None) -> dict[str, float]:
-    found = {"simulator": rig.simulator.memory_mb}
+    memory_mb = {"simulator": rig.simulator.memory_mb}
     if rig.hub is not None:
-        found["hub"] = rig.hub.memory_mb
+        memory_mb["hub"] = rig.hub.memory_mb
     if controller is not None:
-        found["controller"] = controller.memory_mb
-    return found
+        memory_mb["controller"] = controller.memory_mb
+    return memory_mb
 
 
-def _grown(before: dict[str, float], after: dict[str, float]) -> list[str]:
-    grown = [name for name in before if after[name] > before[name] + GROWTH_MB]
+def _memory_problems(before: dict[str, float], after: dict[str, float]) -> list[str]:
+    grown = [name for name in before if after[name] > before[name] + MOST_GROWTH_MB]
     return [f"{name} needs {after[name]:.0f} MB after {before[name]:.0f}" for name in grown]
 
 
 def _ends_by_itself(controller: Process) -> list[str]:
-    """It has met another controller: it ends without a request, and its exit status is that of a failure."""
+    """Check that the controller ends beside a duplicate master, with the exit status of a failure."""
     deadline_s = time.monotonic() + STOP_LIMIT_S
     while controller.alive and time.monotonic() < deadline_s:
         time.sleep(0.1)
@@ -198,7 +200,7 @@ def _ends_by_itself(controller: Process) -> list[str]:
 
 def _ended(controller: Process, *, may_fail: bool) -> list[str]:
     status = controller.end()
-    problems = [controller.complaint] if controller.complaint else []
+    problems = [controller.traceback] if controller.traceback else []
     if status is None:
         problems.append("the controller had to be killed")
     elif status == -signal.SIGTERM or status < 0 or (status and not may_fail):

@@ -1,4 +1,4 @@
-"""The simulator as a process, with a window to its truth: a line of JSON at SIGUSR1, and one at the end.
+"""Runs the simulator as a process that prints its true motion: a line of JSON at SIGUSR1 and at the end.
 
 python -m tests.campaigns.hostile.simulator MACHINE BUS
 """
@@ -18,8 +18,8 @@ from hil_sim.runner.can_port import CanPort, open_bus
 from hil_sim.runner.process import serve
 
 
-class Window:
-    """What happened to the axes since the last line."""
+class TruthWindow:
+    """The true motion of the axes since the last printed line."""
 
     def __init__(self, bench: SimulatedMachine) -> None:
         self._bench = bench
@@ -28,8 +28,8 @@ class Window:
         bench.on_advanced = self._advanced
         self._begin()
 
-    def tell(self) -> None:
-        """One line; then it starts again."""
+    def print_line(self) -> None:
+        """Print the motion as one line of JSON and begin a new window."""
         finite = bool(np.isfinite(self._position).all() and np.isfinite(self._velocity).all())
         figures: dict[str, Any] = {
             "start_m": self._start.tolist(),
@@ -57,12 +57,12 @@ class Window:
 
 
 async def main(machine: Path, bus: str) -> None:
-    """Until SIGTERM."""
-    windows: list[Window] = []
+    """Run the simulator until SIGTERM."""
+    windows: list[TruthWindow] = []
 
     def ready(bench: SimulatedMachine) -> None:
-        windows.append(Window(bench))
-        asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, windows[0].tell)
+        windows.append(TruthWindow(bench))
+        asyncio.get_running_loop().add_signal_handler(signal.SIGUSR1, windows[0].print_line)
         print("on the bus", flush=True)
 
     await serve(
@@ -72,7 +72,7 @@ async def main(machine: Path, bus: str) -> None:
         state_directory=None,
         on_ready=ready,
     )
-    windows[0].tell()
+    windows[0].print_line()
 
 
 if __name__ == "__main__":

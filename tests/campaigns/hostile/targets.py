@@ -1,4 +1,4 @@
-"""Fuzz targets: a function of bytes for every parser. It may answer, or raise the error that it declares.
+"""Fuzz targets: for every parser a function of bytes, which may raise only its declared errors.
 
 The same functions run under atheris (`fuzz.py`) and, seeded and short, in the tests (`test_targets.py`).
 """
@@ -12,18 +12,20 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[3]
 GOLDEN = ROOT / "tests" / "golden" / "formats" / "0.1"
 CRASHES = Path(__file__).parent / "crashes"
-"""Inputs that a parser once failed on, CRASHES/target/name: they are tried in every run."""
+"""Inputs that a parser once failed on, CRASHES/target/name; every run tries them."""
 
 
 class Target(NamedTuple):
-    """`run` raises only what is a defect. `seeds` gives valid inputs, `words` what mutations put in."""
+    """A fuzz target; `run` raises only defects."""
 
     name: str
     run: Callable[[bytes], None]
     accepts: Callable[[bytes], object]
-    """The same, and what is declared is raised too."""
+    """Like `run`, but raises the declared errors too."""
     seeds: Callable[[], Sequence[bytes]]
+    """Returns valid inputs."""
     words: tuple[bytes, ...]
+    """Inserted by mutations."""
     parser: str
     """The module whose coverage is reported."""
     short: int
@@ -41,7 +43,7 @@ def target(
     words: Iterable[bytes] = (),
     short: int = 300,
 ) -> Callable[[Callable[[bytes], object]], Callable[[bytes], None]]:
-    """Make a function of bytes a target called as it is."""
+    """Decorate a function of bytes as the target of its name."""
 
     def add(function: Callable[[bytes], object]) -> Callable[[bytes], None]:
         @functools.wraps(function)
@@ -50,7 +52,7 @@ def target(
                 function(data)
             except declared as error:
                 if not str(error).strip():
-                    raise AssertionError("an error without words") from error
+                    raise AssertionError("an error without a message") from error
 
         name = function.__name__
         TARGETS[name] = Target(name, run, function, functools.cache(seeds), tuple(words), parser, short)
@@ -61,17 +63,17 @@ def target(
 
 @functools.cache
 def folder() -> Path:
-    """A directory of this process, for parsers of files."""
+    """Return a directory of this process, for parsers of files."""
     directory = tempfile.TemporaryDirectory(prefix="hostile-")
-    _KEPT.append(directory)
+    _DIRECTORIES.append(directory)
     return Path(directory.name)
 
 
-_KEPT: list[tempfile.TemporaryDirectory[str]] = []
+_DIRECTORIES: list[tempfile.TemporaryDirectory[str]] = []
 
 
 def file_with(data: bytes, name: str) -> Path:
-    """A file of this content."""
+    """Write a file with this content; return its path."""
     path = folder() / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(data)
@@ -79,5 +81,5 @@ def file_with(data: bytes, name: str) -> Path:
 
 
 def crashes_of(name: str) -> list[Path]:
-    """Inputs that a target once failed on."""
+    """Return the inputs that a target once failed on."""
     return sorted((CRASHES / name).glob("*"))

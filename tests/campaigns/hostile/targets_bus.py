@@ -1,4 +1,4 @@
-"""Targets: what comes to the controller from the bus."""
+"""Fuzz targets: frames from the bus to the controller."""
 
 import functools
 from collections.abc import Sequence
@@ -18,22 +18,22 @@ from servo_ctrl.daemon.cycle.cycle import Cycle
 from servo_ctrl.daemon.run.foreign_frames import report_masters
 from servo_ctrl.io.can_port import CanPort
 from servo_ctrl.io.error_frames import BusNews
-from tests.campaigns.hostile.bus_records import MOST_FRAMES, SDO_WORDS, Waiting, messages, traffic
+from tests.campaigns.hostile.bus_records import MOST_FRAMES, SDO_WORDS, ScriptedBus, messages, traffic
 from tests.campaigns.hostile.targets import ROOT, target
 
 MOST_REQUESTS = 2000
-"""Of one transfer: an endless one would go on for ever."""
+"""Bounds the requests of one transfer, which may be endless."""
 
 
 @functools.cache
 def machine() -> tuple[MachineConfig, tuple[NodePlan, ...]]:
-    """The X-Y table and what boot knows of its nodes."""
+    """Return the X-Y table and the boot plan of its nodes."""
     config = load_machine(ROOT / "machines" / "xy_table")
     return config, plan_machine(config)
 
 
 class Core:
-    """A machine that computes nothing."""
+    """A machine without computation."""
 
     def tick(self, _cycle: int, _elapsed: int, _inputs: Any) -> list[bytes]:
         return [bytes(7), bytes(7)]
@@ -54,7 +54,7 @@ def _node() -> ControllerNodeBench:
 
 
 def own_node() -> ControllerNodeBench:
-    """Our own node, as it is after a reset of its communication, and with nothing asked for."""
+    """Send the frames to the controller's node after boot-up, without a request of its own."""
     bench = _node()
     bench.node.boot_up()
     bench.put(0x000, b"\x82\x00")
@@ -65,9 +65,9 @@ def own_node() -> ControllerNodeBench:
 
 @target("servo_ctrl.io.can_port", traffic, words=(b"\x81\1\0\0", b"\x08", b"\x40", b"\0\0\0\x20"))
 def frames_to_the_controller(data: bytes) -> None:
-    """Port, cyclic inputs, heartbeats, emergencies, other controllers, our own node; no axes behind."""
+    """Send the frames to port, cyclic inputs, supervision and the controller's node, without axes."""
     config, plans = machine()
-    bus = Waiting(messages(data))
+    bus = ScriptedBus(messages(data))
     port = CanPort(bus, "fuzz")  # type: ignore[arg-type]  # the part of a bus that it uses
     reports: list[str] = []
     bench = own_node()
@@ -128,7 +128,7 @@ def sdo_to_the_controller(data: bytes) -> None:
 
 
 AND_ONE_MORE = b"\xff"
-"""Begins an answer that another one follows unasked."""
+"""First byte of an answer that another one follows without a request."""
 
 
 def _sdo_answers() -> Sequence[bytes]:
@@ -151,7 +151,7 @@ def _sdo_answers() -> Sequence[bytes]:
     "servo_ctrl.canopen.stack", _sdo_answers, declared=SdoError, words=(*SDO_WORDS, b"\x41\x60\0"), short=150
 )
 def sdo_answers_of_a_node(data: bytes) -> None:
-    """A node that answers by these frames over and over again, some of them unasked."""
+    """Read from a node that repeats these answers, some of them without a request."""
     answers = [data[start : start + 8] for start in range(0, len(data), 8)] or [b""]
     script = islice(cycle(answers), MOST_REQUESTS)
     count = 0

@@ -1,4 +1,4 @@
-"""Targets: EDS files, as the controller and the simulator read them."""
+"""Fuzz targets: EDS files, as controller and simulator read them."""
 
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.process_objects import ProcessObjects
@@ -70,12 +70,12 @@ def eds_of_the_controller(data: bytes) -> None:
 
 
 class RefusedError(Exception):
-    """What `hil_sim.runner.bench` makes a ConfigError of."""
+    """An error that `hil_sim.runner.bench` raises as ConfigError."""
 
 
 @target("hil_sim.node.dictionary", lambda: [SMALL_EDS], declared=RefusedError, words=EDS_WORDS, short=150)
 def eds_of_the_simulator(data: bytes) -> None:
-    """As in `hil_sim.runner.bench`, where whatever canopen's importer raises is one error."""
+    """Read an EDS file as `hil_sim.runner.bench` does: any error of canopen's importer is one error."""
     try:
         dictionary = Dictionary(1, file_with(data, "drive.eds"), ProcessObjects())
     except Exception as error:  # whatever it is: that is the promise of the bench

@@ -1,4 +1,4 @@
-"""Targets: files that people write or that we wrote and somebody changed."""
+"""Fuzz targets: files of users, and files of this software that were changed."""
 
 import functools
 import json
@@ -30,13 +30,13 @@ TABLE = GOLDEN / "machines" / "xy_table"
 
 
 def of(*paths: Path) -> Callable[[], Sequence[bytes]]:
-    """Files as seeds."""
+    """Return a function that reads files as seeds."""
     return lambda: [path.read_bytes() for path in paths]
 
 
 @functools.cache
 def xy_table() -> MachineConfig:
-    """The machine that programs are for."""
+    """Return the machine of the programs."""
     return load_machine(TABLE)
 
 
@@ -97,7 +97,7 @@ def _learned() -> Sequence[bytes]:
 
 @target("servo_ctrl.learned.file_model", _learned, declared=ValueError)
 def learned_functions(data: bytes) -> None:
-    """The checksum is made right where the input is JSON: what is behind it is to be tried too."""
+    """Read a learned file; the checksum of JSON input is corrected, so that its content is parsed too."""
     found = LearnedFile[LearnedFunctions].from_text(_sealed(data))
     found.objection(xy_table(), "x")
 
@@ -129,7 +129,7 @@ def _active_and_learned() -> Sequence[bytes]:
 
 @target("servo_ctrl.learned.store", _active_and_learned, declared=ServoCtrlError, short=150)
 def learned_version_on_the_disk(data: bytes) -> None:
-    """`active.json` and a version, each from a half of the input."""
+    """Read a store whose `active.json` and version are the two halves of the input."""
     active, _, version = data.partition(b"\n\n\n")
     file_with(version or data, "learned/x/v0001.json")
     file_with(active, "learned/x/active.json")

@@ -1,4 +1,4 @@
-"""Targets: what comes to localcan, its hub and its clients."""
+"""Fuzz targets: packets to localcan's hub and clients."""
 
 import socket
 import struct
@@ -14,7 +14,7 @@ from tests.campaigns.hostile.targets import target
 
 @target("local_can.bus", traffic, declared=can.CanError, words=(b"\x09", b"\0\0\0\x20", b"\0\0\0\xe0"))
 def packets_to_a_client(data: bytes) -> None:
-    """A hub that is none: packets of any content."""
+    """Read packets of a false hub as a client."""
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     with ours, theirs:
         bus = LocalCanBus.__new__(LocalCanBus)
@@ -34,7 +34,7 @@ def packets_to_a_client(data: bytes) -> None:
 
 @target("local_can.wire", traffic, words=(b"\0\0\0\x20", b"\0\0\0\x80"))
 def frames_in_the_hub(data: bytes) -> None:
-    """Rank and length in bits of every frame that the hub lets in."""
+    """Compute rank and length in bits of every valid frame."""
     for start in range(0, len(data) // 16 * 16, 16):
         frame = data[start : start + 16]
         if frame[4] <= 8:
@@ -50,7 +50,7 @@ def _filters() -> Sequence[bytes]:
 
 @target("local_can.wire", _filters, words=(wire.FILTERS, b"\0\0\0\x20", b"\0\0\0\x80", bytes(8)))
 def filters_in_the_hub(data: bytes) -> None:
-    """Whatever a client asks to hear: refused, or it decides on every frame, and stops no error frame."""
+    """Apply a client's filters: refused, or they decide on every frame and pass each error frame."""
     filters = wire.unpack_filters(data)
     if filters is None:
         return

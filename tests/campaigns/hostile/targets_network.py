@@ -1,4 +1,4 @@
-"""Targets: what comes over MQTT, the local socket, and HTTP."""
+"""Fuzz targets: messages by MQTT, the local socket, and HTTP."""
 
 import asyncio
 import functools
@@ -39,7 +39,7 @@ def _loop() -> asyncio.AbstractEventLoop:
 
 
 def waited(coroutine: Awaitable[Any]) -> Any:
-    """What a coroutine gives, in a loop of our own."""
+    """Run a coroutine in a loop of this module; return its result."""
     return _loop().run_until_complete(coroutine)
 
 
@@ -88,7 +88,7 @@ def _requests() -> Sequence[bytes]:
     words=(b"1e999", b"\\ud800", b'"index"', b"-1"),
 )
 def local_request(data: bytes) -> None:
-    """The server's side, until the answer."""
+    """Send a request to the server; return its answers."""
 
     async def served() -> list[bytes]:
         bench, answers = LocalSocketBench(), []
@@ -145,7 +145,7 @@ def _status() -> Sequence[bytes]:
 
 @target("servo_ctrl.commands.local_messages", _status, declared=MessageError, short=150)
 def status_at_the_page(data: bytes) -> None:
-    """The page's side."""
+    """Read a server's message as the page does."""
     server_message(data)
 
 
@@ -195,7 +195,7 @@ HTTP = [
     short=150,
 )
 def page(data: bytes) -> None:
-    """Requests as uvicorn hands them to the guard; what uvicorn itself refuses never comes."""
+    """Pass requests to the guard as uvicorn does; those that uvicorn refuses do not occur."""
     head, _, body = data.partition(b"\r\n\r\n")
     first, *lines = head.split(b"\r\n")
     words = [*first.split(b" "), b"", b""]

@@ -1,4 +1,4 @@
-"""Targets: what the page reads besides what comes over the network, and what is typed into it."""
+"""Fuzz targets: files and inputs of the page."""
 
 import json
 from collections.abc import Sequence
@@ -36,7 +36,7 @@ def _typed() -> Sequence[bytes]:
 
 @target("servo_ctrl.hmi.bus.object_values", _typed, declared=ValueError, words=(b"1e39", b"2Ah", b"nan"))
 def typed_value(data: bytes) -> None:
-    """What goes to the node is JSON, and no number that its type has not."""
+    """Convert an input to an object's value: JSON, and within the range of its type."""
     code, text = TYPES[(data[:1] or b"\0")[0] % len(TYPES)], data[1:].decode("utf-8", "replace")
     entry = ObjectEntry(0x2000, 0, "object", code, "rw")
     value_text(entry, text)
@@ -63,7 +63,7 @@ def verdict_at_the_page(data: bytes) -> None:
 
 @target("servo_ctrl.hmi.motion.step_fields", of(TABLE / "programs" / "circles.toml"), short=150)
 def program_at_the_page(data: bytes) -> None:
-    """The form of a program: what it shows, a number in each of its fields, and the text that comes of it."""
+    """Read a program into the form, change a number in each field, and write it again."""
     steps = steps_of(data.decode("utf-8", "replace"))
     for step in steps or ():
         for field in fields_of(step["kind"], ("x", "y")):

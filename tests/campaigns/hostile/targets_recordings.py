@@ -1,4 +1,4 @@
-"""Targets: recordings of every format that `reconcile` and the controller read."""
+"""Fuzz targets: recordings of every format that `reconcile` and the controller read."""
 
 import functools
 import io
@@ -30,13 +30,13 @@ MAPPING = parse_mapping(("position=position", "force=force"))
 
 @functools.cache
 def model() -> NominalModel:
-    """Of one axis called x."""
+    """Return the model of one axis x."""
     return load_model(GOLDEN / "diagnosis" / "model.toml")
 
 
 @functools.cache
 def bus_model() -> NominalModel:
-    """The X-Y table, which names its nodes; their EDS, which each input reads, have only what TPDOs need."""
+    """Return the X-Y table with its nodes; their EDS files, read for each input, have only TPDO objects."""
     wanted = ("1000", "1018", "1800", "1A00", "6004", "6041", "6064", "6078")
     for name in ("servo_drive.eds", "linear_scale.eds"):
         sections = (GOLDEN / "eds" / name).read_text(encoding="utf-8").split("\n[")
@@ -48,7 +48,7 @@ def bus_model() -> NominalModel:
 
 @functools.cache
 def _columns() -> dict[str, np.ndarray]:
-    """A run that readers take: half a second of a sine."""
+    """Return a valid recording: half a second of a sine."""
     time_s = np.arange(ROWS) * 2e-3
     position = 0.02 * np.sin(2.0 * np.pi * 2.0 * time_s)
     return {"time": time_s, "position": position, "force": 20.0 * np.cos(2.0 * np.pi * 2.0 * time_s)}
@@ -148,7 +148,7 @@ def _of_a_step() -> Sequence[bytes]:
 
 @target("servo_ctrl.files.columns", _of_a_step, declared=ConfigError, words=(b"nan", b'"', b"\0"), short=150)
 def columns_of_a_step(data: bytes) -> None:
-    """What a program's step takes its set points from; the input begins with the file's ending."""
+    """Read the set points of a program's step; the input begins with the file's suffix."""
     ending = next((one for one in (".csv", ".npz", ".parquet") if data.startswith(one.encode())), ".csv")
     columns = read_columns(file_with(data.removeprefix(ending.encode()), f"step{ending}"), list(_columns()))
     assert all(np.isfinite(column).all() for column in columns.values())

@@ -1,4 +1,4 @@
-"""Targets: what comes to the simulator from the bus."""
+"""Fuzz targets: frames from the bus to the simulator."""
 
 import functools
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from in_process_nodes import DRIVE, SCALE, InProcessNodes
 
 from hil_sim.runner.can_port import CanPort as SimulatorPort
-from tests.campaigns.hostile.bus_records import SDO_WORDS, Waiting, framed, messages
+from tests.campaigns.hostile.bus_records import SDO_WORDS, ScriptedBus, framed, messages
 from tests.campaigns.hostile.targets import target
 
 
@@ -44,7 +44,7 @@ def frames_to_the_simulator(data: bytes) -> None:
     nodes = _simulator()
     nodes.frames.clear()
     nodes.put(0, b"\x81\0")
-    port = SimulatorPort(Waiting(messages(data)))  # type: ignore[arg-type]  # the part of a bus that it uses
+    port = SimulatorPort(ScriptedBus(messages(data)))  # type: ignore[arg-type]  # the part of a bus that it uses
     port.on_overrun = nodes.bench.on_overrun
     port.drain(nodes.put)
     nodes.put(0, b"\x81\0")  # reset: whatever was done to it, it is itself again

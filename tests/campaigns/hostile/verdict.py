@@ -1,4 +1,4 @@
-"""Whether an attack did what it must not: a crash, a hang, a motion without a command."""
+"""Checks that an attack caused no crash, no hang, and no motion without a command."""
 
 from typing import NamedTuple
 
@@ -10,37 +10,39 @@ from tests.campaigns.hostile.attack import Outcome
 from tests.campaigns.hostile.frames import OBEYED
 
 STILL_M = 1e-9
+"""Largest motion of an axis at standstill: rounding."""
 WITHOUT_POWER = {Stage.STANDBY, Stage.DISABLING, Stage.OFF}
 REACTION_CYCLES = 2
+"""Most cycles from a forged frame to the stop."""
 FOLLOWING_ERROR_MM, ACCELERATION_MM_S2, FASTEST_MM_S = 1.0, 2000.0, 200.0
 OVERSHOOT_MM = FOLLOWING_ERROR_MM + FASTEST_MM_S**2 / (2.0 * ACCELERATION_MM_S2)
-"""Beyond its limits an axis may be by its following error and the way that it brakes on."""
+"""Largest distance beyond the limits: following error and braking distance."""
 
 
 class Verdict(NamedTuple):
-    """`problems`: what must not have happened; the rest is for the tables."""
+    """Violations of an attack, and figures for the tables."""
 
     problems: tuple[str, ...]
     moved_mm: float
-    """Of any axis, from where it was when the attack began."""
+    """Largest displacement of an axis since the attack began."""
     unpowered: bool
-    """The daemon gave no power from then on."""
+    """The daemon did not power the axes after the attack began."""
     reaction_cycles: int | None
-    """From the first frame that only a controller may send to the stop."""
+    """Cycles from the first frame that only a controller may send to the stop."""
 
 
 def judge(outcome: Outcome) -> Verdict:
-    """All checks of one attack."""
+    """Run all checks of one attack."""
     attack = outcome.attack
     problems = [text for text in (outcome.error, outcome.stuck) if text]
-    if outcome.begun is None:
+    if outcome.first_row is None:
         problems.append(f"the state {attack.state} was not reached")
     if outcome.sent != attack.frames:
         problems.append(f"{outcome.sent} of {attack.frames} frames were sent")
     if outcome.report is None:
         problems.append("the run has no report")
-    truth, begun = outcome.truth, outcome.begun or 0
-    after_mm = 1e3 * truth.position_m[begun:]
+    truth, first_row = outcome.truth, outcome.first_row or 0
+    after_mm = 1e3 * truth.position_m[first_row:]
     if not (np.isfinite(after_mm).all() and np.isfinite(truth.velocity_m_s).all()):
         problems.append("the plant is not a number")
     moved_mm = float(np.abs(after_mm - after_mm[0]).max()) if len(after_mm) else 0.0
@@ -58,16 +60,16 @@ def judge(outcome: Outcome) -> Verdict:
 
 
 def _stages_after(outcome: Outcome) -> set[int]:
-    """The daemon's stages from the beginning of the attack on."""
-    if outcome.begun is None:
+    """Return the daemon's stages since the attack began."""
+    if outcome.first_row is None:
         return set()
-    cycle = int(outcome.truth.cycle[min(outcome.begun, len(outcome.truth.cycle) - 1)])
+    cycle = int(outcome.truth.cycle[min(outcome.first_row, len(outcome.truth.cycle) - 1)])
     before = [stage for at, stage in outcome.stages if at <= cycle]
     return {*before[-1:], *(stage for at, stage in outcome.stages if at > cycle)}
 
 
 def _reaction(outcome: Outcome) -> int | None:
-    """Cycles until a stage in which nothing is led any more; None where nothing was to be stopped."""
+    """Return the cycles until no axis follows set points; None if none did."""
     forged = outcome.first_forged
     if forged is None:
         return None
