@@ -1,7 +1,7 @@
 """Backlash: scale less motor steps after each reversal, by the gap, whatever the force.
 
-Slow, the table rests on the flank that pushes it. Where the motor brakes harder than friction does the table,
-the table flies on to the other flank (Nordin and Gutman 2002, section 2, without the contact's spring).
+In slow motion the flank pushes the table. If the motor brakes harder than friction brakes the table,
+the table moves freely to the other flank (Nordin and Gutman 2002, section 2, without the contact's spring).
 """
 
 import math
@@ -18,11 +18,11 @@ from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapePara
 
 HALF_GAPS_M = (2.5e-7, 5e-7, 1e-6, 2e-6, 3e-6, 5e-6, 8e-6, 1.2e-5, 1.8e-5, 2.5e-5)
 MASS_RATIOS = (1.0, 1.5)
-"""Ratios of the whole moved mass to the table's, tried where the rotor's mass is not known."""
+"""Ratios of the total moved mass to the table's, tried if the rotor's mass is not known; chosen."""
 STOPS_AT_ONCE = (math.inf, 0.0)
 """Deceleration (m/s^2, 1/s) of a table that friction stops at once."""
 INDICATOR_HALF_GAP_M = 1e-6
-"""Of the indicator: small, so that backlash and wind-up count alike as lost motion."""
+"""Half gap of the indicator: small, so that backlash and wind-up count alike as lost motion."""
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
@@ -36,8 +36,8 @@ def _decelerations(datasets: Sequence[RegressionData]) -> list[tuple[float, floa
     columns = [(m.acceleration_m_s2, m.velocity_m_s, m.direction) for m in (data.motion for data in datasets)]
     force_n = np.concatenate([data.model_force_n for data in datasets])
     rigid = np.concatenate([np.stack(own, axis=1) for own in columns])
-    found, *_ = np.linalg.lstsq(rigid, force_n, rcond=None)
-    mass_kg, viscous_n_s_m, coulomb_n = (float(value) for value in found)
+    theta, *_ = np.linalg.lstsq(rigid, force_n, rcond=None)
+    mass_kg, viscous_n_s_m, coulomb_n = (float(value) for value in theta)
     motor_kg = datasets[0].motor_mass_kg
     lighter = [mass_kg / (mass_kg - motor_kg)] if 0.0 < motor_kg < mass_kg else MASS_RATIOS
     if min(mass_kg, coulomb_n) <= 0.0:
@@ -54,7 +54,7 @@ def _free_table(
     coulomb_m_s2: float,
     viscous_1_s: float,
 ) -> Array:
-    """Position of the table less that of the motor, m (n,), with a gap of `half_m` to either side."""
+    """Return the position of the table less that of the motor, m (n,); the gap is `half_m` to either side."""
     less_motor_m = np.zeros(len(position_m))
     table_m, speed_m_s = position_m[0], 0.0
     for i in range(len(position_m)):

@@ -1,4 +1,4 @@
-"""What goes in and comes out where an entry converts between a plant's effect and terms of the catalogue.
+"""Arguments and results of the conversions between a plant's effect and terms of the catalogue.
 
 `from_plant` turns a `ModelEffect` into `ModelTerm`s; `to_plant` an `IdentifiedTerms` into the parameters
 of the plant's effect, by their names in hil_sim, in SI.
@@ -24,12 +24,12 @@ class ModelTerm(NamedTuple):
     effect: str
     shape_parameters: ShapeParameters
     coefficients: tuple[float, ...]
-    """Of the columns at these shape parameters."""
+    """Coefficients of the columns at these shape parameters."""
     channel: ResidualChannel = ResidualChannel.FORCE
 
 
 class ModelEffect(NamedTuple):
-    """One effect of a plant, and what its numbers refer to."""
+    """One effect of a plant, with the axis and recordings that its parameters refer to."""
 
     effect: str
     params: Any
@@ -40,13 +40,13 @@ class ModelEffect(NamedTuple):
     """The axis that cross_axis_coupling follows."""
     axis: NominalAxis
     base: Mapping[str, float]
-    """mass_kg, viscous_n_s_m, coulomb_n: all that moves, all that rubs."""
+    """mass_kg, viscous_n_s_m, coulomb_n: total mass and friction."""
     datasets: Sequence[RegressionData]
     """At least one."""
 
 
 class IdentifiedTerms(NamedTuple):
-    """An effect that a diagnosis named, and what its numbers refer to."""
+    """An identified effect, with the axis and recordings that its parameters refer to."""
 
     effect: str
     channel: ResidualChannel
@@ -54,5 +54,5 @@ class IdentifiedTerms(NamedTuple):
     """Parameters of each term of the finding."""
     datasets: Sequence[RegressionData]
     base: Mapping[str, float]
-    """mass_kg, viscous_n_s_m, coulomb_n as fitted to the force; empty where they were not."""
+    """mass_kg, viscous_n_s_m, coulomb_n as fitted to the force; empty if they were not."""
     axis: NominalAxis

@@ -21,9 +21,9 @@ from reconcile.catalogue.kinds import (
 )
 
 CONTACT_N_M, CONTACT_DAMPING_RATIO = 2e8, 0.05
-"""Contact of a backlash without an identified compliance in an updated model: too stiff to be seen."""
+"""Contact of a backlash without an identified compliance in an updated model: too stiff to show; chosen."""
 SOFT_N_M = 1e5
-"""Stiffness below which it is said in N/m: those of small rotary joints."""
+"""Stiffness below which sentences use N/m, as for small rotary joints."""
 SYSTEMATIC = {"compliance_m_n": (0.0, 1.5), "stiffness_n_m": (0.6, 0.0)}
 """Friction in front of the spring (nut, bearings) is not transmitted: up to 60 % of it may act there."""
 

@@ -1,4 +1,4 @@
-"""The declaration of an effect in the catalogue: all that the rooms of reconcile know of it, in one place.
+"""The declaration of an effect in the catalogue: everything that reconcile knows of it, in one place.
 
 Each module of this package that describes an effect ends with `ENTRY = CatalogueEntry(...)`. The registry
 finds them; no table elsewhere names an effect.
@@ -22,9 +22,9 @@ from reconcile.catalogue.kinds import (
 )
 
 HalfWidths = Callable[[Mapping[str, float], Mapping[str, float], Sequence[RegressionData]], dict[str, float]]
-"""Of the values of an effect's parameters, half widths of their intervals, and the recordings."""
+"""Arguments: values of an effect's parameters, half widths of their intervals, and the recordings."""
 POSITIVE = (0.0, math.inf)
-"""Of `CatalogueEntry.physical`."""
+"""A value of `CatalogueEntry.physical`."""
 
 
 class Rival(NamedTuple):
@@ -34,7 +34,7 @@ class Rival(NamedTuple):
     distinguished_by: str = ""
     """The observation that distinguishes them; empty where the rival's entry states it."""
     experiment: str = ""
-    """The experiment by hand that it takes, by name; empty where a motion does."""
+    """Name of the manual experiment that distinguishes them; empty if a motion does."""
 
 
 class TypicalSizes(NamedTuple):
@@ -42,13 +42,13 @@ class TypicalSizes(NamedTuple):
 
     coulomb_n: float
     large_n: float
-    """Plausible for a friction."""
+    """Plausible size of a friction."""
     small_n: float
-    """Plausible for a ripple."""
+    """Plausible size of a ripple."""
     peak_n: float
     fastest_m_s: float
     over_travel: ShapeParameters
-    """A parabola over the travel, as `polynomial` has it."""
+    """Shape parameters of a parabola over the travel (`polynomial`)."""
 
 
 class PlausibleTerm(NamedTuple):
@@ -57,11 +57,11 @@ class PlausibleTerm(NamedTuple):
     shape_parameters: ShapeParameters
     coefficients: tuple[float, ...]
     channel: ResidualChannel | None = None
-    """The only one that it shows in; None: any that the effect has terms in."""
+    """The only channel that shows it; None: any in which the effect has terms."""
 
 
 class IndicatorKind(NamedTuple):
-    """What the watch of a machine measures with a term of fixed shape parameters."""
+    """A quantity that the watch of a machine measures by a term of fixed shape parameters."""
 
     name: str
     unit: str
@@ -70,95 +70,95 @@ class IndicatorKind(NamedTuple):
     factor: float = 1.0
     """The indicator is the coefficient times this."""
     beside: bool = False
-    """Fitted beside the others; else after them, so that it widens no other error."""
+    """Fitted together with the others; else after them, so that it widens no other interval."""
     effect: str = ""
     """Filled in from the entry; empty for a coefficient of the rigid model."""
     channel: ResidualChannel | None = None
-    """The only one that it is measured in; None: any that the effect has terms in."""
+    """The only channel in which it is measured; None: any in which the effect has terms."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CatalogueEntry:
     """One effect of hil_sim, as the engine looks for it, names it, reports it and writes it into a model.
 
-    An entry without `terms` cannot be identified by itself; it says what the plant's effect looks like
-    (`from_plant`) and what it is confused with. Where `coefficients` and `shape_parameters` are parameters of
-    the plant's effect, they are all that is needed to report it, to write it and to read it.
+    An entry without `terms` cannot be identified; it declares the terms that equal the plant's effect
+    (`from_plant`) and its rivals. If `coefficients` and `shape_parameters` are parameters of the plant's
+    effect, no conversion is declared.
     """
 
     physics: ModuleType
     """hil_sim's module: name, law, units and bounds."""
 
-    # what the regression tries
+    # candidate terms
     terms: tuple[TermFamily, ...] = ()
-    """At most one family a residual channel."""
+    """At most one family for each residual channel."""
     physical: tuple[float, float] | None = None
-    """Open interval of the first coefficient in nature; None: it may be anything."""
+    """Open interval of the physically possible first coefficients; None: any."""
     additive: bool = False
-    """A sum of terms with different shape parameters; of other effects one set of them is the best."""
+    """The effect is a sum of terms with different shape parameters; other effects are a single term."""
     continuous_shape_parameters: int = 0
-    """How many of the first ones may take any value, and are refined; 0: they are a list."""
+    """Number of leading shape parameters that are continuous, and refined; 0: all are discrete."""
     drifting_columns: int = 0
-    """Columns that change within a recording; those after them are levels of each recording. 0: no levels."""
+    """Leading columns that change within a recording; the others are its levels. 0: no levels."""
     timing: bool = False
-    """A shift in time: below one sample it is how the channels were sampled, and no physics."""
+    """A shift in time: below one sample it comes from sampling, not from physics."""
     presliding_can_imitate: bool = False
-    """It can pass for the residual of a presliding that follows another curve than its term."""
+    """It resembles the misfit of a presliding of another curve."""
     shows_after_presliding: bool = False
-    """Of these: it must also show where presliding is over."""
+    """Such an effect must also show where presliding is over."""
     ends_with_reversal: bool = False
-    """The first shape parameter is a distance; below what the filters resolve of a reversal it is a step."""
+    """The first shape parameter is a distance; if the filters do not resolve it, the effect is a step."""
 
-    # what is reported
+    # report
     coefficients: Mapping[str, str] = field(default_factory=dict)
-    """Unit of each coefficient by the parameter that it is, SI."""
+    """SI unit of each coefficient, by the name of its parameter."""
     shape_parameters: Mapping[str, str] = field(default_factory=dict)
-    """The same of the shape parameters."""
+    """SI unit of each shape parameter, by its name."""
     sign: float = 1.0
-    """-1 where the parameters are forces on the table: the motor has to give the opposite."""
+    """-1 if the parameters are forces on the table: the motor must give the opposite."""
     parameters_of: Callable[[ShapeParameters, Array], dict[str, SiParameter]] | None = None
-    """What shape parameters and coefficients mean, SI, where they are no parameters themselves."""
+    """Parameters (SI) from shape parameters and coefficients, if they are no parameters themselves."""
     sentence: Callable[[dict[str, float]], str] = lambda _parameters: ""
-    """What an engineer can check."""
+    """Sentence with an observation that an engineer can check."""
     systematic: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """By parameter: shares of its value by which the truth may lie below and above it, beside the scatter."""
+    """By parameter: systematic errors below and above its value, as shares of it."""
     spread: HalfWidths = lambda _values, _half_widths, _datasets: {}
-    """Half widths of the 95 % intervals of shape parameters; coefficients have theirs by resampling."""
+    """Half widths of the 95 % intervals of shape parameters; those of coefficients come by resampling."""
     equivalent: tuple[str, ...] = ()
-    """Effects that these sensors cannot tell from it."""
+    """Effects that these sensors cannot distinguish from it."""
     on_every_axis: bool = False
-    """Every axis has some of it: a rarer effect of half its size is reported first."""
+    """Every axis has it: a rarer effect of at least half its size is reported first."""
     mean_of: str = ""
-    """It is the mean of that effect, whose zero is unknown: reported after it."""
+    """Effect of which it is the mean, because its zero is unknown; reported after that effect."""
     curve_over: str = ""
-    """Coordinate over which a force of any curve is this law, where its own terms do not fit."""
+    """Coordinate over which any curve of force is this law, if its own terms do not fit."""
     curve_near: str = ""
-    """Coordinate over which a curve is this law of another shape, if its own terms explain nearly as much."""
+    """Coordinate over which a curve is this law with another shape, if its terms explain nearly as much."""
     indicators: tuple[IndicatorKind, ...] = ()
 
     # the plant
     to_plant: Callable[[IdentifiedTerms, list[str]], PlantValues] = lambda found, _notes: dict(found.terms[0])
-    """Parameters of the plant's effect; may raise NotInAPlant, and notes what is not as it was found."""
+    """Parameters of the plant's effect; may raise NotInAPlant, and notes deviations from the findings."""
     plant_effect: Callable[[IdentifiedTerms], str] | None = None
-    """The effect of hil_sim that holds what was found, by name, where it is not always the entry's own."""
+    """Name of hil_sim's effect that is written, if it is not always the entry's own."""
     from_plant: Callable[[ModelEffect], Sequence[ModelTerm]] | None = None
-    """The terms that the plant's effect is, where its parameters are not those of the term."""
+    """Terms that equal the plant's effect, if its parameters are not those of the term."""
     refused: Callable[[IdentifiedTerms], str] = lambda _found: ""
-    """Why nature has no such effect, beside bounds and signs; empty where it may have it (`veto`)."""
+    """Reason why such an effect is impossible, besides bounds and sign; empty if possible (`veto`)."""
     fixed_to_screw: bool = False
-    """Its phase is fixed to the screw: a recording whose zero is shifted within a turn shows it."""
+    """Its phase is fixed to the screw, so it depends on the encoder's zero within a turn."""
 
     # the next experiment
     rivals: tuple[Rival, ...] = ()
-    """In the order in which they are doubted."""
+    """Effects with which it is confused, the most likely first."""
     shown_by: str = ""
-    """What shows it, for any rival."""
+    """The observation that shows it, for any rival."""
     experiment: str = ""
-    """The experiment by hand without which it hardly shows, by name; empty where a motion shows it."""
+    """Name of the manual experiment that shows it; empty if a motion does."""
     plausible: Callable[[TypicalSizes], Sequence[PlausibleTerm]] = lambda _sizes: ()
-    """Sizes in which it may be there without having been identified."""
+    """Terms of the sizes that it may have without having been identified."""
     rank: int = 100
-    """Where two are worth the same, the lower rank is asked for first: the more common on machines."""
+    """Order of equally valuable questions: an effect that is more common on machines has a lower rank."""
 
     @property
     def name(self) -> str:
@@ -167,23 +167,23 @@ class CatalogueEntry:
 
     @property
     def bounds(self) -> dict[str, Quantity]:
-        """By parameter of the plant's effect: unit, and what a plant takes."""
+        """By parameter of the plant's effect: its unit and bounds."""
         return {parameter.name: parameter.quantity for parameter in fields_of(self.physics.Params)}
 
     def written_as(self, found: IdentifiedTerms) -> str:
-        """The section of a plant file that holds what was found."""
+        """Return the section of a plant file that holds the identified effect."""
         return self.name if self.plant_effect is None else self.plant_effect(found)
 
     def family(self, channel: ResidualChannel) -> TermFamily | None:
-        """The candidate terms in a residual channel."""
+        """Return the candidate terms in a residual channel; None if there are none."""
         return next((family for family in self.terms if family.channel is channel), None)
 
     def possible(self, coefficients: Array) -> bool:
-        """Whether nature has such coefficients."""
+        """Return whether the coefficients are physically possible."""
         return self.physical is None or bool(self.physical[0] < coefficients[0] < self.physical[1])
 
     def parameters(self, shape_parameters: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
-        """What shape parameters and coefficients mean, SI; columns beyond those declared have no meaning."""
+        """Return the parameters (SI) of shape parameters and coefficients; undeclared columns have none."""
         if self.parameters_of is not None:
             return self.parameters_of(shape_parameters, coefficients)
         by_coefficient = zip(self.coefficients.items(), self.sign * coefficients, strict=False)
@@ -191,7 +191,7 @@ class CatalogueEntry:
         return {name: SiParameter(float(value), unit) for (name, unit), value in (*by_coefficient, *by_shape)}
 
     def model_terms(self, of: ModelEffect) -> Sequence[ModelTerm]:
-        """The terms that the plant's effect is."""
+        """Return the terms that equal the plant's effect."""
         if self.from_plant is not None:
             return self.from_plant(of)
         shape_parameters = tuple(getattr(of.params, name) for name in self.shape_parameters)

@@ -13,13 +13,13 @@ from reconcile.catalogue.kinds import RegressionData, ShapeParameters
 LEAST_CHANGE_K = 2.0
 """Least change of a recorded temperature for a thermal effect to be tried; chosen."""
 LEAST_NOISE_RATIO = 10.0
-"""The same in standard deviations of the sensor's noise."""
+"""The same least change, in standard deviations of the sensor's noise; chosen."""
 MOST_TIME_RATIO = 10.0
-"""Largest time constant over the longest recording: a longer one shows a tenth, which is a line over time."""
+"""Largest time constant over the longest recording: within a tenth of it, warming is a line over time."""
 
 
 class Balance(NamedTuple):
-    """A heat balance, and by how much it warms above its start."""
+    """A heat balance, and its temperature rise above the start."""
 
     rise_k: float
     heat_capacity_j_k: float
@@ -40,7 +40,7 @@ def recorded_start_k(datasets: Sequence[RegressionData]) -> float | None:
 
 
 def temperature_changes(datasets: Sequence[RegressionData]) -> bool:
-    """Whether the recorded temperature changes by enough for an effect of it to show."""
+    """Return whether the recorded temperature changes enough to show a thermal effect."""
     recorded = [data.temperature_k for data in datasets if data.temperature_k is not None]
     highest_k = max(float(np.percentile(of, 99.0)) for of in recorded)
     lowest_k = min(float(np.percentile(of, 1.0)) for of in recorded)
@@ -49,7 +49,7 @@ def temperature_changes(datasets: Sequence[RegressionData]) -> bool:
 
 
 def too_little_warming(found: IdentifiedTerms) -> str:
-    """Why nothing can have changed with the temperature (`CatalogueEntry.refused`)."""
+    """Return why no thermal effect can be there (`CatalogueEntry.refused`); empty if it can."""
     time_s = found.terms[0].get("time_s")
     if time_s is not None:
         longest_s = max(float(data.time_s[-1]) for data in found.datasets)
@@ -69,7 +69,7 @@ def rise(data: RegressionData, shape: ShapeParameters) -> Array:
 
 
 def balance_of(found: IdentifiedTerms, rise_k: float) -> Balance:
-    """By the recorded temperature; without one, the mean power leads to `rise_k` in the time that was found.
+    """Return the balance by the recorded temperature, else by mean power, `rise_k` and the time constant.
 
     Raises:
         NotInAPlant: friction does not heat the axis.

@@ -1,8 +1,8 @@
-"""What a term of the regression is: residual channels, the data of a recording, shape parameters and columns.
+"""The parts of a regression term: residual channel, data of a recording, shape parameters and columns.
 
-Columns are the force that the motor needs per unit (ResidualChannel.FORCE, newtons), or scale less motor
-(ResidualChannel.POSITION_DEVIATION, metres). They are linear in the coefficients; what is not linear are the
-shape parameters, which are scanned.
+A column is the motor's force (ResidualChannel.FORCE, N) or scale less motor (POSITION_DEVIATION, m) for a
+coefficient of 1. A term is linear in its coefficients; its nonlinear parameters, the shape parameters, are
+scanned.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ ShapeParameters = tuple[float, ...]
 
 
 class ResidualChannel(Enum):
-    """In which of the differences an effect shows."""
+    """The residual in which an effect shows."""
 
     FORCE = "force"
     POSITION_DEVIATION = "deviation"
@@ -32,18 +32,18 @@ class RegressionData(NamedTuple):
     force_n: Array
     """As measured."""
     model_force_n: Array
-    """What the model gives for this motion: a coordinate free of the noise that is to be explained."""
+    """The model's force for this motion: a coordinate without measurement noise."""
     lead_m: float
     motor_mass_kg: float
-    """Of what turns in front of the drive train, at the table; 0 = not known."""
+    """Mass of the rotor, reduced to the table; 0 = not known."""
     scale_m: Array | None
     temperature_k: Array | None
     others: dict[str, Kinematics]
     """The other axes of the machine."""
     presliding_law_n: Array | float = 0.0
-    """Force of a friction law that the model holds and that no column has."""
+    """Force of a friction law of the model that no column has."""
     load_n: Array | float = 0.0
-    """What the model gives for this motion without friction and rotor: what a drive transmits."""
+    """The model's force without friction and rotor, which the drive train transmits."""
     rotary: bool = False
     """The coordinate is an angle: 1 m stands for 1 rad."""
 
@@ -56,28 +56,28 @@ class SiParameter(NamedTuple):
 
 
 def no_shape(_datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
-    """The one shape of a term that is linear in all its parameters."""
+    """Return the single, empty shape of a term that is linear in all its parameters."""
     return [()]
 
 
 SHARED, OWN, EITHER = (False,), (True,), (False, True)
-"""Of `TermFamily.per_recording`."""
+"""Values of `TermFamily.per_recording`."""
 IN_A_RECORDING = "_in_a_recording"
-"""End of the names of unnamed terms that each recording has of its own."""
+"""End of the names of unnamed terms with coefficients of each recording."""
 
 
 class TermFamily(NamedTuple):
-    """The candidate terms by which an effect would show in one residual channel."""
+    """The candidate terms of an effect in one residual channel."""
 
     columns: Callable[[RegressionData, ShapeParameters], Array]
     """(n, k)"""
     shapes: Callable[[Sequence[RegressionData]], list[ShapeParameters]] = no_shape
-    """To scan: those that the recordings can tell apart, none where they excite nothing of the effect."""
+    """To scan: those that the recordings distinguish; none if they do not excite the effect."""
     channel: ResidualChannel = ResidualChannel.FORCE
     per_recording: tuple[bool, ...] = SHARED
-    """Whether the coefficients are the recording's own (encoders are re-zeroed); EITHER: both are tried."""
+    """Whether each recording has its own coefficients (encoders are re-zeroed); EITHER: both are tried."""
     if_excited: bool = False
-    """It is tried only where a recording excites it, which ordinary motions do not."""
+    """Tried only if a recording excites it, which ordinary motions do not."""
 
 
 class UnnamedTerm(NamedTuple):
@@ -106,7 +106,7 @@ class UnnamedTerm(NamedTuple):
 
 
 def continued(grid: Sequence[float], highest: float) -> tuple[float, ...]:
-    """A rising grid, continued by the ratio of its last two points up to `highest`."""
+    """Return a rising grid, continued by the ratio of its last two points up to `highest`."""
     points, ratio = [*grid], grid[-1] / grid[-2]
     while points[-1] * ratio <= highest:
         points.append(points[-1] * ratio)

@@ -1,4 +1,4 @@
-"""Waves, which the periodic effects share: sine and cosine columns, and the plant's amplitude and phase."""
+"""Shared by the periodic effects: sine and cosine columns, and their amplitude and phase in a plant."""
 
 import cmath
 import math
@@ -14,11 +14,11 @@ from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapePara
 RIPPLES_A_TURN = 4.0
 """Harmonic of a plausible ripple of cogging or torque."""
 FEWEST_PERIODS = 2.0
-"""Periods that must lie within the range of positions: what has come once may be anything over the travel."""
+"""Least periods within the range of positions: a single one may be any force over the travel."""
 WHOLE_TURN = 0.99
-"""Turns that must lie within it: a measured turn ends where it began, one point short."""
+"""Least turns within it: a measured turn ends one point before its start."""
 OF_THE_JOINT = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 18, 24)
-"""Harmonics of a turn of what a gear moves: its last wheel, its ring, its bearing."""
+"""Harmonics of a turn of the joint, by the gear's last wheel, its ring, its bearing."""
 
 
 def pair(angle_rad: Array) -> Array:
@@ -56,10 +56,10 @@ def sine_and_cosine(amplitude: float, phase_rad: float) -> tuple[float, float]:
 
 
 class Wave(NamedTuple):
-    """How the waves of a plant's effect and the coefficients of `pair` stand for each other."""
+    """Converts between the waves of a plant's effect and the coefficients of `pair`."""
 
     pitch: str
-    """Name of its parameter; empty where it is fixed."""
+    """Name of the parameter; empty if it is fixed."""
     pitch_unit: str
     amplitude: str
     """Name of the plant's parameter."""
@@ -69,7 +69,7 @@ class Wave(NamedTuple):
     sign: float = -1.0
     """-1 of a force on the table: the motor needs the opposite."""
     most: int = 1
-    """Waves that the plant takes; of more than one its parameters are lists, which an amplitude of 0 ends."""
+    """Most waves in a plant; if more than one, its parameters are lists that an amplitude of 0 ends."""
 
     def parameters(self, shape: ShapeParameters, coefficients: Array) -> dict[str, SiParameter]:
         """Pitch, amplitude, and the phase in the first recording."""
@@ -81,7 +81,7 @@ class Wave(NamedTuple):
         }
 
     def to_plant(self, found: IdentifiedTerms, notes: list[str]) -> PlantValues:
-        """The plant's waves: those of one pitch are added, and the strongest kept."""
+        """Return the plant's waves: those of one pitch are added, and the strongest kept."""
         sums: dict[float, complex] = {}
         for term in found.terms:
             own = term.get(self.pitch, 1.0)
@@ -101,14 +101,14 @@ class Wave(NamedTuple):
         return values if self.most > 1 else {key: value[0] for key, value in values.items()}
 
     def from_plant(self, of: ModelEffect) -> list[ModelTerm]:
-        """The plant's waves as terms, up to the first amplitude of zero."""
+        """Return the plant's waves as terms, up to the first amplitude of zero."""
         lists = [getattr(of.params, name) for name in (self.pitch, self.amplitude, "phase_rad")]
         if self.most == 1:
             lists = [[value] for value in lists]
-        found = []
+        terms = []
         for pitch, amplitude, phase_rad in zip(*lists, strict=True):
             if amplitude == 0.0:
                 break
             coefficients = sine_and_cosine(self.sign * amplitude, phase_rad)
-            found.append(ModelTerm(of.effect, (pitch,), coefficients, self.channel))
-        return found
+            terms.append(ModelTerm(of.effect, (pitch,), coefficients, self.channel))
+        return terms

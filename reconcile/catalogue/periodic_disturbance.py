@@ -1,6 +1,6 @@
-"""A force fixed in time, A sin(2 pi f t): a pump, a fan, another machine.
+"""Periodic disturbance: a force A sin(2 pi f t), as of a pump, a fan or another machine.
 
-A plant's disturbance is read as if the recording began at power-up, which is how an updated model has it.
+The phase of a plant's disturbance counts from the start of the recording, as in an updated model.
 """
 
 import math
@@ -38,10 +38,10 @@ exceeds its median thirtyfold in one of 1e9 places."""
 TEETH, FEWEST_TEETH = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0]), 4
 """Offsets of a comb's lines from a frequency, in their spacing, and the number of lines that make a comb."""
 WEAK_SHARE, LEAST_ALONE = 0.01, 10.0
-"""A line with less of the velocity's power is none that a motion is made of. Power of a line of the residual
-over every other about it, from which it stands alone: what a comb leaves has several lines. Chosen."""
+"""A line with a smaller share of the velocity's power is not of the motion if the residual's line has
+LEAST_ALONE times the power of every other around it: a comb's residual has several lines. Chosen."""
 PLAUSIBLE_HZ = 7.3
-"""No multiple of a motion's frequency."""
+"""Frequency of a plausible disturbance: no multiple of a usual motion's."""
 PEAKS = 8
 """Frequencies to try: the highest peaks over the spectrum around them."""
 ZERO_PADDING = 4
@@ -67,12 +67,12 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
     height[(frequency_hz < LOWEST_HZ) | (frequency_hz > highest_hz)] = 0.0
     peaks = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
     highest = peaks[np.argsort(height[peaks])[::-1][:PEAKS]]
-    found_hz = [_summit(power, int(peak)) / (length * period_s) for peak in highest]
-    return [(f,) for f in found_hz if _is_apart_from_motion(datasets, residuals_n, f)]
+    peaks_hz = [_summit(power, int(peak)) / (length * period_s) for peak in highest]
+    return [(f,) for f in peaks_hz if _is_apart_from_motion(datasets, residuals_n, f)]
 
 
 def _summit(power: Array, peak: int) -> float:
-    """Where a parabola through the logarithms of a peak's three points is highest, in points of `power` (n,).
+    """Return the vertex of a parabola through the logarithms of a peak, in points of `power` (n,).
 
     Between two points of the transform a wave over the whole recording would lose 3 % of its amplitude, and
     leave a fifth of itself unexplained. The main lobe of a Hann window is that parabola within 0.01 points.
@@ -115,8 +115,8 @@ def _is_apart_from_motion(
 def _moves_at(data: RegressionData, residual_n: Array, frequency_hz: float) -> bool:
     """Whether the motion has a spectral line at a frequency, alone or in a comb, as of a multisine.
 
-    Evenly spaced lines are a comb: the axis responds to it at the comb's frequencies. A scan that repeats has
-    one too; where the residual has a single line, it does not come from there.
+    Evenly spaced lines are a comb: the axis responds to it at the comb's frequencies. A repeated scan is a
+    comb too, but a single line of the residual does not come from it.
     """
     velocity_m_s = data.motion.velocity_m_s
     power = _power(velocity_m_s)

@@ -1,4 +1,4 @@
-"""Powers of the position over the travel, which the position-dependent effects share."""
+"""Shared by the position-dependent effects: powers of the position over the travel."""
 
 from collections.abc import Sequence
 

@@ -1,7 +1,7 @@
 """Presliding: friction builds up over the distance since the reversal (Dahl 1968; LuGre and GMS alike).
 
-Dahl's exponent tells how: 1 is the bristle's exponential, below it the contact gives way at last and at once,
-above it long before. 0 is an element that slips at once; several of these are Maxwell slip, GMS's springs.
+Dahl's exponent is the shape: 1 is an exponential; below it the contact yields later and faster, above it
+earlier. 0 is an elastic element that slips abruptly; a sum of these is the Maxwell slip model of GMS.
 """
 
 from collections.abc import Sequence
@@ -20,10 +20,10 @@ from reconcile.recording.kinematics import dahl_deflection
 DISTANCES_M = (1e-6, 2e-6, 4e-6, 8e-6, 1.5e-5, 3e-5, 6e-5, 1.2e-4)
 EXPONENTS = (1.0, 0.5, 2.0)
 SLIP_DISTANCES_M = tuple(float(d) for d in np.geomspace(3.5e-7, 1.28e-4, 18))
-"""Of elements that slip at once, whose curve bends sharply."""
+"""Distances of elements that slip abruptly."""
 LONGEST_OF_TRAVEL = 2.5e-3
-"""Longest distance on a rotary axis, of its travel. Chosen: 0.3 degrees of a joint that turns by two radians;
-the lists above are lengths of guides and screws."""
+"""Longest distance on a rotary axis, over its travel; the lists above are for guides and screws. Chosen: 0.3
+degrees of a joint that turns by two radians."""
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
@@ -42,7 +42,7 @@ def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
 
 
 def _plant_effect(found: IdentifiedTerms) -> str:
-    """One exponential is the plant's presliding_hysteresis; all else takes elements."""
+    """Return presliding_hysteresis for one exponential, else presliding_elements."""
     simple = len(found.terms) == 1 and found.terms[0].get("exponent", 1.0) == 1.0
     return section_of(physics if simple else presliding_elements)
 

@@ -1,4 +1,4 @@
-"""Every entry of the catalogue, found by looking: a module of this package with the name of an effect."""
+"""Finds the entries of the catalogue: the modules of this package that have the name of an effect."""
 
 import pkgutil
 from collections.abc import Mapping, Sequence
@@ -13,19 +13,19 @@ from reconcile.catalogue.entry import CatalogueEntry, Rival
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, TermFamily
 
 FORM = {ResidualChannel.FORCE: 0.08, ResidualChannel.POSITION_DEVIATION: 0.01}
-"""Share of a coefficient's value by which laws of another form mislead it: see docs/blind-trials.md."""
+"""Systematic error of a coefficient by laws of another form, as a share of it: docs/blind-trials.md."""
 
 
-def _found() -> dict[str, CatalogueEntry]:
+def _all_entries() -> dict[str, CatalogueEntry]:
     files = {info.name for info in pkgutil.iter_modules(catalogue.__path__)}
     effects = sorted(files & {section_of(module) for module in EFFECTS})
     return {name: import_module(f"{catalogue.__name__}.{name}").ENTRY for name in effects}
 
 
-CATALOGUE = _found()
+CATALOGUE = _all_entries()
 """Every entry by its effect's name."""
 ENTRIES = {name: entry for name, entry in CATALOGUE.items() if entry.terms}
-"""Those that have terms: what can be identified."""
+"""Entries with terms, which can be identified."""
 TIMING = frozenset(name for name, entry in ENTRIES.items() if entry.timing)
 ADDITIVE = frozenset(name for name, entry in ENTRIES.items() if entry.additive)
 IMITATED_BY_PRESLIDING = frozenset(name for name, entry in ENTRIES.items() if entry.presliding_can_imitate)
@@ -33,31 +33,31 @@ SHOWS_AFTER_PRESLIDING = frozenset(name for name, entry in ENTRIES.items() if en
 DRIFTING_COLUMNS = {name: entry.drifting_columns for name, entry in ENTRIES.items() if entry.drifting_columns}
 """See the entry's fields of these names."""
 LAW_OF_CURVE = {entry.curve_over: name for name, entry in ENTRIES.items() if entry.curve_over}
-"""By the coordinate of a smooth term in the force: the law that any curve over it is."""
+"""By coordinate of a smooth term in the force: the law that any curve over it is."""
 LAW_NEAR_CURVE = {entry.curve_near: name for name, entry in ENTRIES.items() if entry.curve_near}
-"""The same for a curve that the law's own terms nearly explain."""
+"""By coordinate: the law that a curve over it is if the law's own terms explain nearly as much."""
 _FRICTION_KINDS = {kind for kind in Kind if kind.name.startswith(("FRICTION", "DAMPING", "PRESLIDING"))}
 FRICTION = frozenset(name for name, entry in ENTRIES.items() if entry.physics.KIND in _FRICTION_KINDS)
-"""Those that rub: they are no load that a drive has to transmit."""
+"""Effects of friction, which are no load on the drive train."""
 
 
 def family(effect: str, channel: ResidualChannel) -> TermFamily | None:
-    """The candidate terms of an effect in a residual channel; None also of an effect that has no terms."""
+    """Return the candidate terms of an effect in a residual channel; None if there are none."""
     return ENTRIES[effect].family(channel) if effect in ENTRIES else None
 
 
 def has_levels(effect: str, width: int) -> bool:
-    """Whether a term of so many columns has levels of each recording beside its drift."""
+    """Return whether a term with `width` columns has levels of each recording beside its drift."""
     return 0 < DRIFTING_COLUMNS.get(effect, 0) < width
 
 
 def possible(effect: str, coefficients: Array) -> bool:
-    """Whether nature has such coefficients; of a term without a name it has any."""
+    """Return whether the coefficients are physically possible; those of an unnamed term always are."""
     return effect not in CATALOGUE or CATALOGUE[effect].possible(coefficients)
 
 
 def systematic(effect: str, parameter: str, channel: ResidualChannel) -> tuple[float, float]:
-    """How far below and above a parameter's value the truth may lie beside the scatter, as shares of it."""
+    """Return the systematic errors below and above a parameter's value, as shares of it."""
     own = CATALOGUE[effect].systematic if effect in CATALOGUE else {}
     return own.get(parameter, (FORM[channel], FORM[channel]))
 
@@ -68,30 +68,30 @@ def shape_spread(
     half_widths: Mapping[str, float],
     datasets: Sequence[RegressionData],
 ) -> dict[str, float]:
-    """Half widths of the 95 % intervals of an effect's shape parameters; none of those that have none."""
+    """Return half widths of the 95 % intervals of an effect's shape parameters; empty if it declares none."""
     return CATALOGUE[effect].spread(values, half_widths, datasets) if effect in CATALOGUE else {}
 
 
 def confused_with(effect: str) -> list[str]:
-    """What an effect is often mistaken for: by its own entry, then by those of the others."""
+    """Return the effects with which one is confused, by its own entry, then by those of others."""
     own = [rival.effect for rival in CATALOGUE[effect].rivals] if effect in CATALOGUE else []
     others = [name for name, entry in CATALOGUE.items() if effect in {rival.effect for rival in entry.rivals}]
     return [*dict.fromkeys([*own, *others])]
 
 
 def distinguishing_observation(one: str, other: str) -> str:
-    """The observation that distinguishes two effects; empty where neither entry states one."""
+    """Return the observation that distinguishes two effects; empty if neither entry declares one."""
     words = [rival.distinguished_by for rival in _between(one, other)]
     words += [CATALOGUE[name].shown_by for name in (one, other) if name in CATALOGUE]
     return next((text for text in words if text), "")
 
 
 def experiment_by_hand(one: str, other: str) -> str:
-    """The experiment by hand that it takes to tell them apart; empty where a motion does."""
+    """Return the manual experiment that distinguishes two effects; empty if a motion does."""
     return next((rival.experiment for rival in _between(one, other) if rival.experiment), "")
 
 
 def _between(one: str, other: str) -> list[Rival]:
-    """What the entry of either says of the other."""
+    """Return what the entry of either declares of the other."""
     pairs = [(name, rival) for name, rival in ((one, other), (other, one)) if name in CATALOGUE]
     return [rival for name, other in pairs for rival in CATALOGUE[name].rivals if rival.effect == other]

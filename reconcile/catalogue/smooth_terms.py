@@ -1,7 +1,6 @@
-"""Smooth terms: physics that no entry describes, as a function of the coordinate that it changes with.
+"""Smooth terms: curves over one coordinate, for physics that no entry describes.
 
-Each is a set of triangular splines over one coordinate, even in the direction of motion or odd. They are what
-`unknown` is modelled by.
+Each is a linear spline, even or odd in the direction of motion. They model most of the `unknown` effects.
 """
 
 import math
@@ -29,11 +28,11 @@ COARSE_KNOTS, KNOTS = 9, (9, 17, 33)
 AT_A_PLACE = 2.0
 """Fourth shape parameter of a curve that is zero beyond its knots."""
 PREFIX = "unknown:"
-"""Prefix of the candidate terms without a name; the coordinate follows."""
+"""Prefix of the effect of an unnamed term; its coordinate follows."""
 
 
 class SplineCoordinate(NamedTuple):
-    """A coordinate, and how the splines lie over it."""
+    """A coordinate, and the knots of the splines over it."""
 
     unit: str
     values: Callable[[RegressionData], Array]
@@ -45,7 +44,7 @@ class SplineCoordinate(NamedTuple):
     knots: tuple[int, ...] = (COARSE_KNOTS,)
     """Numbers of knots to try."""
     per_recording: bool = False
-    """Each recording has a curve of its own, with a mean."""
+    """Each recording has its own curve, with a mean."""
 
 
 def _direction(data: RegressionData) -> Array:
@@ -66,8 +65,8 @@ QUANTITIES = {
     "_of_the_damping": _velocity,
     "_of_the_mass": _acceleration,
 }
-"""What may change with the place and with the time: force, friction, damping and mass, by their factors."""
-
+"""Quantities that may change with position and time, by the factor on the splines: force (none), friction,
+damping and mass."""
 COORDINATES = {
     **{
         f"run_time{end}{one}": SplineCoordinate(
@@ -93,7 +92,7 @@ COORDINATES = {
 
 
 def _columns(over: SplineCoordinate, data: RegressionData, shape: ShapeParameters) -> Array:
-    """The rise of a linear spline from each knot to the next, (n, knots - 1), held beyond the knots.
+    """Return the rise of a linear spline from each knot to the next (n, knots - 1), held beyond the knots.
 
     Coefficients are rises, so that the ridge on them keeps a curve level over knots with little excitation.
     The mean over the knots is subtracted, because constant_force has it. Shape parameters: the first knot,
@@ -120,7 +119,7 @@ def _columns(over: SplineCoordinate, data: RegressionData, shape: ShapeParameter
 
 
 def _heights(shape: ShapeParameters, coefficients: Array) -> Array:
-    """Heights of the knots; without WITH_MEAN and AT_A_PLACE above their mean."""
+    """Return the heights of the knots; without WITH_MEAN and AT_A_PLACE, above their mean."""
     if AT_A_PLACE in shape[3:]:
         return np.concatenate(([0.0], coefficients, [0.0]))
     if WITH_MEAN in shape[3:]:
@@ -172,10 +171,10 @@ def _splines(name: str, over: SplineCoordinate) -> UnnamedTerm:
 
 
 SMOOTH_TERMS = {name: _splines(name, over) for name, over in COORDINATES.items()}
-"""By the name of the coordinate."""
+"""Smooth terms by the name of the coordinate."""
 
 
 def terms_of_tables(of: ModelEffect) -> list[ModelTerm]:
-    """The smooth terms that a plant's tables are; of tables of zeros none."""
+    """Return the smooth terms that equal a plant's tables; none for tables of zeros."""
     terms = [table.from_plant(of, PREFIX + name) for name, table in tables_of(of.effect).items()]
     return [one for one in terms if any(one.coefficients)]

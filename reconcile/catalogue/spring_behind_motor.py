@@ -1,4 +1,4 @@
-"""A load on a spring as the motor alone feels it: antiresonance, resonance, and the masses on either side.
+"""A load on a spring, seen from the motor: antiresonance, resonance, and the masses on either side.
 
     F = (Jm + Jl) a + Jl (H(s) - 1) a,   H(s) = (2 z w s + w2) / (s2 + 2 z w s + w2)
 
@@ -21,30 +21,30 @@ from reconcile.catalogue.kinds import RegressionData, ShapeParameters
 from reconcile.recording.kinematics import gaussian_width_s
 
 LOWEST_HZ, HIGHEST_HZ = 8.0, 120.0
-"""Of an antiresonance: below, gravity and friction look like springs; above, the 60 Hz state filter leaves
-an eleventh of it."""
+"""Range of an antiresonance: below, gravity and friction resemble springs; above, the 60 Hz state filter
+attenuates it to an eleventh."""
 NYQUIST_SHARE = 0.5
 """Highest antiresonance over the Nyquist frequency: the bilinear transform is off by a quarter there."""
 LEAST_EXCITED = 0.1
-"""Least share of the acceleration's power near an antiresonance; chosen: the low pass of the kinematics
-leaves noise at most a quarter of a per cent, and a multisine has nearly all there."""
+"""Least share of the acceleration's power near an antiresonance. Chosen: noise behind the low pass of the
+kinematics has at most 0.25 %, a multisine nearly all."""
 NEAR_RATIO = 1.5
-"""Factor about an antiresonance that counts as near to it."""
+"""Factor about an antiresonance within which power is near it; chosen."""
 RATIO_OF_SCAN = 1.06
 """Ratio of neighbouring frequencies of the scan, half the width of a dip with `FIRST_DAMPING_RATIO`."""
 FIRST_DAMPING_RATIO = 0.06
 """Damping ratio of the scan; the search after it changes it."""
 DAMPING_RATIO_BOUNDS = (1e-3, 0.7)
 LONGEST_S = 20.0
-"""Length of recordings that frequency and damping are sought on, s; more adds cost and little information."""
+"""Total length of recordings for this search, s; more adds cost and little information. Chosen."""
 MOST_EVALUATIONS = 120
 """Bounds the work of the search for frequency and damping."""
 LOW_PASS_HZ = 60.0
-"""Corner of the low pass that force and columns have alike, that of the state filter."""
+"""Corner of the common low pass of force and columns: that of the state filter."""
 SETTLED_S, END_S = 0.3, 0.02
-"""Times at the ends of a recording that are not fitted."""
+"""Times at start and end of a recording that are not fitted; chosen."""
 LEAST_GAIN = 0.2
-"""Least share of the rigid model's squares that the spring explains, for it to be tried at all."""
+"""Least share of the rigid model's squares that the spring explains, to be a candidate; chosen."""
 
 
 def column(position_m: Array, period_s: float, frequency_hz: float, damping_ratio: float) -> Array:
@@ -128,7 +128,7 @@ class _SmoothedStart:
         self._position_m, self._period_s = data.motion.position_m[:count], data.period_s
         corner_hz = min(LOW_PASS_HZ, data.motion.corner_hz)
         self._width = gaussian_width_s(corner_hz) / self._period_s
-        # the load's ringing from before the recording has died away, and samples between add no information
+        # the ringing from before the recording has decayed; samples in between add no information
         every = max(int(1.0 / (self._period_s * 4.0 * HIGHEST_HZ)), 1)
         self._kept = np.arange(
             round(SETTLED_S / self._period_s), count - round(END_S / self._period_s), every

@@ -15,14 +15,12 @@ from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamil
 LEAST_SLOW_S = 0.3
 """Least time that the axis moved no faster than about a Stribeck speed, for that speed to be tried."""
 PASSING_S = 5e-3
-"""Time within which an axis that accelerates past a speed only passes it: the filters see a reversal."""
+"""Time within which an axis merely accelerates past a speed, which the filters see as a reversal; chosen."""
 LOW_SPEED_M_S = 5e-3
-"""Of the indicator: the bump of friction towards standstill."""
+"""Stribeck speed of the indicator."""
 SPEEDS_M_S = (0.0005, 0.001, 0.002, 0.0035, 0.006, 0.01, 0.014, 0.02, 0.03, 0.05)
-
 FASTEST_SHARE = 0.2
-"""Highest Stribeck speed on a rotary axis, of the fastest that it turned. Chosen; the list above holds speeds
-of tables."""
+"""Highest Stribeck speed on a rotary axis, over its highest speed. Chosen; the list above is for tables."""
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:

@@ -1,4 +1,4 @@
-"""A plant's structural mode: the unnamed term of ringing, with its mass carried along."""
+"""A plant's structural mode as the unnamed term of ringing, with the mode's mass."""
 
 import math
 

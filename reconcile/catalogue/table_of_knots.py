@@ -1,4 +1,4 @@
-"""Tables of a plant as smooth terms, and the other way round: both are linear between evenly spaced knots."""
+"""Converts between tables of a plant and smooth terms: both are linear between evenly spaced knots."""
 
 from collections.abc import Mapping
 from types import ModuleType
@@ -12,15 +12,15 @@ from kernels.quantities import section_of
 from reconcile.catalogue.conversion import ModelEffect, ModelTerm, PlantValues
 
 WITH_MEAN = 1.0
-"""Fourth shape parameter of a smooth term that is a plant's table: it has a mean of its own."""
+"""Fourth shape parameter of a smooth term with a mean, as a plant's table."""
 
 
 class TableOfKnots(NamedTuple):
-    """Where a plant has what a smooth term over one coordinate is."""
+    """The table of a plant that equals a smooth term over one coordinate."""
 
     physics: ModuleType
     unit: str
-    """Of the coordinate, at the end of the names of the first and the last point."""
+    """Unit of the coordinate, at the end of the names of the first and the last point."""
     heights: str
     sign: float = 1.0
     """-1 of a force on the table: the motor needs the opposite."""
@@ -31,7 +31,7 @@ class TableOfKnots(NamedTuple):
         return section_of(self.physics)
 
     def to_plant(self, p: Mapping[str, float]) -> PlantValues:
-        """The table with the knots and heights of a smooth term's parameters."""
+        """Return the table with the knots and heights of a smooth term's parameters."""
         places = [value for key, value in p.items() if key.startswith("at_")]
         heights = [self.sign * value for key, value in p.items() if key.startswith("height_")]
         return {
@@ -42,7 +42,7 @@ class TableOfKnots(NamedTuple):
         }
 
     def from_plant(self, of: ModelEffect, name: str) -> ModelTerm:
-        """The smooth term of this name with the table's points for knots."""
+        """Return the smooth term of this name with the table's points as knots."""
         first, last = (getattr(of.params, f"{end}_{self.unit}") for end in ("first", "last"))
         count = int(of.params.points)
         heights = np.array(getattr(of.params, self.heights)[:count]) * self.sign
@@ -62,9 +62,9 @@ TABLES = {
     "run_time_of_the_damping": TableOfKnots(drift_over_time, "s", "damping_n_s_m"),
     "run_time_of_the_mass": TableOfKnots(drift_over_time, "s", "mass_kg"),
 }
-"""By the coordinate of the smooth term."""
+"""Tables by the coordinate of the smooth term."""
 
 
 def tables_of(section: str) -> dict[str, TableOfKnots]:
-    """Those that one section of a plant file holds."""
+    """Return the tables of one section of a plant file, by coordinate."""
     return {name: table for name, table in TABLES.items() if table.section == section}

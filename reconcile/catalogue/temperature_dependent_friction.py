@@ -23,7 +23,7 @@ from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, S
 
 TIMES_S = (5.0, 15.0, 50.0, 200.0)
 WARM_K = 10.0
-"""Largest rise of the written plant: only its ratio to the plant's `warmth_scale_k` matters."""
+"""Largest rise of the written plant; the law depends only on its ratio to `warmth_scale_k`."""
 LEAST_SATURATION = 0.1
 """Least saturation 1 - exp(-rise / scale) of the written plant, whose law is nearly linear up to there."""
 MOST_LOSS = 0.95
@@ -83,7 +83,7 @@ def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
     if not any(share.values()):
         raise NotInAPlant("there is no friction that could change")
     highest_share = bounds["warm_level_share"].upper - 1.0
-    # no more saturation than these changes need within the plant's bounds; larger ones are left outside
+    # the least saturation that allows these changes within the plant's bounds
     needed = max(LEAST_SATURATION, -min(share.values()), max(share.values()) / highest_share)
     saturation = min(needed, MOST_LOSS)
     return {
@@ -96,14 +96,14 @@ def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
 
 
 class _Drift(NamedTuple):
-    """How an axis warms in the first recording."""
+    """Warming of an axis in the first recording."""
 
     shape_parameters: ShapeParameters
     """A time constant, or 0 and the temperature at the start."""
     column: float
-    """The drift of the columns at the warmest place: a share of the end, or kelvin as recorded."""
+    """Largest drift of the columns: a share of the final one, or kelvin as recorded."""
     rise_k: float
-    """By which the plant has warmed there."""
+    """Temperature rise of the plant at that drift."""
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
@@ -120,7 +120,7 @@ def _from_plant(of: ModelEffect) -> list[ModelTerm]:
 
 
 def _drift(of: ModelEffect) -> _Drift:
-    """By the recorded temperature where all the recordings have it, else under the mean of the power."""
+    """Return the drift by the recorded temperature if all recordings have one, else by the mean power."""
     p, data = of.params, of.datasets[0]
     time_s, power_w = p.resistance_k_w * p.heat_capacity_j_k, friction_power_w(data, of.base)
     start_k = recorded_start_k(of.datasets)

@@ -29,10 +29,11 @@ from reconcile.catalogue.kinds import (
 DEVIATION = ResidualChannel.POSITION_DEVIATION
 TIMES_S = (10.0, 30.0, 100.0, 400.0)
 SHORTEST_S = 20.0
-"""Length of a recording from which on a drift without a thermometer may be a screw that warms: it takes
-minutes, and in less anything that changes slowly passes for it. Chosen."""
+"""Least length of a recording for a drift without recorded temperature to be a warming screw, which takes
+minutes: in less time any slow change resembles it. Chosen."""
 STEEL_1_K = 12e-6
-"""Expansion of the screw, where no temperature was recorded: only its product with the warming counts."""
+"""Expansion of a steel screw, used without recorded temperature: the law depends only on its product with the
+rise."""
 ROOM_K = 293.15
 
 

@@ -12,7 +12,7 @@ from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, R
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
 
 DEEPEST = 0.9
-"""Share of the saturated force up to which the saturation's law is put into a loss at a peak."""
+"""Largest share of the saturated force at which the plant's law is converted to a loss; chosen."""
 
 
 def _strongest(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
@@ -21,7 +21,7 @@ def _strongest(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
 
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
-    """The coefficient is the share of the force that is missing at the strongest force."""
+    """Return the column whose coefficient is the lost share of the strongest force."""
     return (data.model_force_n * (data.model_force_n / shape[0]) ** 2)[:, None]
 
 
@@ -34,14 +34,14 @@ def _to_plant(found: IdentifiedTerms, _notes: list[str]) -> PlantValues:
 
 
 def _from_plant(of: ModelEffect) -> list[ModelTerm]:
-    """By which share more than F is asked for, F = A / sqrt(1 + (A / Fs)^2), at the strongest force."""
+    """Return the loss A / F - 1 at the strongest force, of the plant's law F = A / sqrt(1 + (A / Fs)^2)."""
     saturated_n = of.params.saturation_a * of.axis.force_constant_n_a
-    found = []
+    terms = []
     for (strongest_n,) in _strongest(of.datasets):
         peak_n = min(strongest_n, DEEPEST * saturated_n)
         loss = 1.0 / math.sqrt(1.0 - (peak_n / saturated_n) ** 2) - 1.0
-        found.append(ModelTerm(of.effect, (peak_n,), (loss,)))
-    return found
+        terms.append(ModelTerm(of.effect, (peak_n,), (loss,)))
+    return terms
 
 
 ENTRY = CatalogueEntry(

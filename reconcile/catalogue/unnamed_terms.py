@@ -1,4 +1,4 @@
-"""Candidate terms without a name, for what no entry explains; an accepted one is reported as `unknown`."""
+"""The unnamed terms, for residuals that no entry explains; an accepted one is reported as `unknown`."""
 
 from collections.abc import Callable, Sequence
 
@@ -11,7 +11,7 @@ from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS
 from reconcile.catalogue.step_events import MOMENTS, SLIPS
 
 SHARP = (*(f"moment_of_{name}" for name in (*MOMENTS, *SLIPS)), "ringing", "relaxation")
-"""Terms whose shape is one continuous number, which is refined."""
+"""Terms with one continuous shape parameter, which is refined."""
 _FORCE = {
     **SMOOTH_TERMS,
     **{f"moment_of_{name}": moment for name, moment in MOMENTS.items()},
@@ -23,7 +23,7 @@ TERMS = {ResidualChannel.FORCE: _FORCE, ResidualChannel.POSITION_DEVIATION: _DEV
 
 
 def term(effect: str) -> UnnamedTerm:
-    """By the candidate's effect, `unknown:...`."""
+    """Return an unnamed term by its effect, `unknown:...`."""
     name = effect.removeprefix(PREFIX)
     return _FORCE.get(name) or _DEVIATION[name]
 
@@ -31,7 +31,7 @@ def term(effect: str) -> UnnamedTerm:
 def other_shapes(
     datasets: Sequence[RegressionData], channel: ResidualChannel
 ) -> list[tuple[str, ShapeParameters]]:
-    """Every candidate that is neither a curve over a coordinate nor a moment, as (effect, shape)."""
+    """Return every candidate that is neither a smooth term nor a step event, as (effect, shape)."""
     others = {name: of for name, of in TERMS[channel].items() if name in {"ringing", "relaxation"}}
     return [(PREFIX + name, shape) for name, of in others.items() for shape in of.shapes(datasets)]
 
@@ -39,7 +39,7 @@ def other_shapes(
 def columns_of(
     effect: str, channel: ResidualChannel
 ) -> Callable[[RegressionData, ShapeParameters], Array] | None:
-    """The columns of a term by its effect's name or `unknown:...`; None where the channel has none."""
+    """Return the columns of a term by its effect's name or `unknown:...`; None if the channel has none."""
     if effect.startswith(PREFIX):
         return TERMS[channel][effect.removeprefix(PREFIX)].columns
     of = family(effect, channel)
@@ -47,5 +47,5 @@ def columns_of(
 
 
 def meaning_of(effect: str) -> CatalogueEntry | UnnamedTerm:
-    """What says what the coefficients mean, by the catalogue's name or `unknown:...`."""
+    """Return the declaration of a term by the catalogue's name or `unknown:...`."""
     return term(effect) if effect.startswith(PREFIX) else CATALOGUE[effect]

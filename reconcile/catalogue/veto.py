@@ -23,11 +23,11 @@ from reconcile.catalogue.registry import CATALOGUE, ENTRIES, has_levels
 from reconcile.formats.nominal_axis import NominalAxis
 
 MOST_COLLINEAR = 0.995
-"""Largest multiple correlation of a term with the baseline: 10 % of its amplitude is its own then."""
+"""Largest multiple correlation of a term with the baseline, at which 10 % of its amplitude is independent."""
 PUSHING_SHARE = 0.05
-"""Share of the moving samples in which friction may push, at the edges of what was recorded; chosen."""
+"""Largest share of the moving samples in which fitted friction may push, at the edges of the data; chosen."""
 PUSHING_LEVEL = 0.1
-"""Share of the Coulomb friction below which a friction that pushes is scatter; chosen."""
+"""Share of the Coulomb friction below which a pushing friction is scatter; chosen."""
 ROUNDING = 1e-9
 """Relative excess over a bound that is no violation of it."""
 OPPOSES_MOTION = {
@@ -39,11 +39,11 @@ OPPOSES_MOTION = {
     Kind.DAMPING,
     Kind.FRICTION_CHANGE,
 }
-"""Kinds of effects whose force, with all other friction, is against the motion."""
+"""Kinds of effects whose force, with all other friction, must oppose the motion."""
 
 
 class VetoContext(NamedTuple):
-    """Model and recordings by which terms are judged."""
+    """Model and recordings of the judged terms."""
 
     datasets: Sequence[RegressionData]
     """At least one."""
@@ -51,17 +51,17 @@ class VetoContext(NamedTuple):
     base: Mapping[str, float]
     """mass_kg, viscous_n_s_m, coulomb_n as fitted beside all terms; empty where they were not."""
     model: Sequence[ModelTerm] = ()
-    """All terms of the model, these among them: friction is judged as a whole."""
+    """All terms of the model, including the judged ones: friction is judged in total."""
     highest_hz: float = math.inf
     """Bandwidth of the regression's filter."""
     prediction: Array | None = None
-    """(n,) what the terms predict, filtered, in the samples in use of all recordings."""
+    """(n,) filtered prediction of the terms in the used samples of all recordings."""
     baseline: Array | None = None
     """(n, k) the columns of the baseline parameters in the same samples."""
 
 
 def veto(entry: CatalogueEntry, terms: Sequence[ModelTerm], context: VetoContext) -> str:
-    """Why these terms cannot be the entry's effect, in words for the report; empty where they can."""
+    """Return why these terms cannot be the entry's effect, for the report; empty if they can."""
     coefficients = [np.array(term.coefficients, dtype=np.float64) for term in terms]
     if not all(np.isfinite(of).all() for of in coefficients):
         return "its coefficients are not finite"
@@ -71,7 +71,7 @@ def veto(entry: CatalogueEntry, terms: Sequence[ModelTerm], context: VetoContext
     ]
     period_s = context.datasets[0].period_s
     if entry.timing and abs(parameters[0]["time_s"]) < period_s:
-        return ""  # how the channels were sampled, and no physics
+        return ""  # from sampling, not from physics
     channel = terms[0].channel
     found = IdentifiedTerms(
         effect=entry.name,
@@ -130,7 +130,7 @@ def _frequency(parameters: Mapping[str, float], context: VetoContext) -> str:
 
 
 def _bounds(entry: CatalogueEntry, found: IdentifiedTerms) -> str:
-    """A value outside the plant's bounds; effects that no plant has are not judged by them."""
+    """Return a value outside the plant's bounds; effects without a plant section have none."""
     try:
         values = entry.to_plant(found, [])
     except NotInAPlant:
@@ -150,7 +150,7 @@ def _bounds(entry: CatalogueEntry, found: IdentifiedTerms) -> str:
 
 
 def _pushes(entry: CatalogueEntry, context: VetoContext) -> str:
-    """Friction dissipates: all of it together must oppose the motion wherever the axis moved."""
+    """Return the reason if the total friction does not oppose the motion."""
     if entry.physics.KIND not in OPPOSES_MOTION or not context.base:
         return ""
     friction = [

@@ -1,11 +1,9 @@
-"""Voltage saturation: u <= Umax - Ke |v|, so at speed the drive gives less force than is asked for.
+"""Voltage saturation: u <= Umax - Ke |v|, so at speed the drive gives less force than commanded.
 
-The law takes a force that is asked for and gives one that arrives. What is asked for beyond the limit follows
-from no motion, so it can be read off the recorded force alone, and any force whatever would explain itself by
-a limit that is low enough. A limit is therefore tried only where it shows in what arrives: whatever is asked
-for beyond it, the motion has the force of the limit, and what is missing stands out from all that the model
-leaves elsewhere. A force from outside does neither: it is as large below the limit as above, and the motion
-knows nothing of the limit.
+The law maps the commanded force to the delivered one. Any limit that is low enough would explain an excess of
+the command. A limit is therefore tried only if it shows in the delivered force: whenever the command is
+beyond it, the motion has the force of the limit, and the missing force is far larger than the residual
+elsewhere. A disturbance is as large below the limit as above, and the motion is independent of the limit.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,9 @@
-"""The recording that the nominal plant itself would have given where its drive closes the position loop.
+"""Simulates the recording of the nominal plant if its drive closes the position loop.
 
-In CSP the velocity feedforward of a drive sees the set points as steps, one a cycle: the current jumps behind
-each SYNC and falls until the next, at which it is sampled. A true recording shows less than the mean force:
-mass is missing from it, up to half of the velocity gain times the cycle. A motion that is only followed does
-not show that; the drive's own loops, run along the recorded set points, do.
+In CSP the velocity feedforward of a drive sees the set points as steps, one a cycle: the current jumps after
+each SYNC and falls until the next, at which it is sampled. The recorded force then lacks the force of a mass
+of up to half of the velocity gain times the cycle. Only the drive's own loops, simulated along the recorded
+set points, show this.
 """
 
 import math
@@ -27,22 +27,30 @@ UNLIMITED_A = 1e9
 
 
 def along_reference(recording: AxisRecording, plant: PlantConfig) -> AxisRecording | None:
-    """Return the recording with the plant's force and positions, rounded as those that were measured.
+    """Return the recording with the plant's force and positions, rounded like the measured ones.
 
-    None where the drive did not lead the axis along a recorded reference, or where a sample is a mean of
-    several cycles or no whole number of the plant's substeps.
+    None if the drive did not follow a recorded reference in its position mode, if samples are means of
+    several cycles, or if a sample is no whole number of the plant's substeps.
     """
     substeps = round(recording.period_s / plant.dt_s)
-    is_led = recording.mode == POSITION_MODE and recording.samples_in_a_mean == 1
+    follows_reference = recording.mode == POSITION_MODE and recording.samples_in_a_mean == 1
     is_whole = substeps >= 1 and math.isclose(substeps * plant.dt_s, recording.period_s, rel_tol=1e-6)
-    if not (is_led and is_whole) or recording.reference_m is None:
+    if not (follows_reference and is_whole) or recording.reference_m is None:
         return None
     built, index = build_plant(plant), list(plant.axes).index(recording.axis)
     params, state, setpoint = built.params[index], built.state[index], built.setpoint[index]
     set_initial_motion(params, state, *initial_motion(recording))
     setpoint["loop"], setpoint["current_limit_a"] = POSITION, UNLIMITED_A
     rows = np.empty((3, len(recording.reference_m)))
-    _lead(params, state, setpoint, substeps, plant.dt_s, compiled_layout(recording.reference_m), rows)
+    _follow_reference(
+        params,
+        state,
+        setpoint,
+        substeps=substeps,
+        dt_s=plant.dt_s,
+        reference_m=compiled_layout(recording.reference_m),
+        rows=rows,
+    )
     force_n, motor_m, scale_m = rows
     return recording._replace(
         motor_m=rounded_like(motor_m, recording.motor_m),
@@ -52,8 +60,10 @@ def along_reference(recording: AxisRecording, plant: PlantConfig) -> AxisRecordi
 
 
 @kernel
-def _lead(p: Any, s: Any, sp: Any, substeps: int, dt_s: float, reference_m: Array, rows: Array) -> None:
-    """Lead the axis along `reference_m` (n,); `rows` (3, n) get force, motor and scale at the samples."""
+def _follow_reference(
+    p: Any, s: Any, sp: Any, substeps: int, dt_s: float, reference_m: Array, rows: Array
+) -> None:
+    """Simulate the drive along `reference_m` (n,); write force, motor and scale to `rows` (3, n)."""
     for k in range(len(reference_m)):
         rows[0, k] = s.current_measured_a * p.mechanics.force_constant_n_a
         rows[1, k] = s.encoder_counts * p.encoder.resolution_m

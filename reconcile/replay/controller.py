@@ -1,4 +1,4 @@
-"""The controller that led a recorded axis, from `[axis.X.controller]` of a model file.
+"""The position controller of a recorded axis, from `[axis.X.controller]` of a model file.
 
 A sampled cascade: P position controller, PI velocity controller on a difference of motor positions,
 
@@ -39,7 +39,7 @@ KEYS = ", ".join(field.key for field in fields_of(Controller))
 
 
 def load_controllers(file: Path) -> dict[str, Controller]:
-    """Read the controllers of a model file by axis, where it describes one. Raises ReconcileError."""
+    """Return the controllers of a model file by axis, of axes that have one. Raises ReconcileError."""
     axes = document_of(file).get("axis", {})
     tables = axes.items() if isinstance(axes, dict) else ()
     return {
@@ -58,10 +58,10 @@ def controller_of(file: Path, axis: str, table: Any) -> Controller:
     if given.pop("form", None) != FORM:
         raise ReconcileError(file, f"{where}.form", f'must be "{FORM}"', "a P-PD law is a cascade too")
     try:
-        found = read_params(file, where, Controller, given)
+        params = read_params(file, where, Controller, given)
     except ConfigError as error:
         raise ReconcileError(file, error.key, error.reason, f"known are: {KEYS}") from None
-    samples = found.velocity_samples
+    samples = params.velocity_samples
     if samples != round(samples):
         raise ReconcileError(file, f"{where}.velocity_samples", "must be a whole number")
-    return Controller(*found._replace(velocity_samples=round(samples)))
+    return Controller(*params._replace(velocity_samples=round(samples)))

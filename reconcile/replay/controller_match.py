@@ -1,8 +1,8 @@
-"""Check that a described controller is the one that was recorded.
+"""Checks that a controller of a model file reproduces the recorded force.
 
-The controller is fed with the recorded positions; no model of the axis takes part. A force that it does not
-reproduce comes from another control law, or was injected beside it: the replay errors then do not measure the
-models alone.
+Its inputs are the recorded positions; no model of the axis is involved. A force that it does not reproduce
+comes from another control law or was injected beside it: the replay errors then do not measure the models
+alone.
 """
 
 import math

@@ -1,8 +1,8 @@
-"""The recording that the nominal plant itself would have given along a measured motion.
+"""Simulates the recording of the nominal plant along a measured motion.
 
-hil_sim's mechanics follow the measured motor position under a stiff controller, which has neither noise nor
-delay. The force that this takes is the model's, with everything in it: a spring, play, a mass that swings.
-What a regression finds in such a recording is in the model already, or is the regression's own misfit of it.
+hil_sim's mechanics follow the measured motor position under a stiff controller without noise and delay. The
+force of this controller includes all of the model: springs, backlash, swinging masses. An effect that a
+regression identifies in such a recording is in the model already, or is the regression's misfit of it.
 """
 
 import math
@@ -25,15 +25,15 @@ from reconcile.sensing.channel import quantum
 TRACKING_HZ = 400.0
 """Bandwidth of the controller: far above the filter of the residual."""
 MOTION_HZ = 60.0
-"""Corner of the motion that is followed: above it the rounding of positions would take most of the force."""
+"""Corner of the low pass of the motion: above it most of the force would come from rounded positions."""
 LONGEST_SUBSTEP_S = 1e-5
-"""Force and motion are of the same instant to within this; a heavy rotor makes newtons of more."""
+"""Bounds the time between force and motion, of which a heavy rotor makes newtons; chosen."""
 STIFFEST_CYCLES = 0.05
-"""Cycles of the tracking bandwidth in a substep, at most."""
+"""Most cycles of the tracking bandwidth in a substep; chosen."""
 
 
 def along_motion(recording: AxisRecording, plant: PlantConfig) -> AxisRecording:
-    """The same recording with the plant's force and positions, rounded as those that were measured."""
+    """Return the recording with the plant's force and positions, rounded like the measured ones."""
     built, index = build_plant(plant), list(plant.axes).index(recording.axis)
     params, state = built.params[index], built.state[index]
     width, period_s = gaussian_width_s(MOTION_HZ) / recording.period_s, recording.period_s
@@ -49,7 +49,9 @@ def along_motion(recording: AxisRecording, plant: PlantConfig) -> AxisRecording:
     natural_rad_s = 2.0 * math.pi * TRACKING_HZ
     gains = (moved_kg, moved_kg * natural_rad_s**2, 2.0 * moved_kg * natural_rad_s)
     rows = np.zeros((3, len(recording.motor_m)))
-    _follow(params, state, substeps, period_s / substeps, track, gains, rows)
+    _follow_motion(
+        params, state, substeps=substeps, dt_s=period_s / substeps, track=track, gains=gains, rows=rows
+    )
     scale_m = None
     if recording.scale_m is not None:
         scale_m = rounded_like(rows[1], recording.scale_m)
@@ -61,7 +63,7 @@ def along_motion(recording: AxisRecording, plant: PlantConfig) -> AxisRecording:
 
 
 def rounded_like(values: Array, like: Array) -> Array:
-    """Return values (n,) in the steps of a measured channel, as they are where it has none."""
+    """Return values (n,) rounded to the steps of a measured channel, if it has any."""
     if size := quantum(like):
         rounded: Array = np.rint(values / size) * size
         return rounded
@@ -69,7 +71,7 @@ def rounded_like(values: Array, like: Array) -> Array:
 
 
 @kernel
-def _follow(
+def _follow_motion(
     p: Any,
     s: Any,
     substeps: int,

@@ -31,7 +31,7 @@ REPLAYED_RECORDINGS, REPLAYED_S = 2, 30.0
 UNSTABLE_FORCE_ERROR = 10.0
 """Force error over the recorded RMS; a stable loop stays far below it for any parameters."""
 REPORTED_MISMATCH = 0.1
-"""Share of the recorded force; a larger controller mismatch is reported."""
+"""Controller mismatch above which it is reported, as a share of the recorded force; chosen."""
 
 
 class ControlLoop(NamedTuple):
@@ -96,11 +96,11 @@ def replay_models(
 
 def control_loop(controller: Controller, explanations: Sequence[Explanation]) -> ControlLoop:
     """Combine the controller with the timing and encoder zeros of an axis' explanations, the force first."""
-    found = [finding for one in explanations for finding in [*one.findings, *one.minor]]
+    effects = [effect for one in explanations for effect in [*one.findings, *one.minor]]
     separate_zeros = any(
         candidate.effect in FIXED_TO_SCREW and candidate.per_recording
-        for finding in found
-        for candidate in finding.candidates
+        for effect in effects
+        for candidate in effect.candidates
     )
     return ControlLoop(controller, explanations[0].timing_s, separate_zeros)
 

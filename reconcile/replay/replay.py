@@ -30,7 +30,7 @@ from reconcile.replay.controller import Controller
 
 FIXED_TO_SCREW = frozenset(name for name, entry in CATALOGUE.items() if entry.fixed_to_screw)
 ORIGIN_FIT_S = 5.0
-"""The shift of an encoder zero is fitted on this beginning of a recording; the rest stays for comparison."""
+"""Length of the beginning of a recording to which the shift of its encoder zero is fitted; chosen."""
 ORIGINS_PER_TURN = 24
 """Shifts tried before the best is refined. Chosen: two for each period of a twelfth harmonic."""
 
