@@ -34,30 +34,34 @@ class ResponseCurve(NamedTuple):
     def phase_deg(self) -> Array:
         """Phase, unwrapped, beginning between -360 and 0, (n,)."""
         angle = np.degrees(np.unwrap(np.angle(self.response)))
+        if not len(angle):
+            return np.asarray(angle)
         return np.asarray(angle - 360.0 * math.ceil(float(angle[0]) / 360.0))
 
 
 def plant_curves(result: TuneResult) -> tuple[ResponseCurve, ...]:
-    """Motor and scale per force, m/N: measured, and by the model."""
+    """Motor and scale per force, m/N: measured, at the trusted lines, and by the model."""
     response, model = result.response, result.model
     hz = response.frequency_hz
+    motor, scale = response.trusted(response.motor_coherence), response.trusted(response.scale_coherence)
     grid = loops.grid_hz(model)
     grid = grid[grid >= hz[0]]
     return (
-        ResponseCurve("motor, measured", hz, response.motor),
+        ResponseCurve("motor, measured", hz[motor], response.motor[motor]),
         ResponseCurve("motor, model", grid, model.motor(grid)),
-        ResponseCurve("scale, measured", hz, response.scale),
+        ResponseCurve("scale, measured", hz[scale], response.scale[scale]),
         ResponseCurve("scale, model", grid, model.scale(grid)),
     )
 
 
 def loop_curves(result: TuneResult) -> tuple[ResponseCurve, ...]:
-    """L before, after and as measured with the proposed values; at last the velocity loop alone."""
+    """L before, after and as measured with the proposed values (trusted lines); at last the velocity loop."""
     before, after, verified = result.before, result.after, result.verified
+    lines = verified.trusted(verified.sensitivity_coherence)
     drawn = (
         ("before", before.plant.frequency_hz, loops.loop_of(before.params, before.plant)),
         ("after", after.plant.frequency_hz, loops.loop_of(after.params, after.plant)),
-        ("after, measured", verified.frequency_hz, verified.loop),
+        ("after, measured", verified.frequency_hz[lines], verified.loop[lines]),
         (
             VELOCITY_LOOP,
             after.plant.frequency_hz,

@@ -18,6 +18,9 @@ from kernels.arrays import Array, Index
 
 Response = NDArray[np.complex128]
 
+TRUSTED_ERROR = 0.125
+"""Largest relative error of a trusted line: a coherence of 0.8 with 8 periods, 0.89 with 4. Chosen."""
+
 
 class Measured(NamedTuple):
     """The recording of one travel, its evaluated periods only, (n,) each, sampled at the SYNC period."""
@@ -43,7 +46,10 @@ class FrequencyResponse(NamedTuple):
     sensitivity: Response
     """1 / (1 + L) at the force."""
     motor_coherence: Array
+    """Of the motor response: the lower one of added force with motor position and with total force."""
     scale_coherence: Array
+    sensitivity_coherence: Array
+    """Of added with total force. Where |L| is large, feedback cancels the added force and noise remains."""
     averages: int
     """Number of evaluated periods."""
 
@@ -56,6 +62,10 @@ class FrequencyResponse(NamedTuple):
         """Relative standard error of a response, (n,) (Bendat and Piersol, Random Data, table 9.6)."""
         bounded = np.clip(coherence, 1e-6, 1.0)
         return np.sqrt((1.0 - bounded) / (2.0 * self.averages * bounded))
+
+    def trusted(self, coherence: Array) -> NDArray[np.bool_]:
+        """Which lines of a response with this coherence are the axis, and not noise, (n,)."""
+        return np.asarray(self.relative_error(coherence) <= TRUSTED_ERROR)
 
 
 def frequency_response(
@@ -86,15 +96,22 @@ def frequency_response(
         )
         return np.asarray(values)[lines]
 
+    def coherence(first: Array, second: Array) -> Array:
+        powers = spectrum(first, first).real * spectrum(second, second).real
+        return np.asarray(np.abs(spectrum(first, second)) ** 2 / powers)
+
     added, total, motor, scale = columns
     dd, du, dm, ds = (spectrum(added, other) for other in (added, total, motor, scale))
+    force_coherence = coherence(added, total)
     return FrequencyResponse(
         frequency_hz=lines / (period_samples * period_s),
         motor=dm / du,
         scale=ds / du,
         sensitivity=du / dd,
-        motor_coherence=np.abs(dm) ** 2 / (dd.real * spectrum(motor, motor).real),
-        scale_coherence=np.abs(ds) ** 2 / (dd.real * spectrum(scale, scale).real),
+        # a quotient is no better than the worse of its two spectra
+        motor_coherence=np.minimum(force_coherence, coherence(added, motor)),
+        scale_coherence=np.minimum(force_coherence, coherence(added, scale)),
+        sensitivity_coherence=force_coherence,
         averages=averages,
     )
 

@@ -25,8 +25,6 @@ LOWEST_HZ = 0.02
 POINTS = 900
 MODE_POINTS = np.sinh(np.linspace(-4.0, 4.0, 61)) / 4.0
 """Further points around each mode, in half widths of its peak."""
-CORRECTING_COHERENCE = 0.8
-"""Coherence above which a measured line corrects the model."""
 
 
 class Plant(NamedTuple):
@@ -68,7 +66,7 @@ def grid_hz(model: ModalModel) -> Array:
 def plant_of(
     model: ModalModel, measured: FrequencyResponse | None, *, scale_feedback: bool, shift: float = 1.0
 ) -> Plant:
-    """The plant on the grid: the model, corrected by the measured lines that are coherent.
+    """The plant on the grid: the model, corrected by the measured lines that are trusted.
 
     `shift`: factor on the frequencies of all modes.
     """
@@ -93,13 +91,16 @@ def plant_of(
 def _correction(
     frequency_hz: Array, measured: FrequencyResponse, ratio: Response, coherence: Array
 ) -> Response:
-    """Factor on the model, (n,): `ratio`, measured over model, interpolated; 1 outside the coherent lines."""
-    good = (coherence > CORRECTING_COHERENCE) & (np.abs(np.log(np.abs(ratio))) < math.log(2.0))
+    """Factor on the model, (n,): `ratio`, measured over model, interpolated over the trusted lines.
+
+    Beyond them it fades to 1 at either end of the grid: a step there would be one of the loop, too.
+    """
+    good = measured.trusted(coherence) & (np.abs(np.log(np.abs(ratio))) < math.log(2.0))
     if good.sum() < 2:
         return np.ones(len(frequency_hz), dtype=np.complex128)
-    at = np.log(measured.frequency_hz[good])
-    size = np.interp(np.log(frequency_hz), at, np.log(np.abs(ratio[good])), left=0.0, right=0.0)
-    angle = np.interp(np.log(frequency_hz), at, np.angle(ratio[good]), left=0.0, right=0.0)
+    at = np.log([frequency_hz[0], *measured.frequency_hz[good], frequency_hz[-1]])
+    size = np.interp(np.log(frequency_hz), at, [0.0, *np.log(np.abs(ratio[good])), 0.0])
+    angle = np.interp(np.log(frequency_hz), at, [0.0, *np.angle(ratio[good]), 0.0])
     return np.asarray(np.exp(size + 1j * angle))
 
 

@@ -8,7 +8,12 @@ from numpy.testing import assert_allclose
 from scipy import signal
 
 from servo_ctrl.excitation import multisine as excitation
-from servo_ctrl.tuning.frequency_response import Measured, frequency_response
+from servo_ctrl.tuning.frequency_response import (
+    TRUSTED_ERROR,
+    FrequencyResponse,
+    Measured,
+    frequency_response,
+)
 from servo_ctrl.tuning.modal_fit import fit_modal_model
 from servo_ctrl.tuning.modal_model import antiresonances, resonances
 
@@ -33,12 +38,17 @@ def plant(mode_hz: float | None) -> signal.StateSpace:
     return signal.StateSpace(a, b, outputs, [[0], [0]]).to_discrete(PERIOD_S)
 
 
-def loop_run(mode_hz: float | None, delay: int, noise_m: float, periods: int = 4) -> list[Measured]:
-    """A proportional-derivative loop on the motor holds the plant while the multisine acts."""
+def loop_run(
+    mode_hz: float | None, delay: int, noise_m: float, periods: int = 4, friction_n: float = 0.0
+) -> list[Measured]:
+    """A proportional-derivative loop on the motor holds the plant while the multisine acts.
+
+    `friction_n`: standard deviation of a force that varies slowly, within tenths of a second.
+    """
     force = excitation.multisine(PERIOD_S)
     added = 20.0 * np.tile(force.values, periods + 3)
     system, rng = plant(mode_hz), np.random.default_rng(5)
-    state, sent, last = np.zeros((system.A.shape[0], 1)), [0.0] * (delay + 1), 0.0
+    state, sent, last, friction = np.zeros((system.A.shape[0], 1)), [0.0] * (delay + 1), 0.0, 0.0
     rows = []
     for d in added.tolist():
         motor, scale = (system.C @ state)[:, 0] + noise_m * rng.normal(size=2)
@@ -46,7 +56,9 @@ def loop_run(mode_hz: float | None, delay: int, noise_m: float, periods: int = 4
         last = motor
         rows.append((d, whole, motor, scale))
         sent.append(whole)
-        state = system.A @ state + system.B * sent.pop(0)
+        if friction_n:
+            friction = 0.99 * friction + math.sqrt(1.0 - 0.99**2) * friction_n * rng.normal()
+        state = system.A @ state + system.B * (sent.pop(0) + friction)
     columns = np.array(rows)[-periods * len(force.values) :].T
     return [Measured(*columns)]
 
@@ -87,10 +99,35 @@ def test_feedback_does_not_bias_the_plant(mode_hz: float | None, delay: int) -> 
     motor, scale = exact(mode_hz, response.frequency_hz, delay)
     assert_allclose(response.motor, motor, rtol=5e-3, atol=2e-3 * np.abs(motor).min())
     assert_allclose(response.scale, scale, rtol=5e-3, atol=2e-3 * np.abs(motor).min())
-    z = np.exp(2j * math.pi * response.frequency_hz * PERIOD_S)
-    loop = (4e4 + 1.5e3 * (1.0 - 1.0 / z) / PERIOD_S) * motor
-    assert_allclose(response.sensitivity, 1.0 / (1.0 + loop), rtol=5e-3)
+    assert_allclose(response.sensitivity, 1.0 / (1.0 + exact_loop(response, motor)), rtol=5e-3)
     assert response.motor_coherence.min() > 0.999
+
+
+def exact_loop(response: FrequencyResponse, motor: np.ndarray) -> np.ndarray:
+    """L of `loop_run` with this response of the motor."""
+    z = np.exp(2j * math.pi * response.frequency_hz * PERIOD_S)
+    return np.asarray((4e4 + 1.5e3 * (1.0 - 1.0 / z) / PERIOD_S) * motor)
+
+
+def test_a_line_whose_force_the_loop_cancels_is_not_trusted() -> None:
+    lines = excitation.multisine(PERIOD_S)
+    travels = loop_run(None, 1, 0.0, friction_n=0.3)
+    response = frequency_response(travels, len(lines.values), lines.lines, PERIOD_S)
+    motor, _ = exact(None, response.frequency_hz, 1)
+    loop = exact_loop(response, motor)
+    low = response.frequency_hz < 3.0
+    assert np.abs(np.angle(response.loop / loop, deg=True))[low].max() > 20.0  # noise is taken for a phase
+    # the position alone does not tell: it follows the added force there
+    force_to_motor = response.motor / motor
+    assert np.abs(np.angle(force_to_motor, deg=True))[low].max() > 20.0
+    for coherence, error in (
+        (response.sensitivity_coherence, response.loop / loop - 1.0),
+        (response.motor_coherence, force_to_motor - 1.0),
+    ):
+        trusted = response.trusted(coherence)
+        assert not trusted[low].any()
+        assert trusted[(response.frequency_hz > 15.0) & (response.frequency_hz < 60.0)].all()
+        assert np.abs(error[trusted]).max() < 3.0 * TRUSTED_ERROR
 
 
 @pytest.mark.parametrize("mode_hz", [20.0, 160.0])

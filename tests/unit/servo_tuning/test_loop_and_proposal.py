@@ -36,7 +36,23 @@ def measured(of: ModalModel) -> FrequencyResponse:
     """A measurement without noise."""
     hz = np.geomspace(1.0, 450.0, 300)
     ones = np.ones(len(hz))
-    return FrequencyResponse(hz, of.motor(hz), of.scale(hz), ones + 0j, ones, ones, 8)
+    return FrequencyResponse(hz, of.motor(hz), of.scale(hz), ones + 0j, ones, ones, ones, 8)
+
+
+def test_the_plant_has_no_step_where_the_measurement_begins_or_ends() -> None:
+    of = model()
+    exact = measured(of)
+    real = exact._replace(
+        motor=1.3 * np.exp(0.5j) * exact.motor,
+        motor_coherence=np.where(exact.frequency_hz < 3.0, 0.5, 1.0),
+    )
+    plant = loops.plant_of(of, real, scale_feedback=False)
+    ratio = plant.motor / of.motor(plant.frequency_hz)
+    inside = (plant.frequency_hz > 3.1) & (plant.frequency_hz < 450.0)
+    assert_allclose(ratio[inside], 1.3 * np.exp(0.5j))
+    assert_allclose(ratio[[0, -1]], 1.0)
+    steps = np.abs(np.diff(np.log(ratio))) / np.diff(np.log(plant.frequency_hz))
+    assert steps[plant.frequency_hz[1:] < 450.0].max() < 0.2  # per factor e in frequency
 
 
 def test_the_law_in_z_is_the_compiled_one(params: AxisParams) -> None:
