@@ -24,11 +24,11 @@ _OPTIONAL_BLOCK_TEXT = "is carried out; --block-delete leaves such blocks out"
 
 def read_part_program(path: Path, axes: Sequence[str], options: ReadingOptions | None = None) -> PartProgram:
     """Read the program in `path` for a machine with these axes. Raises ConfigError with file and line."""
-    return _Reader(path, axes, options or ReadingOptions()).read(read_text(path))
+    return _PartProgramReader(path, axes, options or ReadingOptions()).read(read_text(path))
 
 
-class _Reader:
-    """Reads one program."""
+class _PartProgramReader:
+    """Reads one program for the axes of a machine."""
 
     def __init__(self, source: Path, axes: Sequence[str], options: ReadingOptions) -> None:
         self._source, self._options = source, options
@@ -36,13 +36,13 @@ class _Reader:
             if axis not in axes:
                 raise ConfigError(source, "--g54", unknown_axis(axis, axes))
         offsets_m = {"G54": {}, **options.work_offsets_m}
-        self._offset_m = {
+        self._g54_m = {
             axis: options.work_offset_mm[axis] * MM
             if axis in options.work_offset_mm
             else offsets_m["G54"].get(axis, 0.0)
             for axis in axes
         }
-        offsets_m["G54"] = self._offset_m
+        offsets_m["G54"] = self._g54_m
         self._offsets_m = {
             name: [of_axis.get(axis, 0.0) for axis in axes] for name, of_axis in offsets_m.items()
         }
@@ -54,7 +54,7 @@ class _Reader:
 
     def read(self, text: str) -> PartProgram:
         """Read the whole program up to its end."""
-        line, block_count, ended, first = 1, 0, False, self._options.first_line
+        line, block_count, ended, first_line = 1, 0, False, self._options.first_line
         for block in blocks(text, self._source):
             line, ended = block.line, not block.words
             if ended:
@@ -63,8 +63,8 @@ class _Reader:
                 continue
             if block.optional:
                 self._remarks.append(Remark(line, "/", _OPTIONAL_BLOCK_TEXT))
-            if line >= first > 1 and self._entry is None:
-                self._begin_motion(line)
+            if line >= first_line > 1 and self._entry is None:
+                self._enter_program(line)
             parsed = sorted_block(block, self._source, first=block_count == 0)
             block_count += 1
             self._remarks += [Remark(line, word.text, Effect.NONE.value) for word in parsed.without_effect]
@@ -72,9 +72,9 @@ class _Reader:
             if parsed.codes.get("stop") in {"M2", "M30"}:
                 ended = True
                 break
-        self._path.rest()
-        if first > 1 and self._entry is None:
-            raise ConfigError(self._source, line_key(first), f"the program ends before, at line {line}")
+        self._path.end_path()
+        if first_line > 1 and self._entry is None:
+            raise ConfigError(self._source, line_key(first_line), f"the program ends before, at line {line}")
         if not self._path.steps and self._options.start_m is None:
             raise ConfigError(self._source, line_key(line), "the program ends here and has moved nothing")
         if not ended:
@@ -84,15 +84,15 @@ class _Reader:
             motion=self._path.steps,
             remarks=self._remarks,
             blocks=block_count,
-            work_offset_m=self._offset_m,
+            work_offset_m=self._g54_m,
             optional_stops=self._optional_stops,
             entry=self._entry,
             modes=self._modes,
             start_m=self._options.start_m,
         )
 
-    def _begin_motion(self, line: int) -> None:
-        """Begin the motion at this line, with the present modal state."""
+    def _enter_program(self, line: int) -> None:
+        """Let the motion begin at this line, with the present modal state."""
         self._entry = ProgramEntry(line, self._modes.words, tuple(self._path.position_m))
         self._optional_stops.clear()
         self._path.begin_at(line)
@@ -145,7 +145,7 @@ class _Reader:
         if tolerance_m < 0.0:
             block.fail(f"G64 P {value:g}: the tolerance must not be below 0")
         if tolerance_m != self._modes.tolerance_m:
-            self._path.rest()
+            self._path.end_path()
             self._modes.tolerance_m = tolerance_m
 
     def _dwell(self, block: SortedBlock) -> None:
@@ -155,6 +155,6 @@ class _Reader:
             block.fail("G4 needs its time: P or X, in seconds")
         if not 0.0 <= seconds <= LONGEST_STEP_S:
             block.fail(f"{letter} {seconds:g}: a dwell takes 0 to {LONGEST_STEP_S:g} seconds")
-        self._path.rest()
+        self._path.end_path()
         if seconds > 0.0:
             self._path.steps.append(Dwell(f"dwell, line {block.line}", seconds))

@@ -32,33 +32,33 @@ class SortedBlock:
 
 def sorted_block(block: Block, source: Path, *, first: bool) -> SortedBlock:
     """Sort the words of a block; `first`: whether it is the program's first. Raises ConfigError."""
-    found = SortedBlock(block.line, source)
+    result = SortedBlock(block.line, source)
     words = block.words[1:] if block.words[0].letter == "N" else block.words
     if first and len(words) == 1 and words[0].letter == "O":
-        return found  # the number under which a controller stores the program
+        return result  # the number under which a controller stores the program
     for word in words:
         if word.letter in {"G", "M"}:
-            _sort_code(found, word)
+            _sort_code(result, word)
         elif word.letter in LETTERS_WITHOUT_EFFECT:
-            found.without_effect.append(word)
+            result.without_effect.append(word)
         elif word.letter == "O":
-            found.fail(f"{word.text}: subprograms are not understood; write the program out")
-        elif word.letter in found.words:
-            found.fail(f"{found.words[word.letter].text} and {word.text} in one block")
+            result.fail(f"{word.text}: subprograms are not understood; write the program out")
+        elif word.letter in result.words:
+            result.fail(f"{result.words[word.letter].text} and {word.text} in one block")
         else:
-            found.words[word.letter] = word
-    return found
+            result.words[word.letter] = word
+    return result
 
 
-def _sort_code(found: SortedBlock, word: Word) -> None:
+def _sort_code(result: SortedBlock, word: Word) -> None:
     name = code_name(word.letter, word.value)
     code = (G_CODES if word.letter == "G" else M_CODES).get(name)
     if code is None:
-        found.fail(f"{word.text}: unknown {word.letter} word (docs/part_programs.md lists the known ones)")
+        result.fail(f"{word.text}: unknown {word.letter} word (docs/part_programs.md lists the known ones)")
     if code.effect is Effect.REFUSED:
-        found.fail(f"{word.text}: {code.meaning}")
-    if code.group in found.codes:
-        found.fail(f"{found.codes[code.group]} and {name} contradict each other in one block")
-    found.codes[code.group] = name
+        result.fail(f"{word.text}: {code.meaning}")
+    if code.group in result.codes:
+        result.fail(f"{result.codes[code.group]} and {name} contradict each other in one block")
+    result.codes[code.group] = name
     if code.effect is Effect.NONE:
-        found.without_effect.append(word)
+        result.without_effect.append(word)

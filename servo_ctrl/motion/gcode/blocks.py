@@ -69,17 +69,17 @@ def read_text(path: Path) -> str:
 
 def blocks(text: str, source: Path) -> Iterator[Block]:
     """Yield the blocks that have words; a final % is a last block without words. Raises ConfigError."""
-    begun = False
+    content_seen = False
     for line, content in enumerate(text.split("\n"), 1):
         if _TAPE_MARK.fullmatch(content):
-            if begun:
+            if content_seen:
                 yield Block(line, (), optional=False)
                 return
-            begun = True
+            content_seen = True
             continue
         block = _block(content, line, source)
         if block.words:
-            begun = True
+            content_seen = True
             yield block
 
 

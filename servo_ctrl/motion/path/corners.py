@@ -45,23 +45,23 @@ class Joints(NamedTuple):
 
     at_m: Array
     """Path length of the joint."""
-    bend: Array
+    tangent_jump: Array
     """Jump of the tangent, D."""
-    half_m: Array
+    tangent_half_width_m: Array
     """Half width h of its blend; 0 = none."""
-    jump_1_m: Array
+    curvature_jump_1_m: Array
     """Jump of the curvature, C."""
-    jump_half_m: Array
+    curvature_half_width_m: Array
     """Half width b of its blend."""
 
 
-def bends(outline: Outline) -> tuple[Array, Array]:
+def tangent_and_curvature_jumps(outline: Outline) -> tuple[Array, Array]:
     """Return the jumps of tangent and curvature (n - 1, axes) from each element to the next."""
     before, after = np.arange(len(outline.length_m) - 1), np.arange(1, len(outline.length_m))
     nothing = np.zeros(len(before))
-    bend = tangent(outline, after, nothing) - tangent(outline, before, outline.length_m[:-1])
-    jump = curvature(outline, after, nothing) - curvature(outline, before, outline.length_m[:-1])
-    return bend, jump
+    tangent_jump = tangent(outline, after, nothing) - tangent(outline, before, outline.length_m[:-1])
+    curvature_jump = curvature(outline, after, nothing) - curvature(outline, before, outline.length_m[:-1])
+    return tangent_jump, curvature_jump
 
 
 def joints(
@@ -70,64 +70,70 @@ def joints(
     stops: Flags,
     tolerance_m: float,
     limits: MotionLimits,
-    wider: Array,
+    width_factor: Array,
 ) -> Joints:
     """Choose the width of each joint without a stop: as wide as the feed needs, within the tolerance.
 
-    `feed_m_s` (n,): feed of the elements. `stops` (n,): whether the axes stop after each. `wider` (n - 1,):
-    factor on the width that a single corner needs.
+    `feed_m_s` (n,): feed of the elements. `stops` (n,): whether the axes stop after each. `width_factor`
+    (n - 1,): factor on the width that a single corner needs.
     """
     ends_m = np.cumsum(outline.length_m)
-    bend, jump = bends(outline)
-    speed = np.minimum(feed_m_s, along(outline, limits.velocity_m_s))
+    tangent_jump, curvature_jump = tangent_and_curvature_jumps(outline)
+    speed = np.minimum(feed_m_s, limit_along_path(outline, limits.velocity_m_s))
     passed = np.flatnonzero(~stops[:-1])
-    at_m, bend, jump = ends_m[passed], bend[passed], jump[passed]
+    at_m, tangent_jump, curvature_jump = ends_m[passed], tangent_jump[passed], curvature_jump[passed]
     speed = np.minimum(speed[passed], speed[passed + 1])[:, np.newaxis]
     # distance to the nearer of the stops before and after
     stop_m = np.concatenate(([0.0], ends_m[stops]))
     behind = np.searchsorted(stop_m, at_m)
-    room_m = np.minimum(at_m - stop_m[behind - 1], stop_m[behind] - at_m)
+    available_m = np.minimum(at_m - stop_m[behind - 1], stop_m[behind] - at_m)
     allowed_m = max(tolerance_m, LEAST_TOLERANCE_M)
     with np.errstate(divide="ignore", over="ignore"):
         needed_m = np.maximum(
-            speed**2 * np.abs(bend) / (_LIMIT_SHARE * limits.acceleration_m_s2),
-            np.sqrt(speed**3 * np.abs(bend) / (_LIMIT_SHARE * limits.jerk_m_s3)),
+            speed**2 * np.abs(tangent_jump) / (_LIMIT_SHARE * limits.acceleration_m_s2),
+            np.sqrt(speed**3 * np.abs(tangent_jump) / (_LIMIT_SHARE * limits.jerk_m_s3)),
         ).max(axis=1)
-        cut = np.linalg.norm(bend, axis=1)
-        needed_m *= wider[passed]
-        half_m = np.minimum(np.minimum(needed_m, room_m), 6.0 * (1.0 - _CURVATURE_SHARE) * allowed_m / cut)
-        needed_m = (7.0 / 6.0 * speed**3 * np.abs(jump) / (_LIMIT_SHARE * limits.jerk_m_s3)).max(axis=1)
-        # narrower than both neighbours: at most two overlap
-        room_m = np.minimum(outline.length_m[passed], outline.length_m[passed + 1])
-        size = np.linalg.norm(jump, axis=1)
-        tolerated_m = np.sqrt(_CURVATURE_SHARE * allowed_m / (2.0 * _Q_PEAK * size))
-        jump_half_m = np.minimum(np.minimum(needed_m, room_m), tolerated_m)
-    # smaller jumps are rounding errors: 1e-12 of the speed, 1e-9 of its square per metre
-    half_m[cut < 1e-12] = 0.0
-    jump_half_m[size < 1e-9] = 0.0
-    half_m *= _fitting(at_m, cut, half_m, (1.0 - _CURVATURE_SHARE) * allowed_m)
-    return Joints(at_m, bend, half_m, jump, jump_half_m)
+        jump_norm = np.linalg.norm(tangent_jump, axis=1)
+        needed_m *= width_factor[passed]
+        tangent_half_width_m = np.minimum(
+            np.minimum(needed_m, available_m), 6.0 * (1.0 - _CURVATURE_SHARE) * allowed_m / jump_norm
+        )
+        needed_m = (7.0 / 6.0 * speed**3 * np.abs(curvature_jump) / (_LIMIT_SHARE * limits.jerk_m_s3)).max(
+            axis=1
+        )
+        # narrower than both adjacent elements, so that at most two blends overlap
+        available_m = np.minimum(outline.length_m[passed], outline.length_m[passed + 1])
+        curvature_norm_1_m = np.linalg.norm(curvature_jump, axis=1)
+        tolerated_m = np.sqrt(_CURVATURE_SHARE * allowed_m / (2.0 * _Q_PEAK * curvature_norm_1_m))
+        curvature_half_width_m = np.minimum(np.minimum(needed_m, available_m), tolerated_m)
+    # smaller jumps are rounding errors
+    tangent_half_width_m[jump_norm < 1e-12] = 0.0
+    curvature_half_width_m[curvature_norm_1_m < 1e-9] = 0.0
+    tangent_half_width_m *= _width_factor_within_tolerance(
+        at_m, jump_norm, tangent_half_width_m, (1.0 - _CURVATURE_SHARE) * allowed_m
+    )
+    return Joints(at_m, tangent_jump, tangent_half_width_m, curvature_jump, curvature_half_width_m)
 
 
 def passing_speed(joints_: Joints, limits: MotionLimits) -> Array:
     """Return the speed, m/s, at which each joint (m,) alone could be passed."""
     acceleration, jerk = _LIMIT_SHARE * limits.acceleration_m_s2, _LIMIT_SHARE * limits.jerk_m_s3
-    bend, jump = np.abs(joints_.bend), np.abs(joints_.jump_1_m)
-    h, b = joints_.half_m[:, np.newaxis], joints_.jump_half_m[:, np.newaxis]
+    tangent_jump, curvature_jump = np.abs(joints_.tangent_jump), np.abs(joints_.curvature_jump_1_m)
+    h, b = joints_.tangent_half_width_m[:, np.newaxis], joints_.curvature_half_width_m[:, np.newaxis]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         speeds = (
-            np.sqrt(acceleration * h / bend),
-            np.cbrt(jerk * h**2 / bend),
-            np.cbrt(6.0 / 7.0 * jerk * b / jump),
+            np.sqrt(acceleration * h / tangent_jump),
+            np.cbrt(jerk * h**2 / tangent_jump),
+            np.cbrt(6.0 / 7.0 * jerk * b / curvature_jump),
         )
-    # a joint without a blend bends by rounding errors only
+    # a joint without a blend has jumps of rounding errors only
     smoothed = (h > 0.0, h > 0.0, b > 0.0)
     return np.asarray(
         np.min([np.where(f, v, np.inf) for f, v in zip(smoothed, speeds, strict=True)], axis=(0, 2))
     )
 
 
-def along(outline: Outline, limit: Array) -> Array:
+def limit_along_path(outline: Outline, limit: Array) -> Array:
     """Return the limit along each element (n,), which the first axis at its own limit determines."""
     share = np.abs(outline.direction)
     rows = np.flatnonzero(outline.radius_m)
@@ -139,12 +145,14 @@ def along(outline: Outline, limit: Array) -> Array:
 
 def breakpoints(joints_: Joints) -> Array:
     """Return the path lengths between which the blend is a cubic."""
-    at, h, b = joints_.at_m, joints_.half_m, joints_.jump_half_m
+    at, h, b = joints_.at_m, joints_.tangent_half_width_m, joints_.curvature_half_width_m
     return np.concatenate((at, at - h, at + h, at - b, at + b, at - 0.5 * b, at + 0.5 * b))
 
 
 @kernel
-def _fitting(at_m: Array, cut: Array, half_m: Array, allowed_m: float) -> Array:
+def _width_factor_within_tolerance(
+    at_m: Array, jump_norm: Array, tangent_half_width_m: Array, allowed_m: float
+) -> Array:
     """Return the factor on each width with which overlapping blends together keep the tolerance.
 
     Between two corners the sum of g |D| is convex, so its maximum is at a corner. A factor f on a width
@@ -157,26 +165,26 @@ def _fitting(at_m: Array, cut: Array, half_m: Array, allowed_m: float) -> Array:
         for i in range(count):
             for step in (-1, 1):
                 j = i if step < 0 else i + 1
-                while 0 <= j < count and abs(at_m[j] - at_m[i]) < half_m[i]:
+                while 0 <= j < count and abs(at_m[j] - at_m[i]) < tangent_half_width_m[i]:
                     if final:
                         factor[i] = min(factor[i], allowed_m / total[j])
                     else:
-                        inside = 1.0 - abs(at_m[j] - at_m[i]) / half_m[i]
-                        total[j] += cut[i] * half_m[i] * inside**3 / 6.0
+                        inside = 1.0 - abs(at_m[j] - at_m[i]) / tangent_half_width_m[i]
+                        total[j] += jump_norm[i] * tangent_half_width_m[i] * inside**3 / 6.0
                     j += step
     return factor
 
 
 @kernel
-def added(joints_: Joints, start_m: Array, middle_m: Array) -> Array:
+def blend_derivatives(joints_: Joints, start_m: Array, middle_m: Array) -> Array:
     """Return the blend and its first three derivatives at the start of each zone, (zones, 4, axes)."""
-    at_m, bend, half_m, jump_1_m, jump_half_m = joints_
-    zones, axes = len(start_m), bend.shape[1]
+    at_m, tangent_jump, tangent_half_width_m, curvature_jump_1_m, curvature_half_width_m = joints_
+    zones, axes = len(start_m), tangent_jump.shape[1]
     out = np.zeros((zones, 4, axes))
     for i in range(len(at_m)):
         for first in (True, False):
-            width = half_m[i] if first else jump_half_m[i]
-            size = bend[i] if first else jump_1_m[i]
+            width = tangent_half_width_m[i] if first else curvature_half_width_m[i]
+            size = tangent_jump[i] if first else curvature_jump_1_m[i]
             zone = np.searchsorted(middle_m, at_m[i] - width)
             while zone < zones and middle_m[zone] < at_m[i] + width:
                 side = 1.0 if middle_m[zone] > at_m[i] else -1.0

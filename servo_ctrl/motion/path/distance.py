@@ -89,11 +89,11 @@ def _to_arc(
     for start in range(_GRID):
         s = length * (start + 0.5) / _GRID
         for _ in range(8):
-            square, slope, bend = _to_place(point, base, direction, circle, plane, s)
+            square, first_derivative, second_derivative = _to_place(point, base, direction, circle, plane, s)
             best = min(best, square)
-            if bend <= 0.0:
+            if second_derivative <= 0.0:
                 break
-            s = min(max(s - slope / bend, 0.0), length)
+            s = min(max(s - first_derivative / second_derivative, 0.0), length)
     return best
 
 
@@ -109,7 +109,7 @@ def _to_place(
     """Return the squared distance to the point s of an arc, and half its derivatives by s."""
     radius, phase, turn = circle
     x, y = radius * math.cos(phase + turn * s), radius * math.sin(phase + turn * s)
-    square = slope = bend = 0.0
+    square = first_derivative = second_derivative = 0.0
     for axis in range(len(point)):
         off, d1, d2 = base[axis] + direction[axis] * s - point[axis], direction[axis], 0.0
         if axis == plane[0]:
@@ -117,9 +117,9 @@ def _to_place(
         elif axis == plane[1]:
             off, d1, d2 = off + y, d1 + turn * x, -(turn**2) * y
         square += off**2
-        slope += off * d1
-        bend += d1**2 + off * d2
-    return square, slope, bend
+        first_derivative += off * d1
+        second_derivative += d1**2 + off * d2
+    return square, first_derivative, second_derivative
 
 
 @kernel
@@ -131,7 +131,7 @@ def nearest(outline: Outline, boxes_m: Array, points_m: Array) -> tuple[Array, I
     stack, squares = np.empty(128, dtype=np.int64), np.empty(128)
     before = 0
     for n in range(len(points_m)):
-        point, best, found = points_m[n], np.inf, before
+        point, best, nearest_element = points_m[n], np.inf, before
         # visit the leaf of the previous point first, then the tree from its root
         stack[0], squares[0], stack[1], squares[1], depth = 0, 0.0, leaves - 1 + before, 0.0, 2
         while depth:
@@ -147,7 +147,7 @@ def nearest(outline: Outline, boxes_m: Array, points_m: Array) -> tuple[Array, I
                 else:
                     square = _to_line(point, base_m[e], direction[e], length_m[e])
                 if square < best:
-                    best, found = square, e
+                    best, nearest_element = square, e
                 continue
             left, right = 2 * node + 1, 2 * node + 2
             to_left, to_right = _to_box(point, boxes_m[left]), _to_box(point, boxes_m[right])
@@ -156,6 +156,6 @@ def nearest(outline: Outline, boxes_m: Array, points_m: Array) -> tuple[Array, I
             stack[depth], squares[depth] = left, to_left
             stack[depth + 1], squares[depth + 1] = right, to_right
             depth += 2
-        distance_m[n], element[n] = math.sqrt(best), found
-        before = found
+        distance_m[n], element[n] = math.sqrt(best), nearest_element
+        before = nearest_element
     return distance_m, element

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.arrays import Array
-from servo_ctrl.motion.path.corners import STRAIGHT_ON_RAD, bends
+from servo_ctrl.motion.path.corners import STRAIGHT_ON_RAD, tangent_and_curvature_jumps
 from servo_ctrl.motion.path.distance import boxes, nearest
 from servo_ctrl.motion.path.fastest_layout import fastest
 from servo_ctrl.motion.path.programmed_path import Indices, Outline
 from servo_ctrl.motion.path.speed import place_at
-from servo_ctrl.motion.path.zones import within
+from servo_ctrl.motion.path.zones import smoothed_path
 from servo_ctrl.motion.profile import Motion, MotionLimits, Profile, ProgramBlock, standstill
 
 _Row = tuple[list[float], list[float], float, float, float, tuple[int, int], float]
@@ -92,7 +92,7 @@ def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: fl
 
     def at(time_s: Array) -> Motion:
         place = place_at(run, zones, time_s)
-        position_m, tangent, curvature = within(outline, zones, place.zone, place.into_m)
+        position_m, tangent, curvature = smoothed_path(outline, zones, place.zone, place.into_m)
         speed, acceleration = place.speed_m_s[:, np.newaxis], place.acceleration_m_s2[:, np.newaxis]
         acceleration = curvature * speed**2 + tangent * acceleration
         motion = Motion(position_m, tangent * speed, acceleration, np.zeros_like(position_m))
@@ -183,6 +183,6 @@ def _stops(step: PathMove, outline: Outline, index: Indices) -> NDArray[np.bool_
     counted = np.concatenate(([0], np.cumsum(exact)))
     stops = counted[after + 1] > counted[index]
     if step.tolerance_m == 0.0:
-        stops[:-1] |= np.linalg.norm(bends(outline)[0], axis=1) > STRAIGHT_ON_RAD
+        stops[:-1] |= np.linalg.norm(tangent_and_curvature_jumps(outline)[0], axis=1) > STRAIGHT_ON_RAD
     stops[-1] = True
     return np.asarray(stops)

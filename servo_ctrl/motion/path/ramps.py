@@ -32,7 +32,7 @@ def speed_over_length(
     first, last = np.searchsorted(edge_m, first_m), np.searchsorted(edge_m, last_m)
     top = _lowest(first, last, speed_m_s, len(edge_m) - 1)
     slope = 2.0 * _lowest(first, last, acceleration_m_s2, len(edge_m) - 1)
-    length_m, square = _cut(*_look_ahead(edge_m, top**2, slope), tau_s)
+    length_m, square = _cut_short_peaks(*_look_ahead(edge_m, top**2, slope), tau_s)
     return length_m, np.sqrt(square)
 
 
@@ -109,7 +109,7 @@ def _look_ahead(edge_m: Array, top: Array, slope: Array) -> tuple[Array, Array]:
 
 
 @kernel
-def _cut(length_m: Array, square: Array, tau_s: float) -> tuple[Array, Array]:
+def _cut_short_peaks(length_m: Array, square: Array, tau_s: float) -> tuple[Array, Array]:
     """Lower every peak shorter than tau to the level that lasts tau."""
     count = len(length_m)
     x, y = np.empty(3 * count), np.empty(3 * count)

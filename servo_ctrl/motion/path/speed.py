@@ -9,7 +9,7 @@ import numpy as np
 from kernels.arrays import Array
 from servo_ctrl.motion.path.programmed_path import Indices
 from servo_ctrl.motion.path.ramps import duration_s, over_time, speed_over_length
-from servo_ctrl.motion.path.zones import Bounds, Zones, shares
+from servo_ctrl.motion.path.zones import Bounds, Zones, speed_and_acceleration
 from servo_ctrl.motion.profile import MotionLimits
 
 _SMOOTHING_TIMES = 8
@@ -85,19 +85,19 @@ def _span(
 ) -> tuple[Array, Array, Array, Array]:
     tries = []
     for tau_s in _smoothing_times(bounds, limits, period_s):
-        speed, acceleration = shares(bounds, limits, tau_s, bounds.speed_m_s)
+        speed, acceleration = speed_and_acceleration(bounds, limits, tau_s, bounds.speed_m_s)
         nodes = speed_over_length(start_m, end_m, speed, acceleration, tau_s)
         tries.append((duration_s(*nodes, tau_s), tau_s, nodes))
     best_s, tau_s, best = min(tries, key=lambda tried: tried[:2])
     for _ in range(_REFINEMENTS if len(start_m) > 1 else 0):
         # a zone that does not reach its speed may use more acceleration
         highest = np.minimum(bounds.speed_m_s, 1.1 * _reached(start_m, end_m, *best, tau_s))
-        speed, acceleration = shares(bounds, limits, tau_s, highest)
+        speed, acceleration = speed_and_acceleration(bounds, limits, tau_s, highest)
         nodes = speed_over_length(start_m, end_m, speed, acceleration, tau_s)
-        took_s = duration_s(*nodes, tau_s)
-        if took_s > best_s * (1.0 - 1e-3):
+        candidate_s = duration_s(*nodes, tau_s)
+        if candidate_s > best_s * (1.0 - 1e-3):
             break
-        best_s, best = took_s, nodes
+        best_s, best = candidate_s, nodes
     return over_time(*best, tau_s)
 
 

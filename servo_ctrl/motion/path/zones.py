@@ -17,7 +17,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from kernels.jit import kernel
-from servo_ctrl.motion.path.corners import Joints, added, breakpoints
+from servo_ctrl.motion.path.corners import Joints, blend_derivatives, breakpoints
 from servo_ctrl.motion.path.programmed_path import Indices, Outline, curvature, position, tangent
 from servo_ctrl.motion.profile import MotionLimits
 
@@ -34,7 +34,7 @@ class Zones(NamedTuple):
     element: Indices
     into_m: Array
     """Length into the element at the start of the zone."""
-    added: Array
+    blend: Array
     """Blend: position and three derivatives (n, 4, axes) at the start of the zone."""
 
 
@@ -57,12 +57,12 @@ def zones_of(outline: Outline, joints: Joints) -> Zones:
     middle_m = 0.5 * (start_m + end_m)
     element = np.searchsorted(ends_m, middle_m)
     into_m = start_m - (ends_m - outline.length_m)[element]
-    return Zones(start_m, end_m, element, into_m, added(joints, start_m, middle_m))
+    return Zones(start_m, end_m, element, into_m, blend_derivatives(joints, start_m, middle_m))
 
 
-def within(outline: Outline, zones: Zones, zone: Indices, x_m: Array) -> tuple[Array, Array, Array]:
+def smoothed_path(outline: Outline, zones: Zones, zone: Indices, x_m: Array) -> tuple[Array, Array, Array]:
     """Return position m, tangent and curvature 1/m, (m, axes), of the smoothed path `x_m` into the zones."""
-    e0, e1, e2, e3 = (zones.added[zone, order] for order in range(4))
+    e0, e1, e2, e3 = (zones.blend[zone, order] for order in range(4))
     x = x_m[:, np.newaxis]
     of, into_m = zones.element[zone], zones.into_m[zone] + x_m
     return (
@@ -83,9 +83,9 @@ def bounds_of(outline: Outline, zones: Zones, feed_m_s: Array, limits: MotionLim
     every, length_m = np.arange(count), zones.end_m - zones.start_m
     of = zones.element
     x = length_m[:, np.newaxis]
-    _, t0, k0 = within(outline, zones, every, np.zeros(count))
-    _, t1, k1 = within(outline, zones, every, length_m)
-    e1, e2, e3 = (zones.added[:, order] for order in (1, 2, 3))
+    _, t0, k0 = smoothed_path(outline, zones, every, np.zeros(count))
+    _, t1, k1 = smoothed_path(outline, zones, every, length_m)
+    e1, e2, e3 = (zones.blend[:, order] for order in (1, 2, 3))
     hull = np.stack((t0, t0 + 0.5 * x * k0, t1))
     added_hull = np.stack((e1, e1 + 0.5 * x * e2, e1 + x * (e2 + 0.5 * x * e3)))
     added_2 = np.maximum(np.abs(e2), np.abs(e2 + x * e3))
@@ -124,7 +124,9 @@ def _remaining_acceleration(d: Array, acceleration: Array, jerk: Array, tau_s: f
 
 
 @kernel
-def shares(bounds: Bounds, limits: MotionLimits, tau_s: float, speed_m_s: Array) -> tuple[Array, Array]:
+def speed_and_acceleration(
+    bounds: Bounds, limits: MotionLimits, tau_s: float, speed_m_s: Array
+) -> tuple[Array, Array]:
     """Return the highest speed, at most `speed_m_s`, and its remaining acceleration; both (n,), positive.
 
     The speed stays below the speed without remaining acceleration: closely in a short zone, which shall be

@@ -13,11 +13,11 @@ from kernels.jit import signatures
 from servo_ctrl.cli.main import app as servo_ctrl
 from servo_ctrl.cyclic.axis_step import step_axes
 from servo_ctrl.motion.path.distance import nearest
-from servo_ctrl.motion.path.zones import shares
+from servo_ctrl.motion.path.zones import speed_and_acceleration
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 BOTH = pytest.mark.parametrize(("program", "kernel"), [(servo_ctrl, step_axes), (hil_sim, advance)])
-NEEDED = [(servo_ctrl, step_axes), (servo_ctrl, shares), (servo_ctrl, nearest), (hil_sim, advance)]
+NEEDED = [(servo_ctrl, step_axes), (servo_ctrl, speed_and_acceleration), (servo_ctrl, nearest), (hil_sim, advance)]
 
 
 @pytest.mark.parametrize(("program", "kernel"), NEEDED)
