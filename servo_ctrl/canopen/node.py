@@ -38,6 +38,7 @@ GENERIC_ERROR = 0x01
 IDENTITY, SERIAL_NUMBER = 0x1018, 4
 """Identity object (CiA 301) and the subindex of its serial number."""
 STORE_EDS = 0x1021
+"""Object from which a client reads our EDS (CiA 301)."""
 SEGMENTS_PER_CYCLE = 1
 """Segments of an SDO block upload sent in a SYNC cycle: 14 % of the bus at 1 kHz and 1 Mbit/s; chosen."""
 ERROR_HISTORY_SIZE = 8
@@ -97,6 +98,15 @@ class ControllerNode:
             eds, o.STATUS_MAPPING, self._objects.fields, lambda: self._tpdo.is_on, settings
         )
         self._settings = OwnSettings(self._present_settings, store)
+        self._connect_objects(dictionary, eds, machine)
+        self._server = SdoServer(
+            dictionary, lambda answer: network.send_message(0x580 + self._node_id, answer), now_s
+        )
+        network.subscribe(0x600 + self._node_id, self._on_sdo)
+        network.subscribe(0x000, self._on_nmt)
+
+    def _connect_objects(self, dictionary: Dictionary, eds: Eds, machine: MachineConfig) -> None:
+        """Give the communication objects their readers and writers."""
         eds_text = eds_of(machine.controller.eds.read_text(encoding="utf-8"), len(machine.axes)).encode()
         consumers, serial = _consumers(machine), _serial_number(machine)
         dictionary.readers |= {
@@ -121,11 +131,6 @@ class ControllerNode:
             STORE: self._settings.store,
             RESTORE: self._settings.restore,
         }
-        self._server = SdoServer(
-            dictionary, lambda answer: network.send_message(0x580 + self._node_id, answer), now_s
-        )
-        network.subscribe(0x600 + self._node_id, self._on_sdo)
-        network.subscribe(0x000, self._on_nmt)
 
     def boot_up(self) -> None:
         """Send our boot-up message and become pre-operational; before, the node sends nothing."""

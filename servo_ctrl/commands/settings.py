@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple, get_type_hints
 
-from servo_ctrl.commands.axis_status import LEARNERS
 from servo_ctrl.commands.command import Right
 from servo_ctrl.commands.field import FIELDS_OF, NM, UM, DataType, Entry, Field, topic_unit
+from servo_ctrl.commands.learned_status import LEARNERS
 from servo_ctrl.motion.gcode.words import WORK_OFFSETS
 
 OPERATORS = frozenset(

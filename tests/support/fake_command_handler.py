@@ -2,8 +2,9 @@
 
 import math
 
-from servo_ctrl.commands.axis_status import AxisStatus, ScrewStatus
+from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.command import CommandRequest, CommandResult
+from servo_ctrl.commands.learned_status import ScrewStatus
 from servo_ctrl.commands.learning_status import LearningState, LearningStatus, learning_status
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import Settings

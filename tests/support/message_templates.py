@@ -18,64 +18,53 @@ from servo_ctrl.config.load import FILE_KINDS, FOREIGN_SUFFIXES
 from servo_ctrl.config.program import REPORTED_UNITS
 from servo_ctrl.motion.gcode.words import G_CODES, M_CODES, Effect
 
-ROOM = Path(servo_ctrl.__file__).parent
-_PLACE = re.compile(r"\{\d\}")
+PACKAGE = Path(servo_ctrl.__file__).parent
+_ARGUMENT = re.compile(r"\{\d\}")
 SOURCES = (
-    *sorted(path for path in (ROOM / "daemon").rglob("*.py") if path.name != "report.py"),
-    ROOM / "axis" / "axis_watch.py",
-    ROOM / "canopen" / "boot.py",
-    ROOM / "canopen" / "watch.py",
-    ROOM / "commands" / "objections.py",
-    ROOM / "commands" / "settings.py",
-    ROOM / "commands" / "stage.py",
-    ROOM / "cyclic" / "drive_phases.py",
-    ROOM / "cyclic" / "sequence.py",
-    ROOM / "hmi" / "diagnosis" / "job.py",
-    ROOM / "hmi" / "shell" / "program_jobs.py",
-    ROOM / "hmi" / "shell" / "program_process.py",
-    ROOM / "hmi" / "tuning" / "job.py",
-    ROOM / "daemon" / "run" / "tuning_runs.py",
-    ROOM / "tuning" / "controller_runs.py",
-    ROOM / "tuning" / "request.py",
-    ROOM / "tuning" / "session.py",
-    ROOM / "tuning" / "simulated.py",
-    ROOM / "hmi" / "link" / "machine_link.py",
+    *sorted(path for path in (PACKAGE / "daemon").rglob("*.py") if path.name != "report.py"),
+    PACKAGE / "axis" / "axis_watch.py",
+    PACKAGE / "canopen" / "boot.py",
+    PACKAGE / "canopen" / "watch.py",
+    PACKAGE / "commands" / "objections.py",
+    PACKAGE / "commands" / "settings.py",
+    PACKAGE / "commands" / "stage.py",
+    PACKAGE / "cyclic" / "drive_phases.py",
+    PACKAGE / "cyclic" / "sequence.py",
+    PACKAGE / "hmi" / "diagnosis" / "job.py",
+    PACKAGE / "hmi" / "shell" / "program_jobs.py",
+    PACKAGE / "hmi" / "shell" / "program_process.py",
+    PACKAGE / "hmi" / "tuning" / "job.py",
+    PACKAGE / "tuning" / "controller_runs.py",
+    PACKAGE / "tuning" / "request.py",
+    PACKAGE / "tuning" / "session.py",
+    PACKAGE / "tuning" / "simulated.py",
+    PACKAGE / "hmi" / "link" / "machine_link.py",
 )
 """Sources of events, reasons and refusals."""
 COMMAND_LINE_ONLY = {"key_tables", "machine_copy", "machine_files", "machine_sheet", "realtime", "section"}
 """Modules of the rooms below whose errors no page shows."""
 LOADERS = (
-    *sorted((ROOM / "config").glob("*.py")),
-    *sorted((ROOM / "motion" / "gcode").glob("*.py")),
+    *sorted((PACKAGE / "config").glob("*.py")),
+    *sorted((PACKAGE / "motion" / "gcode").glob("*.py")),
     *(
-        ROOM / "control" / "compensation" / f"{name}.py"
+        PACKAGE / "control" / "compensation" / f"{name}.py"
         for name in ("fuzzy_pd", "notch", "sampled_dual_loop")
     ),
 )
-"""Sources of what is wrong with a machine file or a program: in errors, and in what objections return."""
+"""Sources of errors and objections about a machine file or a program."""
 RAISING = (
-    *sorted((ROOM / "files").glob("*.py")),
-    *sorted((ROOM / "learned").glob("*.py")),
-    *sorted((ROOM / "learning").glob("*.py")),
-    *sorted((ROOM / "daemon").rglob("*.py")),
-    *(ROOM / "canopen" / f"{name}.py" for name in ("boot", "node", "pdo")),
-    *sorted((ROOM / "tuning").glob("*.py")),
-    *sorted((ROOM / "excitation").glob("*.py")),
-    ROOM / "recording" / "recorder.py",
-    *(path for path in sorted((ROOM / "hmi").rglob("*.py")) if path.parent.name != "access"),
+    *sorted((PACKAGE / "files").glob("*.py")),
+    *sorted((PACKAGE / "learned").glob("*.py")),
+    *sorted((PACKAGE / "learning").glob("*.py")),
+    *sorted((PACKAGE / "daemon").rglob("*.py")),
+    *(PACKAGE / "canopen" / f"{name}.py" for name in ("boot", "node", "pdo")),
+    *sorted((PACKAGE / "tuning").glob("*.py")),
+    *sorted((PACKAGE / "excitation").glob("*.py")),
+    PACKAGE / "recording" / "recorder.py",
+    *(path for path in sorted((PACKAGE / "hmi").rglob("*.py")) if path.parent.name != "access"),
 )
 """Sources whose errors become a reason, a refusal or a notice of the page."""
-ARGUMENTS = {
-    "positive",
-    "negative",
-    "stroke",
-    "pulse",
-    "screw",
-    "waveform",
-    "{0} (node {1})",
-    "up",
-    "down",
-}
+ARGUMENTS = {"positive", "negative", "stroke", "pulse", "screw", "waveform", "{0} (node {1})", "up", "down"}
 """Single words and names that messages insert, besides the states of machine and learning."""
 PYDANTIC = {
     "greater_than": {"gt": 0},
@@ -108,7 +97,7 @@ TOML_READER = {
     "Unterminated string",
     "Invalid initial character for a key part",
 }
-"""What tomllib says of the usual slips of a pen."""
+"""Messages of tomllib about frequent mistakes."""
 UNITS = {"mm", "um", "ms"}
 LOGGERS = {"info", "warning", "exception", "error", "debug", "strftime"}
 _WORD = re.compile(r"[A-Za-z]{2,}")
@@ -120,20 +109,20 @@ def template_of(node: ast.AST) -> str:
         return node.value if isinstance(node.value, str) else ""
     if not isinstance(node, ast.JoinedStr):
         return ""
-    parts, places = [], 0
+    parts, count = [], 0
     for part in node.values:
         if isinstance(part, ast.Constant):
             parts.append(str(part.value))
         else:
-            parts.append(f"{{{places}}}")
-            places += 1
+            parts.append(f"{{{count}}}")
+            count += 1
     return "".join(parts)
 
 
 def numbered(text: str) -> str:
     """Return the template with its arguments counted from 0, after a part of it was cut off."""
     order: dict[str, str] = {}
-    return _PLACE.sub(lambda place: order.setdefault(place[0], f"{{{len(order)}}}"), text)
+    return _ARGUMENT.sub(lambda place: order.setdefault(place[0], f"{{{len(order)}}}"), text)
 
 
 def texts_inside(node: ast.AST) -> set[int]:
@@ -145,63 +134,64 @@ def texts_inside(node: ast.AST) -> set[int]:
     )
 
 
-def _spoken(module: ast.Module) -> Iterator[ast.AST]:
+def _reported_texts(module: ast.Module) -> Iterator[ast.AST]:
     """Yield texts in functions and constants of the module, but no docstrings, exceptions or log messages."""
-    left_out: set[int] = set()
+    excluded: set[int] = set()
     for node in ast.walk(module):
         logs = isinstance(node, ast.Call) and getattr(node.func, "attr", "") in LOGGERS
         if logs or isinstance(node, ast.Raise | ast.Assert):
-            left_out |= {id(part) for part in ast.walk(node)}
+            excluded |= {id(part) for part in ast.walk(node)}
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            left_out.add(id(node.value))
-        left_out |= texts_inside(node)
+            excluded.add(id(node.value))
+        excluded |= texts_inside(node)
     for node in ast.walk(module):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            yield from (part for part in ast.walk(node) if id(part) not in left_out)
+            yield from (part for part in ast.walk(node) if id(part) not in excluded)
     for node in module.body:
         if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
             called = [
                 part for call in ast.walk(node.value) if isinstance(call, ast.Call) for part in ast.walk(call)
             ]
-            left_out |= {id(part) for part in called}
-            yield from (part for part in ast.walk(node.value) if id(part) not in left_out)
+            excluded |= {id(part) for part in called}
+            yield from (part for part in ast.walk(node.value) if id(part) not in excluded)
 
 
-def _objected(module: ast.Module) -> Iterator[ast.AST]:
+def _objection_texts(module: ast.Module) -> Iterator[ast.AST]:
     """Yield texts in functions, exceptions too, but no docstrings, names in tables, or labels of steps."""
-    left_out: set[int] = set()
+    excluded: set[int] = set()
     for node in ast.walk(module):
         looked_up = isinstance(node, ast.Compare | ast.Subscript | ast.Set | ast.Assert)
         called = node.func if isinstance(node, ast.Call) else None
         named = getattr(called, "attr", getattr(called, "id", ""))
         if looked_up or named in LABELLED:
-            left_out |= {id(part) for part in ast.walk(node)}
+            excluded |= {id(part) for part in ast.walk(node)}
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            left_out.add(id(node.value))
-        left_out |= texts_inside(node)
+            excluded.add(id(node.value))
+        excluded |= texts_inside(node)
     for node in ast.walk(module):
         if isinstance(node, ast.FunctionDef):
-            yield from (part for part in ast.walk(node) if id(part) not in left_out)
+            yield from (part for part in ast.walk(node) if id(part) not in excluded)
 
 
 LABELLED = {"compile", "sub", "Dwell", "Move", "ScrewTravel", "Remark", "pop"}
 """Calls whose texts are no messages: patterns, labels of steps, remarks of `servo-ctrl check`."""
 
 
-def _raised(module: ast.Module) -> Iterator[ast.AST]:
+def _raised_texts(module: ast.Module) -> Iterator[ast.AST]:
     """Yield texts of exceptions that are not translated where they are raised."""
     for node in ast.walk(module):
         if not isinstance(node, ast.Raise):
             continue
-        left_out: set[int] = set()
+        excluded: set[int] = set()
         for part in ast.walk(node):
-            left_out |= texts_inside(part)
+            excluded |= texts_inside(part)
             if isinstance(part, ast.Call) and getattr(part.func, "id", "") == "tr":
-                left_out |= {id(inner) for inner in ast.walk(part)}
-        yield from (part for part in ast.walk(node) if id(part) not in left_out)
+                excluded |= {id(inner) for inner in ast.walk(part)}
+        yield from (part for part in ast.walk(node) if id(part) not in excluded)
 
 
 def _messages(nodes: Iterator[ast.AST]) -> set[str]:
+    """Return the templates of the texts that are sentences: two words, or one beside an argument."""
     found = set()
     for node in nodes:
         text = template_of(node).strip(" ;:,")
@@ -215,8 +205,8 @@ def _module(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
-def _words_of_loaders() -> set[str]:
-    """What loaders insert from their tables, and what the libraries say that they call."""
+def _inserted_words() -> set[str]:
+    """Return what loaders insert from their tables, and the messages of the libraries that they call."""
     refused = [code for code in (*G_CODES.values(), *M_CODES.values()) if code.effect is Effect.REFUSED]
     library = set()
     for kind, context in PYDANTIC.items():
@@ -241,11 +231,11 @@ def message_templates() -> set[str]:
     """Return the texts with {0}, {1} ... for their arguments, and the words that are inserted."""
     found = {stage.words for stage in Stage} | {state.name.lower() for state in LearningState} | ARGUMENTS
     for path in SOURCES:
-        found |= _messages(_spoken(_module(path)))
+        found |= _messages(_reported_texts(_module(path)))
     for path in LOADERS:
         if path.stem not in COMMAND_LINE_ONLY:
-            found |= _messages(_objected(_module(path)))
+            found |= _messages(_objection_texts(_module(path)))
     for path in RAISING:
         if path.stem not in COMMAND_LINE_ONLY:
-            found |= _messages(_raised(_module(path)))
-    return found | _words_of_loaders()
+            found |= _messages(_raised_texts(_module(path)))
+    return found | _inserted_words()

@@ -5,8 +5,9 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
-from servo_ctrl.commands.axis_status import AxisStatus, ScrewStatus, WaveformStatus
+from servo_ctrl.commands.axis_status import AxisStatus
 from servo_ctrl.commands.command import Command, CommandRequest, CommandResult, Refusal
+from servo_ctrl.commands.learned_status import ScrewStatus, WaveformStatus
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.settings import SETTINGS, Settings
 from servo_ctrl.commands.status_publisher import StatusPublisher

@@ -7,8 +7,8 @@ from typing import Any
 from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
-from servo_ctrl.commands.axis_status import LEARNERS
 from servo_ctrl.commands.command import Command
+from servo_ctrl.commands.learned_status import LEARNERS
 from servo_ctrl.commands.learning_status import ACTIVE, LearningState, LearningStatus
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus

@@ -17,7 +17,12 @@ from servo_ctrl.motion.path.zones import speed_and_acceleration
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 BOTH = pytest.mark.parametrize(("program", "kernel"), [(servo_ctrl, step_axes), (hil_sim, advance)])
-NEEDED = [(servo_ctrl, step_axes), (servo_ctrl, speed_and_acceleration), (servo_ctrl, nearest), (hil_sim, advance)]
+NEEDED = [
+    (servo_ctrl, step_axes),
+    (servo_ctrl, speed_and_acceleration),
+    (servo_ctrl, nearest),
+    (hil_sim, advance),
+]
 
 
 @pytest.mark.parametrize(("program", "kernel"), NEEDED)

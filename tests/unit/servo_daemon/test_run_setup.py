@@ -8,7 +8,7 @@ import pytest
 from fake_command_handler import SCREW, FakeCommandHandler
 from run_report_example import REPORT
 
-from servo_ctrl.commands.axis_status import WaveformStatus
+from servo_ctrl.commands.learned_status import WaveformStatus
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.run.run_recording import RunRecording
 
