@@ -23,7 +23,7 @@ RUN_LIMIT_S = 900.0
 CONNECT_LIMIT_S, CONNECT_POLL_S = 10.0, 0.05
 """Time for the controller to answer at its socket, and between two looks; chosen."""
 HEARTBEAT_S = 0.25
-"""Between two signs of life in a motion; a twelfth of `daemon.run.asker_watch.SILENCE_S`."""
+"""Between two signs of life in a motion; a twelfth of `daemon.run.client_watch.SILENCE_S`."""
 
 
 class ControllerRuns:

@@ -58,7 +58,7 @@ def test_a_limit_switch_makes_the_drives_brake_and_the_axis_can_be_moved_away(fi
     assert bench.truth_m[-1][0] == pytest.approx(stood_m, abs=2e-4), "a closed switch moves the axis"
     start_m = bench.machine.set_points_m()
     jog = Jog(start_m, [LIMITS] * len(start_m), bench.config.period_s, 1000)
-    jog.ask(0, -0.02)
+    jog.request_velocity(0, -0.02)
     bench.machine.run(jog)
     bench.run(300)
     assert bench.machine.stage is Stage.RUNNING

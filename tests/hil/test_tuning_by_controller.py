@@ -10,7 +10,7 @@ from operated_table import ANNA, Operated, operated
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.run.asker_watch import LOCKSTEP_SILENCE_S
+from servo_ctrl.daemon.run.client_watch import LOCKSTEP_SILENCE_S
 from servo_ctrl.excitation.measuring_motion import LARGEST_FORCE_SHARE
 from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.tuning.tunings import read_curves, read_figures

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from fake_command_handler import FakeCommandHandler
 
-from servo_ctrl.commands.asker import Asker
+from servo_ctrl.commands.client_activity import ClientActivity
 from servo_ctrl.commands.local_frames import JSON, MESSAGE_LIMIT, frame, read_frame, row_block
 from servo_ctrl.commands.local_messages import (
     AxisInfo,
@@ -71,7 +71,7 @@ class LocalSocketBench:
         self.texts: list[tuple[str, str]] = []
         self.cleared = 0
         self.tuning_runs: list[TuningRun] = []
-        self.tuning_may_end: Callable[[Asker], bool] = lambda _asker: True
+        self.tuning_may_end: Callable[[ClientActivity], bool] = lambda _activity: True
         self.encoder = StatusEncoder()
         self.requests = LocalRequests(
             Workplace(
@@ -119,10 +119,10 @@ class LocalSocketBench:
         self.texts.append(("line", line))
         return PartProgram.model_construct(steps=[], source="line")
 
-    async def _tuning_run(self, asked: TuningRun, asker: Asker) -> Outcome:
+    async def _tuning_run(self, asked: TuningRun, activity: ClientActivity) -> Outcome:
         self.tuning_runs.append(asked)
         async with asyncio.timeout(LIMIT_S):
-            while not self.tuning_may_end(asker):  # noqa: ASYNC110  # bounded, and short
+            while not self.tuning_may_end(activity):  # noqa: ASYNC110  # bounded, and short
                 await asyncio.sleep(0.001)
         return Outcome(value="recording")
 

@@ -66,11 +66,11 @@ class ControllerCommandHandler:
         }
         """By section: the axes whose learning motions would leave the limits, and why."""
         self._setters: dict[str, Callable[[Any], None]] = {
-            "required_m": self._require,
-            "learner": self._choose_learner,
+            "required_m": self._set_required,
+            "learner": self._set_learner,
             "adaptation": lambda on: adaptation.switch(on=on),
             **programs.setters,
-            "step_m": operating.take_step,
+            "step_m": operating.set_step,
         }
         """The setter of each field of `Settings`."""
         self._commands: dict[Command, Callable[[str], CommandResult]] = {
@@ -86,12 +86,12 @@ class ControllerCommandHandler:
 
     def execute(self, request: CommandRequest) -> CommandResult:
         """Execute a command, or refuse it with a reason."""
-        carry_out = self._commands.get(request.command)
-        if carry_out is None:
+        handler = self._commands.get(request.command)
+        if handler is None:
             return CommandResult(Refusal.UNKNOWN, f"there is no command {request.command}")
         if request.axis and request.axis not in self._compensation.pulses:
-            return self._unknown(request.axis)
-        return carry_out(request.axis)
+            return self._unknown_axis(request.axis)
+        return handler(request.axis)
 
     def change(self, setting: str, value: float | str | bool) -> CommandResult:
         """Change a field of `Settings`, SI units, or refuse with a reason."""
@@ -106,37 +106,39 @@ class ControllerCommandHandler:
     def jog(self, axis: str, velocity_m_s: float) -> CommandResult:
         """Move an axis at this velocity while the caller renews it; 0 stops the axis."""
         if axis not in self._compensation.pulses:
-            return self._unknown(axis)
+            return self._unknown_axis(axis)
         return self._operating.jog(axis, velocity_m_s)
 
     def jog_step(self, axis: str, distance_m: float) -> CommandResult:
         """Move an axis by this distance, at most 10 mm, to rest."""
         if axis not in self._compensation.pulses:
-            return self._unknown(axis)
+            return self._unknown_axis(axis)
         return self._operating.jog_step(axis, distance_m)
 
     def touch_off(self, axis: str, value_m: float) -> CommandResult:
         """Shift the chosen work offset so that this axis, "" = all, stands at the coordinate `value_m`."""
         if axis and axis not in self._compensation.pulses:
-            return self._unknown(axis)
+            return self._unknown_axis(axis)
         return self._operating.touch_off(axis, value_m)
 
     def reading(self, first_line: int = 1) -> ReadingOptions:
         """Return the present options for reading a part program. Raises ConfigError."""
-        return ReadingOptions(work_offsets_m=self._programs.offsets.of_programs(), first_line=first_line)
+        return ReadingOptions(
+            work_offsets_m=self._programs.offsets.for_part_programs(), first_line=first_line
+        )
 
     def reading_of_line(self) -> ReadingOptions:
         """Return the options for a line of G-code that starts where the axes stand. Raises ConfigError."""
         offsets = self._programs.offsets
         return ReadingOptions(
-            work_offsets_m={offsets.chosen: {}, **offsets.of_programs()},
+            work_offsets_m={offsets.chosen: {}, **offsets.for_part_programs()},
             modes=replace(self._programs.modes, work_offset=offsets.chosen),
             start_m=self._machine.set_points_m(),
         )
 
     def run_line(self, program: PartProgram) -> CommandResult:
         """Run a line of G-code from where the axes stand; its modal words hold for the next line."""
-        return self._programs.run_apart(program)
+        return self._programs.run_line(program)
 
     def load_program(self, program: ProgramConfig) -> CommandResult:
         """Check a program and make it the program of the run."""
@@ -147,7 +149,7 @@ class ControllerCommandHandler:
         verdict = self.objection(axes, learner)
         if verdict.accepted:
             verdict = self._program.occupied() or self._job.start(
-                self._learnable(axes, learner), self._chosen(learner), fresh=fresh
+                self._learnable(axes, learner), self._learner_or_default(learner), fresh=fresh
             )
         self._publisher.changed()
         return verdict
@@ -156,9 +158,9 @@ class ControllerCommandHandler:
         """Refuse to learn these axes if no state of the machine permits it."""
         for name in axes:
             if name not in self._compensation.pulses:
-                return self._unknown(name)
+                return self._unknown_axis(name)
         section = self._section(learner)
-        if problem := self._compensation.lacking(axes, section):
+        if problem := self._compensation.objection(axes, section):
             return problem
         for name in self._learnable(axes, learner):
             if reason := self._beyond_limits[section].get(name):
@@ -194,14 +196,14 @@ class ControllerCommandHandler:
         )
 
     def _axis_status(self, index: int, axis: AxisCompensation) -> AxisStatus:
-        watched, stored = self._monitor, axis.stored
+        monitor, stored = self._monitor, axis.stored
         return AxisStatus(
             name=axis.name,
             compensation_enabled=axis.enabled,
             observer_enabled=axis.observer,
-            learning_due=watched.due[index],
-            reversals=watched.counts[index],
-            last=watched.last[index],
+            learning_due=monitor.due[index],
+            reversals=monitor.counts[index],
+            last=monitor.last[index],
             version=stored.version if stored is not None else 0,
             learned_at=stored.learned_at if stored is not None else "",
             learned=axis.learned,
@@ -216,23 +218,25 @@ class ControllerCommandHandler:
     def _roll_back(self, roll_back: Callable[[str], CommandResult], axis: str) -> CommandResult:
         return self._job.occupied() or roll_back(axis)
 
-    def _chosen(self, learner: str | None) -> str:
+    def _learner_or_default(self, learner: str | None) -> str:
         return learner or self._learner
 
-    def _require(self, value: Any) -> None:
+    def _set_required(self, value: Any) -> None:
         self._monitor.required_m = value
 
-    def _choose_learner(self, value: Any) -> None:
+    def _set_learner(self, value: Any) -> None:
         self._learner = value
 
     def _section(self, learner: str | None) -> str:
         """Return the section of the machine file that the learner needs."""
-        return {SCREW: SCREW_SECTION, WAVEFORM: WAVEFORM_SECTION}.get(self._chosen(learner), PULSE)
+        return {SCREW: SCREW_SECTION, WAVEFORM: WAVEFORM_SECTION}.get(
+            self._learner_or_default(learner), PULSE
+        )
 
     def _learnable(self, axes: Sequence[str], learner: str | None) -> list[str]:
-        return list(dict.fromkeys(axes)) or self._compensation.fitted[self._section(learner)]
+        return list(dict.fromkeys(axes)) or self._compensation.axes_with[self._section(learner)]
 
-    def _unknown(self, name: str) -> CommandResult:
+    def _unknown_axis(self, name: str) -> CommandResult:
         known = ", ".join(self._compensation.pulses)
         return CommandResult(Refusal.UNKNOWN, f'there is no axis "{name}", only {known}')
 

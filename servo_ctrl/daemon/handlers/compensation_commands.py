@@ -50,11 +50,11 @@ class CompensationCommands:
         self.pulses, self.screws, self.waveforms = pulses, screws, waveforms
         self._store, self._screw_store, self._waveform_store = store, screw_store, waveform_store
         self._worker, self._publisher, self._note = worker, publisher, note
-        self.fitted = {
+        self.axes_with = {
             PULSE: [name for name, axis in pulses.items() if axis.has_pulse],
             OBSERVER: [name for name, axis in pulses.items() if axis.has_observer],
-            SCREW: [name for name in pulses if screws[name].fitted],
-            WAVEFORM: [name for name in pulses if waveforms[name].fitted],
+            SCREW: [name for name in pulses if screws[name].configured],
+            WAVEFORM: [name for name in pulses if waveforms[name].configured],
         }
         """By section: the axes that have it."""
         self.commands: dict[Command, Callable[[str], CommandResult]] = {
@@ -67,19 +67,19 @@ class CompensationCommands:
         }
         """Commands that must not run while an axis is learning."""
 
-    def lacking(self, names: Sequence[str], section: str) -> CommandResult | None:
+    def objection(self, names: Sequence[str], section: str) -> CommandResult | None:
         """Refuse axes without the section, or, if none is named, a machine without such an axis."""
-        if not names and not self.fitted[section]:
+        if not names and not self.axes_with[section]:
             return refused(f"no axis has a {section} section")
         for name in names:
-            if name not in self.fitted[section]:
+            if name not in self.axes_with[section]:
                 return refused(f"axis {name} has no {section} section")
         return None
 
     def _switch(self, section: str, name: str, *, on: bool) -> CommandResult:
-        if problem := self.lacking([name] if name else [], section):
+        if problem := self.objection([name] if name else [], section):
             return problem
-        for axis in [name] if name else self.fitted[section]:
+        for axis in [name] if name else self.axes_with[section]:
             if section == SCREW:
                 self.screws[axis].switch(on=on)
             elif section == WAVEFORM:
@@ -93,8 +93,8 @@ class CompensationCommands:
 
     def _roll_back_pulse(self, name: str) -> CommandResult:
         chosen = [self.pulses[name]] if name else list(self.pulses.values())
-        none = NOTHING_IN_USE[Command.ROLL_BACK]
-        return self._roll_back(chosen, lambda axis: tabulated(self._store.roll_back(axis)), none)
+        nothing_in_use = NOTHING_IN_USE[Command.ROLL_BACK]
+        return self._roll_back(chosen, lambda axis: tabulated(self._store.roll_back(axis)), nothing_in_use)
 
     def _roll_back_screw(self, name: str) -> CommandResult:
         chosen = [self.screws[name]] if name else list(self.screws.values())
@@ -107,17 +107,17 @@ class CompensationCommands:
         )
 
     def _roll_back(
-        self, chosen: Sequence[CompensatedAxis], earlier: Callable[[str], Any], none: str
+        self, chosen: Sequence[CompensatedAxis], load_previous: Callable[[str], Any], nothing_in_use: str
     ) -> CommandResult:
-        """Roll back. A failure is logged as an event, in lockstep it is also in the result."""
+        """Use the previous versions. A failure is logged as an event; in lockstep the result has it too."""
         problems: list[str] = []
-        rolled = [axis for axis in chosen if axis.stored is not None or axis.problem]
-        if not rolled:
-            return refused(none)
+        affected = [axis for axis in chosen if axis.stored is not None or axis.problem]
+        if not affected:
+            return refused(nothing_in_use)
 
         def use(axis: CompensatedAxis, result: Any) -> None:
             axis.use(result)
-            in_use = f"version {axis.stored.version} is in use" if axis.stored is not None else none
+            in_use = f"version {axis.stored.version} is in use" if axis.stored is not None else nothing_in_use
             self._note(f"axis {axis.name}: rolled back: {in_use}")
             self._publisher.changed()
 
@@ -125,6 +125,6 @@ class CompensationCommands:
             self._note(reason)
             problems.append(reason)
 
-        for axis in rolled:
-            self._worker.do(partial(earlier, axis.name), partial(use, axis), failed)
+        for axis in affected:
+            self._worker.do(partial(load_previous, axis.name), partial(use, axis), failed)
         return CommandResult(Refusal.STORAGE, "; ".join(problems)) if problems else CommandResult()

@@ -68,12 +68,12 @@ class OperatingCommands:
             return CommandResult(Refusal.OUT_OF_RANGE, "the velocity is not a number")
         fastest = self._limits[axis].velocity_m_s
         if abs(velocity_m_s) > fastest:
-            asked = f"{velocity_m_s / MM:g} mm/s is beyond the velocity limit of axis {axis}"
-            return CommandResult(Refusal.OUT_OF_RANGE, f"{asked}, {fastest / MM:g} mm/s")
+            request = f"{velocity_m_s / MM:g} mm/s is beyond the velocity limit of axis {axis}"
+            return CommandResult(Refusal.OUT_OF_RANGE, f"{request}, {fastest / MM:g} mm/s")
         machine = self._machine
-        number = list(self._limits).index(axis)
+        index = list(self._limits).index(axis)
         if self._jog is not None and machine.follows(self._jog):
-            self._jog.ask(number, velocity_m_s)
+            self._jog.request_velocity(index, velocity_m_s)
             return _ACCEPTED
         if problem := self._programs.occupied():
             return problem
@@ -81,12 +81,12 @@ class OperatingCommands:
             return refused_now(machine)
         if velocity_m_s:
             self._jog = self._new_jog()
-            self._jog.ask(number, velocity_m_s)
+            self._jog.request_velocity(index, velocity_m_s)
             machine.run(self._jog)
             self._publisher.changed()
         return _ACCEPTED
 
-    def take_step(self, distance_m: float) -> None:
+    def set_step(self, distance_m: float) -> None:
         """Set the distance of the commands that move by a step."""
         self.step_m = distance_m
 
@@ -95,7 +95,7 @@ class OperatingCommands:
         if not 0.0 < abs(distance_m) <= LONGEST_STEP_M * (1.0 + 1e-9):
             longest = f"{LONGEST_STEP_M / MM:g} mm"
             return CommandResult(Refusal.OUT_OF_RANGE, f"a step is longer than 0 and at most {longest}")
-        machine, number = self._machine, list(self._limits).index(axis)
+        machine, index = self._machine, list(self._limits).index(axis)
         jog = self._jog if self._jog is not None and machine.follows(self._jog) else None
         if jog is None:
             if problem := self._programs.occupied():
@@ -103,7 +103,7 @@ class OperatingCommands:
             if machine.stage is not Stage.READY:
                 return refused_now(machine)
             jog = self._new_jog()
-        if reason := jog.ask_step(number, distance_m, STEP_M_S):
+        if reason := jog.request_step(index, distance_m, STEP_M_S):
             return refused(reason)
         if jog is not self._jog:
             self._jog = jog
@@ -117,11 +117,11 @@ class OperatingCommands:
             return problem
         if self._machine.stage is not Stage.READY:
             return refused_now(self._machine)
-        places = dict(zip(self._limits, self._machine.set_points_m(), strict=True))
-        axes = [axis] if axis else list(places)
+        position_of_m = dict(zip(self._limits, self._machine.set_points_m(), strict=True))
+        axes = [axis] if axis else list(position_of_m)
         if not math.isfinite(value_m):
             return CommandResult(Refusal.OUT_OF_RANGE, "the value is not a number")
-        return self._programs.offsets.set(axes, [places[name] for name in axes], value_m)
+        return self._programs.offsets.set(axes, [position_of_m[name] for name in axes], value_m)
 
     def drives(self) -> tuple[DriveStatus, ...]:
         """Return the status of the drives by their last inputs."""

@@ -46,10 +46,10 @@ class ProgramCommands:
         self.modes = Modes()
         """The modal words set by single lines of G-code."""
         self.setters: dict[str, Callable[[Any], None]] = {
-            "feed_override_percent": motion.pace.take_feed,
-            "rapid_override_percent": motion.pace.take_rapid,
-            "single_block": lambda on: motion.stop_behind_steps(single_block=on),
-            "optional_stop": lambda on: motion.stop_at_m1(on=on),
+            "feed_override_percent": motion.pace.set_feed,
+            "rapid_override_percent": motion.pace.set_rapid,
+            "single_block": lambda on: motion.set_single_block(single_block=on),
+            "optional_stop": lambda on: motion.set_optional_stop(on=on),
             "work_offset": offsets.choose,
         }
         """The setter of each setting that affects programs."""
@@ -90,7 +90,7 @@ class ProgramCommands:
         self._worker.do(lambda: self._motion.check(program, start_m), loaded, failed)
         return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else _ACCEPTED
 
-    def run_apart(self, program: PartProgram) -> CommandResult:
+    def run_line(self, program: PartProgram) -> CommandResult:
         """Run a line of G-code from where the axes stand; the program of the run stays loaded."""
         machine = self._machine
         if problem := self.occupied():
@@ -100,7 +100,7 @@ class ProgramCommands:
         if program.start_m != machine.set_points_m():
             return refused("the axes have moved while the line was read; send it again")
         self._problem = ""
-        verdict = self._program.apart(program) if program.motion else _ACCEPTED
+        verdict = self._program.start_line(program) if program.motion else _ACCEPTED
         if verdict.accepted and program.modes is not None:
             self.modes, self.offsets.chosen = program.modes, program.modes.work_offset
         return verdict
@@ -125,7 +125,7 @@ class ProgramCommands:
             problem=self._problem or self._program.problem,
             line=line,
             held_by=current.held_by if running and current is not None else "",
-            apart=motion.run_apart,
+            apart=motion.runs_line,
             entry=motion.entry,
             modes=self.modes.words,
             offsets_m=self.offsets.status(),
@@ -145,7 +145,7 @@ class ProgramCommands:
         if current is not None and current.holding and self._machine.follows(current):
             return refused(HELD)
         self._problem = ""
-        return self._job.occupied() or self._program.again()
+        return self._job.occupied() or self._program.start_on_command()
 
     def _hold(self, *, hold: bool) -> CommandResult:
         """Hold the program on its path, or resume it."""

@@ -30,11 +30,11 @@ class ProgramStart:
         self.problem = ""
         """Why the last program did not start, else ""."""
 
-    def first(self) -> None:
+    def start_run(self) -> None:
         """Start the program; if its motion from here is impossible, stop the machine."""
         self._start(lambda reason: self._machine.event(Event.BAD_PROGRAM, reason))
 
-    def again(self) -> CommandResult:
+    def start_on_command(self) -> CommandResult:
         """Start the program on command; if its motion from here is impossible, leave the axes at rest."""
         if self._motion.empty:
             return refused(NO_PROGRAM)
@@ -53,10 +53,10 @@ class ProgramStart:
         self._start(failed)
         return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else CommandResult()
 
-    def apart(self, program: ProgramConfig) -> CommandResult:
+    def start_line(self, program: ProgramConfig) -> CommandResult:
         """Start another program; the program of the run stays loaded."""
         problems: list[str] = []
-        self._start(problems.append, partial(self._motion.prepare_apart, program))
+        self._start(problems.append, partial(self._motion.prepare_line, program))
         return CommandResult(Refusal.OUT_OF_RANGE, problems[0]) if problems else CommandResult()
 
     def occupied(self) -> CommandResult | None:

@@ -43,7 +43,7 @@ class WorkOffsets:
         except ConfigError as error:
             self.problem = str(error)
 
-    def of_programs(self) -> Offsets:
+    def for_part_programs(self) -> Offsets:
         """Return the offsets for reading a part program. Raises ConfigError if the file was unreadable."""
         if self.problem:
             reason = f"the work offsets are unknown, clear them first: {self.problem}"
@@ -91,7 +91,7 @@ class WorkOffsets:
             self._note(reason)
             problems.append(reason)
 
-        self._worker.do(partial(self._write, self.of_programs()), lambda _done: None, failed)
+        self._worker.do(partial(self._write, self.for_part_programs()), lambda _done: None, failed)
         return CommandResult(Refusal.STORAGE, problems[0]) if problems else CommandResult()
 
     def _write(self, offsets: Offsets) -> None:

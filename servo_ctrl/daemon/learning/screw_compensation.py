@@ -25,7 +25,7 @@ class ScrewCompensation(LearnedCompensation[ScrewTravel]):
 
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
         super().__init__(servo)
-        self.fitted = config.section(ScrewCompensationSettings) is not None
+        self.configured = config.section(ScrewCompensationSettings) is not None
         """Whether the machine file has the section."""
         self.enabled = config.acts(ScrewCompensationSettings)
         self.sampled = config.acts(SampledDualLoopSettings)
@@ -60,7 +60,7 @@ def load_screws(
     axes = []
     for servo in servos:
         axis = ScrewCompensation(servo, machine.axes[servo.name])
-        if axis.fitted:
+        if axis.configured:
             axis.load(store.active)
         if wanted == "off":
             axis.sampled = False

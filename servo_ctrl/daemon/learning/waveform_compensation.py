@@ -25,7 +25,7 @@ class WaveformCompensation(LearnedCompensation[WaveformStroke]):
 
     def __init__(self, servo: AxisServo, config: AxisConfig) -> None:
         super().__init__(servo)
-        self.fitted = config.section(LearnedWaveformSettings) is not None
+        self.configured = config.section(LearnedWaveformSettings) is not None
         """Whether the machine file has the section."""
         self.learns = not waveform_objection(config)
         self.enabled = config.acts(LearnedWaveformSettings)
@@ -80,7 +80,7 @@ def load_waveforms(
     axes = []
     for servo in servos:
         axis = WaveformCompensation(servo, machine.axes[servo.name])
-        if axis.fitted:
+        if axis.configured:
             axis.load(store.active)
         if wanted != "as configured":
             axis.switch(on=wanted == "waveform")

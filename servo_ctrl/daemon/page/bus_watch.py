@@ -22,9 +22,10 @@ from servo_ctrl.daemon.page.row_tap import RowTap
 from servo_ctrl.io.can_port import CanPort, Handler
 from servo_ctrl.telemetry.local_socket.status import BusFigures
 
-RATES_OVER_S = 1.0
+RATE_INTERVAL_S = 1.0
+"""Interval of bus load and frame rate; chosen."""
 EMCY_KEPT = 100
-"""Emergency messages kept; chosen, like the interval above."""
+"""Bounds the emergency messages kept; chosen."""
 NMT_STATES = {0x00: "booting", 0x04: "stopped", 0x05: "operational", 0x7F: "pre_operational"}
 _EMCY = struct.Struct("<HB5x")
 
@@ -58,10 +59,10 @@ class BusWatch:
     def listen(self, port: CanPort) -> None:
         """Receive heartbeats and emergency messages too, before the handlers registered already."""
         self._port = port
-        for place, plan in enumerate(self._plans):
-            for base, take in ((0x700, self._on_heartbeat), (0x080, self._on_emcy)):
+        for node, plan in enumerate(self._plans):
+            for base, receive in ((0x700, self._on_heartbeat), (0x080, self._on_emcy)):
                 can_id = base + plan.node_id
-                port.handlers[can_id] = _both(port.handlers[can_id], place, take)
+                port.handlers[can_id] = _before(port.handlers[can_id], node, receive)
 
     def clear(self) -> None:
         """Reset the counts of cycles, missed ticks and missing inputs."""
@@ -82,8 +83,8 @@ class BusWatch:
             missing_inputs=self._machine.missing_inputs - self._missing_before,
         )
         nodes = tuple(
-            NodeStatus(plan.key, plan.node_id, state, now_s - beat_s)
-            for plan, state, beat_s in zip(self._plans, self._states, self._heartbeat_s, strict=True)
+            NodeStatus(plan.key, plan.node_id, state, now_s - heartbeat_s)
+            for plan, state, heartbeat_s in zip(self._plans, self._states, self._heartbeat_s, strict=True)
         )
         emcy = b"[%b]" % b",".join(self._emcy)
         return BusFigures(_json(bus), _json(nodes), emcy, self._events())
@@ -99,7 +100,7 @@ class BusWatch:
         return self._events_json
 
     def _sample(self, now_s: float) -> None:
-        if self._port is None or now_s - self._sampled_s < RATES_OVER_S:
+        if self._port is None or now_s - self._sampled_s < RATE_INTERVAL_S:
             return
         # in lockstep the bus runs as fast as it can, so rates refer to the time that SYNC counts
         cycle = self._tap.end
@@ -109,18 +110,18 @@ class BusWatch:
         self._sampled_s, self._sampled_cycle = now_s, cycle
         self._frames, self._bits = self._port.frames, self._port.bits
 
-    def _on_heartbeat(self, place: int, payload: bytes) -> None:
+    def _on_heartbeat(self, node: int, payload: bytes) -> None:
         if payload:
-            self._states[place] = NMT_STATES.get(payload[0] & 0x7F, "unknown")
-            self._heartbeat_s[place] = time.monotonic()
+            self._states[node] = NMT_STATES.get(payload[0] & 0x7F, "unknown")
+            self._heartbeat_s[node] = time.monotonic()
 
-    def _on_emcy(self, place: int, payload: bytes) -> None:
+    def _on_emcy(self, node: int, payload: bytes) -> None:
         if len(payload) != _EMCY.size:
             return
         code, register = _EMCY.unpack(payload)
         entry = EmcyEntry(
             time=datetime.now(UTC).isoformat(timespec="milliseconds"),
-            node=self._plans[place].key,
+            node=self._plans[node].key,
             code=code,
             error_register=register,
             text=describe_emcy(code) if code & 0xFF00 else "error reset",
@@ -132,9 +133,11 @@ def _json(value: Any) -> bytes:
     return plain_json(to_plain(value))
 
 
-def _both(handler_before: Handler, place: int, take: Callable[[int, bytes], None]) -> Handler:
+def _before(next_handler: Handler, node: int, receive: Callable[[int, bytes], None]) -> Handler:
+    """Return a handler that passes a frame to `receive` first, then to `next_handler`."""
+
     def handler(payload: bytes, timestamp_s: float) -> None:
-        take(place, payload)
-        handler_before(payload, timestamp_s)
+        receive(node, payload)
+        next_handler(payload, timestamp_s)
 
     return handler

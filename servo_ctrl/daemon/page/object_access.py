@@ -17,11 +17,11 @@ from servo_ctrl.daemon.cycle.realtime import step_back
 from servo_ctrl.daemon.page.object_values import decoded, encoded
 from servo_ctrl.telemetry.local_socket.requests import Outcome
 
-LIMIT_S = 1.0
+ACCESS_LIMIT_S = 1.0
 """Bounds the wait for another access and the wait for the access itself; chosen."""
 TRIES = 2
-ANSWER_S = 0.3
-"""Bounds the wait for one SDO response: all tries together stay below `LIMIT_S`."""
+RESPONSE_LIMIT_S = 0.3
+"""Bounds the wait for one SDO response, so that all `TRIES` together stay below `ACCESS_LIMIT_S`."""
 CYCLE_PARAMETERS = (range(0x1005, 0x1008), range(0x1012, 0x1018), range(0x1400, 0x1C00))
 """Indices of the parameters of SYNC, EMCY, heartbeats and PDOs (CiA 301)."""
 AT_REST = (Stage.READY, Stage.STANDBY)
@@ -34,7 +34,7 @@ class ObjectAccess:
         self._plans = {plan.node_id: plan for plan in plans}
         self._machine = machine
         self._network: Network | None = None
-        self._turn = asyncio.Lock()
+        self._lock = asyncio.Lock()
 
     def attach(self, network: Network) -> None:
         """Access the nodes through this network after their boot."""
@@ -42,17 +42,17 @@ class ObjectAccess:
 
     async def read(self, node: int, index: int, subindex: int) -> Outcome:
         """Read an object: a number, text, or bytes in hexadecimal."""
-        found = self._found(node, index, subindex)
+        found = self._object(node, index, subindex)
         if isinstance(found, Outcome):
             return found
         plan, variable = found
         if variable.access == "wo":
             return Outcome(Refusal.WRONG_STATE, f"{variable.name} can only be written, its EDS says")
-        return await self._in_turn(plan, lambda port: decoded(variable, port.read(index, subindex)))
+        return await self._access(plan, lambda port: decoded(variable, port.read(index, subindex)))
 
     async def write(self, node: int, index: int, subindex: int, value: float | str | bool) -> Outcome:
         """Write an object: a number, text, or bytes in hexadecimal."""
-        found = self._found(node, index, subindex)
+        found = self._object(node, index, subindex)
         if isinstance(found, Outcome):
             return found
         plan, variable = found
@@ -66,7 +66,7 @@ class ObjectAccess:
         def write(port: SdoPort) -> None:
             port.write(index, subindex, data)
 
-        return await self._in_turn(plan, write)
+        return await self._access(plan, write)
 
     def _objection(self, plan: NodePlan, variable: EdsVariable) -> str:
         """Return why this object must not be written now, else ""."""
@@ -83,7 +83,7 @@ class ObjectAccess:
             return f"the machine is {state}; objects are written when it is ready or in standby"
         return ""
 
-    def _found(self, node: int, index: int, subindex: int) -> tuple[NodePlan, EdsVariable] | Outcome:
+    def _object(self, node: int, index: int, subindex: int) -> tuple[NodePlan, EdsVariable] | Outcome:
         plan = self._plans.get(node)
         if plan is None:
             known = ", ".join(str(node_id) for node_id in self._plans)
@@ -93,28 +93,28 @@ class ObjectAccess:
             return Outcome(Refusal.UNKNOWN, f"{plan.eds.path.name} has no object {index:04X}h:{subindex:02X}")
         return plan, variable
 
-    async def _in_turn(
-        self, plan: NodePlan, access: Callable[[SdoPort], int | float | str | None]
-    ) -> Outcome:
+    async def _access(self, plan: NodePlan, access: Callable[[SdoPort], int | float | str | None]) -> Outcome:
         network = self._network
         if network is None:
             return Outcome(Refusal.WRONG_STATE, "the nodes are being booted")
         try:
-            async with asyncio.timeout(LIMIT_S):
-                await self._turn.acquire()
+            async with asyncio.timeout(ACCESS_LIMIT_S):
+                await self._lock.acquire()
         except TimeoutError:
             return Outcome(Refusal.WRONG_STATE, "another object is being read or written")
         work = asyncio.get_running_loop().run_in_executor(None, _transfer, network, plan.node_id, access)
-        work.add_done_callback(lambda _work: self._turn.release())
+        work.add_done_callback(lambda _work: self._lock.release())
         try:
-            async with asyncio.timeout(LIMIT_S):
+            async with asyncio.timeout(ACCESS_LIMIT_S):
                 return Outcome(value=await asyncio.shield(work))
         except SdoError as error:
             return Outcome(_refusal(error), str(error))
         except TimeoutError:
             # retrieve a late exception, which no caller awaits any more
             work.add_done_callback(lambda _work: _work.cancelled() or _work.exception())
-            return Outcome(Refusal.WRONG_STATE, f"node {plan.node_id} was not done within {LIMIT_S:g} s")
+            return Outcome(
+                Refusal.WRONG_STATE, f"node {plan.node_id} was not done within {ACCESS_LIMIT_S:g} s"
+            )
 
 
 def _transfer(
@@ -122,7 +122,7 @@ def _transfer(
 ) -> int | float | str | None:
     """Run one access, in a thread of its own."""
     step_back()
-    port = SdoPort(network, node_id, timeout_s=ANSWER_S, tries=TRIES)
+    port = SdoPort(network, node_id, timeout_s=RESPONSE_LIMIT_S, tries=TRIES)
     try:
         return access(port)
     finally:

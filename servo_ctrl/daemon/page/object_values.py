@@ -6,7 +6,7 @@ import struct
 from servo_ctrl.canopen.pdo import STRUCT_FORMATS
 from servo_ctrl.canopen.stack import EdsVariable
 
-LONGEST = 1000
+WRITE_BYTES_MAX = 1000
 """Bounds the bytes of one write; chosen."""
 BOOLEAN, VISIBLE_STRING = 0x01, 0x09
 
@@ -32,8 +32,8 @@ def encoded(variable: EdsVariable, value: float | str | bool) -> bytes:
         data = str(value).encode("ascii") if text else bytes.fromhex(str(value))
     except ValueError:
         raise ValueError("text in ASCII is wanted" if text else "bytes in hexadecimal are wanted") from None
-    if not 0 < len(data) <= LONGEST:
-        raise ValueError(f"1 to {LONGEST} bytes are wanted")
+    if not 0 < len(data) <= WRITE_BYTES_MAX:
+        raise ValueError(f"1 to {WRITE_BYTES_MAX} bytes are wanted")
     return data
 
 

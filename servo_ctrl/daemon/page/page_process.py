@@ -19,12 +19,14 @@ END_LIMIT_S = 5.0
 """Bounds the wait for the end of the keeper, which waits `STOP_LIMIT_S` for the page; chosen."""
 LINES_KEPT = 20
 LONGEST_LINE = 500
+"""Bound the output of the page that is kept for its last message: lines, and characters of one."""
 KEEPER_PAUSE_S = 1.0
-KEEPERS_AGAIN = 8
-"""Restarts of the keeper in a run: somebody who kills it more often wants no page."""
+"""Pause before the keeper is restarted."""
+KEEPER_RESTARTS_MAX = 8
+"""Bounds the restarts of the keeper in a run: whoever kills it more often wants no page."""
 KEEPER_ENDED = "the keeper of the page has ended"
 NICENESS = 10
-"""Every other process, above all the cycle, gets the processor first. Chosen, like the numbers above."""
+"""Niceness of the page: every other process, above all the cycle, runs first. All numbers are chosen."""
 
 
 class PageOptions(NamedTuple):
@@ -39,10 +41,10 @@ class PageOptions(NamedTuple):
 
 
 @contextlib.asynccontextmanager
-async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator[None]:
+async def kept_running(command: list[str], note: Callable[[str], None]) -> AsyncIterator[None]:
     """Run a command while the block runs; start it again when it or its keeper ends."""
     keepers, over = [await _keeper(command, _beside_the_cycle)], asyncio.Event()
-    watch = asyncio.create_task(_watched(keepers, command, note, over))
+    watch = asyncio.create_task(_restart_keeper(keepers, command, note, over))
     try:
         yield
     finally:
@@ -60,7 +62,7 @@ async def kept(command: list[str], note: Callable[[str], None]) -> AsyncIterator
 
 
 async def _keeper(
-    command: list[str], before: Callable[[], object] | None, *prefix: str
+    command: list[str], in_child: Callable[[], object] | None, *prefix: str
 ) -> asyncio.subprocess.Process:
     return await asyncio.create_subprocess_exec(
         *prefix,
@@ -69,11 +71,11 @@ async def _keeper(
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         process_group=0,  # Ctrl-C is for the controller alone; in another session niceness is void, sched(7)
-        preexec_fn=before,
+        preexec_fn=in_child,
     )
 
 
-async def _watched(
+async def _restart_keeper(
     keepers: list[asyncio.subprocess.Process],
     command: list[str],
     note: Callable[[str], None],
@@ -89,7 +91,7 @@ async def _watched(
         status = await keepers[-1].wait()
         if over.is_set():
             return
-        again = len(keepers) <= KEEPERS_AGAIN and os.sched_getscheduler(0) != os.SCHED_FIFO
+        again = len(keepers) <= KEEPER_RESTARTS_MAX and os.sched_getscheduler(0) != os.SCHED_FIFO
         what = (
             f"again in {KEEPER_PAUSE_S:g} s"
             if again

@@ -19,7 +19,7 @@ PR_SET_PDEATHSIG = 1
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.25, 10.0
 STEADY_S = 30.0
 """A page that ran this long restarts after the first pause, and the count of restarts starts again."""
-RESTARTS_AT_MOST = 8
+RESTARTS_MAX = 8
 """Consecutive restarts, each after less than `STEADY_S`. Chosen, like the other numbers."""
 STOP_LIMIT_S = 3.0
 ENDED = "the page has ended"
@@ -29,16 +29,16 @@ ENDED = "the page has ended"
 def main() -> int:
     """Run the command in the arguments, and restart it, until standard input ends."""
     command = sys.argv[1:]
-    pause_s, in_a_row = FIRST_PAUSE_S, 0
+    pause_s, consecutive = FIRST_PAUSE_S, 0
     while True:
         began_s = time.monotonic()
         status = _page(command)
         if status is None:
             return 0
-        in_a_row = 1 if time.monotonic() - began_s > STEADY_S else in_a_row + 1
-        pause_s = FIRST_PAUSE_S if in_a_row == 1 else min(2.0 * pause_s, LONGEST_PAUSE_S)
-        again = in_a_row <= RESTARTS_AT_MOST
-        what = f"again in {pause_s:g} s" if again else f"{in_a_row} times in a row: it is left alone"
+        consecutive = 1 if time.monotonic() - began_s > STEADY_S else consecutive + 1
+        pause_s = FIRST_PAUSE_S if consecutive == 1 else min(2.0 * pause_s, LONGEST_PAUSE_S)
+        again = consecutive <= RESTARTS_MAX
+        what = f"again in {pause_s:g} s" if again else f"{consecutive} times in a row: it is left alone"
         print(f"{ENDED} (status {status}), {what}", flush=True)  # noqa: T201  # the controller reads it
         if _input_ends(pause_s if again else None):
             return 0

@@ -14,7 +14,7 @@ from typing import Any
 from kernels.arrays import Array
 from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import Network
-from servo_ctrl.commands.asker import Asker
+from servo_ctrl.commands.client_activity import ClientActivity
 from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.local_messages import (
@@ -36,7 +36,7 @@ from servo_ctrl.daemon.cycle.realtime import step_back
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.page.bus_watch import BusWatch
 from servo_ctrl.daemon.page.object_access import ObjectAccess
-from servo_ctrl.daemon.page.page_process import PageOptions, kept
+from servo_ctrl.daemon.page.page_process import PageOptions, kept_running
 from servo_ctrl.daemon.page.row_tap import RowTap
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.io.can_port import CanPort
@@ -70,7 +70,7 @@ class PageService:
         router: RowRouter,
         learned_dir: Path | None,
         record_dir: Path | None,
-        tuning_run: Callable[[TuningRun, Path, Asker], Awaitable[CommandResult]],
+        tuning_run: Callable[[TuningRun, Path, ClientActivity], Awaitable[CommandResult]],
         lockstep: bool,
     ) -> None:
         self._options, self._config, self._plans, self._machine = options, config, plans, machine
@@ -79,7 +79,7 @@ class PageService:
         self._record_dir, self._lockstep, self._make_tuning_run = record_dir, lockstep, tuning_run
         self._log: CommandLog | None = None
         self._programs: Path | None = None
-        self._tuned: Path | None = None
+        self._tuning_recording: Path | None = None
         """Directory of the recording of the last motion of a tuning."""
         rows = RowBuffer(len(channels_of(config.axes)))
         self._tap = RowTap(rows, config.period_s, PULSE_S)
@@ -117,7 +117,7 @@ class PageService:
                 if self._options.arguments is not None:
                     page = (sys.executable, "-m", "servo_ctrl.hmi", "serve", "--socket", str(socket))
                     command = [*page, *self._options.arguments]
-                    await stack.enter_async_context(kept(command, self._machine.note))
+                    await stack.enter_async_context(kept_running(command, self._machine.note))
                 self._tap.on_due = lambda: loop.call_soon(self._step)
                 self._router.page = self._tap.take
                 self._publisher.on_change.append(self._server.changed)
@@ -192,21 +192,21 @@ class PageService:
             raise ConfigError(name, "", "samples of a file are run by `servo-ctrl run --program` only")
         return program
 
-    async def _tuning_run(self, asked: TuningRun, asker: Asker) -> Outcome:
+    async def _tuning_run(self, request: TuningRun, activity: ClientActivity) -> Outcome:
         """Make a motion of a tuning; its recording replaces the one before. Raises ServoCtrlError."""
         if self._programs is None:
             return Outcome(Refusal.WRONG_STATE, "the run is over")
-        with contextlib.ExitStack() as unused:
-            place = Path(tempfile.mkdtemp(dir=self._programs))
-            unused.callback(shutil.rmtree, place, ignore_errors=True)
-            result = await self._make_tuning_run(asked, place / "recording", asker)
+        with contextlib.ExitStack() as on_failure:
+            directory = Path(tempfile.mkdtemp(dir=self._programs))
+            on_failure.callback(shutil.rmtree, directory, ignore_errors=True)
+            result = await self._make_tuning_run(request, directory / "recording", activity)
             if not result.accepted:
                 return Outcome(result.refusal, result.reason)
-            unused.pop_all()
-        if self._tuned is not None:
-            await asyncio.to_thread(shutil.rmtree, self._tuned, ignore_errors=True)
-        self._tuned = place
-        return Outcome(value=str(place / "recording"))
+            on_failure.pop_all()
+        if self._tuning_recording is not None:
+            await asyncio.to_thread(shutil.rmtree, self._tuning_recording, ignore_errors=True)
+        self._tuning_recording = directory
+        return Outcome(value=str(directory / "recording"))
 
     def _hello(self) -> bytes:
         config = self._config

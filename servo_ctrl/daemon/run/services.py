@@ -192,7 +192,7 @@ class Services:
             if not verdict.accepted:
                 self.machine.event(Event.BAD_PROGRAM, verdict.reason)
         elif not begun:
-            self._program.first()
+            self._program.start_run()
         self.publisher.changed()
 
     def on_enable(self, ends_a_fault: bool) -> None:

@@ -53,11 +53,11 @@ class MotionPlan:
         """The program that was prepared last."""
         self.stale = ""
         """Why the program must be loaded again before it runs, else ""."""
-        self.run_apart = False
+        self.runs_line = False
         """Whether `current` is a single line of G-code instead of the program of the run."""
         self.first_step = 0
         """Number of the first step of `current`."""
-        self._made: tuple[list[StepSpan], ProgramReference | None] = [], None
+        self._spans_and_newest: tuple[list[StepSpan], ProgramReference | None] = [], None
         """Spans of earlier motions, and the newest motion; one tuple, because the worker replaces it."""
         self._next_step = 0
         self.pace = Pace()
@@ -96,7 +96,7 @@ class MotionPlan:
     @property
     def spans(self) -> list[StepSpan]:
         """The executed steps, including strokes, and their cycles; about the newest `SPANS_KEPT`."""
-        before, newest = self._made
+        before, newest = self._spans_and_newest
         return before + newest.spans if newest is not None else before
 
     def check(self, program: ProgramConfig, start_m: Sequence[float] | None) -> CheckedProgram:
@@ -118,20 +118,20 @@ class MotionPlan:
     def prepare(self, start_m: Sequence[float]) -> FeedHold:
         """Plan the program from `start_m`, metres by axis. Raises ConfigError beyond the limits."""
         if self._program is None:
-            return self._held([], start_m, {}, Stops(), 1.0)
+            return self._make_feed_hold([], start_m, {}, Stops(), 1.0)
         steps, stops = self._split_at_stops(self._program, self.steps)
-        return self._plan(steps, self._program, start_m, stops, apart=False)
+        return self._plan(steps, self._program, start_m, stops, is_line=False)
 
-    def prepare_apart(self, program: ProgramConfig, start_m: Sequence[float]) -> FeedHold:
+    def prepare_line(self, program: ProgramConfig, start_m: Sequence[float]) -> FeedHold:
         """Plan another program; that of the run stays loaded. Raises ConfigError beyond the limits."""
         steps = program_steps(program, self._machine)
-        return self._plan(steps, program, start_m, Stops(), apart=True)
+        return self._plan(steps, program, start_m, Stops(), is_line=True)
 
-    def stop_behind_steps(self, *, single_block: bool) -> None:
+    def set_single_block(self, *, single_block: bool) -> None:
         """Switch single block on or off for every program, including the present one."""
         self.single_block = self._stops.single_block = single_block
 
-    def stop_at_m1(self, *, on: bool) -> None:
+    def set_optional_stop(self, *, on: bool) -> None:
         """Switch the optional stop at M1 on or off for programs started from now on."""
         self.optional_stop = on
 
@@ -147,17 +147,17 @@ class MotionPlan:
         start_m: Sequence[float],
         stops: Stops,
         *,
-        apart: bool,
+        is_line: bool,
     ) -> FeedHold:
         """Plan the steps at the feed that the override asks for. Raises ConfigError beyond the limits."""
         raised = self.pace.raised_feed()
         slowest_m_s = float(motion_limits(self._machine).velocity_m_s.min())
         steps = at_raised_feed(steps, raised, slowest_m_s)
         self.cycles, paths = check_steps(steps, program.source, self._machine, start_m)
-        self.first_step, self.run_apart = self._next_step, apart
-        return self._held(steps, start_m, paths, stops, raised)
+        self.first_step, self.runs_line = self._next_step, is_line
+        return self._make_feed_hold(steps, start_m, paths, stops, raised)
 
-    def _held(
+    def _make_feed_hold(
         self,
         steps: Sequence[Step],
         start_m: Sequence[float],
@@ -186,31 +186,33 @@ class MotionPlan:
 
     def strokes_beyond_limits(self, learned: type[Any] = FrictionCompensationSettings) -> dict[str, str]:
         """Return the axes with this section whose learning strokes would leave the limits, and why."""
-        found = {}
+        reasons = {}
         for name, axis in self._machine.axes.items():
             if axis.section(learned) is None:
                 continue
             if learned is LearnedWaveformSettings and (reason := waveform_objection(axis)):
-                found[name] = str(ConfigError(self._machine.source, f"axis.{name}.learned_waveform", reason))
+                reasons[name] = str(
+                    ConfigError(self._machine.source, f"axis.{name}.learned_waveform", reason)
+                )
                 continue
             for acceleration_mm_s2 in self._machine.learning.accelerations_mm_s2:
                 stroke = Stroke("learning", acceleration_mm_s2 * 1e-3, NO_PULSE)
                 if reason := self._objection(partial(stroke_steps, self._machine, name, stroke)):
                     text = f"the stroke at {acceleration_mm_s2:g} mm/s^2 is not possible: {reason}"
-                    found[name] = str(ConfigError(self._machine.source, "learning", text))
+                    reasons[name] = str(ConfigError(self._machine.source, "learning", text))
                     break
-        return found
+        return reasons
 
     def travels_beyond_limits(self) -> dict[str, str]:
         """Return the axes whose screw-learning travels are impossible, and why."""
-        found = {}
+        reasons = {}
         for name, axis in self._machine.axes.items():
             if axis.section(ScrewCompensationSettings) is None:
                 continue
             if reason := self._objection(partial(screw_steps, self._machine, name)):
                 text, key = f"no travel is possible: {reason}", f"axis.{name}.screw_compensation"
-                found[name] = str(ConfigError(self._machine.source, key, text))
-        return found
+                reasons[name] = str(ConfigError(self._machine.source, key, text))
+        return reasons
 
     def _objection(self, steps_from: Callable[[Sequence[float]], Sequence[Step]]) -> str:
         """Return why the steps from mid-travel of all axes leave the limits, else ""."""
@@ -229,5 +231,8 @@ class MotionPlan:
         self._next_step += len(steps)
         motion = segments(steps, start, limits, self._machine.period_s, CHUNK_SAMPLES, paths or {})
         reference = ProgramReference(motion, first_step=first)
-        self._made = self.spans[-SPANS_KEPT:], reference  # one motion at a time: the previous one is over
+        self._spans_and_newest = (
+            self.spans[-SPANS_KEPT:],
+            reference,
+        )  # one motion at a time: the previous one is over
         return reference

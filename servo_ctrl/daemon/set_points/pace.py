@@ -22,11 +22,11 @@ class Pace:
         """Return the share of its feed to which a program is planned, >= 1."""
         return max(self.feed, 1.0)
 
-    def take_feed(self, percent: float) -> None:
+    def set_feed(self, percent: float) -> None:
         """Set the feed override."""
         self.feed = 0.01 * percent
 
-    def take_rapid(self, percent: float) -> None:
+    def set_rapid(self, percent: float) -> None:
         """Set the override of rapid moves."""
         self.rapid = 0.01 * percent
 
@@ -47,7 +47,7 @@ class Stops:
         """Whether the program may hold anywhere."""
         return self.single_block or bool(self.optional)
 
-    def behind(self, step: int) -> str:
+    def reason_after(self, step: int) -> str:
         """Return why the program holds after this step, else ""."""
         if step >= self.last_step:
             return ""
@@ -62,18 +62,18 @@ def at_raised_feed(steps: Sequence[Step], raised: float, velocity_m_s: float) ->
     """
     if raised <= 1.0:
         return steps
-    found: list[Step] = []
+    result: list[Step] = []
     for step in steps:
         match step:
             case PathMove():
                 elements = (element._replace(feed_m_s=element.feed_m_s * raised) for element in step.elements)
-                found.append(step._replace(elements=tuple(elements)))
+                result.append(step._replace(elements=tuple(elements)))
             case Move():
                 feed_m_s = max(step.feed_m_s, min(step.feed_m_s * raised, velocity_m_s))
-                found.append(step._replace(feed_m_s=feed_m_s))
+                result.append(step._replace(feed_m_s=feed_m_s))
             case _:
-                found.append(step)
-    return found
+                result.append(step)
+    return result
 
 
 def split_paths(
@@ -83,25 +83,25 @@ def split_paths(
 
     Also return the steps followed by M1, and a text that names its line.
     """
-    found: list[Step] = []
+    result: list[Step] = []
     stops: dict[int, str] = {}
     for place, step in enumerate(steps):
         if not isinstance(step, PathMove):
-            found.append(step)
+            result.append(step)
             continue
         part: list[Element] = []
         later = (other.elements[0].line for other in steps[place + 1 :] if isinstance(other, PathMove))
-        behind = next(later, math.inf)
+        next_line = next(later, math.inf)
         for element, following in zip(step.elements, (*step.elements[1:], None), strict=True):
             part.append(element)
-            until = behind if following is None else following.line
+            until = next_line if following is None else following.line
             lines = [line for line in optional_stops if element.line <= line < until]
             if single_block or lines or following is None:
-                found.append(_path(step, part))
+                result.append(_path(step, part))
                 part = []
             if lines:
-                stops[len(found) - 1] = f"optional stop, line {lines[0]}"
-    return found, stops
+                stops[len(result) - 1] = f"optional stop, line {lines[0]}"
+    return result, stops
 
 
 def _path(step: PathMove, elements: Sequence[Element]) -> PathMove:

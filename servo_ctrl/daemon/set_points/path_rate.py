@@ -8,42 +8,42 @@ from collections.abc import Sequence
 from servo_ctrl.axis.servo import REFERENCE_FIELDS
 from servo_ctrl.daemon.set_points.reference import Row
 
-SHARE = 0.9
+ACCELERATION_SHARE = 0.9
 """Used share of the acceleration limits; the remainder allows for changes within a period. Chosen."""
 
 
 def steepest_slope_1_s(
-    here: Row, rate: float, wanted: float, limits_m_s2: Sequence[float], period_s: float
+    programmed: Row, rate: float, target: float, limits_m_s2: Sequence[float], period_s: float
 ) -> float:
-    """Return the steepest dr/dt towards `wanted` that keeps |x'' r^2 + x' dr/dt| within every limit."""
-    towards = 1.0 if wanted > rate else -1.0
-    steepest = abs(wanted - rate) / period_s
-    axes = zip(here[1::REFERENCE_FIELDS], here[2::REFERENCE_FIELDS], limits_m_s2, strict=True)
+    """Return the steepest dr/dt towards `target` that keeps |x'' r^2 + x' dr/dt| within every limit."""
+    towards = 1.0 if target > rate else -1.0
+    steepest = abs(target - rate) / period_s
+    axes = zip(programmed[1::REFERENCE_FIELDS], programmed[2::REFERENCE_FIELDS], limits_m_s2, strict=True)
     for speed_m_s, acceleration_m_s2, limit_m_s2 in axes:
-        needed_m_s2 = acceleration_m_s2 * rate**2
-        room_m_s2 = max(SHARE * limit_m_s2, abs(needed_m_s2))
+        present_m_s2 = acceleration_m_s2 * rate**2
+        available_m_s2 = max(ACCELERATION_SHARE * limit_m_s2, abs(present_m_s2))
         if speed_m_s * towards > 0.0:
-            steepest = min(steepest, (room_m_s2 - needed_m_s2) / abs(speed_m_s))
+            steepest = min(steepest, (available_m_s2 - present_m_s2) / abs(speed_m_s))
         elif speed_m_s:
-            steepest = min(steepest, (room_m_s2 + needed_m_s2) / abs(speed_m_s))
+            steepest = min(steepest, (available_m_s2 + present_m_s2) / abs(speed_m_s))
     return towards * steepest
 
 
 def within_limits(following: Row, row: Row, limits_m_s2: Sequence[float], period_s: float) -> bool:
     """Whether the acceleration of the row `following`, and its velocity change, respect the limits."""
     for axis, limit_m_s2 in enumerate(limits_m_s2):
-        place = REFERENCE_FIELDS * axis
-        change_m_s2 = (following[place + 1] - row[place + 1]) / period_s
-        if max(abs(following[place + 2]), abs(change_m_s2)) > limit_m_s2:
+        first = REFERENCE_FIELDS * axis
+        change_m_s2 = (following[first + 1] - row[first + 1]) / period_s
+        if max(abs(following[first + 2]), abs(change_m_s2)) > limit_m_s2:
             return False
     return True
 
 
-def slowed(here: Row, rate: float, slope_1_s: float) -> Row:
+def at_rate(programmed: Row, rate: float, slope_1_s: float) -> Row:
     """Scale the programmed motion to a rate that changes by `slope_1_s` per second."""
     row: Row = []
-    for place in range(0, len(here), REFERENCE_FIELDS):
-        position_m, velocity_m_s, acceleration_m_s2, force_n = here[place : place + REFERENCE_FIELDS]
+    for first in range(0, len(programmed), REFERENCE_FIELDS):
+        position_m, velocity_m_s, acceleration_m_s2, force_n = programmed[first : first + REFERENCE_FIELDS]
         row += [
             position_m,
             velocity_m_s * rate,
@@ -53,7 +53,7 @@ def slowed(here: Row, rate: float, slope_1_s: float) -> Row:
     return row
 
 
-def resting(row: Row) -> Row:
+def standing(row: Row) -> Row:
     """Copy a row with zero velocity and acceleration."""
     rest = row.copy()
     rest[1::REFERENCE_FIELDS] = rest[2::REFERENCE_FIELDS] = [0.0] * (len(row) // REFERENCE_FIELDS)

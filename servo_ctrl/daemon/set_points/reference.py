@@ -61,7 +61,7 @@ class ProgramReference:
         self._segments = iter(program)
         self._first_step = first_step
         self._rows: list[Row] = []
-        self._given = 0
+        self._returned = 0
         """Rows of the present segment returned so far."""
         self.segment: Segment | None = None
         self.spans: list[StepSpan] = []
@@ -74,17 +74,17 @@ class ProgramReference:
 
     def advance(self, cycle: int) -> Row | None:
         """Return the row of this cycle, None after the last one."""
-        if self._given == len(self._rows) and not self.look_ahead(cycle):
+        if self._returned == len(self._rows) and not self.look_ahead(cycle):
             self.ended = True
             return None
-        row = self._rows[self._given]
-        self._given += 1
+        row = self._rows[self._returned]
+        self._returned += 1
         self.samples += 1
         return row
 
     def look_ahead(self, cycle: int) -> bool:
         """Open the segment of the next row if needed; return False after the last segment."""
-        if self._given < len(self._rows):
+        if self._returned < len(self._rows):
             return True
         segment = next(self._segments, None)
         if segment is None:
@@ -95,16 +95,16 @@ class ProgramReference:
     @property
     def samples_into_step(self) -> int:
         """Rows of the present step returned so far."""
-        return self._given + (self.segment.first_sample if self.segment is not None else 0)
+        return self._returned + (self.segment.first_sample if self.segment is not None else 0)
 
     def delay(self, cycle: int) -> None:
         """Postpone the end of the step as of `cycle`, because its rows are returned later than planned."""
         self._delayed = True
-        last = cycle + len(self._rows) - self._given
+        last = cycle + len(self._rows) - self._returned
         self.spans[-1] = self.spans[-1]._replace(last_cycle=last, steady_first_cycle=0, steady_last_cycle=-1)
 
     def _open(self, segment: Segment, cycle: int) -> None:
-        self.segment, self._rows, self._given = segment, interleave(segment), 0
+        self.segment, self._rows, self._returned = segment, interleave(segment), 0
         self.step = self._first_step + segment.step
         last = cycle + len(segment.position_m) - 1
         start, stop = (cycle + row for row in segment.steady)
@@ -113,14 +113,14 @@ class ProgramReference:
             self._delayed = False
             self.spans.append(StepSpan(self.step, segment.label, segment.kind, cycle, last, *steady))
             return
-        begun = self.spans[-1]
+        span = self.spans[-1]
         if self._delayed:
             steady = (0, -1)
-        elif stop > start and begun.steady_last_cycle >= 0:
-            steady = begun.steady_first_cycle, steady[1]
+        elif stop > start and span.steady_last_cycle >= 0:
+            steady = span.steady_first_cycle, steady[1]
         elif stop <= start:
-            steady = begun.steady_first_cycle, begun.steady_last_cycle
-        self.spans[-1] = begun._replace(
+            steady = span.steady_first_cycle, span.steady_last_cycle
+        self.spans[-1] = span._replace(
             last_cycle=last, steady_first_cycle=steady[0], steady_last_cycle=steady[1]
         )
 

@@ -18,7 +18,7 @@ class SetPointSource:
         """Number of the step of `row`, -1 outside a program."""
         self._limits, self._period_s = tuple(stop_acceleration_m_s2), period_s
         self._ramp: Iterator[Row] | None = None
-        self._wanted: Row | None = None
+        self._unshaped: Row | None = None
         """The row before shaping."""
         self._shaper = RowShaper((), REFERENCE_FIELDS)
 
@@ -34,17 +34,17 @@ class SetPointSource:
     @property
     def at_rest(self) -> bool:
         """Whether the set points are at rest, before and after the shaper."""
-        wanted = self._wanted
-        return wanted is None or (not any(wanted[1::REFERENCE_FIELDS]) and self._shaper.over)
+        row = self._unshaped
+        return row is None or (not any(row[1::REFERENCE_FIELDS]) and self._shaper.over)
 
     def set_points_m(self, hold_m: Sequence[float]) -> list[float]:
         """Return the position set points, metres by axis; `hold_m`: where the axes were taken over."""
-        return list(hold_m) if self._wanted is None else self._wanted[::REFERENCE_FIELDS]
+        return list(hold_m) if self._unshaped is None else self._unshaped[::REFERENCE_FIELDS]
 
     def begin(self, program: Reference, hold_m: Sequence[float]) -> None:
         """Follow a program from rest; `hold_m`: where the axes were taken over."""
         self.program = program
-        if self._wanted is None:
+        if self._unshaped is None:
             self._shaper.rest_at([value for at_m in hold_m for value in (at_m, 0.0, 0.0, 0.0)])
 
     def follow(self, cycle: int) -> bool:
@@ -52,23 +52,23 @@ class SetPointSource:
         if self.program is None or (row := self.program.advance(cycle)) is None:
             return False
         self.segment = self.program.step
-        self._give(row)
+        self._set_row(row)
         return True
 
     def stay(self) -> None:
         """Take the next row of a stop ramp, if one has begun; else keep the row."""
         self.segment = -1
-        wanted = self._wanted if self._ramp is None else next(self._ramp, self._wanted)
-        if wanted is not None and (wanted is not self._wanted or not self._shaper.over):
-            self._give(wanted)
+        row = self._unshaped if self._ramp is None else next(self._ramp, self._unshaped)
+        if row is not None and (row is not self._unshaped or not self._shaper.over):
+            self._set_row(row)
 
-    def _give(self, row: Row) -> None:
-        self._wanted, self.row = row, self._shaper.shape(row)
+    def _set_row(self, row: Row) -> None:
+        self._unshaped, self.row = row, self._shaper.shape(row)
 
     def ramp_down(self, hold_m: Sequence[float]) -> None:
         """Begin a stop ramp that brings all axes to rest in the same time."""
         if self._ramp is None:
-            last = self._wanted
+            last = self._unshaped
             if last is None:
                 last = [value for position_m in hold_m for value in (position_m, 0.0, 0.0, 0.0)]
             self._ramp = stop_ramp(last, self._limits, self._period_s)
@@ -79,5 +79,5 @@ class SetPointSource:
 
     def forget(self) -> None:
         """Forget program and set points: the axes lose control or are taken over again."""
-        self.program = self._ramp = self.row = self._wanted = None
+        self.program = self._ramp = self.row = self._unshaped = None
         self._shaper.forget()

@@ -12,7 +12,7 @@ import struct
 from collections.abc import Callable
 from typing import cast
 
-from servo_ctrl.commands.asker import Asker
+from servo_ctrl.commands.client_activity import ClientActivity
 from servo_ctrl.commands.local_frames import FRAME, JSON, REQUEST_LIMIT, frame, rows_frame
 from servo_ctrl.telemetry.local_socket.requests import LocalRequests
 from servo_ctrl.telemetry.local_socket.rows import RowBuffer
@@ -52,7 +52,7 @@ class LocalClient(asyncio.Protocol):
         self._next = rows.end
         self._malformed = 0
         self._full = self._paused = False
-        self._asker = Asker()
+        self._activity = ClientActivity()
 
     @property
     def unread(self) -> int:
@@ -77,7 +77,7 @@ class LocalClient(asyncio.Protocol):
         """Leave the list of clients; end the motion that only this client waits for."""
         del exc
         self._transport = None
-        self._asker.gone = True
+        self._activity.disconnected = True
         self._leave(self)
 
     def pause_writing(self) -> None:
@@ -161,7 +161,7 @@ class LocalClient(asyncio.Protocol):
             self._malformed += 1
             self._refuse(request, final=self._malformed >= MALFORMED_LIMIT)
         else:
-            self._requests.carry_out(request, self._answer, self._asker)
+            self._requests.carry_out(request, self._answer, self._activity)
         return True
 
     def _refuse(self, answer: bytes, *, final: bool) -> None:

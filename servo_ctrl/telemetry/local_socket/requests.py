@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol
 
 from pydantic import ValidationError
 
-from servo_ctrl.commands.asker import Asker
+from servo_ctrl.commands.client_activity import ClientActivity
 from servo_ctrl.commands.command import COMMANDS, JOG_RENEWAL_S, CommandRequest, CommandResult, Refusal
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.local_messages import (
@@ -96,8 +96,8 @@ class Workplace(NamedTuple):
     """Reads a program. Raises ServoCtrlError."""
     read_line: Callable[[str], Awaitable[PartProgram]]
     """Reads a line of G-code that starts where the axes stand. Raises ServoCtrlError."""
-    tuning_run: Callable[[TuningRun, Asker], Awaitable[Outcome]]
-    """Makes a motion of a tuning, which ends early once its asker is gone or silent.
+    tuning_run: Callable[[TuningRun, ClientActivity], Awaitable[Outcome]]
+    """Makes a motion of a tuning, which ends early once its client is disconnected or silent.
 
     Its value is the directory of the recording. Raises ServoCtrlError.
     """
@@ -137,15 +137,15 @@ class LocalRequests:
         """Return the answer to a malformed message; `number` is 0 if its id is unreadable."""
         return message_json("answer", LocalAnswer(number, False, "malformed", reason))
 
-    def carry_out(self, request: LocalRequest, reply: Reply, asker: Asker) -> None:
+    def carry_out(self, request: LocalRequest, reply: Reply, activity: ClientActivity) -> None:
         """Execute a request of this client and reply, at once or later."""
-        asker.requests += 1
+        activity.requests += 1
         if request.do not in SLOW:
             self._conclude(request, self._at_once(request), reply)
         elif len(self._tasks) >= TASKS_AT_MOST:
             self._conclude(request, Outcome(Refusal.WRONG_STATE, "too many requests are waiting"), reply)
         else:
-            task = asyncio.get_running_loop().create_task(self._later(request, reply, asker))
+            task = asyncio.get_running_loop().create_task(self._later(request, reply, activity))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
 
@@ -155,9 +155,9 @@ class LocalRequests:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    async def _later(self, request: LocalRequest, reply: Reply, asker: Asker) -> None:
+    async def _later(self, request: LocalRequest, reply: Reply, activity: ClientActivity) -> None:
         try:
-            outcome = await self._in_time(request, asker)
+            outcome = await self._in_time(request, activity)
         except ServoCtrlError as error:
             outcome = Outcome(Refusal.OUT_OF_RANGE, str(error))
         except Exception as bug:  # noqa: BLE001  # a bug must not stop the machine, only this request
@@ -165,12 +165,12 @@ class LocalRequests:
             outcome = Outcome(Refusal.WRONG_STATE, repr(bug))
         self._conclude(request, outcome, reply)
 
-    async def _in_time(self, request: LocalRequest, asker: Asker) -> Outcome:
+    async def _in_time(self, request: LocalRequest, activity: ClientActivity) -> Outcome:
         if request.program is not None:
             program = await self._work.read_program(request.program)
             return _outcome(self._work.commands.load_program(program))
         if request.tuning is not None:
-            return await self._work.tuning_run(request.tuning, asker)
+            return await self._work.tuning_run(request.tuning, activity)
         if request.do == "run_line":
             line = await self._work.read_line(str(request.value))
             return _outcome(self._work.commands.run_line(line))

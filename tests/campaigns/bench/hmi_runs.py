@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.page.page_process import PageOptions, kept
+from servo_ctrl.daemon.page.page_process import PageOptions, kept_running
 from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.reader import load_recording
@@ -126,7 +126,7 @@ class Bench:
             address = f"127.0.0.1:{probe.getsockname()[1]}"
         page = [sys.executable, "-m", "servo_ctrl.hmi", "serve", "--socket", str(self._socket)]
         count = PAGES if variant == VARIANTS[2] else 0
-        async with kept([*page, "--listen", address, "--recordings", str(self._folder)], print):
+        async with kept_running([*page, "--listen", address, "--recordings", str(self._folder)], print):
             self._pages = await asyncio.create_subprocess_exec(
                 *("nice", sys.executable, "-m", "tests.campaigns.bench.hmi_pages"),
                 *(f"http://{address}", str(count), *PATHS),

@@ -10,7 +10,7 @@ from fake_command_handler import FakeCommandHandler
 from fastapi import FastAPI
 from local_socket_bench import CHANNELS, WHO, LocalSocketBench
 
-from servo_ctrl.commands.asker import Asker
+from servo_ctrl.commands.client_activity import ClientActivity
 from servo_ctrl.commands.local_codec import MessageError
 from servo_ctrl.commands.local_frames import (
     JSON,
@@ -94,7 +94,7 @@ def local_request(data: bytes) -> None:
         bench, answers = LocalSocketBench(), []
         request = bench.requests.read(data)
         if isinstance(request, LocalRequest):
-            bench.requests.carry_out(request, answers.append, Asker())
+            bench.requests.carry_out(request, answers.append, ClientActivity())
             while not answers:  # noqa: ASYNC110  # a later answer raises no event
                 await asyncio.sleep(0)
         else:

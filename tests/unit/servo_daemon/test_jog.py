@@ -30,7 +30,7 @@ def made(start_m: tuple[float, float] = (0.0, 0.0), renewal: int = RENEWAL) -> J
 
 def test_axis_that_is_not_renewed_comes_to_rest() -> None:
     jog = made()
-    jog.ask(1, 0.05)
+    jog.request_velocity(1, 0.05)
     rows = run(jog, 10_000)
     velocity = rows[:, 1, 1]
     ramp = 0.05 / 5.0 / T
@@ -46,9 +46,9 @@ def test_axis_that_is_not_renewed_comes_to_rest() -> None:
 def test_renewed_axis_goes_on_and_zero_stops_it() -> None:
     jog = made()
     for _ in range(8):
-        jog.ask(1, -0.02)
+        jog.request_velocity(1, -0.02)
         run(jog, 200)
-    jog.ask(1, 0.0)
+    jog.request_velocity(1, 0.0)
     rows = run(jog, 1000)
     assert len(rows) == pytest.approx(0.02 / 5.0 / T, abs=1)
     assert rows[-1, 1, 0] == pytest.approx(-0.02 * 8 * 0.2, abs=1e-9)
@@ -56,9 +56,9 @@ def test_renewed_axis_goes_on_and_zero_stops_it() -> None:
 
 def test_two_axes_jog_at_once_each_with_its_own_timeout() -> None:
     jog = made()
-    jog.ask(0, 0.01)
+    jog.request_velocity(0, 0.01)
     first = run(jog, 150)
-    jog.ask(1, -0.03)
+    jog.request_velocity(1, -0.03)
     rows = np.concatenate((first, run(jog, 1000)))
     assert np.flatnonzero(rows[:, 0, 1])[-1] == RENEWAL + 0.01 / 2.0 / T - 2
     assert np.flatnonzero(rows[:, 1, 1])[-1] == 150 + RENEWAL + 0.03 / 5.0 / T - 2
@@ -66,7 +66,7 @@ def test_two_axes_jog_at_once_each_with_its_own_timeout() -> None:
 
 def test_axis_brakes_as_late_as_it_can_before_its_limit_and_stands_on_it() -> None:
     jog = made(renewal=10_000)
-    jog.ask(0, 0.2)
+    jog.request_velocity(0, 0.2)
     rows = run(jog, 5000)
     assert rows[-1, 0, 0] == pytest.approx(0.015, abs=1e-12)
     assert rows[:, 0, 0].max() <= 0.015 + 1e-15
@@ -76,9 +76,9 @@ def test_axis_brakes_as_late_as_it_can_before_its_limit_and_stands_on_it() -> No
 
 def test_axis_beyond_its_limit_may_only_come_back() -> None:
     jog = made((0.02, 0.0))
-    jog.ask(0, 0.1)
+    jog.request_velocity(0, 0.1)
     assert not run(jog, 100)[:, 0, 1].any()
-    jog.ask(0, -0.1)
+    jog.request_velocity(0, -0.1)
     rows = run(jog, 100)
     assert rows[-1, 0, 0] < 0.0155
 
@@ -96,7 +96,7 @@ def test_jogging_stays_within_velocity_acceleration_and_travel(
     jog = made(start, renewal=100)
     parts = [np.array([[[x, 0.0, 0.0, 0.0] for x in start]])]
     for cycles, axis, velocity_m_s in asked:
-        jog.ask(axis, velocity_m_s)
+        jog.request_velocity(axis, velocity_m_s)
         parts.append(run(jog, cycles))
     parts.append(run(jog, 1000))
     rows = np.concatenate([part for part in parts if len(part)])

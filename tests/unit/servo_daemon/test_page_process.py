@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from servo_ctrl.daemon.page.page_process import NICENESS, kept
+from servo_ctrl.daemon.page.page_process import NICENESS, kept_running
 
 LIMIT_S = 120.0
 """A page gives way to everything else: beside busy processes it starts late."""
@@ -31,9 +31,9 @@ sys.exit(3)
 DEAF = "import signal; signal.signal(signal.SIGTERM, signal.SIG_IGN)\n" + LIVES
 CONTROLLER = """
 import asyncio, sys
-from servo_ctrl.daemon.page.page_process import kept
+from servo_ctrl.daemon.page.page_process import kept_running
 async def main():
-    async with kept([sys.executable, "-c", sys.argv[2], sys.argv[1]], print):
+    async with kept_running([sys.executable, "-c", sys.argv[2], sys.argv[1]], print):
         await asyncio.sleep(60)
 asyncio.run(main())
 """
@@ -69,7 +69,7 @@ async def until(condition: Callable[[], Any]) -> None:
 
 async def test_a_page_that_dies_is_restarted_and_its_last_output_reported(tmp_path: Path) -> None:
     file, notes = tmp_path / "pids", []
-    async with kept(command(LIVES, file), notes.append):
+    async with kept_running(command(LIVES, file), notes.append):
         await until(lambda: len(pids(file)) == 1)
         os.kill(pids(file)[0], signal.SIGKILL)
         await until(lambda: len(pids(file)) == 2)
@@ -90,7 +90,7 @@ def policy(request: pytest.FixtureRequest) -> Iterator[None]:
 @pytest.mark.usefixtures("policy")
 async def test_a_killed_keeper_is_noted_and_started_again_beside_the_cycle(tmp_path: Path) -> None:
     file, notes = tmp_path / "pids", []
-    async with kept(command(LIVES, file), notes.append):
+    async with kept_running(command(LIVES, file), notes.append):
         await until(lambda: len(pids(file)) == 1)
         first = pids(file)[0]
         os.kill(int(stat_of(first)[1]), signal.SIGKILL)
@@ -105,7 +105,7 @@ async def test_a_killed_keeper_is_noted_and_started_again_beside_the_cycle(tmp_p
 async def test_a_page_gives_way_to_the_cycle_and_ctrl_c_is_not_for_it(tmp_path: Path) -> None:
     """Linux may weigh niceness within a session alone: sched(7), the autogroup feature."""
     file = tmp_path / "pids"
-    async with kept(command(LIVES, file), print):
+    async with kept_running(command(LIVES, file), print):
         await until(lambda: len(pids(file)) == 1)
         (page,) = pids(file)
         assert os.getpriority(os.PRIO_PROCESS, page) == min(19, os.nice(0) + NICENESS)
@@ -115,7 +115,7 @@ async def test_a_page_gives_way_to_the_cycle_and_ctrl_c_is_not_for_it(tmp_path: 
 
 async def test_a_page_that_keeps_dying_is_restarted_with_growing_delay(tmp_path: Path) -> None:
     file, notes = tmp_path / "pids", []
-    async with kept(command(DIES, file), notes.append):
+    async with kept_running(command(DIES, file), notes.append):
         await until(lambda: len(notes) >= 3)
     pauses = [note.split(", ")[1].split(":")[0] for note in notes[:3]]
     assert pauses == ["again in 0.25 s", "again in 0.5 s", "again in 1 s"]
@@ -125,7 +125,7 @@ async def test_a_page_that_keeps_dying_is_restarted_with_growing_delay(tmp_path:
 
 async def test_a_page_that_ignores_the_signal_is_killed(tmp_path: Path) -> None:
     file = tmp_path / "pids"
-    async with kept(command(DEAF, file), print):
+    async with kept_running(command(DEAF, file), print):
         await until(lambda: pids(file))
     assert not alive(pids(file)[0])
 

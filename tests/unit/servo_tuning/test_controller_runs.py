@@ -49,7 +49,7 @@ async def test_the_controller_of_this_machine_file_makes_the_motion_while_the_pr
     monkeypatch.setattr(controller_runs.shutil, "copytree", lambda _source, _directory: None)
     monkeypatch.setattr(controller_runs, "load_recording", lambda directory: directory)
     monkeypatch.setattr(controller_runs, "HEARTBEAT_S", 0.0)
-    bench.tuning_may_end = lambda asker: asker.requests >= 4
+    bench.tuning_may_end = lambda activity: activity.requests >= 4
     await record(bench, machine, tmp_path)
     assert bench.logged[-1]["do"] == "tuning_run", "heartbeats are not logged"
     assert [asked.axis for asked in bench.tuning_runs] == ["x"]
