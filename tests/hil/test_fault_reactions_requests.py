@@ -79,7 +79,7 @@ class Refusing(FaultBench):
     def _move(self) -> None:
         motion = MotionPlan(self.config, load_program(self.program, load_machine(XY_TABLE)))
         self.machine.set_points_m = lambda: [-0.05, 0.0]  # type: ignore[method-assign]  # not at home
-        ProgramStart(self.machine, motion, BackgroundWorker(lockstep=True), lambda: None).first()
+        ProgramStart(self.machine, motion, BackgroundWorker(lockstep=True), lambda: None).start_run()
 
 
 def test_refused_program_switches_off_axes_that_have_not_moved(tmp_path: Path) -> None:

@@ -69,10 +69,10 @@ class CycleDialogue:
         self._missing[node] += 1
         return self._missing[node] >= self._give_up_after
 
-    def input_twice(self, node: int) -> None:
+    def duplicate_input(self, node: int) -> None:
         self.anomalies.append(("twice", node))
 
-    def input_of_other_length(self, node: int, size: int) -> None:
+    def wrong_input_length(self, node: int, size: int) -> None:
         self.anomalies.append((f"{size} bytes", node))
 
     def receive(self, *frames: Rx) -> None:

@@ -126,7 +126,7 @@ class FaultBench:
             self.cycle.begin()
         while not self.off and self.cycle.number <= last:
             if not self._wire:
-                self.cycle.complete_without()
+                self.cycle.complete_without_missing()
             while self._wire and not (self._wire[0][:2] == (True, 0x080) and self.cycle.number > last):
                 self._deliver(*self._wire.popleft())
         return self

@@ -8,7 +8,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-from servo_ctrl.daemon.cycle.realtime import step_back
+from servo_ctrl.daemon.cycle.realtime import lower_priority
 from servo_ctrl.errors import ServoCtrlError
 
 T = TypeVar("T")
@@ -52,7 +52,7 @@ class BackgroundWorker:
 
 
 def _attempt_in_thread(piece: _Work) -> Any:
-    step_back()
+    lower_priority()
     return _attempt(piece)
 
 

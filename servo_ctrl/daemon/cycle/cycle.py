@@ -9,12 +9,12 @@ from typing import Protocol
 
 Inputs = list[bytes | None]
 """The TPDO data of each node in one cycle; None = missing."""
-RESPONDING_WITHIN = 2
-"""A node counts as responding for this many cycles after its last answer; chosen."""
-LATE_WITHIN = 1000
-"""Cycles after a miss during which the late inputs may still arrive, several at once; chosen."""
+RESPONDING_CYCLES = 2
+"""Bounds the cycles since its last frame in which a node that is not expected responds; chosen."""
+LATE_CYCLES_MAX = 1000
+"""Bounds the cycles after a miss in which late inputs may still arrive, several at once; chosen."""
 REPEATS_TOLERATED = 3
-"""Consecutive cycles in which a repeated frame is tolerated: CAN delivers a frame twice after an error in
+"""Bounds the consecutive cycles with a repeated frame: CAN delivers a frame twice after an error in
 the last bit of its end of frame (ISO 11898-1); chosen."""
 
 
@@ -25,8 +25,8 @@ class Sender(Protocol):
         """Queue a frame with this payload for the next flush."""
 
 
-class Core(Protocol):
-    """Computes one cycle; see `daemon.cycle.machine.MachineController`."""
+class TickHandler(Protocol):
+    """Turns the inputs of a cycle into its RPDOs; see `daemon.cycle.machine.MachineController`."""
 
     def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
         """Return RPDO payloads for this cycle's inputs (None = missing); None when the machine is off."""
@@ -34,20 +34,20 @@ class Core(Protocol):
     def input_missing(self, node: int) -> bool:
         """Count a node's missing inputs in this cycle; return whether the cycle stops expecting the node."""
 
-    def input_twice(self, node: int) -> None:
+    def duplicate_input(self, node: int) -> None:
         """Report that a node's inputs arrived twice: another participant sends them too."""
 
-    def input_of_other_length(self, node: int, size: int) -> None:
+    def wrong_input_length(self, node: int, size: int) -> None:
         """Report a TPDO of a node whose `size` in bytes contradicts its mapping."""
 
 
-class Trial(Protocol):
+class RoundTripTrial(Protocol):
     """Measures the first cycles; see `daemon.run.round_trip`."""
 
-    def begun(self) -> None:
+    def sync_sent(self) -> None:
         """Note that a SYNC was sent."""
 
-    def answered(self, inputs: Inputs) -> bool:
+    def cycle_complete(self, inputs: Inputs) -> bool:
         """Take the inputs of the cycle (None = missing); return whether to measure the next cycle too."""
 
 
@@ -56,7 +56,7 @@ class Cycle:
 
     def __init__(
         self,
-        core: Core,
+        core: TickHandler,
         sync: Sender,
         rpdos: Sequence[Sender],
         sizes: Sequence[int],
@@ -72,7 +72,7 @@ class Cycle:
         """Bit k is set while the inputs of node k have not arrived."""
         self.open = False
         """True from a SYNC until its RPDOs are sent; until the next SYNC where no node is expected."""
-        self.trial: Trial | None = None
+        self.trial: RoundTripTrial | None = None
         self._core, self._sync, self._rpdos, self._lockstep = core, sync, tuple(rpdos), lockstep
         self._flush, self._on_begin, self._on_end = flush, on_begin, on_end
         self._sizes = tuple(sizes)
@@ -80,11 +80,11 @@ class Cycle:
         self._inputs: Inputs = [None] * len(self._sizes)
         self._elapsed = 1
         nodes = len(self._sizes)
-        self._answered_at = [-RESPONDING_WITHIN - 2] * nodes
-        """By node: the last cycle in which it answered while it was not expected."""
+        self._responded_at = [-RESPONDING_CYCLES - 2] * nodes
+        """By node: the last cycle in which its frame arrived while it was not expected."""
         self._previous_inputs: Inputs = [None] * nodes
         """Inputs of the previous cycle."""
-        self._late_frames = [0] * nodes
+        self._pending_late_frames = [0] * nodes
         self._late_until = [-1] * nodes
         self._any_late_until = -1
         """By node: how many late frames may still arrive, and until which cycle; the latest such cycle."""
@@ -95,7 +95,7 @@ class Cycle:
     def begin(self, elapsed: int = 1) -> None:
         """Start a cycle `elapsed` periods after the last one; first complete a cycle that is still open."""
         if self.open:
-            self.complete_without()
+            self.complete_without_missing()
         if not self.running:
             return
         self.number += elapsed
@@ -105,7 +105,7 @@ class Cycle:
         self._sync.send(b"")
         self._flush()
         if self.trial is not None:
-            self.trial.begun()
+            self.trial.sync_sent()
         self._on_begin(elapsed)
 
     def handler(self, node: int) -> Callable[[bytes, float], None]:
@@ -114,41 +114,41 @@ class Cycle:
 
         def on_tpdo(payload: bytes, _timestamp_s: float) -> None:
             if len(payload) != size:
-                self._core.input_of_other_length(node, len(payload))
+                self._core.wrong_input_length(node, len(payload))
             elif self.waiting & bit:
                 self._inputs[node] = payload
                 self.waiting ^= bit
                 if not self.waiting:
                     self._complete()
             elif self._expected & bit:
-                self._take_surplus(node, payload)
+                self._handle_extra_frame(node, payload)
             else:
-                self._answered_at[node] = self.number
+                self._responded_at[node] = self.number
 
         return on_tpdo
 
-    def _take_surplus(self, node: int, data: bytes) -> None:
+    def _handle_extra_frame(self, node: int, data: bytes) -> None:
         """Classify a surplus frame: late, delivered twice by CAN, or sent by another participant."""
         if self.number < 0 or not self.running:
             return
-        if self.age(node):
-            self._late_frames[node] -= 1
+        if self.input_age(node):
+            self._pending_late_frames[node] -= 1
             return
-        in_a_row = self.number - self._repeated_at[node] <= 1
-        self._repeats[node] = self._repeats[node] + 1 if in_a_row else 1
+        consecutive = self.number - self._repeated_at[node] <= 1
+        self._repeats[node] = self._repeats[node] + 1 if consecutive else 1
         self._repeated_at[node] = self.number
-        maybe_repeated = self._inputs[node] in (data, self._previous_inputs[node])
-        if not maybe_repeated or self._repeats[node] > REPEATS_TOLERATED:
-            self._core.input_twice(node)
+        may_be_repeated = self._inputs[node] in (data, self._previous_inputs[node])
+        if not may_be_repeated or self._repeats[node] > REPEATS_TOLERATED:
+            self._core.duplicate_input(node)
 
     def responding(self, node: int) -> bool:
         """Whether a node that is not expected to answer has done so lately."""
-        return self.number - self._answered_at[node] <= RESPONDING_WITHIN
+        return self.number - self._responded_at[node] <= RESPONDING_CYCLES
 
-    def age(self, *nodes: int) -> int:
+    def input_age(self, *nodes: int) -> int:
         """Return how many cycles old the last inputs of these nodes may be: late frames to come."""
-        ages = (self._late_frames[node] for node in nodes if self.number <= self._late_until[node])
-        return min(max(ages, default=0), LATE_WITHIN)  # lost frames do not add up for ever
+        ages = (self._pending_late_frames[node] for node in nodes if self.number <= self._late_until[node])
+        return min(max(ages, default=0), LATE_CYCLES_MAX)  # lost frames do not add up for ever
 
     @property
     def inputs_late(self) -> bool:
@@ -160,7 +160,7 @@ class Cycle:
         self._expected |= 1 << node
         self._note_late(node)  # its first answer may have arrived after its cycle
 
-    def complete_without(self) -> None:
+    def complete_without_missing(self) -> None:
         """Complete the cycle without the inputs that have not arrived."""
         for node in range(len(self._sizes)):
             if self.waiting >> node & 1:
@@ -172,8 +172,8 @@ class Cycle:
 
     def _note_late(self, node: int) -> None:
         late = self.number > self._late_until[node]
-        self._late_frames[node] = 1 if late else self._late_frames[node] + 1
-        self._late_until[node] = self._any_late_until = self.number + LATE_WITHIN
+        self._pending_late_frames[node] = 1 if late else self._pending_late_frames[node] + 1
+        self._late_until[node] = self._any_late_until = self.number + LATE_CYCLES_MAX
 
     def stop(self) -> None:
         """Send no further SYNC."""
@@ -184,7 +184,7 @@ class Cycle:
 
     def _complete(self) -> None:
         self.open = False
-        if self.trial is not None and not self.trial.answered(self._inputs):
+        if self.trial is not None and not self.trial.cycle_complete(self._inputs):
             self.trial = None
         payloads = self._core.tick(self.number, self._elapsed, self._inputs)
         if payloads is None:

@@ -21,27 +21,27 @@ BRAKING = BRAKED | {Phase.QUICK_STOPPING}
 Transition = Callable[[sequence_state.Sequence], sequence_state.Sequence]
 
 
-class AxisPlace(NamedTuple):
+class AxisNodes(NamedTuple):
     """An axis and the indices of its nodes among the inputs of a cycle."""
 
     servo: AxisServo
     drive: int
     scale: int | None
     stop_acceleration_m_s2: float
-    further: tuple[int, ...] = ()
+    further_tpdos: tuple[int, ...] = ()
     """Inputs that are further TPDOs of the drive, sent after every SYNC."""
 
 
 class Drives:
     """The drives of the axes at `places`."""
 
-    def __init__(self, places: Sequence[AxisPlace]) -> None:
+    def __init__(self, places: Sequence[AxisNodes]) -> None:
         self._places = tuple(places)
         self._servos = [place.servo for place in places]
         self._memory = self._servos[0].memory
-        self._found = False
+        self._events_pending = False
         """Whether `take_events` has not yet collected the events of the last cycle."""
-        self._aged = False
+        self._inputs_were_old = False
         """Whether inputs of the last cycle may have been old."""
         self.input_ages: Callable[[], Sequence[int]] = list
         """Returns by axis how many cycles old its last inputs may be; empty when all are new."""
@@ -54,10 +54,10 @@ class Drives:
     @property
     def contour(self) -> ContourStatus:
         """Contour control and its error in the last cycle."""
-        found = self._memory.coupled()
-        if found is None:
+        coupling = self._memory.coupled()
+        if coupling is None:
             return ContourStatus()
-        axes, error_m = found
+        axes, error_m = coupling
         return ContourStatus(tuple(self._servos[axis].name for axis in axes), error_m)
 
     @property
@@ -98,11 +98,11 @@ class Drives:
         `set_points`: row of this cycle; None = every axis holds the position at which it was taken over.
         """
         ages = self.input_ages()
-        if ages or self._aged:
+        if ages or self._inputs_were_old:
             for servo, age in zip(self._servos, ages or [0] * len(self._servos), strict=True):
                 servo.input_age(age)
-            self._aged = bool(ages)
-        self._found = self._memory.step(inputs, set_points, time_s, cycle, segment)
+            self._inputs_were_old = bool(ages)
+        self._events_pending = self._memory.step(inputs, set_points, time_s, cycle, segment)
         return self._memory.payloads()
 
     def row(self) -> list[float]:
@@ -117,9 +117,9 @@ class Drives:
 
     def take_events(self) -> list[tuple[AxisServo, Event, str]]:
         """Return the events of the last cycle, once."""
-        if not self._found:
+        if not self._events_pending:
             return []
-        self._found = False
+        self._events_pending = False
         return [(servo, event, text) for servo in self._servos for event, text in servo.findings()]
 
     def skip_cycles(self, cycles: int) -> None:
@@ -155,12 +155,12 @@ class Drives:
 
     def forget_homes(self, nodes: Collection[int]) -> list[tuple[str, bool]]:
         """Forget the homes of the drives among these nodes; return each axis and whether it homes again."""
-        forgotten = []
+        affected = []
         for place in self._places:
             if place.drive in nodes:
                 place.servo.forget_home()
-                forgotten.append((place.servo.name, place.servo.homes))
-        return forgotten
+                affected.append((place.servo.name, place.servo.homes))
+        return affected
 
     def lose(self, node: int) -> None:
         """Give up a node that no longer responds; nodes other than drives are ignored."""

@@ -8,8 +8,9 @@ from collections import deque
 
 FIRST_KEPT = 50
 NEWEST_KEPT = 50
+"""Bound the events kept for report and recording, the first and the newest; chosen."""
 PUBLISHED = 100
-"""Events in the status of the page. Chosen, like the numbers above."""
+"""Bounds the events in the status of the page; chosen."""
 
 
 class EventLog:

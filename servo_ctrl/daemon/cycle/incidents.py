@@ -17,21 +17,21 @@ class Incidents:
         self.ending = False
         """Whether an event ends the run, even where a stop otherwise ends in standby."""
 
-    def take(self, stage: Stage, event: Event, text: str, cycle: int) -> Reaction:
+    def handle(self, stage: Stage, event: Event, text: str, cycle: int) -> Reaction:
         """Log an event; return the reaction of the fault policy."""
-        wanted = reaction(stage, event)
+        result = reaction(stage, event)
         self.log.add(text, cycle)
         self.ending = self.ending or event in ENDS_THE_RUN
-        if wanted is Reaction.NONE:
-            return wanted
+        if result is Reaction.NONE:
+            return result
         fault = event not in REQUESTS and not self.failed
         if not self.reason or (stage is Stage.STANDBY and not self.failed):
             self.reason = text
         elif fault:  # a requested stop failed before the axes came to rest
             self.reason += f"; {text}"
         self.failed = self.failed or fault
-        return wanted
+        return result
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """Clear fault and reason when the machine is enabled again. The log stays."""
         self.failed, self.reason = False, ""

@@ -10,11 +10,11 @@ from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.cyclic.sequence_state import Sequence, brake, release
 from servo_ctrl.daemon.cycle.cycle import Inputs
-from servo_ctrl.daemon.cycle.machine_figures import MachineFigures
+from servo_ctrl.daemon.cycle.machine_state import MachineState
 from servo_ctrl.daemon.set_points.reference import Reference
 
 
-class MachineController(MachineFigures):
+class MachineController(MachineState):
     """Controls all axes. It is made before the nodes boot; the caller sets its callbacks before `begin`."""
 
     def begin(self, *, in_standby: bool = False) -> None:
@@ -37,12 +37,12 @@ class MachineController(MachineFigures):
         if self.nodes is not None:
             if problem := self.nodes.objection(self._missing.lost):
                 return problem
-            if unset := self.nodes.to_boot(self._missing.lost):
-                names = ", ".join(self._node_names[node] for node in unset)
+            if unconfigured := self.nodes.to_boot(self._missing.lost):
+                names = ", ".join(self._node_names[node] for node in unconfigured)
                 self.note(f"{names}: booted and configured again before the drives get power")
-                self._node_boot.begin(unset)
-                self._unhomed = [node for node in unset if not self.nodes.keeps_position(node)]
-                self.nodes.begin_boot(unset)
+                self._node_boot.begin(unconfigured)
+                self._unhomed = [node for node in unconfigured if not self.nodes.keeps_position(node)]
+                self.nodes.begin_boot(unconfigured)
                 return ""
         self._switch_on()
         return ""
@@ -63,7 +63,7 @@ class MachineController(MachineFigures):
         """Start homing of these drives while the other axes hold; do nothing unless the machine is ready."""
         if self.stage is Stage.READY:
             self._drives.home(servos, self.set_points_m())
-            self._source.forget()
+            self._source.reset()
             self.stage = Stage.STARTING
 
     def run(self, program: Reference) -> None:
@@ -80,13 +80,13 @@ class MachineController(MachineFigures):
     def finish(self) -> None:
         """Come to rest and switch the drives off, because no further program follows."""
         if self.stage is Stage.READY:
-            self._hold()
+            self._stop_in_order()
 
     def tick(self, cycle: int, elapsed: int, inputs: Inputs) -> list[bytes] | None:
         """Run one cycle, `elapsed` SYNC periods after the last. Return RPDO payloads, None when off."""
         self._cycle = cycle
         if elapsed > 1:
-            self._pass_missed(cycle, elapsed - 1)
+            self._skip_missed_periods(cycle, elapsed - 1)
         if self._missing.any:
             self._missing.recount(inputs)
         self._take_set_points(cycle)
@@ -95,11 +95,11 @@ class MachineController(MachineFigures):
         self.keep_row(self._drives.row_memory)
         self.record(self._drives.row())
         for servo, event, text in self._drives.take_events():
-            self.event(event, text + self.doubt(cycle), servo)
+            self.event(event, text + self.disturbance_remark(cycle), servo)
         if self.stage is Stage.RUNNING:
             if source.stopping and source.at_rest:
-                self._rest()
-        elif not self._move_on():
+                self._become_ready()
+        elif not self._advance_stage():
             return None
         elif self.stage is Stage.STANDBY:
             if self._missing.lost:
@@ -119,12 +119,12 @@ class MachineController(MachineFigures):
         self.event(Event.LOST_TPDO, f"{self._node_names[node]}: its cyclic inputs do not come any more")
         return True
 
-    def input_twice(self, node: int) -> None:
+    def duplicate_input(self, node: int) -> None:
         """Stop, because another participant sends inputs of a node too."""
         text = "answers a SYNC twice: two nodes have its id, or somebody sends in its name"
         self.event(Event.DUPLICATE_NODE, f"{self._node_names[node]}: {text}")
 
-    def input_of_other_length(self, node: int, size: int) -> None:
+    def wrong_input_length(self, node: int, size: int) -> None:
         """Stop, because a TPDO of a node has a `size` in bytes that contradicts its mapping."""
         text = f"a TPDO of {size} bytes, which is not its mapping"
         self.event(Event.WRONG_PDO, f"{self._node_names[node]}: {text}")
@@ -140,12 +140,12 @@ class MachineController(MachineFigures):
         failed_before = self.failed
         if event in REQUESTS and self._node_boot.cancel_power():
             self.note("set up again, and left without power")
-        wanted = self._incidents.take(self.stage, event, text, self._cycle)
+        reaction = self._incidents.handle(self.stage, event, text, self._cycle)
         if self.failed and not failed_before:
             self.on_fault(event, text)
-        match wanted:
+        match reaction:
             case Reaction.HOLD:
-                self._hold()
+                self._stop_in_order()
             case Reaction.QUICK_STOP:
                 self._change_all(brake, Stage.QUICK_STOPPING)
             case Reaction.CUT_OFF:
@@ -167,13 +167,13 @@ class MachineController(MachineFigures):
             if self.served:
                 source.ramp_down(self._drives.hold_positions_m)
             else:
-                self._hold()
-        source.stay()
+                self._stop_in_order()
+        source.hold_or_ramp()
 
-    def _pass_missed(self, cycle: int, missed: int) -> None:
+    def _skip_missed_periods(self, cycle: int, missed: int) -> None:
         """Advance over missed periods: set points keep true time in a short gap and stop in a long one."""
         self._disturbed_at = cycle
-        if problem := self._missed.take(cycle, missed):
+        if problem := self._missed.count(cycle, missed):
             self.event(Event.LATE_TICK, problem)
             if self.stage is Stage.DISABLING and self._drives.enabled:
                 # the ramp had ended but the power was still on: the axes may have accelerated since
@@ -183,20 +183,20 @@ class MachineController(MachineFigures):
                 self._take_set_points(cycle - late)
         self._drives.skip_cycles(missed)
 
-    def _hold(self) -> None:
+    def _stop_in_order(self) -> None:
         """Come to rest, then switch the power off."""
         self._source.ramp_down(self._drives.hold_positions_m)
         self.stage = Stage.STOPPING
 
-    def _rest(self) -> None:
+    def _become_ready(self) -> None:
         """Become ready for the next program after the last one has ended and the axes stand."""
-        self._source.rest()
+        self._source.end_ramp()
         self.stage = Stage.READY
         self.on_rest()
 
     def _accept_nodes(self) -> None:
         """Accept nodes that were given up and respond again; in standby nothing moves."""
-        for node in self.nodes.back(self._missing.lost) if self.nodes is not None else ():
+        for node in self.nodes.returned(self._missing.lost) if self.nodes is not None else ():
             self._missing.lost.remove(node)
             self.note(f"{self._node_names[node]}: its cyclic inputs come again")
             self._drives.accept_again(node)
@@ -204,7 +204,7 @@ class MachineController(MachineFigures):
     def _end_setting_up(self) -> None:
         """Give the drives power once the nodes are configured and their inputs arrive."""
         if self.nodes is not None:
-            self.nodes.use(self._node_boot.nodes)
+            self.nodes.mark_operational(self._node_boot.nodes)
         for name, homes in self._drives.forget_homes(self._unhomed):
             what = "it homes again" if homes else "it has no homing: compare its position with the machine"
             self.note(f"axis {name}: its drive was set up again and has lost its reference; {what}")
@@ -216,7 +216,7 @@ class MachineController(MachineFigures):
     def _switch_on(self) -> None:
         failed = self.failed
         self._drives.switch_on_again()
-        self._incidents.forget()
+        self._incidents.clear()
         self.stage = Stage.STARTING
         self.on_enable(failed)
 
@@ -224,7 +224,7 @@ class MachineController(MachineFigures):
         self._drives.change_sequences(change)
         self.stage = stage
 
-    def _move_on(self) -> bool:
+    def _advance_stage(self) -> bool:
         """Enter the stage that follows from the axes' phases; return False when the machine is off."""
         if self.stage is Stage.STARTING and self._drives.ready:
             self.stage = Stage.READY
@@ -246,5 +246,5 @@ class MachineController(MachineFigures):
             self.stage = Stage.OFF
         else:
             self.stage = Stage.STANDBY
-            self._source.forget()
+            self._source.reset()
             self.on_rest()

@@ -32,7 +32,7 @@ class MissedTicks:
         self._period_s, self._allowed = period_s, allowed
         self._in_block = BlockCount()
 
-    def take(self, cycle: int, missed: int) -> str:
+    def count(self, cycle: int, missed: int) -> str:
         """Count the ticks missed before this cycle; return why they are too many, else ""."""
         self.total += missed
         in_block = self._in_block.add(cycle, missed)

@@ -9,8 +9,8 @@ from servo_ctrl.daemon.cycle.missed_ticks import BlockCount
 class Tolerance(NamedTuple):
     """How many missing inputs are tolerated: in consecutive cycles, and in a block (`missed_ticks`)."""
 
-    in_a_row: int
-    in_a_block: int
+    consecutive: int
+    per_block: int
 
 
 class MissingInputs:
@@ -23,17 +23,17 @@ class MissingInputs:
         self.lost: set[int] = set()
         """Nodes that were given up."""
         self._tolerance = tolerance
-        self._in_a_row = [0] * nodes
+        self._consecutive = [0] * nodes
         self._in_block = [BlockCount() for _ in range(nodes)]
 
     def count(self, node: int, cycle: int) -> bool:
         """Count a node's missing inputs in this cycle; return whether the node is given up."""
         self.total += 1
-        self._in_a_row[node] += 1
+        self._consecutive[node] += 1
         in_block = self._in_block[node].add(cycle, 1)
         self.any = True
         tolerance = self._tolerance
-        given_up = self._in_a_row[node] > tolerance.in_a_row or in_block > tolerance.in_a_block
+        given_up = self._consecutive[node] > tolerance.consecutive or in_block > tolerance.per_block
         if given_up:
             self.lost.add(node)
         return given_up
@@ -42,5 +42,5 @@ class MissingInputs:
         """Reset the consecutive count of nodes whose inputs arrived."""
         for node, values in enumerate(inputs):
             if values is not None:
-                self._in_a_row[node] = 0
-        self.any = any(self._in_a_row)
+                self._consecutive[node] = 0
+        self.any = any(self._consecutive)

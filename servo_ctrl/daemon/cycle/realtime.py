@@ -13,8 +13,8 @@ from servo_ctrl.errors import ServoCtrlError
 
 FIFO_PRIORITY = 80
 """Priority of the cycle; chosen."""
-BESIDE_PRIORITY = 1
-"""Priority of other threads: above processes that could preempt a holder of the interpreter lock."""
+BACKGROUND_PRIORITY = 1
+"""Priority of other threads: above processes that could preempt a holder of the interpreter lock; chosen."""
 SWITCH_INTERVAL_S = 2e-4
 """After this time another thread must return the interpreter lock to the cycle; chosen."""
 MCL_ALL_ON_FAULT = 7
@@ -22,7 +22,7 @@ MCL_ALL_ON_FAULT = 7
 
 
 class RealtimeError(ServoCtrlError):
-    """The system does not grant what --fifo asks for."""
+    """The system does not permit what --fifo needs."""
 
 
 @contextmanager
@@ -35,7 +35,7 @@ def uninterrupted(*, fifo: bool) -> Iterator[None]:
     """
     collecting, interval_s = gc.isenabled(), sys.getswitchinterval()
     if fifo:
-        _take_priority()
+        _raise_priority()
     gc.collect(1)
     gc.freeze()
     gc.disable()
@@ -48,16 +48,16 @@ def uninterrupted(*, fifo: bool) -> Iterator[None]:
         if collecting:
             gc.enable()
         if fifo:
-            _give_priority_back()
+            _restore_priority()
 
 
-def step_back() -> None:
+def lower_priority() -> None:
     """Lower the calling thread's priority below the cycle's, which it has inherited."""
     if hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) == os.SCHED_FIFO:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(BESIDE_PRIORITY))
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(BACKGROUND_PRIORITY))
 
 
-def _take_priority() -> None:
+def _raise_priority() -> None:
     if not hasattr(os, "sched_setscheduler"):
         raise RealtimeError("--fifo needs Linux (sched_setscheduler)")
     # Linear algebra allocates its buffers at its first call: tens of milliseconds once memory is locked.
@@ -75,6 +75,6 @@ def _take_priority() -> None:
         ) from None
 
 
-def _give_priority_back() -> None:
+def _restore_priority() -> None:
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
     ctypes.CDLL(None).munlockall()

@@ -10,7 +10,7 @@ SWITCH_ON = "see to its supply and its cable; Enable sets it up again once it is
 EMCY_BYTES = 8
 
 
-class Nodes:
+class StandbyNodes:
     """The nodes of a machine that stands by.
 
     A node that left NMT operational after a communication error kept its configuration: `start` commands it
@@ -33,37 +33,39 @@ class Nodes:
         self.boot: Callable[[list[int]], None] = lambda _nodes: None
         """Starts the boot of nodes, which ends with a call of `MachineController.booted`."""
 
-    def back(self, lost: Collection[int]) -> list[int]:
+    def returned(self, lost: Collection[int]) -> list[int]:
         """Return which of the inputs given up arrive again; the cycle expects them from now on."""
-        back = [node for node in lost if self._cycle.responding(node)]
-        for node in back:
+        returned = [node for node in lost if self._cycle.responding(node)]
+        for node in returned:
             self._cycle.expect(node)
-        return back
+        return returned
 
-    def give_up(self, place: int) -> None:
-        """Note that the input at `place` was given up."""
-        self._watch.give_up(self._sender[place])
+    def give_up(self, index: int) -> None:
+        """Note that the input at `index` was given up."""
+        self._watch.give_up(self._sender[index])
 
     def objection(self, lost: Collection[int]) -> str:
         """Return why nodes can be neither used nor booted, else ""; `lost`: inputs that were given up."""
-        for node in (self._sender[place] for place in lost):
+        for node in (self._sender[index] for index in lost):
             if not self._watch.is_responding(node):
                 return f"{self._names[node]}: its cyclic inputs do not come, and nothing else; {SWITCH_ON}"
         for node in range(self._watch.nodes):
             if silence := self._watch.silence(node):
                 return f"{self._names[node]}: {silence}; {SWITCH_ON}"
-        unset = self.to_boot(())
-        left = [node for node in self._watch.left_operational() if node not in unset]
-        for node in left:
+        unconfigured = self.to_boot(())
+        stopped = [node for node in self._watch.left_operational() if node not in unconfigured]
+        for node in stopped:
             self._start(node)
-        if left:
-            return f"{self._names[left[0]]}: has left NMT operational and is started again; enable once more"
+        if stopped:
+            return (
+                f"{self._names[stopped[0]]}: has left NMT operational and is started again; enable once more"
+            )
         return ""
 
     def to_boot(self, lost: Collection[int]) -> list[int]:
         """Return the nodes that must boot before a drive gets power; `lost`: inputs that were given up."""
         restarted = {node for node in range(self._watch.nodes) if self._watch.restarted(node)}
-        return sorted(restarted | self.changed.keys() | {self._sender[place] for place in lost})
+        return sorted(restarted | self.changed.keys() | {self._sender[index] for index in lost})
 
     def keeps_position(self, node: int) -> bool:
         """Whether a node that must boot has not restarted since its last boot, so that its home is valid."""
@@ -90,7 +92,7 @@ class Nodes:
             self._start(node)
         return ""
 
-    def use(self, nodes: Collection[int]) -> None:
+    def mark_operational(self, nodes: Collection[int]) -> None:
         """Mark these nodes as operational, because their inputs arrived after their start."""
         for node in nodes:
             self._watch.assume_operational(node)

@@ -1,6 +1,6 @@
 """Executes commands that switch compensations on and off or roll learned results back."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -9,10 +9,10 @@ from servo_ctrl.commands.objections import NOTHING_IN_USE
 from servo_ctrl.commands.stage import refused
 from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
+from servo_ctrl.daemon.learning.learned_results import LearnedResults
 from servo_ctrl.daemon.learning.pulse_compensation import AxisCompensation, tabulated
 from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
 from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensation
-from servo_ctrl.learned.store import LearnedStore, ScrewStore, WaveformStore
 
 CompensatedAxis = AxisCompensation | ScrewCompensation | WaveformCompensation
 
@@ -36,25 +36,19 @@ class CompensationCommands:
 
     def __init__(
         self,
-        pulses: Mapping[str, AxisCompensation],
-        screws: Mapping[str, ScrewCompensation],
-        waveforms: Mapping[str, WaveformCompensation],
-        *,
-        store: LearnedStore,
-        screw_store: ScrewStore,
-        waveform_store: WaveformStore,
+        learned: LearnedResults,
         worker: BackgroundWorker,
         publisher: StatusPublisher,
         note: Callable[[str], None],
     ) -> None:
-        self.pulses, self.screws, self.waveforms = pulses, screws, waveforms
-        self._store, self._screw_store, self._waveform_store = store, screw_store, waveform_store
+        self._learned = learned
+        self.pulses, self.screws, self.waveforms = learned.pulses, learned.screws, learned.waveforms
         self._worker, self._publisher, self._note = worker, publisher, note
         self.axes_with = {
-            PULSE: [name for name, axis in pulses.items() if axis.has_pulse],
-            OBSERVER: [name for name, axis in pulses.items() if axis.has_observer],
-            SCREW: [name for name in pulses if screws[name].configured],
-            WAVEFORM: [name for name in pulses if waveforms[name].configured],
+            PULSE: [name for name, axis in self.pulses.items() if axis.has_pulse],
+            OBSERVER: [name for name, axis in self.pulses.items() if axis.has_observer],
+            SCREW: [name for name, axis in self.screws.items() if axis.configured],
+            WAVEFORM: [name for name, axis in self.waveforms.items() if axis.configured],
         }
         """By section: the axes that have it."""
         self.commands: dict[Command, Callable[[str], CommandResult]] = {
@@ -94,16 +88,20 @@ class CompensationCommands:
     def _roll_back_pulse(self, name: str) -> CommandResult:
         chosen = [self.pulses[name]] if name else list(self.pulses.values())
         nothing_in_use = NOTHING_IN_USE[Command.ROLL_BACK]
-        return self._roll_back(chosen, lambda axis: tabulated(self._store.roll_back(axis)), nothing_in_use)
+        return self._roll_back(
+            chosen, lambda axis: tabulated(self._learned.pulse_store.roll_back(axis)), nothing_in_use
+        )
 
     def _roll_back_screw(self, name: str) -> CommandResult:
         chosen = [self.screws[name]] if name else list(self.screws.values())
-        return self._roll_back(chosen, self._screw_store.roll_back, NOTHING_IN_USE[Command.ROLL_BACK_SCREW])
+        return self._roll_back(
+            chosen, self._learned.screw_store.roll_back, NOTHING_IN_USE[Command.ROLL_BACK_SCREW]
+        )
 
     def _roll_back_waveform(self, name: str) -> CommandResult:
         chosen = [self.waveforms[name]] if name else list(self.waveforms.values())
         return self._roll_back(
-            chosen, self._waveform_store.roll_back, NOTHING_IN_USE[Command.ROLL_BACK_WAVEFORM]
+            chosen, self._learned.waveform_store.roll_back, NOTHING_IN_USE[Command.ROLL_BACK_WAVEFORM]
         )
 
     def _roll_back(

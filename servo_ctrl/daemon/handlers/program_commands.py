@@ -35,6 +35,7 @@ class ProgramCommands:
         self,
         machine: MachineController,
         motion: MotionPlan,
+        *,
         job: LearningJob,
         program: ProgramStart,
         worker: BackgroundWorker,

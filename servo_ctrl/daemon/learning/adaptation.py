@@ -1,7 +1,7 @@
 """Adapts the pulse functions in production: a reversal may change them slightly. Off by default.
 
-The adapted functions stay in memory; every `STORED_EVERY` changes and at the end of the run they are stored
-as a new version.
+The adapted functions stay in memory; after `CHANGES_PER_VERSION` changes and at the end of the run they are
+stored as a new version.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ from servo_ctrl.learning.adaptation import adapted
 from servo_ctrl.learning.pulse_functions import table
 from servo_ctrl.learning.types import Learned, ReversalReport, StrokeResult
 
-STORED_EVERY = 500
+CHANGES_PER_VERSION = 500
 """Changes of an axis's functions after which they are stored as a new version; chosen."""
 
 
@@ -59,17 +59,17 @@ class Adaptation:
         result = StrokeResult(trace_m[None, :], self._config.period_s)
 
         def work() -> tuple[Learned, Array] | None:
-            better = adapted(learned, settings, report.acceleration_m_s2, result)
-            return None if better is None else (better, table(better))
+            functions = adapted(learned, settings, report.acceleration_m_s2, result)
+            return None if functions is None else (functions, table(functions))
 
-        def then(better: tuple[Learned, Array] | None) -> None:
+        def then(functions: tuple[Learned, Array] | None) -> None:
             self._busy = False
-            if better is None or axis.learned is not learned:  # other functions came into use meanwhile
+            if functions is None or axis.learned is not learned:  # other functions came into use meanwhile
                 return
-            axis.adapt(*better)
-            self._adapted[index] = better[0]
+            axis.adapt(*functions)
+            self._adapted[index] = functions[0]
             self._changes[index] += 1
-            if self._changes[index] >= STORED_EVERY:
+            if self._changes[index] >= CHANGES_PER_VERSION:
                 self._store_axis(index)
 
         def failed(reason: str) -> None:

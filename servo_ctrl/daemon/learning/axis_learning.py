@@ -1,4 +1,4 @@
-"""The interface between a learning run and what an axis learns (pulse, screw); see `learning_job`."""
+"""The interface between a learning run and the learner of pulse, screw or waveform; see `learning_job`."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ from servo_ctrl.learning.types import Learned, Outlook
 from servo_ctrl.learning.waveform_run import WaveformRun
 from servo_ctrl.units import UM
 
-REPEATS = 5
-"""Consecutive strokes that a late tick or lost input may spoil before learning fails; chosen."""
+REPEATS_MAX = 5
+"""Bounds the consecutive strokes that a late tick or lost input makes unusable; chosen."""
 ADVICE = "run `servo-ctrl learn --fifo`, give this computer less to do, or look for frames that are lost"
 
 
@@ -34,7 +34,7 @@ class LearningOutcome(NamedTuple):
 
 
 class AxisLearning(ABC):
-    """One axis learning something, stroke by stroke.
+    """Learns one result of one axis, stroke by stroke.
 
     The background worker calls `open`, `prepare`, `take`, `conclude` and `discard`, which may take longer
     than a period and may raise ServoCtrlError.
@@ -52,7 +52,7 @@ class AxisLearning(ABC):
         self.resumed = 0
         """Strokes taken over from an interrupted run."""
         self._run: LearningRun | ScrewRun | WaveformRun | None = None
-        self._spoilt = 0
+        self._consecutive_failures = 0
 
     @abstractmethod
     def open(self, *, fresh: bool) -> list[str]:
@@ -78,12 +78,12 @@ class AxisLearning(ABC):
         try:
             result = self._evaluate(collected)
         except ValueError as error:
-            self._spoilt += 1
-            if self._spoilt > REPEATS:
-                in_a_row = f"{self._spoilt} {self.stroke_noun}s in a row are spoilt"
-                raise LearningError(f"axis {self.name}: {in_a_row}: {error}; {ADVICE}") from None
+            self._consecutive_failures += 1
+            if self._consecutive_failures > REPEATS_MAX:
+                failures = f"{self._consecutive_failures} {self.stroke_noun}s in a row are spoilt"
+                raise LearningError(f"axis {self.name}: {failures}: {error}; {ADVICE}") from None
             return f"axis {self.name}: a {self.stroke_noun} is made again: {error}"
-        self._spoilt = 0
+        self._consecutive_failures = 0
         self._advance(result)
         return ""
 
@@ -119,6 +119,6 @@ class AxisLearning(ABC):
     def _store_result(self, learned: Any) -> Any:
         """Store the learned result; return the argument of `use`."""
 
-    def _now_at(self, run: LearningRun | ScrewRun | WaveformRun) -> None:
+    def _publish_progress(self, run: LearningRun | ScrewRun | WaveformRun) -> None:
         """Copy stroke and outlook, which the cycle's thread reads while the worker changes `run`."""
         self._run, self.stroke, self.outlook = run, run.stroke, run.outlook

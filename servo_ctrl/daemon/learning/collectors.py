@@ -9,8 +9,8 @@ from kernels.arrays import Array
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.recording.channels import places_of
 
-GAP_BRIDGED = 3
-"""Bridged gap, in samples: at 1 kHz and 0.1 m/s^2 a straight line deviates by at most 0.2 um."""
+GAP_SAMPLES_MAX = 3
+"""Bounds an interpolated gap, samples: at 1 kHz and 0.1 m/s^2 a straight line deviates by at most 0.2 um."""
 
 
 class Collector:
@@ -52,12 +52,12 @@ class StrokeCollector(Collector):
         The command is interpolated linearly over missed ticks. A missing position is NaN, unless its gap is
         short enough for interpolation between its neighbours.
         """
-        taken = np.array(self._cycles)
+        ran = np.array(self._cycles)
         command_m, measured_m = self.columns()
-        cycles = np.arange(taken[0], taken[-1] + 1.0)
+        cycles = np.arange(ran[0], ran[-1] + 1.0)
         position_m = np.full(len(cycles), np.nan)
-        position_m[(taken - taken[0]).astype(np.int64)] = measured_m
-        return np.interp(cycles, taken, command_m), bridged(position_m)
+        position_m[(ran - ran[0]).astype(np.int64)] = measured_m
+        return np.interp(cycles, ran, command_m), bridged(position_m)
 
 
 class WaveformCollector(Collector):
@@ -69,16 +69,20 @@ class WaveformCollector(Collector):
 
     def samples(self) -> tuple[Array, Array, Array]:
         """Return position command, velocity command and error, (n,) each, like `StrokeCollector`."""
-        taken = np.array(self._cycles)
-        position_m, velocity_m_s, seen_m = self.columns()
-        cycles = np.arange(taken[0], taken[-1] + 1.0)
+        ran = np.array(self._cycles)
+        position_m, velocity_m_s, measured_error_m = self.columns()
+        cycles = np.arange(ran[0], ran[-1] + 1.0)
         error_m = np.full(len(cycles), np.nan)
-        error_m[(taken - taken[0]).astype(np.int64)] = seen_m
-        return np.interp(cycles, taken, position_m), np.interp(cycles, taken, velocity_m_s), bridged(error_m)
+        error_m[(ran - ran[0]).astype(np.int64)] = measured_error_m
+        return (
+            np.interp(cycles, ran, position_m),
+            np.interp(cycles, ran, velocity_m_s),
+            bridged(error_m),
+        )
 
 
 def bridged(position_m: Array) -> Array:
-    """Interpolate linearly over gaps of up to `GAP_BRIDGED` NaN between numbers, (n,)."""
+    """Interpolate linearly over gaps of up to `GAP_SAMPLES_MAX` NaN between numbers, (n,)."""
     known = np.flatnonzero(np.isfinite(position_m))
     if not len(known):
         return position_m
@@ -86,7 +90,7 @@ def bridged(position_m: Array) -> Array:
     after = np.searchsorted(known, missing)
     inside = (after > 0) & (after < len(known))
     missing, after = missing[inside], after[inside]
-    brief = missing[known[after] - known[after - 1] - 1 <= GAP_BRIDGED]
+    short_gaps = missing[known[after] - known[after - 1] - 1 <= GAP_SAMPLES_MAX]
     filled = position_m.copy()
-    filled[brief] = np.interp(brief, known, position_m[known])
+    filled[short_gaps] = np.interp(short_gaps, known, position_m[known])
     return filled

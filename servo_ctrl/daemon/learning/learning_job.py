@@ -48,19 +48,21 @@ class LearningJob:
         self._machine, self._learning_of, self._on_end = machine, learning_of, on_end
         self._worker, self._rows, self._publisher = worker, rows, publisher
         self._learning: AxisLearning | None = None
-        self._shown: AxisLearning | None = None
+        self._last_learning: AxisLearning | None = None
         """The learning that `status` shows: the present one, or the last."""
         self._collector: Collector | None = None
         """The collector of the present stroke."""
-        self._waiting: list[str] = []
+        self._next_axes: list[str] = []
         """Axes to learn after the present one."""
         self._learner, self._fresh = "", False
 
     def status(self) -> LearningStatus:
         """Return state and progress of learning."""
-        if self._shown is None:
+        if self._last_learning is None:
             return LearningStatus(self.state, reason=self._reason)
-        return learning_status(self.state, self._shown.name, self._reason, self._shown.outlook)
+        return learning_status(
+            self.state, self._last_learning.name, self._reason, self._last_learning.outlook
+        )
 
     def occupied(self) -> CommandResult | None:
         """Refuse other motion while learning makes strokes."""
@@ -70,27 +72,27 @@ class LearningJob:
 
     def start(self, axes: Sequence[str], learner: str, *, fresh: bool = False) -> CommandResult:
         """Learn these axes one after the other; resume interrupted runs unless `fresh`."""
-        after = following(self.state, LearningEvent.START)
-        if after is None:
+        next_state = following(self.state, LearningEvent.START)
+        if next_state is None:
             return refused(learning_already(self.state))
-        if problem := self._unready():
+        if problem := self._not_ready():
             return problem
-        self._waiting, self._learner, self._fresh = list(axes), learner, fresh
+        self._next_axes, self._learner, self._fresh = list(axes), learner, fresh
         self.outcomes, self._reason = [], ""
-        self.state = after
+        self.state = next_state
         self._next_axis()
         return CommandResult()
 
     def pause(self) -> CommandResult:
         """Pause after the present stroke."""
-        return self._asked(LearningEvent.PAUSE, Command.PAUSE_LEARNING)
+        return self._command(LearningEvent.PAUSE, Command.PAUSE_LEARNING)
 
     def resume(self) -> CommandResult:
         """Continue after a pause."""
         paused = self.state is LearningState.PAUSED
-        if paused and (problem := self._unready()):
+        if paused and (problem := self._not_ready()):
             return problem
-        verdict = self._asked(LearningEvent.RESUME, Command.RESUME_LEARNING)
+        verdict = self._command(LearningEvent.RESUME, Command.RESUME_LEARNING)
         if verdict.accepted and paused:
             self._next_stroke()
         return verdict
@@ -98,9 +100,9 @@ class LearningJob:
     def abort(self) -> CommandResult:
         """Ramp to rest and discard the strokes of the present axis; the earlier compensation stays in use."""
         learning = self._learning
-        verdict = self._asked(LearningEvent.ABORT, Command.ABORT_LEARNING)
+        verdict = self._command(LearningEvent.ABORT, Command.ABORT_LEARNING)
         if verdict.accepted:
-            self._leave("aborted")
+            self._end_strokes("aborted")
             if learning is not None:
                 self._worker.do(learning.discard, lambda _none: None, self._machine.note)
             self._on_end()
@@ -113,7 +115,7 @@ class LearningJob:
             return
         self._rows.stroke = self._collector = None
         learning.restore()
-        self._do(learning, lambda: learning.take(collected), self._taken)
+        self._do(learning, lambda: learning.take(collected), self._evaluated)
 
     def on_stop(self, reason: str) -> None:
         """End learning because the machine stops; the journal keeps the strokes so far."""
@@ -121,9 +123,9 @@ class LearningJob:
             self._fail(self._learning, reason)
 
     def _next_axis(self) -> None:
-        name = self._waiting.pop(0)
+        name = self._next_axes.pop(0)
         learning = self._learning_of(name, self._learner)
-        self._learning = self._shown = learning
+        self._learning = self._last_learning = learning
         self._do(learning, lambda: learning.open(fresh=self._fresh), self._opened)
 
     def _do(
@@ -138,11 +140,11 @@ class LearningJob:
         if learning is self._learning:
             self._next_stroke()
 
-    def _taken(self, learning: AxisLearning, spoilt: str) -> None:
+    def _evaluated(self, learning: AxisLearning, repeat_reason: str) -> None:
         if learning is not self._learning:
             return
-        if spoilt:
-            self._machine.note(spoilt)
+        if repeat_reason:
+            self._machine.note(repeat_reason)
         self._next_stroke()
 
     def _next_stroke(self) -> None:
@@ -153,7 +155,7 @@ class LearningJob:
         if learning.stroke is None:
             self._do(learning, learning.conclude, self._learned)
             return
-        self._become(LearningEvent.STROKE_OVER)
+        self._change_state(LearningEvent.STROKE_OVER)
         if self.state is LearningState.PAUSED:
             return
         start_m = self._machine.set_points_m()
@@ -179,21 +181,21 @@ class LearningJob:
         self._machine.note(f"axis {outcome.axis}: {improved}, {learned.strokes} strokes, {version}")
         if learning is not self._learning:
             return
-        if self._waiting:
+        if self._next_axes:
             self._next_axis()
         else:
-            self._become(LearningEvent.LEARNED)
+            self._change_state(LearningEvent.LEARNED)
             self._on_end()
 
     def _fail(self, learning: AxisLearning, reason: str) -> None:
         if learning is not self._learning or following(self.state, LearningEvent.FAIL) is None:
             return
-        self._leave(reason)
-        self._become(LearningEvent.FAIL)
+        self._end_strokes(reason)
+        self._change_state(LearningEvent.FAIL)
         self._machine.note(f"learning axis {learning.name} has failed: {reason}")
         self._on_end()
 
-    def _leave(self, reason: str) -> None:
+    def _end_strokes(self, reason: str) -> None:
         """Make no further stroke: restore the earlier compensation and bring the axes to rest."""
         self._reason = reason
         learning, self._learning = self._learning, None
@@ -204,17 +206,17 @@ class LearningJob:
         if collector is not None:
             self._machine.interrupt()
 
-    def _asked(self, event: LearningEvent, command: Command) -> CommandResult:
+    def _command(self, event: LearningEvent, command: Command) -> CommandResult:
         if following(self.state, event) is None:
             return refused(no_such_learning(command, self.state))
-        self._become(event)
+        self._change_state(event)
         return CommandResult()
 
-    def _become(self, event: LearningEvent) -> None:
+    def _change_state(self, event: LearningEvent) -> None:
         self.state = following(self.state, event) or self.state
         self._publisher.changed()
 
-    def _unready(self) -> CommandResult | None:
+    def _not_ready(self) -> CommandResult | None:
         if self._machine.stage is not Stage.READY:
             return refused_now(self._machine)
         return refused(text) if (text := self._machine.at_a_switch) else None

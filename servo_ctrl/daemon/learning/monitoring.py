@@ -77,8 +77,8 @@ class ReversalMonitor:
         """The last commanded step in that plane, while a window is open."""
         self._open = 0
         """Number of open windows."""
-        self._nothing = [math.nan] * len(places)
-        self._previous = self._nothing
+        self._no_row = [math.nan] * len(places)
+        self._previous = self._no_row
         self._next_cycle = math.nan
 
     @property
@@ -100,7 +100,7 @@ class ReversalMonitor:
         """Take one recorded row; it is kept until the next one."""
         previous = self._previous
         if values[self._cycle] != self._next_cycle:
-            previous = self._nothing
+            previous = self._no_row
         self._previous = values
         self._next_cycle = values[self._cycle] + 1
         for axis in self._axes:
@@ -141,11 +141,11 @@ class ReversalMonitor:
 
     def _sample(self, values: list[float], previous: list[float]) -> None:
         """Add one sample to the open windows."""
-        contour_m, path = 0.0, False
+        contour_m, in_plane = 0.0, False
         if self._plane:
             x, y = self._plane
-            path = x.window is not None or y.window is not None
-        if path:
+            in_plane = x.window is not None or y.window is not None
+        if in_plane:
             if x.moves or y.moves:  # else the last direction still applies
                 self._step_m = (
                     values[x.command_at] - previous[x.command_at],
@@ -159,25 +159,25 @@ class ReversalMonitor:
             if values[self._segment] < 0:
                 self._cut_off(axis)
                 continue
-            other_moves = index < 2 and path and self._plane[1 - index].moves
+            other_moves = index < 2 and in_plane and self._plane[1 - index].moves
             if window.add(_error_m(axis, values), contour_m, other_moves=other_moves) == self._samples:
                 self._evaluate(index, axis, window)
 
     def _evaluate(self, index: int, axis: _MonitoredAxis, window: Window) -> None:
-        found = evaluated(window)
-        if found is None:
+        evaluation = evaluated(window)
+        if evaluation is None:
             self._cut_off(axis)
             return
         axis.window = None
         self._open -= 1
-        report, trace_m = found
+        report, trace_m = evaluation
         self.last[index] = report
         self.counts[index] += 1
-        was = self._states[index]
+        before = self._states[index]
         if self._learns[index]:
-            self._states[index] = next_due_state(self._rule, was, report.error_mean_m)
+            self._states[index] = next_due_state(self._rule, before, report.error_mean_m)
         self._on_reversal(index, report, trace_m)
-        if self._states[index].due != was.due:
+        if self._states[index].due != before.due:
             self._on_due(index, self._states[index].due)
 
 

@@ -25,7 +25,7 @@ class Production:
     ) -> None:
         self.monitor = ReversalMonitor(config, self._on_reversal, self._on_due)
         self._names = list(config.axes)
-        self._in_a_row = config.monitoring.due_after_reversals
+        self._due_after = config.monitoring.due_after_reversals
         self._period_s = config.period_s
         self._publisher, self._note, self._adapt = publisher, note, adapt
         self._log: ReversalLog | None = None
@@ -50,7 +50,7 @@ class Production:
         last, required_um = self.monitor.last[axis], self.monitor.required_m / UM
         mean_um = last.error_mean_m / UM if last is not None else 0.0
         if due:
-            compared = f"J {mean_um:.1f} um over {required_um:.1f} um, {self._in_a_row} reversals in a row"
+            compared = f"J {mean_um:.1f} um over {required_um:.1f} um, {self._due_after} reversals in a row"
             self._note(f"axis {self._names[axis]}: learning is due: {compared}")
         else:
             self._note(f"axis {self._names[axis]}: learning is due no more: J {mean_um:.1f} um")

@@ -64,7 +64,7 @@ class PulseLearning(AxisLearning):
         self.resumed = len(entries)
         if entries:
             notes.append(f"axis {self.name}: learning goes on after {len(entries)} strokes made before")
-        self._now_at(run)
+        self._publish_progress(run)
         return notes
 
     def prepare(self, start_m: Sequence[float]) -> ProgramReference:
@@ -75,14 +75,14 @@ class PulseLearning(AxisLearning):
         """Begin `stroke` and apply its pulse, without a learned waveform."""
         self._compensation.try_out(self.stroke.pulse)
         if self._waveform is not None:
-            self._waveform.hold_off(on=True)
+            self._waveform.suspend(on=True)
         return StrokeCollector(self._config, self.name)
 
     def restore(self) -> None:
         """Restore the compensation in use before the stroke."""
         self._compensation.restore()
         if self._waveform is not None:
-            self._waveform.hold_off(on=False)
+            self._waveform.suspend(on=False)
 
     def _evaluate(self, collected: StrokeCollector) -> StrokeResult:
         command_m, position_m = collected.samples()
@@ -91,7 +91,7 @@ class PulseLearning(AxisLearning):
     def _advance(self, result: StrokeResult) -> None:
         self._journal.append(self.stroke, result)
         self._run.take(result)
-        self._now_at(self._run)
+        self._publish_progress(self._run)
 
     def _store_result(self, learned: Learned) -> Functions:
         conditions = conditions_of(self._config, self.name, "learning")

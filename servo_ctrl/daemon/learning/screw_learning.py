@@ -31,7 +31,7 @@ class ScrewLearning(AxisLearning):
         super().__init__(screw.name)
         self._config, self._store, self._screw, self._motion = config, store, screw, motion
         self._settings = screw_settings(config, screw.name)
-        self._now_at(ScrewRun(self._settings))
+        self._publish_progress(ScrewRun(self._settings))
 
     def open(self, *, fresh: bool) -> list[str]:
         """Do nothing: a screw run cannot be resumed."""
@@ -61,7 +61,7 @@ class ScrewLearning(AxisLearning):
             self._run.take(result)
         except ValueError as error:  # the travels together give no usable result
             raise LearningError(f"axis {self.name}: {error}") from None
-        self._now_at(self._run)
+        self._publish_progress(self._run)
 
     def _store_result(self, learned: ScrewLearned) -> StoredResult[ScrewLearned]:
         conditions = {

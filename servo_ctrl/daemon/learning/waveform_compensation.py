@@ -33,7 +33,7 @@ class WaveformCompensation(LearnedCompensation[WaveformStroke]):
         """The stored version in use."""
         self.learned: WaveformLearned | None = None
         """The waveform in use: that of `stored`, adapted or not."""
-        self._held_off = False
+        self._is_suspended = False
 
     @property
     def acts(self) -> bool:
@@ -55,16 +55,16 @@ class WaveformCompensation(LearnedCompensation[WaveformStroke]):
         self.enabled = on
         self._apply()
 
-    def hold_off(self, *, on: bool) -> None:
+    def suspend(self, *, on: bool) -> None:
         """Suspend the waveform while something else is learned, or resume it."""
-        self._held_off = on
+        self._is_suspended = on
         self._apply()
 
     def _apply(self) -> None:
         friction, table = None, None
         if self._trial is not None:
             friction, table = self._trial.friction, self._trial.waves
-        elif self.enabled and self.learned is not None and not self._held_off:
+        elif self.enabled and self.learned is not None and not self._is_suspended:
             friction = self.learned.friction
             table = wave_table(self.learned.accelerations_m_s2, self.learned.waves_n)
         self._servo.change_params(with_waveform(self._servo.params, friction, table))

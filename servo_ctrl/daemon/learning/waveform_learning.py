@@ -38,7 +38,7 @@ class WaveformLearning(AxisLearning):
         self._config, self._store, self._motion = config, store, motion
         self._waveform, self._pulse = waveform, pulse
         self._settings = waveform_settings(config, waveform.name)
-        self._now_at(WaveformRun(self._settings))
+        self._publish_progress(WaveformRun(self._settings))
 
     def open(self, *, fresh: bool) -> list[str]:
         """Do nothing: a waveform run cannot be resumed."""
@@ -65,7 +65,7 @@ class WaveformLearning(AxisLearning):
 
     def _advance(self, result: WaveformResult) -> None:
         self._run.take(result)
-        self._now_at(self._run)
+        self._publish_progress(self._run)
 
     def _store_result(self, learned: WaveformLearned) -> StoredResult[WaveformLearned]:
         return self._store.add(self.name, learned, conditions_of(self._config, self.name, "learning"))

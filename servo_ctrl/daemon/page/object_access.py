@@ -13,7 +13,7 @@ from servo_ctrl.canopen.stack import EdsVariable, Network, SdoPort
 from servo_ctrl.commands.command import Refusal
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.machine import MachineController
-from servo_ctrl.daemon.cycle.realtime import step_back
+from servo_ctrl.daemon.cycle.realtime import lower_priority
 from servo_ctrl.daemon.page.object_values import decoded, encoded
 from servo_ctrl.telemetry.local_socket.requests import Outcome
 
@@ -121,7 +121,7 @@ def _transfer(
     network: Network, node_id: int, access: Callable[[SdoPort], int | float | str | None]
 ) -> int | float | str | None:
     """Run one access, in a thread of its own."""
-    step_back()
+    lower_priority()
     port = SdoPort(network, node_id, timeout_s=RESPONSE_LIMIT_S, tries=TRIES)
     try:
         return access(port)

@@ -32,7 +32,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program import PartProgram, ReadingOptions
 from servo_ctrl.config.program_model import ProgramConfig, SamplesStep
 from servo_ctrl.daemon.cycle.machine import MachineController
-from servo_ctrl.daemon.cycle.realtime import step_back
+from servo_ctrl.daemon.cycle.realtime import lower_priority
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.page.bus_watch import BusWatch
 from servo_ctrl.daemon.page.object_access import ObjectAccess
@@ -176,7 +176,7 @@ class PageService:
 
     def _read_program(self, name: str, text: str, reading: ReadingOptions) -> ProgramConfig:
         """Read a program that the page sent. Raises ConfigError, which names the program, not its path."""
-        step_back()
+        lower_priority()
         if self._programs is None or name in {".", ".."}:
             raise ConfigError(name, "", "is no name of a file")
         path = self._programs / name

@@ -15,11 +15,11 @@ from servo_ctrl.config.contour import couplings
 from servo_ctrl.config.kernel_params import axis_params, input_shaper
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
-from servo_ctrl.daemon.cycle.drives import AxisPlace
+from servo_ctrl.daemon.cycle.drives import AxisNodes
 from servo_ctrl.daemon.cycle.event_timer import EventTimer
 from servo_ctrl.daemon.cycle.machine import MachineController
 from servo_ctrl.daemon.cycle.missing_inputs import Tolerance
-from servo_ctrl.daemon.cycle.stand_by import Nodes, with_error_code
+from servo_ctrl.daemon.cycle.stand_by import StandbyNodes, with_error_code
 from servo_ctrl.daemon.run.foreign_frames import SYNC_COB_ID, report_masters, report_writes
 from servo_ctrl.daemon.run.own_node import fault_reporter
 from servo_ctrl.io.can_port import BusError, CanPort
@@ -29,7 +29,7 @@ from servo_ctrl.units import MM
 RESTART = "the interface restarts by itself where restart-ms is set (ip link), or when you restart it"
 
 
-def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPlace]:
+def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisNodes]:
     """Make the axes of a machine and compile their kernels; inputs are numbered like the plans."""
     index = {plan.key: place for place, plan in enumerate(plans)}
     further = {key: place for place, (key, _) in enumerate(further_inputs(plans), start=len(plans))}
@@ -49,7 +49,7 @@ def build_axes(config: MachineConfig, plans: Sequence[NodePlan]) -> list[AxisPla
         nodes.append((drive, scale, axis.limits.acceleration_mm_s2 * MM, tuple(others)))
     memory = CycleMemory(parts, rpdos, len(plans) + len(further), couplings(config))
     return [
-        AxisPlace(AxisServo(name, axis, memory, place), *nodes[place])
+        AxisNodes(AxisServo(name, axis, memory, place), *nodes[place])
         for place, (name, axis) in enumerate(config.axes.items())
     ]
 
@@ -65,7 +65,7 @@ def input_names(plans: Sequence[NodePlan]) -> list[str]:
 
 
 def build_machine(
-    config: MachineConfig, plans: Sequence[NodePlan], places: list[AxisPlace], *, lockstep: bool
+    config: MachineConfig, plans: Sequence[NodePlan], places: list[AxisNodes], *, lockstep: bool
 ) -> MachineController:
     """Make the machine of these axes. Lockstep waits for each input and tolerates no missing one."""
     gap_cycles = 0 if lockstep else round(GAP_TOLERATED_S / config.period_s)
@@ -78,7 +78,7 @@ def build_machine(
 def connect(
     config: MachineConfig,
     plans: Sequence[NodePlan],
-    places: list[AxisPlace],
+    places: list[AxisNodes],
     machine: MachineController,
     port: CanPort,
     node: ControllerNode,
@@ -119,19 +119,19 @@ def connect(
     machine.on_fault = fault_reporter(node)
     sender = [place for place, plan in enumerate(plans) for pdo in plan.further_tpdos if pdo.cyclic]
     names = input_names(plans)
-    machine.nodes = Nodes(
+    machine.nodes = StandbyNodes(
         cycle, watch, names, lambda place: node.start(plans[place].node_id), [*range(len(plans)), *sender]
     )
-    _take_frames(plans, places, machine, port, cycle, watch, timers, config.period_s)
+    _register_handlers(plans, places, machine, port, cycle, watch, timers, config.period_s)
     report_masters(config, plans, port, partial(machine.event, Event.FOREIGN_MASTER))
     report_writes(plans, port, machine.object_changed)
     _watch_bus(port, machine, cycle, lockstep=lockstep)
     return cycle
 
 
-def _take_frames(
+def _register_handlers(
     plans: Sequence[NodePlan],
-    places: list[AxisPlace],
+    places: list[AxisNodes],
     machine: MachineController,
     port: CanPort,
     cycle: Cycle,
@@ -142,10 +142,14 @@ def _take_frames(
     """Register a handler for every frame of the nodes."""
     servo_of = {place.drive: place.servo for place in places}
     inputs_of = [
-        (axis.drive, *axis.further) if axis.scale is None else (axis.drive, *axis.further, axis.scale)
+        (axis.drive, *axis.further_tpdos)
+        if axis.scale is None
+        else (axis.drive, *axis.further_tpdos, axis.scale)
         for axis in places
     ]
-    machine.age_inputs(lambda: [cycle.age(*inputs) for inputs in inputs_of] if cycle.inputs_late else ())
+    machine.age_inputs(
+        lambda: [cycle.input_age(*inputs) for inputs in inputs_of] if cycle.inputs_late else ()
+    )
     for place, (_, pdo) in enumerate(further_inputs(plans), start=len(plans)):
         port.handlers[pdo.cob_id] = cycle.handler(place)
     for place, plan in enumerate(plans):
@@ -200,7 +204,7 @@ def _event_handler(
     def on_event(payload: bytes, _timestamp_s: float) -> None:
         timer.received()
         if len(payload) != pdo.codec.size:
-            machine.input_of_other_length(place, len(payload))
+            machine.wrong_input_length(place, len(payload))
             return
         values = pdo.codec.unpack(payload)
         servo.take_event_tpdo(pdo.codec, values)

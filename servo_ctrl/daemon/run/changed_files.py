@@ -12,9 +12,10 @@ from pathlib import Path
 from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.config.model import MachineConfig
 
-LOOK_S = 1.0
-END_S = 0.2
-"""How long the end of a run waits for a hanging disk; chosen, like the interval above."""
+POLL_S = 1.0
+"""Interval at which the files are compared; chosen."""
+END_LIMIT_S = 0.2
+"""Bounds the wait at the end of a run for a hanging disk; chosen."""
 
 
 @contextlib.contextmanager
@@ -26,26 +27,26 @@ def changes_noted(
     paths = [config.source, config.controller.eds, *(plan.eds.path for plan in plans)]
     first = {path: _identity(path) for path in dict.fromkeys(paths)}
 
-    def look() -> None:
-        while first and not over.wait(LOOK_S):
+    def compare() -> None:
+        while first and not over.wait(POLL_S):
             for path in [path for path, before in first.items() if _identity(path) != before]:
                 del first[path]
                 text = f"{path} was changed under way: the run goes on with what it has read"
                 with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
                     loop.call_soon_threadsafe(note, text)
 
-    watcher = threading.Thread(target=look, name="changed files", daemon=True)
+    watcher = threading.Thread(target=compare, name="changed files", daemon=True)
     watcher.start()
     try:
         yield
     finally:
         over.set()
-        watcher.join(END_S)
+        watcher.join(END_LIMIT_S)
 
 
 def _identity(path: Path) -> tuple[int, int, int] | None:
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError:
         return None
-    return found.st_ino, found.st_size, found.st_mtime_ns
+    return status.st_ino, status.st_size, status.st_mtime_ns

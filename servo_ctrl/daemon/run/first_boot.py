@@ -10,7 +10,7 @@ from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.run.foreign_frames import LISTENING_S, report_masters
-from servo_ctrl.daemon.run.own_node import beating
+from servo_ctrl.daemon.run.own_node import producing_heartbeats
 from servo_ctrl.daemon.run.stop_signals import StoppedError
 from servo_ctrl.io.can_port import BusError, CanPort
 
@@ -52,7 +52,7 @@ class FirstBoot:
             if not others:
                 bus.node.boot_up()
                 self._task = asyncio.create_task(boot_nodes(bus.network, self._plans, self._timeout_s))
-                async with beating(bus.node):
+                async with producing_heartbeats(bus.node):
                     await self._task
         except asyncio.CancelledError:
             if not self._signal:

@@ -16,9 +16,9 @@ SDO_REQUEST = 0x600
 DOWNLOADS = {1, 6}
 """Client command specifiers that begin a download: initiate, and initiate block."""
 SDO_BYTES = 8
-SDO_ANSWER = 0x580
-REFUSED = 0x80
-"""First byte of an abort."""
+SDO_RESPONSE = 0x580
+SDO_ABORT = 0x80
+"""Command specifier of an abort (CiA 301)."""
 
 
 def report_masters(
@@ -49,7 +49,7 @@ def report_writes(plans: Sequence[NodePlan], port: CanPort, report: Callable[[in
     for place, plan in enumerate(plans):
         watch = _WriteWatch(plan, port, partial(report, place))
         port.handlers[SDO_REQUEST + plan.node_id] = watch.on_request
-        port.handlers[SDO_ANSWER + plan.node_id] = watch.on_answer
+        port.handlers[SDO_RESPONSE + plan.node_id] = watch.on_response
 
 
 class _WriteWatch:
@@ -64,12 +64,12 @@ class _WriteWatch:
         if len(payload) == SDO_BYTES and payload[0] >> 5 in DOWNLOADS:
             self._address = bytes(payload[1:4])
 
-    def on_answer(self, payload: bytes, timestamp_s: float) -> None:
+    def on_response(self, payload: bytes, timestamp_s: float) -> None:
         if self._address and bytes(payload[1:4]) == self._address:
             address, self._address = self._address, b""
-            if payload[0] != REFUSED:
+            if payload[0] != SDO_ABORT:
                 self._report_write(int.from_bytes(address[:2], "little"), address[2])
-        self._port.fallback(SDO_ANSWER + self._plan.node_id, bytearray(payload), timestamp_s)
+        self._port.fallback(SDO_RESPONSE + self._plan.node_id, bytearray(payload), timestamp_s)
 
     def _report_write(self, index: int, subindex: int) -> None:
         variable = self._plan.eds.variables.get((index, subindex))

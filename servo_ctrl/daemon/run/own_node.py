@@ -19,7 +19,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.io.can_port import BusError
 
-LOOK_AGAIN_S = 0.05
+HEARTBEAT_POLL_S = 0.05
 """How often 1017h (producer heartbeat time) is read while it is 0; chosen."""
 
 EMCY_OF_EVENT = {
@@ -82,9 +82,9 @@ def subscribe(node: ControllerNode, publisher: StatusPublisher) -> None:
 
 
 @contextlib.asynccontextmanager
-async def beating(node: ControllerNode) -> AsyncIterator[None]:
+async def producing_heartbeats(node: ControllerNode) -> AsyncIterator[None]:
     """Send heartbeats while the block runs."""
-    heartbeat = asyncio.create_task(_beat(node))
+    heartbeat = asyncio.create_task(_produce_heartbeats(node))
     try:
         yield
     finally:
@@ -92,10 +92,10 @@ async def beating(node: ControllerNode) -> AsyncIterator[None]:
         await asyncio.gather(heartbeat, return_exceptions=True)
 
 
-async def _beat(node: ControllerNode) -> None:
+async def _produce_heartbeats(node: ControllerNode) -> None:
     while True:
         node.send_heartbeat()
-        await asyncio.sleep(node.heartbeat_s or LOOK_AGAIN_S)
+        await asyncio.sleep(node.heartbeat_s or HEARTBEAT_POLL_S)
 
 
 def leave_nodes(network: Network, plans: Sequence[NodePlan], node: ControllerNode, stage: Stage) -> None:

@@ -84,7 +84,7 @@ class RunReport:
             "missing_inputs": self.missing_inputs,
         }
 
-    def unless(self, problem: str) -> "RunReport":
+    def with_problem(self, problem: str) -> "RunReport":
         """Return this report, marked as failed if `problem` names a failure of its recording."""
         if not problem:
             return self

@@ -18,35 +18,35 @@ class RoundTrip:
     def __init__(
         self,
         period_s: float,
-        say: Callable[[str], None],
+        note: Callable[[str], None],
         on_over: Callable[[], None] = lambda: None,
         *,
         now_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self.over = False
-        self._left = max(round(TEST_S / period_s), 1)
-        self._period_s, self._say, self._now_ns = period_s, say, now_ns
+        self._cycles_left = max(round(TEST_S / period_s), 1)
+        self._period_s, self._note, self._now_ns = period_s, note, now_ns
         self._on_over = on_over
-        self._times = Lateness()
+        self._round_trips = Lateness()
         self._late = 0
         self._sent_ns = 0
 
-    def begun(self) -> None:
+    def sync_sent(self) -> None:
         """Note the time of a SYNC."""
         self._sent_ns = self._now_ns()
 
-    def answered(self, inputs: Inputs) -> bool:
+    def cycle_complete(self, inputs: Inputs) -> bool:
         """Measure the round trip of a cycle with these inputs; return False after the last cycle."""
         if None in inputs:
             self._late += 1
         else:
-            self._times.add(self._now_ns() - self._sent_ns)
-        self._left -= 1
-        if not self._left:
+            self._round_trips.add(self._now_ns() - self._sent_ns)
+        self._cycles_left -= 1
+        if not self._cycles_left:
             self.over = True
             self._on_over()
-            if problem := verdict(self._period_s * 1e3, self._times, self._late):
-                self._say(problem)
+            if problem := verdict(self._period_s * 1e3, self._round_trips, self._late):
+                self._note(problem)
         return not self.over
 
 

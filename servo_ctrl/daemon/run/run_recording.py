@@ -34,14 +34,14 @@ class RunRecording:
     ) -> None:
         channels = channels_of(machine.axes)
         self._machine, self._handler = machine, handler
-        begun = recording_header(
+        header = recording_header(
             machine, channels, steps, program=program, pacing=pacing, started=datetime.now(UTC)
         )
-        self._header = begun | setup_header(machine)
+        self._header = header | setup_header(machine)
         self._recorder: Recorder | None = None
         if directory is not None:
             wait_s = LOCKSTEP_WAIT_S if pacing == "lockstep" else 0.0
-            self._recorder = Recorder(directory, channels, self._now(()), wait_s=wait_s)
+            self._recorder = Recorder(directory, channels, self._present_header(()), wait_s=wait_s)
 
     @property
     def record(self) -> Callable[[Array], None] | None:
@@ -49,7 +49,7 @@ class RunRecording:
         return self._recorder.record if self._recorder is not None else None
 
     @property
-    def trouble(self) -> str:
+    def problem(self) -> str:
         """What cannot be written, else ""; the run continues unrecorded and counts as failed."""
         recorder = self._recorder
         if recorder is None:
@@ -61,11 +61,11 @@ class RunRecording:
     def publish(self, spans: Sequence[StepSpan]) -> None:
         """Write the steps begun so far into recording.json, so that they survive a kill."""
         if self._recorder is not None:
-            self._recorder.update_header(self._now(spans))
+            self._recorder.update_header(self._present_header(spans))
 
-    def ended(self, report: RunReport) -> dict[str, Any]:
+    def final_header(self, report: RunReport) -> dict[str, Any]:
         """Return the last header: how the run ended, and which compensations act at this instant."""
-        return self._now(report.spans) | report.as_header()
+        return self._present_header(report.spans) | report.as_header()
 
     def close(self, header: dict[str, Any]) -> str:
         """Write the remaining rows and the last header. Blocking. Return what could not be written."""
@@ -76,6 +76,6 @@ class RunRecording:
                 return str(error)
         return ""
 
-    def _now(self, spans: Sequence[StepSpan]) -> dict[str, Any]:
+    def _present_header(self, spans: Sequence[StepSpan]) -> dict[str, Any]:
         """Return the present header; compensation and J_required may change during the run."""
         return with_spans(self._header, spans) | in_use_header(self._machine, self._handler.status())

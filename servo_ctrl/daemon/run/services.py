@@ -22,23 +22,16 @@ from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
 from servo_ctrl.daemon.handlers.work_offsets import WorkOffsets
 from servo_ctrl.daemon.learning.adaptation import Adaptation
-from servo_ctrl.daemon.learning.axis_learning import AxisLearning, LearningError
+from servo_ctrl.daemon.learning.axis_learning import LearningError
+from servo_ctrl.daemon.learning.learned_results import LearnedResults
 from servo_ctrl.daemon.learning.learning_job import LearningJob
 from servo_ctrl.daemon.learning.production import Production
-from servo_ctrl.daemon.learning.pulse_compensation import load_compensation
-from servo_ctrl.daemon.learning.pulse_learning import PulseLearning
-from servo_ctrl.daemon.learning.screw_compensation import load_screws
-from servo_ctrl.daemon.learning.screw_learning import ScrewLearning
 from servo_ctrl.daemon.learning.waveform_adaptation import WaveformAdaptation
-from servo_ctrl.daemon.learning.waveform_compensation import load_waveforms
-from servo_ctrl.daemon.learning.waveform_learning import WaveformLearning
 from servo_ctrl.daemon.run.run_options import RunOptions
 from servo_ctrl.daemon.run.tuning_runs import TuningRuns
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
-from servo_ctrl.learned.store import LearnedStore, ScrewStore, WaveformStore, default_directory
-from servo_ctrl.learning.screw import LEARNER as SCREW
+from servo_ctrl.learned.store import default_directory
 from servo_ctrl.learning.types import ReversalReport
-from servo_ctrl.learning.waveform_run import LEARNER as WAVEFORM
 from servo_ctrl.telemetry.mqtt.service import MqttLink
 from servo_ctrl.telemetry.mqtt.stream import RowStream
 
@@ -60,48 +53,36 @@ class Services:
         lockstep: bool,
     ) -> None:
         self.machine, self._motion, self._learn = machine, motion, options.learn
-        self._begun = motion.empty and options.learn is None
+        self._started = motion.empty and options.learn is None
         """Whether the run's program or learning was started, or there is none."""
-        self._in_standby = options.stand_by and self._begun
-        self._over = False
+        self._in_standby = options.stand_by and self._started
+        self._learning_over = False
         """Whether the requested learning has ended, with or without success."""
         directory = options.learned_dir or default_directory(config)
-        store, screw_store = LearnedStore(directory, config), ScrewStore(directory, config)
-        waveform_store = WaveformStore(directory, config)
-        axes = load_compensation(config, servos, store, options.compensation)
-        screws = load_screws(config, servos, screw_store, options.compensation)
-        waveforms = load_waveforms(config, servos, waveform_store, options.compensation)
-        by_name, screw_of = {axis.name: axis for axis in axes}, {axis.name: axis for axis in screws}
-        self._waveforms = waveforms
-        waveform_of = {axis.name: axis for axis in waveforms}
-        problems = [axis.problem for axis in axes] + [axis.problem for axis in screws]
-        problems += [axis.problem for axis in waveforms]
-        self._problems = [problem for problem in problems if problem]
+        learned = LearnedResults(config, servos, directory, options.compensation)
+        self._waveforms = list(learned.waveforms.values())
+        self._problems = learned.problems
         self.worker = BackgroundWorker(lockstep=lockstep)
         self.publisher = StatusPublisher()
-        self.adaptation = Adaptation(config, by_name, store, self.worker, machine.note)
+        self.adaptation = Adaptation(config, learned.pulses, learned.pulse_store, self.worker, machine.note)
         self.waveform_adaptation = WaveformAdaptation(
-            config, waveform_of, waveform_store, self.worker, machine.note, lambda: self.adaptation.on
+            config,
+            learned.waveforms,
+            store=learned.waveform_store,
+            worker=self.worker,
+            note=machine.note,
+            on=lambda: self.adaptation.on,
         )
         self.production = Production(config, self.publisher, note=machine.note, adapt=self._adapt)
         self.rows = RowRouter(self.production.monitor.observe)
-        # Without a program the axes stay under control, ready for commands.
-        machine.served = options.serve or options.stand_by or motion.empty
-        machine.stand_by = options.stand_by
-        machine.record = self.rows.take
-        machine.on_enable = self.on_enable
-        machine.on_ready, machine.on_rest, machine.on_stop = self.on_ready, self.on_rest, self.on_stop
-
-        def learning_of(axis: str, learner: str) -> AxisLearning:
-            if learner == SCREW:
-                return ScrewLearning(config, screw_store, screw_of[axis], motion)
-            if learner == WAVEFORM:
-                waveform = waveform_of[axis]
-                return WaveformLearning(config, waveform_store, waveform, by_name[axis], motion)
-            return PulseLearning(config, learner, store, by_name[axis], motion, waveform_of[axis])
-
+        self._connect_machine(options)
         self.job = LearningJob(
-            machine, learning_of, self.worker, self.rows, self.publisher, on_end=self._on_learning_end
+            machine,
+            lambda axis, learner: learned.learning_of(axis, learner, motion),
+            self.worker,
+            self.rows,
+            self.publisher,
+            on_end=self._on_learning_end,
         )
         self._program = ProgramStart(machine, motion, self.worker, self.publisher.changed)
         offsets = WorkOffsets(
@@ -110,18 +91,13 @@ class Services:
         if offsets.problem:
             self._problems.append(offsets.problem)
         programs = ProgramCommands(
-            machine, motion, self.job, self._program, self.worker, self.publisher, offsets
-        )
-        compensation = CompensationCommands(
-            by_name,
-            screw_of,
-            waveform_of,
-            store=store,
-            screw_store=screw_store,
-            waveform_store=waveform_store,
+            machine,
+            motion,
+            job=self.job,
+            program=self._program,
             worker=self.worker,
             publisher=self.publisher,
-            note=machine.note,
+            offsets=offsets,
         )
         self.tuning = TuningRuns(
             config,
@@ -138,7 +114,7 @@ class Services:
             config,
             machine,
             motion,
-            compensation=compensation,
+            compensation=CompensationCommands(learned, self.worker, self.publisher, machine.note),
             publisher=self.publisher,
             job=self.job,
             monitor=self.production.monitor,
@@ -152,6 +128,15 @@ class Services:
             if not verdict.accepted:
                 raise LearningError(verdict.reason)
         self._link = self._mqtt_link(config)
+
+    def _connect_machine(self, options: RunOptions) -> None:
+        """Set the options and callbacks of the machine; without a program the axes stay under control."""
+        machine = self.machine
+        machine.served = options.serve or options.stand_by or self._motion.empty
+        machine.stand_by = options.stand_by
+        machine.record = self.rows.take
+        machine.on_enable = self.on_enable
+        machine.on_ready, machine.on_rest, machine.on_stop = self.on_ready, self.on_rest, self.on_stop
 
     def _mqtt_link(self, config: MachineConfig) -> MqttLink | None:
         if config.mqtt is None:
@@ -186,12 +171,12 @@ class Services:
 
     def on_ready(self) -> None:
         """Start the run's learning or program once the axes follow set points."""
-        begun, self._begun = self._begun, True
-        if not begun and self._learn is not None:
+        started, self._started = self._started, True
+        if not started and self._learn is not None:
             verdict = self.handler.learn(self._learn.axes, self._learn.learner, fresh=self._learn.fresh)
             if not verdict.accepted:
                 self.machine.event(Event.BAD_PROGRAM, verdict.reason)
-        elif not begun:
+        elif not started:
             self._program.start_run()
         self.publisher.changed()
 
@@ -210,7 +195,7 @@ class Services:
 
     def on_stop(self, reason: str) -> None:
         """End learning because the machine stops."""
-        self._begun = True
+        self._started = True
         self.job.on_stop(reason)
         self.tuning.on_stop(reason)
         self.publisher.changed()
@@ -239,9 +224,9 @@ class Services:
 
     def _on_learning_end(self) -> None:
         if self._learn is not None:
-            self._over = True
+            self._learning_over = True
             self._finish()
 
     def _finish(self) -> None:
-        if self._over:
+        if self._learning_over:
             self.machine.finish()

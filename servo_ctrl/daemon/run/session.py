@@ -35,7 +35,7 @@ class Session:
         lockstep: bool,
     ) -> None:
         self.lateness: Lateness | None = None
-        self.beside: list[Callable[[], Coroutine[None, None, None]]] = []
+        self.background: list[Callable[[], Coroutine[None, None, None]]] = []
         """Further coroutine functions to run beside the cycle until cancelled."""
         self.wall_s = 0.0
         self.first_sync = ""
@@ -44,7 +44,7 @@ class Session:
         """Set when the cycle has stopped."""
         self._config, self._motion, self._services, self._lockstep = config, motion, services, lockstep
         self._machine, self._on_progress = services.machine, on_progress
-        self._crash: BaseException | None = None
+        self._failure: BaseException | None = None
 
     async def run(self, cycle: Cycle, recording: RunRecording, port: CanPort) -> None:
         """Cycle until the machine is off. An exception in a callback stops the cycle and is raised here."""
@@ -56,11 +56,11 @@ class Session:
             if clock is not None:
                 await port.caught_up()
             async with asyncio.TaskGroup() as group:
-                beside = [self._watch_progress(cycle, recording), *self._services.tasks()]
-                beside += [begin() for begin in self.beside]
+                background = [self._watch_progress(cycle, recording), *self._services.tasks()]
+                background += [begin() for begin in self.background]
                 if clock is None:
-                    beside.append(self._watch_inputs(cycle))
-                tasks = [group.create_task(self._guarded(cycle, coroutine)) for coroutine in beside]
+                    background.append(self._watch_inputs(cycle))
+                tasks = [group.create_task(self._guarded(cycle, coroutine)) for coroutine in background]
                 try:
                     if clock is None:
                         port.on_burst = AwakeLoop(loop, port.look, port.peers).on_burst
@@ -73,7 +73,7 @@ class Session:
                 finally:
                     cycle.stop()  # also when the run is cancelled, before waiting for the tasks beside it
                 self.wall_s = time.monotonic() - start_s
-                if self._crash is None:
+                if self._failure is None:
                     await self._services.finish()
                 for task in tasks:
                     task.cancel()
@@ -82,8 +82,8 @@ class Session:
                 clock.close()
             loop.set_exception_handler(None)
         self._report_progress(cycle)
-        if self._crash is not None:
-            raise self._crash
+        if self._failure is not None:
+            raise self._failure
 
     def report(self, cycle: Cycle, signal: str, recording: Path | None) -> RunReport:
         """Return the report of the run; `signal`: the signal that stopped it, "" without one."""
@@ -108,22 +108,22 @@ class Session:
             first_sync=self.first_sync,
         )
 
-    async def _guarded(self, cycle: Cycle, beside: Coroutine[None, None, None]) -> None:
+    async def _guarded(self, cycle: Cycle, background: Coroutine[None, None, None]) -> None:
         """Run a coroutine beside the cycle; if it fails, stop the cycle in order."""
         try:
-            await beside
+            await background
         except Exception as error:  # noqa: BLE001  # raised again once the cycle has stopped
-            self._crashed(cycle, error)
+            self._fail(cycle, error)
 
     def _on_exception(self, cycle: Cycle, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """Stop the cycle in order after a callback failed: even then the drives need a controlled stop."""
         if (exception := context.get("exception")) is None:
             loop.default_exception_handler(context)
         else:
-            self._crashed(cycle, exception)
+            self._fail(cycle, exception)
 
-    def _crashed(self, cycle: Cycle, error: BaseException) -> None:
-        self._crash = self._crash or error
+    def _fail(self, cycle: Cycle, error: BaseException) -> None:
+        self._failure = self._failure or error
         cycle.stop()
 
     async def _watch_inputs(self, cycle: Cycle) -> None:
@@ -132,14 +132,14 @@ class Session:
             number = cycle.number
             await asyncio.sleep(self._config.bus.input_timeout_ms * 1e-3)
             if cycle.running and cycle.number == number and cycle.open:
-                cycle.complete_without()
+                cycle.complete_without_missing()
 
     async def _watch_progress(self, cycle: Cycle, recording: RunRecording) -> None:
         """Report progress; publish the recording's header at each step, and recording faults as events."""
         published, noted = -1, ""
         while True:
             await asyncio.sleep(PROGRESS_S)
-            if (text := recording.trouble) and text != noted:
+            if (text := recording.problem) and text != noted:
                 noted = text
                 self._machine.note(text)
             spans = self._motion.spans

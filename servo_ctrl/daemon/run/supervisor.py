@@ -96,7 +96,7 @@ class _Supervisor:
         self._config, self._program, self._pacing = config, program, pacing
         self._record_dir, self._learned_dir, self._fifo = record_dir, options.learned_dir, fifo
         self._lockstep = lockstep = pacing == "lockstep"
-        self._patience_s = LOCKSTEP_SDO_TIMEOUT_S if lockstep else SDO_TIMEOUT_S
+        self._sdo_timeout_s = LOCKSTEP_SDO_TIMEOUT_S if lockstep else SDO_TIMEOUT_S
         load_own_eds(config)
         self._plans = plan_machine(config)
         check_load(config, self._plans)
@@ -107,7 +107,7 @@ class _Supervisor:
         self._services = Services(config, self._motion, self._machine, servos, options, lockstep=lockstep)
         self._session = Session(config, self._motion, self._services, on_progress, lockstep=lockstep)
         self._page: PageService | None = None
-        self._boot = FirstBoot(config, self._plans, self._patience_s)
+        self._boot = FirstBoot(config, self._plans, self._sdo_timeout_s)
         release_compiler()  # all kernels are loaded
         self._signal = ""
         self._tested = False
@@ -157,11 +157,11 @@ class _Supervisor:
             subscribe(bus.node, services.publisher)
             with stop_signals(self._on_signal):
                 await self._boot.run(bus)
-                return await self._recorded(bus)
+                return await self._run_recorded(bus)
         finally:
             port.close()
 
-    async def _recorded(self, bus: RunBus) -> RunReport:
+    async def _run_recorded(self, bus: RunBus) -> RunReport:
         """Run the cycle with its recording, from before the first SYNC until the recording is closed."""
         services = self._services
         cycle = connect(
@@ -175,11 +175,11 @@ class _Supervisor:
             on_end=lambda: self._on_end(bus),
         )
         if self._tested:
-            self._try_round_trip(cycle)
-        again = BootAgain(bus.network, self._plans, self._machine, self._patience_s)
+            self._measure_round_trip(cycle)
+        boot_again = BootAgain(bus.network, self._plans, self._machine, self._sdo_timeout_s)
         if self._machine.nodes is not None:
-            self._machine.nodes.boot = again.begin
-        self._session.beside.append(again.run)
+            self._machine.nodes.boot = boot_again.begin
+        self._session.background.append(boot_again.run)
         services.begin()
         if self._page is not None:
             self._page.attach(bus.port, bus.network)
@@ -196,15 +196,15 @@ class _Supervisor:
         try:
             if self._record_dir is not None:
                 services.production.log_to(self._record_dir / REVERSALS_FILE)
-            await self._cycle(bus, cycle, recording)
+            await self._run_cycle(bus, cycle, recording)
             bus.port.finish()
         finally:
             # made at one instant, so that a later event is in neither report nor header
             report = self._session.report(cycle, self._signal, self._record_dir)
-            problem = await asyncio.to_thread(self._close, recording, recording.ended(report))
-        return report.unless(problem)
+            problem = await asyncio.to_thread(self._close, recording, recording.final_header(report))
+        return report.with_problem(problem)
 
-    def _try_round_trip(self, cycle: Cycle) -> None:
+    def _measure_round_trip(self, cycle: Cycle) -> None:
         """Measure the round trip in the first cycles, and allow power only afterwards."""
 
         def allow_power(*, allowed: bool) -> None:
@@ -215,7 +215,7 @@ class _Supervisor:
         on_over = partial(allow_power, allowed=True)
         cycle.trial = RoundTrip(self._config.period_s, self._machine.note, on_over)
 
-    async def _cycle(self, bus: RunBus, cycle: Cycle, recording: RunRecording) -> None:
+    async def _run_cycle(self, bus: RunBus, cycle: Cycle, recording: RunRecording) -> None:
         """Start the nodes and run the cycle."""
         try:
             with uninterrupted(fifo=self._fifo):

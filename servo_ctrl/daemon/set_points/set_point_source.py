@@ -55,7 +55,7 @@ class SetPointSource:
         self._set_row(row)
         return True
 
-    def stay(self) -> None:
+    def hold_or_ramp(self) -> None:
         """Take the next row of a stop ramp, if one has begun; else keep the row."""
         self.segment = -1
         row = self._unshaped if self._ramp is None else next(self._ramp, self._unshaped)
@@ -73,11 +73,11 @@ class SetPointSource:
                 last = [value for position_m in hold_m for value in (position_m, 0.0, 0.0, 0.0)]
             self._ramp = stop_ramp(last, self._limits, self._period_s)
 
-    def rest(self) -> None:
+    def end_ramp(self) -> None:
         """End the controlled stop."""
         self._ramp = None
 
-    def forget(self) -> None:
-        """Forget program and set points: the axes lose control or are taken over again."""
+    def reset(self) -> None:
+        """Drop program and set points: the axes lose control or are taken over again."""
         self.program = self._ramp = self.row = self._unshaped = None
         self._shaper.forget()

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from servo_ctrl.daemon.cycle.realtime import BESIDE_PRIORITY
+from servo_ctrl.daemon.cycle.realtime import BACKGROUND_PRIORITY
 
 SPIN = """
 import contextlib, os, sys
@@ -40,7 +40,7 @@ def favour_children() -> bool:
     The priority is that of the recorder's thread: a higher one would keep that from letting go of what the
     cycle waits for.
     """
-    ours, favoured = str(os.getpid()), os.sched_param(BESIDE_PRIORITY)
+    ours, favoured = str(os.getpid()), os.sched_param(BACKGROUND_PRIORITY)
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(FileNotFoundError, ProcessLookupError):
             if stat.read_text().rpartition(")")[2].split()[1] == ours:

@@ -82,7 +82,7 @@ def test_missing_rows_beyond_those_reported(evidence: Evidence) -> None:
     max(directory.glob("part-*.parquet")).unlink()
     lost = evidence.ticks - len(load_recording(directory).columns["cycle"])
     right, unsure, fewer, more = (
-        evidence._replace(notes=notes, report=report.unless(f"cannot be written ({count} rows lost)"))
+        evidence._replace(notes=notes, report=report.with_problem(f"cannot be written ({count} rows lost)"))
         for count in (lost, lost + ROWS_PER_PART, lost - 1, lost + 1)
     )
     assert oracles_results.recording_complete(right) == oracles_results.recording_complete(unsure) == []

@@ -41,10 +41,10 @@ class Core:
     def input_missing(self, _node: int) -> bool:
         return False
 
-    def input_twice(self, _node: int) -> None:
+    def duplicate_input(self, _node: int) -> None:
         pass
 
-    def input_of_other_length(self, _node: int, _size: int) -> None:
+    def wrong_input_length(self, _node: int, _size: int) -> None:
         pass
 
 

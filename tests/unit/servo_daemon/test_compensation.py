@@ -124,7 +124,7 @@ def test_failed_roll_back_is_reported_and_changes_nothing(
     def fails(_axis: str) -> None:
         raise ServoCtrlError("the disk is gone")
 
-    monkeypatch.setattr(made.services.handler._compensation._store, "roll_back", fails)
+    monkeypatch.setattr(made.services.handler._compensation._learned.pulse_store, "roll_back", fails)
     verdict = made.handler.execute(ROLL_BACK_X)
     assert (verdict.refusal, verdict.reason) == (Refusal.STORAGE, "the disk is gone")
     assert made.status.axes[0].version == 1

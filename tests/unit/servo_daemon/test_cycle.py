@@ -48,7 +48,7 @@ def test_cycle_does_not_wait_for_a_lost_node() -> None:
     dialogue = CycleDialogue(lockstep=True)
     dialogue.cycle.begin()
     dialogue.receive(Rx(1, B))
-    dialogue.cycle.complete_without()
+    dialogue.cycle.complete_without_missing()
     assert dialogue.take_log() == [SYNC, Tick(0, 1, (None, IN_B)), Tx("rpdo", b"\x00"), SYNC]
     dialogue.receive(Rx(1, B))
     assert dialogue.take_log() == [Tick(1, 1, (None, IN_B)), Tx("rpdo", b"\x01"), SYNC]
@@ -91,7 +91,7 @@ def test_returning_node_can_be_awaited_again() -> None:
     dialogue = CycleDialogue(lockstep=True)
     dialogue.cycle.begin()
     dialogue.receive(Rx(1, B))
-    dialogue.cycle.complete_without()
+    dialogue.cycle.complete_without_missing()
     assert not dialogue.cycle.responding(0)
     dialogue.receive(Rx(0, b"\x01"))
     assert not dialogue.cycle.responding(0), "half a frame is no answer"
@@ -110,7 +110,7 @@ def test_silent_node_is_not_counted_as_responding() -> None:
     dialogue = CycleDialogue(lockstep=True)
     dialogue.cycle.begin()
     dialogue.receive(Rx(1, B))
-    dialogue.cycle.complete_without()
+    dialogue.cycle.complete_without_missing()
     dialogue.receive(Rx(0, A))
     for _ in range(3):
         assert dialogue.cycle.responding(0)
@@ -122,13 +122,13 @@ def test_silent_node_is_not_counted_as_responding() -> None:
 def test_cycle_goes_on_when_no_node_is_left(lockstep: bool) -> None:
     dialogue = CycleDialogue(lockstep=lockstep)
     dialogue.cycle.begin()
-    dialogue.cycle.complete_without()
+    dialogue.cycle.complete_without_missing()
     if not lockstep:
         dialogue.cycle.begin()
     dialogue.take_log()
     assert (dialogue.cycle.open, dialogue.cycle.waiting) == (True, 0)
     if lockstep:
-        dialogue.cycle.complete_without()
+        dialogue.cycle.complete_without_missing()
     else:
         dialogue.cycle.begin()
     assert dialogue.take_log() == [Tick(1, 1, (None, None)), Tx("rpdo", b"\x01"), SYNC]

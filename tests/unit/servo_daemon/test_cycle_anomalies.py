@@ -3,7 +3,7 @@
 import pytest
 from cycle_dialogue import OTHER, A, B, CycleDialogue, Rx
 
-from servo_ctrl.daemon.cycle.cycle import LATE_WITHIN, REPEATS_TOLERATED
+from servo_ctrl.daemon.cycle.cycle import LATE_CYCLES_MAX, REPEATS_TOLERATED
 
 
 def test_second_frame_with_other_data_is_a_duplicate_node() -> None:
@@ -62,25 +62,25 @@ def test_several_late_frames_at_once_are_no_duplicates() -> None:
 def test_age_of_inputs_is_the_number_still_queued() -> None:
     dialogue = CycleDialogue(lockstep=False, give_up_after=9)
     for late in range(4):
-        assert dialogue.cycle.age(0) == max(late - 1, 0)
+        assert dialogue.cycle.input_age(0) == max(late - 1, 0)
         dialogue.cycle.begin()
         dialogue.receive(Rx(1, B))
     dialogue.receive(Rx(0, A))
-    assert dialogue.cycle.age(0) == 3, "that of the first of these cycles"
+    assert dialogue.cycle.input_age(0) == 3, "that of the first of these cycles"
     dialogue.receive(Rx(0, A), Rx(0, A))
-    assert (dialogue.cycle.age(0), dialogue.cycle.age(1)) == (1, 0)
-    for _ in range(LATE_WITHIN + 1):
+    assert (dialogue.cycle.input_age(0), dialogue.cycle.input_age(1)) == (1, 0)
+    for _ in range(LATE_CYCLES_MAX + 1):
         dialogue.cycle.begin()
         dialogue.receive(Rx(0, A), Rx(1, B))
-    assert dialogue.cycle.age(0) == 0, "the last one was lost"
+    assert dialogue.cycle.input_age(0) == 0, "the last one was lost"
 
 
 def test_age_of_inputs_is_bounded_by_the_cycles_in_which_they_may_still_come() -> None:
     dialogue = CycleDialogue(lockstep=False, give_up_after=10**6)
-    for _ in range(LATE_WITHIN + 50):
+    for _ in range(LATE_CYCLES_MAX + 50):
         dialogue.cycle.begin()
         dialogue.receive(Rx(1, B))
-    assert dialogue.cycle.age(0) == LATE_WITHIN
+    assert dialogue.cycle.input_age(0) == LATE_CYCLES_MAX
 
 
 def test_frames_in_transit_when_the_cycle_stops_are_no_duplicates() -> None:

@@ -11,7 +11,7 @@ from learning_stand import STROKES, LearningStand, learned_once
 from servo_ctrl.commands.command import Command, CommandRequest
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.daemon.learning.axis_learning import REPEATS
+from servo_ctrl.daemon.learning.axis_learning import REPEATS_MAX
 from servo_ctrl.daemon.run.run_options import LearningRequest
 from servo_ctrl.learning.types import NO_PULSE
 
@@ -106,7 +106,7 @@ def test_stroke_with_missing_samples_is_repeated_a_bounded_number_of_times(
     learning = made.status.learning
     assert learning.planned
     assert (made.machine.stage, learning.strokes_done) == (Stage.RUNNING, 0)
-    for _ in range(REPEATS):
+    for _ in range(REPEATS_MAX):
         made.play(AT_AN_ERROR)
         made.play(skip=5)
     assert made.status.learning.state is LearningState.FAILED

@@ -7,7 +7,7 @@ HERE = (0,)
 
 
 def test_node_is_lost_after_many_short_gaps_as_after_a_long_one() -> None:
-    missing = MissingInputs(2, Tolerance(in_a_row=20, in_a_block=300))
+    missing = MissingInputs(2, Tolerance(consecutive=20, per_block=300))
     given_up = []
     for cycle in range(BLOCK_CYCLES):
         if cycle % 2 and missing.count(1, cycle):
@@ -19,7 +19,7 @@ def test_node_is_lost_after_many_short_gaps_as_after_a_long_one() -> None:
 
 
 def test_node_is_lost_in_the_first_cycle_beyond_the_tolerated_row() -> None:
-    missing = MissingInputs(2, Tolerance(in_a_row=3, in_a_block=300))
+    missing = MissingInputs(2, Tolerance(consecutive=3, per_block=300))
     for cycle in range(3):
         assert not missing.count(0, cycle)
         missing.recount([None, HERE])
@@ -29,7 +29,7 @@ def test_node_is_lost_in_the_first_cycle_beyond_the_tolerated_row() -> None:
 
 
 def test_inputs_that_come_end_the_row_of_their_node_alone() -> None:
-    missing = MissingInputs(2, Tolerance(in_a_row=1, in_a_block=300))
+    missing = MissingInputs(2, Tolerance(consecutive=1, per_block=300))
     assert not missing.count(0, 0)
     assert not missing.count(1, 0)
     missing.recount([HERE, None])
@@ -39,12 +39,12 @@ def test_inputs_that_come_end_the_row_of_their_node_alone() -> None:
 
 
 def test_with_zero_tolerance_every_missing_input_counts() -> None:
-    assert MissingInputs(1, Tolerance(in_a_row=0, in_a_block=300)).count(0, 0)
-    assert MissingInputs(1, Tolerance(in_a_row=300, in_a_block=0)).count(0, 0)
+    assert MissingInputs(1, Tolerance(consecutive=0, per_block=300)).count(0, 0)
+    assert MissingInputs(1, Tolerance(consecutive=300, per_block=0)).count(0, 0)
 
 
 def test_it_shows_whether_inputs_are_missing_now() -> None:
-    missing = MissingInputs(2, Tolerance(in_a_row=20, in_a_block=300))
+    missing = MissingInputs(2, Tolerance(consecutive=20, per_block=300))
     shown = [missing.any]
     missing.count(0, 0)
     missing.count(1, 0)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from servo_ctrl.daemon.cycle import realtime
-from servo_ctrl.daemon.cycle.realtime import RealtimeError, step_back, uninterrupted
+from servo_ctrl.daemon.cycle.realtime import RealtimeError, lower_priority, uninterrupted
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="SCHED_FIFO is Linux")
 
@@ -80,10 +80,10 @@ def test_thread_drops_the_inherited_priority_of_the_cycle(monkeypatch: pytest.Mo
     monkeypatch.setattr(
         os, "sched_setscheduler", lambda _pid, _policy, given: priorities.append(given.sched_priority)
     )
-    step_back()
+    lower_priority()
     assert priorities == [1]
     monkeypatch.setattr(os, "sched_getscheduler", lambda _pid: os.SCHED_OTHER)
-    step_back()
+    lower_priority()
     assert priorities == [1]
 
 

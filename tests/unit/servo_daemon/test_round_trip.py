@@ -28,10 +28,10 @@ def test_inputs_before_the_next_sync_are_held() -> None:
     notes: list[str] = []
     trial, watch = trial_of(notes)
     for cycle in range(CYCLES):
-        trial.begun()
+        trial.sync_sent()
         watch.now_ns += 9_000_000
         assert not trial.over
-        assert trial.answered([A, B]) == (cycle < CYCLES - 1)
+        assert trial.cycle_complete([A, B]) == (cycle < CYCLES - 1)
     assert trial.over
     assert notes == []
 
@@ -40,9 +40,9 @@ def test_inputs_after_the_next_sync_are_reported() -> None:
     notes: list[str] = []
     trial, watch = trial_of(notes)
     for inputs in ([A, B], [A, None], [None, None], [A, B]):
-        trial.begun()
+        trial.sync_sent()
         watch.now_ns += 9_000_000
-        trial.answered(inputs)
+        trial.cycle_complete(inputs)
     assert len(notes) == 1
     expected = "of 4 cycles 2 had not all inputs before the next SYNC; the longest other round trip took 9.0"
     assert notes[0].startswith(f"this computer and its bus do not hold 500 ms: {expected} ms;")
@@ -65,10 +65,10 @@ def test_a_cycle_shows_its_trial_each_sync_and_lets_it_go() -> None:
     seen: list[object] = []
 
     class Twice:
-        def begun(self) -> None:
+        def sync_sent(self) -> None:
             seen.append("sync")
 
-        def answered(self, inputs: object) -> bool:
+        def cycle_complete(self, inputs: object) -> bool:
             seen.append(inputs)
             return len(seen) < 4
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.daemon.cycle.rows import RowRouter
-from servo_ctrl.daemon.learning.collectors import GAP_BRIDGED, StrokeCollector, bridged
+from servo_ctrl.daemon.learning.collectors import GAP_SAMPLES_MAX, StrokeCollector, bridged
 
 NAN = math.nan
 
@@ -46,9 +46,9 @@ def test_brief_gaps_are_bridged_by_straight_lines_and_no_others(values: list[flo
         stop = start
         while stop < len(values) and math.isnan(values[stop]):
             stop += 1
-        brief = start > 0 and stop < len(values) and 0 < stop - start <= GAP_BRIDGED
+        bridged_gap = start > 0 and stop < len(values) and 0 < stop - start <= GAP_SAMPLES_MAX
         for index in range(start, stop):
-            if brief:
+            if bridged_gap:
                 share = (index - start + 1) / (stop - start + 1)
                 line = values[start - 1] + share * (values[stop] - values[start - 1])
                 assert math.isclose(found[index], line, abs_tol=1e-12)

@@ -26,7 +26,7 @@ def test_a_recording_lists_nodes_limits_and_active_compensation(tmp_path: Path) 
         axes=(in_use, *handler.now.axes[1:]), settings=handler.now.settings._replace(required_m=3e-6)
     )
     report = replace(REPORT, reason="stopped by SIGTERM", events=("once", "twice"), missed_ticks=3)
-    assert recording.close(recording.ended(report)) == ""
+    assert recording.close(recording.final_header(report)) == ""
     header = json.loads((tmp_path / "r" / "recording.json").read_text(encoding="utf-8"))
     assert (header["finished"], header["completed"], header["reason"]) == (True, False, "stopped by SIGTERM")
     assert (header["events"], header["missed_ticks"], header["missing_inputs"]) == (["once", "twice"], 3, 0)
@@ -54,7 +54,7 @@ def test_a_run_without_a_cycle_did_not_begin() -> None:
 
 
 def test_lost_rows_fail_the_run_and_are_reported_after_its_reason() -> None:
-    assert REPORT.unless("") is REPORT
-    lost = replace(REPORT, reason="stopped").unless("3 rows lost")
+    assert REPORT.with_problem("") is REPORT
+    lost = replace(REPORT, reason="stopped").with_problem("3 rows lost")
     assert (lost.failed, lost.reason) == (True, "stopped; 3 rows lost")
-    assert REPORT.unless("3 rows lost").reason == "3 rows lost"
+    assert REPORT.with_problem("3 rows lost").reason == "3 rows lost"

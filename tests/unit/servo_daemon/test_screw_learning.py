@@ -11,7 +11,7 @@ from screw_stand import LOST_M, SECTION, TRAVELS, ScrewStand, stage_file
 from servo_ctrl.commands.command import Command, CommandRequest, Refusal
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.daemon.learning.axis_learning import REPEATS, LearningError
+from servo_ctrl.daemon.learning.axis_learning import REPEATS_MAX, LearningError
 from servo_ctrl.daemon.learning.collectors import Collector
 from servo_ctrl.daemon.run.run_options import LearningRequest
 from servo_ctrl.learned.store import ScrewStore
@@ -164,7 +164,7 @@ def test_travel_with_missing_samples_is_repeated_a_bounded_number_of_times(
 
     monkeypatch.setattr(Collector, "columns", holes)
     note = "axis x: a travel is made again: on the way up nothing was read"
-    for _ in range(REPEATS):
+    for _ in range(REPEATS_MAX):
         stand.play()
         assert stand.machine.notes[-1].startswith(note)
     stand.play()

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from ideal_drives import PERIOD_S, Stand, ideal_machine_file
 
-from servo_ctrl.daemon.cycle.machine_figures import DOUBT, DOUBT_S
+from servo_ctrl.daemon.cycle.machine_state import DISTURBANCE_REMARK, DISTURBANCE_S
 
 FOREIGN_COUNTS = 2**18  # 2.5 mm
-DOUBT_CYCLES = round(DOUBT_S / PERIOD_S)
+DOUBT_CYCLES = round(DISTURBANCE_S / PERIOD_S)
 
 
 def reason_of_an_axis_off_its_path(stand: Stand) -> str:
@@ -20,7 +20,7 @@ def reason_of_an_axis_off_its_path(stand: Stand) -> str:
 
 def test_the_computer_is_named_where_ticks_were_missing(tmp_path: Path) -> None:
     stand = Stand(ideal_machine_file(tmp_path)).start().run(1, elapsed=3).run(5)
-    assert reason_of_an_axis_off_its_path(stand).endswith(DOUBT)
+    assert reason_of_an_axis_off_its_path(stand).endswith(DISTURBANCE_REMARK)
 
 
 def test_the_bus_is_named_where_inputs_were_missing(tmp_path: Path) -> None:
@@ -29,7 +29,7 @@ def test_the_bus_is_named_where_inputs_were_missing(tmp_path: Path) -> None:
     stand.run(1)
     stand.absent = set()
     stand.run(5)
-    assert reason_of_an_axis_off_its_path(stand).endswith(DOUBT)
+    assert reason_of_an_axis_off_its_path(stand).endswith(DISTURBANCE_REMARK)
 
 
 def test_no_cause_is_named_once_it_is_long_ago(tmp_path: Path) -> None:

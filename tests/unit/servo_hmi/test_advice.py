@@ -4,7 +4,7 @@ from stub_status import first_status
 from servo_ctrl.canopen.watch import EMCY_TEXTS
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.daemon.cycle.machine_figures import DOUBT
+from servo_ctrl.daemon.cycle.machine_state import DISTURBANCE_REMARK
 from servo_ctrl.hmi.drive.faults import (
     CODES,
     UNKNOWN_CODE,
@@ -74,10 +74,13 @@ def test_different_reasons_have_different_advice() -> None:
 
 
 def test_a_busy_computer_comes_before_the_fault_unless_the_axis_ran_away() -> None:
-    assert "computer" in advice_for_reason("axis x: following error of 1.2 mm exceeds 1 mm" + DOUBT).problem
-    assert advice_for_reason("axis x: runs away from its set point, against 120 N" + DOUBT).remedy.startswith(
-        "Do not"
+    assert (
+        "computer"
+        in advice_for_reason("axis x: following error of 1.2 mm exceeds 1 mm" + DISTURBANCE_REMARK).problem
     )
+    assert advice_for_reason(
+        "axis x: runs away from its set point, against 120 N" + DISTURBANCE_REMARK
+    ).remedy.startswith("Do not")
 
 
 def with_fields(**fields: object) -> MachineStatus:

@@ -88,7 +88,7 @@ def test_the_cycle_gives_the_rows_that_the_twin_computes_at_once() -> None:
         rows.append(source.row)
     source.ramp_down([0.0, 0.0])
     while not source.at_rest:
-        source.stay()
+        source.hold_or_ramp()
         rows.append(source.row)
     assert len(rows) - count <= max(one.longest for one in shapers) + 2
     wanted = np.array(interleave(segment)).reshape(count, 2, 4)

@@ -1,4 +1,4 @@
-"""The parts of a machine controller, its callbacks and the values that others read; see `machine`."""
+"""The state of a machine controller, its callbacks and the values that others read; see `machine`."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -7,29 +7,29 @@ from kernels.arrays import Array
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.commands.machine_status import ContourStatus
 from servo_ctrl.commands.stage import Stage
-from servo_ctrl.daemon.cycle.drives import AxisPlace, Drives
+from servo_ctrl.daemon.cycle.drives import AxisNodes, Drives
 from servo_ctrl.daemon.cycle.event_log import EventLog
 from servo_ctrl.daemon.cycle.incidents import Incidents
 from servo_ctrl.daemon.cycle.missed_ticks import MissedTicks
 from servo_ctrl.daemon.cycle.missing_inputs import MissingInputs, Tolerance
-from servo_ctrl.daemon.cycle.setting_up import SettingUp
-from servo_ctrl.daemon.cycle.stand_by import Nodes
+from servo_ctrl.daemon.cycle.node_boot import NodeBoot
+from servo_ctrl.daemon.cycle.stand_by import StandbyNodes
 from servo_ctrl.daemon.set_points.reference import Reference
 from servo_ctrl.daemon.set_points.set_point_source import SetPointSource
 from servo_ctrl.motion.input_shaper import Taps
 
 EVENT_AGAIN_S = 1.0
 """A text that was absent this long is a new event; chosen."""
-DOUBT_S = 0.1
-"""How long after missed ticks or inputs an axis may still oscillate because of them; chosen."""
-DOUBT = "; ticks or inputs were missing just before: look at computer and bus first"
+DISTURBANCE_S = 0.1
+"""Bounds the time after missed ticks or inputs in which an axis may oscillate because of them; chosen."""
+DISTURBANCE_REMARK = "; ticks or inputs were missing just before: look at computer and bus first"
 
 
-class MachineFigures:
-    """The parts of a machine with the axes `places`; the caller sets the callbacks before `begin`."""
+class MachineState:
+    """The state of a machine with the axes `places`; the caller sets the callbacks before `begin`."""
 
     def __init__(
-        self, places: list[AxisPlace], node_names: list[str], period_s: float, tolerance: Tolerance
+        self, places: list[AxisNodes], node_names: list[str], period_s: float, tolerance: Tolerance
     ) -> None:
         self.stage = Stage.BOOTING
         self.cycles = 0
@@ -38,8 +38,8 @@ class MachineFigures:
         self._drives = Drives(places)
         self._incidents = Incidents(round(EVENT_AGAIN_S / period_s))
         self._missing = MissingInputs(len(node_names), tolerance)
-        self._node_boot = SettingUp()
-        self._missed = MissedTicks(period_s, tolerance.in_a_block)
+        self._node_boot = NodeBoot()
+        self._missed = MissedTicks(period_s, tolerance.per_block)
         self._disturbed_at = -math.inf
         """The last cycle with missed ticks or missing inputs."""
         self._source = SetPointSource([place.stop_acceleration_m_s2 for place in places], period_s)
@@ -65,7 +65,7 @@ class MachineFigures:
         """Whether the axes stay under control after a program, ready for the next one."""
         self.stand_by = False
         """Whether a stop ends in standby instead of off."""
-        self.nodes: Nodes | None = None
+        self.nodes: StandbyNodes | None = None
         """Which nodes can be used again after a stop, for a machine that stands by."""
         self.bus_off = ""
         """Why no frame can be sent at present; "" while the bus is in order."""
@@ -124,9 +124,9 @@ class MachineFigures:
         """Set the function that returns the age in cycles of each axis's inputs; empty when all are new."""
         self._drives.input_ages = ages
 
-    def doubt(self, cycle: int) -> str:
+    def disturbance_remark(self, cycle: int) -> str:
         """Return a remark for an axis event whose cause may be missed ticks or inputs, else ""."""
-        return DOUBT if (cycle - self._disturbed_at) * self._period_s <= DOUBT_S else ""
+        return DISTURBANCE_REMARK if (cycle - self._disturbed_at) * self._period_s <= DISTURBANCE_S else ""
 
     def set_points_m(self) -> list[float]:
         """Return the present position set points, metres by axis: the start of the next program."""

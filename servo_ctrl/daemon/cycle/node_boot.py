@@ -3,7 +3,7 @@
 from collections.abc import Collection
 
 
-class SettingUp:
+class NodeBoot:
     """No node boots at first."""
 
     def __init__(self) -> None:
@@ -11,19 +11,19 @@ class SettingUp:
         """Indices of the nodes that boot now."""
         self.started = False
         """Whether these nodes are configured and started, so that only their inputs are awaited."""
-        self._power_wanted = False
+        self._power_requested = False
 
     def begin(self, nodes: Collection[int]) -> None:
         """Note that these nodes boot and that their drives get power afterwards."""
-        self.nodes, self.started, self._power_wanted = tuple(nodes), False, True
+        self.nodes, self.started, self._power_requested = tuple(nodes), False, True
 
     def cancel_power(self) -> bool:
         """Leave the power off after the boot, because a stop was requested; return whether that is new."""
-        wanted = bool(self.nodes) and self._power_wanted
-        self._power_wanted = False
-        return wanted
+        power = bool(self.nodes) and self._power_requested
+        self._power_requested = False
+        return power
 
     def end(self) -> bool:
         """Note that the boot is over; return whether the drives still get power."""
-        wanted, self.nodes, self.started = self._power_wanted, (), False
-        return wanted
+        power, self.nodes, self.started = self._power_requested, (), False
+        return power
