@@ -210,13 +210,13 @@ class FaultBench:
         self.off = True
 
     def _note_events(self) -> None:
-        take = self.machine._incidents.take
+        handle = self.machine._incidents.handle
 
-        def taken(stage: Stage, event: Event, text: str, cycle: int) -> Any:
+        def noted(stage: Stage, event: Event, text: str, cycle: int) -> Any:
             self.events.append((self.cycle.number, event))
-            return take(stage, event, text, cycle)
+            return handle(stage, event, text, cycle)
 
-        self.machine._incidents.take = taken  # type: ignore[method-assign]  # and then as it was
+        self.machine._incidents.handle = noted  # type: ignore[method-assign]  # and then as it was
 
 
 class _Frame:

@@ -17,7 +17,7 @@ class PretendedNodes:
         self.booting: list[int] = []
         self.used: list[int] = []
 
-    def back(self, lost: frozenset[int]) -> list[int]:
+    def returned(self, lost: frozenset[int]) -> list[int]:
         return sorted(self.answering & set(lost))
 
     def objection(self, lost: frozenset[int]) -> str:
@@ -43,7 +43,7 @@ class PretendedNodes:
         assert list(nodes) == self.booting
         return self.at_end
 
-    def use(self, nodes: tuple[int, ...]) -> None:
+    def mark_operational(self, nodes: tuple[int, ...]) -> None:
         self.used += nodes
 
 
