@@ -31,7 +31,7 @@ def test_full_disk_clock_step_and_changed_file_are_reported_and_stop_nothing(
     table = ConsecutiveRuns(
         machine._replace(program=load_program(tmp_path / "round.toml", machine.controller)), tmp_path
     )
-    monkeypatch.setattr(changed_files, "LOOK_S", 0.02)
+    monkeypatch.setattr(changed_files, "POLL_S", 0.02)
     write_part, now_s, jumps = recorder.write_part, time.time, itertools.cycle((HOUR_S, -HOUR_S, 0.0))
     monkeypatch.setattr(time, "time", lambda: now_s() + next(jumps))
     full: list[OSError] = []

@@ -121,7 +121,7 @@ class Stand:
             (session, "TimerfdClock", clock),
             (run_recording, "Recorder", _recorder),
             (pulse_learning, "LearningRun", TwoStrokes),
-            (changed_files, "LOOK_S", LOOK_S),
+            (changed_files, "POLL_S", LOOK_S),
             (Services, "begin", self._with_observed_ticks(Services.begin)),
         ):
             yield
