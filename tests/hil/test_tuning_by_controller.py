@@ -1,10 +1,13 @@
 """A tuning of the machine that a controller is in charge of, which makes the motions over the bus."""
 
 import asyncio
+import signal
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+import tuning_client
 from forked_program import commands_folder
 from operated_table import ANNA, Operated, operated
 
@@ -152,6 +155,35 @@ async def test_a_motion_whose_asker_is_silent_is_stopped_after_a_bounded_time(
         assert table.link.status.cycles - began_at < silent + STOPPED_CYCLES
         await table.until(lambda status: any(why in event.text for event in status.events))
         assert table.link.status.stage is Stage.READY
+        await table.stop()
+
+
+async def test_a_motion_whose_asker_is_stopped_by_a_signal_is_stopped_after_a_bounded_time(
+    bench: Any, tmp_path: Path
+) -> None:
+    async with operated(bench, tmp_path, None, serve=True) as table:
+        await is_ready(table)
+        client = await asyncio.create_subprocess_exec(
+            *(sys.executable, tuning_client.__file__, table.socket, table.machine, tmp_path / "out"),
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.STDOUT,
+        )
+        try:
+            await table.until(lambda status: status.stage is Stage.RUNNING and status.program.step >= 2)
+            client.send_signal(signal.SIGSTOP)
+            stopped_at = table.link.status.cycles
+            await table.until(lambda status: status.stage is not Stage.RUNNING)
+            why = f"was silent for {LOCKSTEP_SILENCE_S:g} s"  # its connection is still open
+            await table.until(lambda status: any(why in event.text for event in status.events))
+            silent = round(LOCKSTEP_SILENCE_S / load_machine(table.machine).period_s)
+            assert table.link.status.cycles - stopped_at < silent + STOPPED_CYCLES
+            assert table.link.status.stage is Stage.READY
+        finally:
+            if client.returncode is None:
+                client.send_signal(signal.SIGCONT)
+        async with asyncio.timeout(LIMIT_S):
+            output, _ = await client.communicate()
+        assert b"the controller has made no run" in output
         await table.stop()
 
 
