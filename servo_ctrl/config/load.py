@@ -138,6 +138,8 @@ def _read(path: Path) -> tuple[dict[str, Any], str]:
     except (ValueError, RecursionError) as error:  # also for huge numbers and deep nesting
         what = FOREIGN_SUFFIXES.get(path.suffix.lower())
         reason = f"this is {what}, which is not wanted here" if what else f"not valid TOML: {error}"
+        if not what and b"\r" in content and b"\n" not in content:
+            reason = "its lines end with CR alone, which is not valid TOML: save the file with LF or CR LF"
         raise ConfigError(path, "", reason) from None
 
 

@@ -11,7 +11,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation import notch
 from servo_ctrl.excitation.measuring_motion import TuneError
 from servo_ctrl.files.toml_text import toml_text
-from servo_ctrl.files.whole_file import write_text_whole
+from servo_ctrl.files.whole_file import write_text_whole, write_whole
 from servo_ctrl.tuning.proposal import NotchValues, Proposal
 
 Sections = dict[str, dict[str, Any]]
@@ -109,10 +109,13 @@ def apply_to_file(machine: MachineConfig, axis: str, sections: Sections) -> Path
             f"{file} stays as it was: with the proposed values it would be refused, "
             f"contour_control.{objection}; lower that gain or switch the section off, then tune again"
         )
-    text = file.read_text(encoding="utf-8")
+    content = file.read_bytes()
     kept = file.with_name(f"{file.name}.before-tune")
     if kept.exists():
         raise TuneError(f"{kept} exists already, from an earlier tuning; move it away first")
-    write_text_whole(kept, text)
-    write_text_whole(file, with_values(text, axis, sections))
+    write_whole(kept, lambda copy: copy.write_bytes(content))
+    text = content.decode("utf-8")
+    line_end = "\r\n" if "\r\n" in text else "\n"
+    changed = with_values(text.replace("\r\n", "\n"), axis, sections)
+    write_text_whole(file, changed.replace("\n", line_end))
     return kept

@@ -96,6 +96,9 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     broken.write_text("[machine\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"controller\.toml: not valid TOML: .*line 1"):
         load_machine(tmp_path)
+    broken.write_bytes(b"[machine]\rname = 'mine'\r")
+    with pytest.raises(ConfigError, match=r"controller\.toml: its lines end with CR alone"):
+        load_machine(tmp_path)
     broken.write_bytes(b"\xff\xfe")
     with pytest.raises(ServoCtrlError, match="cannot be read"):
         load_machine(broken)

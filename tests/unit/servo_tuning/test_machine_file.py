@@ -54,6 +54,17 @@ def test_the_text_with_the_values_is_the_machine_with_them(machines: Path, tmp_p
         apply_to_file(read_from(file, machines), "x", SECTIONS)
 
 
+def test_the_line_ends_of_the_file_and_of_its_copy_stay(machines: Path, tmp_path: Path) -> None:
+    file = tmp_path / "controller.toml"
+    content = b"[axis.x.control]\r\nkp_1_s = 38.7  # as published\r\n"
+    file.write_bytes(content)
+    kept = apply_to_file(read_from(file, machines), "x", SECTIONS)
+    assert kept.read_bytes() == content
+    written = file.read_bytes()
+    assert b"kp_1_s = 12.5  # as published\r\n" in written
+    assert written.count(b"\n") == written.count(b"\r\n") == written.count(b"\r")
+
+
 def test_values_are_not_put_into_a_file_that_was_changed_since_the_tuning_began(
     machines: Path, tmp_path: Path
 ) -> None:
