@@ -1,4 +1,4 @@
-"""`with hil_sim.Bench("xy_table") as bench:` a simulated machine that serves a bus, a process of its own."""
+"""`with hil_sim.Bench("xy_table") as bench:` starts a simulated machine with its own bus as a process."""
 
 import contextlib
 import subprocess
@@ -18,11 +18,11 @@ READY = "on the bus"
 
 
 class BenchError(RuntimeError):
-    """The simulator did not start; carries what it printed."""
+    """The simulator did not start; the message has its output."""
 
 
 class Bench:
-    """A simulated machine on a bus of its own while the block lasts.
+    """A simulated machine on its own bus during a `with` block.
 
     `machine`: a directory with plant.toml, a plant file, or the name of a machine that is shipped. With
     "lockstep" each SYNC on the bus advances simulated time, with "realtime" the wall clock does. `faults`

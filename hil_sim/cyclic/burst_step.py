@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from can_frames.frame import DATA_AT, FRAME_BYTES, LARGEST_STANDARD
-from hil_sim.cyclic.drive_step import follow_axes, lead_axes
+from hil_sim.cyclic.drive_step import command_axes, supervise_axes
 from hil_sim.cyclic.pdo_step import DRIVES_ACT, Bytes, exchange
 from hil_sim.cyclic.scale_step import read_scales
 from hil_sim.plant.integrate import advance
@@ -20,10 +20,10 @@ from kernels.jit import kernel
 NO_RECEIVER, BY_CALLER, SYNC, FIRST_RPDO = 0, 1, 2, 3
 """Kinds of an identifier: no node receives it; the caller handles it; SYNC; RPDO number n: FIRST_RPDO + n."""
 BURST_DONE, FRAME_FOR_CALLER, SYNC_DONE, TICK_HAS_FINDING, DRIVES_MUST_ACT = 0, 1, 2, 3, 4
-"""How a call ends: all frames are served; at a frame that the caller handles; behind a SYNC with its TPDOs;
+"""Endings of a call: all frames are served; at a frame for the caller; after a SYNC, with its TPDOs;
 after a tick with a finding; at a SYNC, before drives act on new object values and the TPDOs are filled."""
 NO_SYNC = -1
-"""As `substeps`: the caller handles a SYNC."""
+"""Value of `substeps` if the caller handles a SYNC."""
 SIZE_AT = 4
 
 
@@ -52,7 +52,7 @@ def serve_burst(
     numbers: Array,
     received: Any,
     drive_of: Index,
-    acts: NDArray[np.bool_],
+    acting: NDArray[np.bool_],
     sent: Any,
     headers: Bytes,
     turns: Index,
@@ -62,7 +62,7 @@ def serve_burst(
 
     A SYNC advances time by `substeps` in `ticks`. `kinds` (2048,) are those of the identifiers, `sizes`
     (RPDOs,) the bytes of each, negative while a wrong length is reported; `statuswords` (2,) those of
-    `follow_axes`; the other arrays are those of `exchange` and of the ticks.
+    `supervise_axes`; the other arrays are those of `exchange` and of the ticks.
 
     Returns how it ended, the number of the frame, and a count: for SYNC_DONE that of the filled `frames`, for
     TICK_HAS_FINDING that of the completed ticks.
@@ -86,14 +86,14 @@ def serve_burst(
             own = substeps * (tick + 1) // ticks - substeps * tick // ticks
             dt_us = own * substep_us
             dt_s = dt_us * 1e-6
-            lead_axes(axes, objects, setpoint, dt_s, dt_us / cycle_us)
+            command_axes(axes, objects, setpoint, dt_s, dt_us / cycle_us)
             advance(params, state, setpoint, own, substep_us * 1e-6)
-            has_finding = follow_axes(axes, objects, state, dt_s, statuswords[0], statuswords[1], findings)
+            has_finding = supervise_axes(axes, objects, state, dt_s, statuswords[0], statuswords[1], findings)
             read_scales(scales, scale_objects, state)
             if has_finding:
                 return TICK_HAS_FINDING, number, tick + 1
         filled = exchange(
-            numbers, axes, objects, received, data, arrived, drive_of, acts, sent, headers, turns, frames
+            numbers, axes, objects, received, data, arrived, drive_of, acting, sent, headers, turns, frames
         )
         return (DRIVES_MUST_ACT, number, 0) if filled == DRIVES_ACT else (SYNC_DONE, number, filled)
     return BURST_DONE, count, 0

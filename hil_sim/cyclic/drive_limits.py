@@ -1,6 +1,6 @@
-"""What a drive in a cyclic mode allows: demands within 607Dh, its limit switches and the motor's speed 6080h.
+"""Limits of a drive in a cyclic mode: software limits 607Dh, limit switches and the motor's speed 6080h.
 
-A demand that is cut marks its axis as `clipped`: the statusword says so. Arguments as in `drive_step`.
+A clipped demand marks its axis as `clipped`, for the statusword. Arguments as in `drive_step`.
 """
 
 import math
@@ -11,7 +11,7 @@ from kernels.jit import kernel
 
 @kernel
 def travel(axis: Any, own: Any) -> tuple[float, float]:
-    """Smallest and largest position allowed (user counts): by limit switches and 607Dh.
+    """Return the smallest and largest allowed position (user counts), by limit switches and 607Dh.
 
     With a range 607Bh there is no software limit, unless one inside it keeps the axis from wrapping.
     """
@@ -26,7 +26,7 @@ def travel(axis: Any, own: Any) -> tuple[float, float]:
 
 @kernel
 def clip_position(axes: Any, objects: Any, index: int, wanted: float) -> float:
-    """A position demand within 607Dh and limit switches (user counts)."""
+    """Clip a position demand (user counts) by 607Dh and limit switches."""
     axis = axes[index]
     lowest, highest = travel(axis, objects[index])
     if lowest <= wanted <= highest:
@@ -37,7 +37,7 @@ def clip_position(axes: Any, objects: Any, index: int, wanted: float) -> float:
 
 @kernel
 def clip_step(axes: Any, index: int, before: float, wanted: float, dt_s: float) -> float:
-    """The next of a sequence of position demands, within the speed of the motor, 6080h."""
+    """Clip a position demand so that it follows `before` within the motor's speed 6080h."""
     longest_step = axes[index]["motor_speed"] * dt_s
     if -longest_step <= wanted - before <= longest_step:
         return wanted
@@ -49,9 +49,9 @@ def clip_step(axes: Any, index: int, before: float, wanted: float, dt_s: float) 
 def clip_velocity(
     axes: Any, objects: Any, index: int, wanted: float, deceleration: float, dt_s: float
 ) -> float:
-    """A velocity demand (counts/s) so that braking at `deceleration` ends at the limit, and within 6080h.
+    """Clip a velocity demand (counts/s) by 6080h and so that braking at `deceleration` ends at the limit.
 
-    The largest v with v dt + v^2 / 2a <= distance left.
+    It is the largest v with v dt + v^2 / 2a <= remaining distance.
     """
     axis = axes[index]
     if wanted == 0.0:
@@ -76,7 +76,7 @@ def clip_velocity(
 
 @kernel
 def clip_torque(axes: Any, objects: Any, index: int, wanted: float) -> float:
-    """A torque demand: none further into an active limit switch, none beyond the speed of 6080h."""
+    """Clip a torque demand: none further into an active limit switch, none beyond the speed of 6080h."""
     axis = axes[index]
     if wanted == 0.0:
         return 0.0

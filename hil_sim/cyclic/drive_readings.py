@@ -1,4 +1,4 @@
-"""What a drive reads after the plant has moved: actual values, digital inputs and the following error.
+"""Readings of a drive after each advance of the plant: actual values, digital inputs, following error.
 
 Arguments as in `drive_step`; `states` (n,) are the plant's.
 """
@@ -16,7 +16,7 @@ NEGATIVE_SWITCH, POSITIVE_SWITCH, HOME_SWITCH = 1, 2, 4
 
 @kernel
 def read_axis(axes: Any, objects: Any, states: Any, index: int) -> bool:
-    """Take the actual values from the plant; return whether they are numbers."""
+    """Write the actual values of the plant to the objects; return whether they are finite."""
     axis, own, state = axes[index], objects[index], states[index]
     velocity_m_s = axis["velocity_sign"] * state["encoder_velocity_m_s"]
     current_a = axis["torque_sign"] * state["current_measured_a"]
@@ -25,7 +25,7 @@ def read_axis(axes: Any, objects: Any, states: Any, index: int) -> bool:
         return False
     position = axis["origin"] + axis["position_sign"] * state["encoder_counts"]
     axis["position"] = position
-    own["position_actual_value"] = shown(axis["range_low"], axis["range_span"], position)
+    own["position_actual_value"] = wrapped(axis["range_low"], axis["range_span"], position)
     own["velocity_actual_value"] = round(velocity_m_s * axis["counts_per_m"])
     own["current_actual_value"] = round(current_a * axis["current_per_a"])
     own["torque_actual_value"] = round(current_a * axis["torque_per_a"])
@@ -36,14 +36,14 @@ def read_axis(axes: Any, objects: Any, states: Any, index: int) -> bool:
 
 
 @kernel
-def shown(low: int, span: int, position: int) -> int:
-    """A position as clients see it, within a range 607Bh of `span` counts from `low`; 0 is no range."""
+def wrapped(low: int, span: int, position: int) -> int:
+    """Return a position wrapped to a range 607Bh of `span` counts from `low`; 0 is no range."""
     return low + (position - low) % span if span else position
 
 
 @kernel
 def inputs_of(axes: Any, states: Any, index: int) -> int:
-    """Digital inputs 60FDh, by where the table is."""
+    """Return digital inputs 60FDh at the position of the table."""
     axis, position_m, inputs = axes[index], states[index]["table_position_m"], 0
     if position_m <= axis["negative_m"]:
         inputs |= NEGATIVE_SWITCH

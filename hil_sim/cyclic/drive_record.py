@@ -1,4 +1,4 @@
-"""What a drive keeps from tick to tick beside its objects, declared once; kernels and Python look at it."""
+"""The state of a drive from tick to tick beside its objects, shared by kernels and Python."""
 
 import math
 from typing import Any, NamedTuple
@@ -8,25 +8,24 @@ from numpy.typing import NDArray
 
 from kernels.record_layout import record_type
 
-FOLLOWS_NOTHING = 0
-"""`led` while no cyclic mode has the axis: the code of its mode (6060h) otherwise."""
-
+NO_CYCLIC_MODE = 0
+"""`cyclic_mode` outside the cyclic modes; in one, it is the code of the mode (6060h)."""
 NO_SET_POINT = 1 << 31
-"""Where 60C1h:01 has been taken: out of its range, so that the same value may come again."""
+"""60C1h:01 after its value was used: out of range, so that the same value can be written again."""
 
 
 class DriveRecord(NamedTuple):
-    """One axis. Positions of the user in counts: motor counts times a sign, plus `origin`."""
+    """One axis. User positions in counts: motor counts times a sign, plus `origin`."""
 
-    led: int = FOLLOWS_NOTHING
+    cyclic_mode: int = NO_CYCLIC_MODE
     origin: int = 0
     """User counts where the motor counts are zero; homing moves it."""
     position: float = 0.0
-    """Actual position, which continues where clients see it wrap around."""
+    """Actual position, which does not wrap."""
     range_low: int = 0
     range_high: int = 0
     range_span: int = 0
-    """Position range 607Bh and how many counts it has, 0 without one."""
+    """Position range 607Bh and its number of counts; 0 without a range."""
     position_sign: int = 1
     velocity_sign: int = 1
     torque_sign: int = 1
@@ -39,13 +38,13 @@ class DriveRecord(NamedTuple):
     scale_counts_per_m: float = 0.0
     """0 without a scale."""
     carried: bool = False
-    """The scale sees the mass that a structural mode carries."""
+    """The scale measures the mass of a structural mode."""
     negative_m: float = -math.inf
     positive_m: float = math.inf
-    """Where the table closes the limit switches."""
+    """Positions of the table that close the limit switches."""
     home_from_m: float = math.nan
     home_to_m: float = math.nan
-    """Where it closes the home switch, NaN without one."""
+    """Positions that close the home switch; NaN without one."""
     blocked_low: float = -math.inf
     blocked_high: float = math.inf
     """User counts at which the axis stopped at a switch, infinite where none blocks."""
@@ -59,10 +58,10 @@ class DriveRecord(NamedTuple):
     progress: float = 1.0
     """Interpolation within a communication cycle: see `drive_step.interpolate`."""
     outside_us: int = 0
-    """For how long the following error has been outside of its window."""
+    """Time for which the following error has been outside its window."""
     state: int = 0
     acted_state: int = -1
-    """State of the power drive system, and the one in which the drive has acted on its controlword."""
+    """State of the power drive system, and its state when the last controlword was executed."""
     acted_controlword: int = 0
     acted_max_torque: int = 0
     acted_max_current: int = 0
@@ -71,14 +70,14 @@ class DriveRecord(NamedTuple):
     acted_probe_function: int = 0
     acted_physical_outputs: int = 0
     acted_bit_mask: int = 0
-    """What the drive has acted on, of the objects of these names."""
+    """Values of these objects that are in effect."""
 
 
 DRIVE_RECORD = record_type(DriveRecord)
 
 
 def drive_records(count: int) -> NDArray[Any]:
-    """Records (count,) of drives at power-up."""
+    """Return records (count,) of drives at power-up."""
     records = np.zeros(count, DRIVE_RECORD)
     records[:] = tuple(DriveRecord())
     return records

@@ -1,4 +1,4 @@
-"""PDOs of all nodes at a SYNC: what was received takes effect on the objects, what they are now is sent.
+"""PDOs of all nodes at a SYNC: received RPDOs take effect, then TPDOs are filled.
 
 `numbers` (n,) are the process objects of all devices; an entry of a mapping is a `MappedPlace` among them.
 """
@@ -20,7 +20,7 @@ DRIVES_ACT = -1
 
 
 class MappedPlace(NamedTuple):
-    """An object in a PDO: where it lies there and among the numbers. Little-endian."""
+    """An object of a PDO: its bytes there (little-endian) and its place among the numbers."""
 
     pdo: int
     start: int
@@ -32,7 +32,7 @@ class MappedPlace(NamedTuple):
 
 
 def mapped_places(entries: list[MappedPlace]) -> NDArray[Any]:
-    """Records (entries,) for the kernels."""
+    """Return records (entries,) for the kernels."""
     places = np.zeros(len(entries), record_type(MappedPlace))
     store(places, entries)
     return places
@@ -47,7 +47,7 @@ def exchange(
     data: Bytes,
     arrived: NDArray[np.bool_],
     drive_of: Index,
-    acts: NDArray[np.bool_],
+    acting: NDArray[np.bool_],
     sent: Any,
     headers: Bytes,
     turns: Index,
@@ -56,7 +56,7 @@ def exchange(
     """Write the `data` (RPDOs, 8) of `arrived` RPDOs (RPDOs,) to the process objects, then fill the TPDOs.
 
     `arrived` is cleared. `drive_of` (RPDOs,): the drive that each RPDO belongs to, -1: none. Returns the
-    number of filled frames; DRIVES_ACT where a drive must act first (`must_act`): `acts` (drives,) marks
+    number of filled frames; DRIVES_ACT where a drive must act first (`must_act`): `acting` (drives,) marks
     each.
     """
     for entry in range(len(received)):
@@ -65,19 +65,19 @@ def exchange(
             value = integer(data[at["pdo"]], at)
             if at["low"] <= value <= at["high"]:
                 numbers[at["place"]] = value
-    acts[:] = False
+    acting[:] = False
     any_acts = False
     for rpdo in range(len(drive_of)):
         drive = drive_of[rpdo]
         if arrived[rpdo] and drive >= 0 and must_act(axes[drive], objects[drive]):
-            acts[drive] = any_acts = True
+            acting[drive] = any_acts = True
     arrived[:] = False
     return DRIVES_ACT if any_acts else fill(numbers, sent, headers, turns, frames)
 
 
 @kernel
 def integer(data: Bytes, at: Any) -> int:
-    """The integer at a place of a PDO."""
+    """Return the integer at a place of a PDO."""
     value = 0
     for byte in range(at["size"]):
         value |= int(data[at["start"] + byte]) << (8 * byte)
@@ -88,7 +88,7 @@ def integer(data: Bytes, at: Any) -> int:
 
 @kernel
 def must_act(axis: Any, own: Any) -> bool:
-    """Whether a drive has new object values to act on, beside the set points, which it reads in its tick."""
+    """Return whether a drive must act on new object values; set points are read in its tick."""
     return bool(
         own["controlword"] != axis["acted_controlword"]
         or axis["state"] != axis["acted_state"]
@@ -106,7 +106,7 @@ def must_act(axis: Any, own: Any) -> bool:
 
 @kernel
 def fill(numbers: Array, sent: Any, headers: Bytes, turns: Index, frames: Bytes) -> int:
-    """Put the TPDOs of this SYNC one behind the other into `frames` (TPDOs, 16); return their number.
+    """Fill the TPDOs of this SYNC into consecutive `frames` (TPDOs, 16); return their number.
 
     `headers` (TPDOs, 8) begin them. `turns` (TPDOs, 2): the number of SYNCs from one transmission to the
     next, and the number since the last one. A value that does not fit wraps, as a counter does.

@@ -1,4 +1,4 @@
-"""The tick of the linear scales: counts and speed of the heads into their objects."""
+"""The tick of the linear scales: writes counts and speed of the heads to their objects."""
 
 from typing import Any, NamedTuple
 
@@ -16,9 +16,9 @@ class ScaleRecord(NamedTuple):
     """One scale beside its objects. Its position in counts: those of the head times `sign`, plus `offset`."""
 
     axis: int = 0
-    """Of the plant."""
+    """Index of the axis in the plant."""
     carried: bool = False
-    """The head sees the mass that a structural mode carries."""
+    """The head measures the mass of a structural mode."""
     mark: int = 0
     """Counts of the head at the reference mark."""
     raw: int = 0
@@ -30,7 +30,7 @@ class ScaleRecord(NamedTuple):
 
 
 def scale_records(count: int) -> NDArray[Any]:
-    """Records (count,) of scales at power-up."""
+    """Return records (count,) of scales at power-up."""
     records = np.zeros(count, record_type(ScaleRecord))
     records[:] = tuple(ScaleRecord())
     return records
@@ -45,7 +45,7 @@ def read_scales(scales: Any, objects: Any, state: Any) -> None:
 
 @kernel
 def read_scale(scale: Any, own: Any, state: Any) -> None:
-    """Counts and speed of one head, and whether it has passed the reference mark."""
+    """Read counts and speed of one head, and passages of the reference mark."""
     if scale["frozen"]:
         return
     raw, before, mark = state["scale_counts"], scale["raw"], scale["mark"]

@@ -56,7 +56,14 @@ class Drive:
         self.brake = BrakeControl(self.objects, self.port, brake_of(config, plant, index), host.clock)
         self._clock = host.clock
         self._hardware_values = hardware_values(config)
-        self.slave = Slave(config.drive.node_id, config.drive.eds, self.objects, self, host, inside_eds)
+        self.slave = Slave(
+            config.drive.node_id,
+            config.drive.eds,
+            objects=self.objects,
+            device=self,
+            host=host,
+            inside_eds=inside_eds,
+        )
         self._states = DriveStates(self.objects, self.port, self.motion, self.brake, self.slave.emergency)
         guard(self.slave.dictionary, self)
 

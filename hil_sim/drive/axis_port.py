@@ -1,7 +1,7 @@
-"""The interface of one amplifier to its axis: views on the plant's records, and the drive's scaling.
+"""The interface of one amplifier to its axis: views of the plant's records, and the drive's scaling.
 
-Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves. They count
-on beyond the position range 607Bh; only the values that clients see wrap there.
+Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves. Only values
+for clients wrap at the position range 607Bh.
 """
 
 import math
@@ -70,13 +70,13 @@ class AxisPort:
         drive_readings.read_axis(records, objects, self._states, 0)
         drive_readings.inputs_of(records, self._states, 0)
         drive_readings.check_following(records, objects, 0, 1.0)
-        drive_step.show_demand(records, objects, 0, 0.0, 0.0)
+        drive_step.store_demand(records, objects, 0, 0.0, 0.0)
         drive_limits.clip_position(records, objects, 0, 0.0)
         drive_limits.clip_velocity(records, objects, 0, 0.0, 1.0, 1.0)
         drive_limits.clip_torque(records, objects, 0, 0.0)
         drive_limits.clip_step(records, 0, 0.0, 0.0, 1.0)
-        drive_readings.shown(0, 0, 0)
-        drive_step.nearest(0, 0.0, 0.0)
+        drive_readings.wrapped(0, 0, 0)
+        drive_step.nearest_equivalent(0, 0.0, 0.0)
         drive_step.command_torque(records, setpoints, 0, 0.0)
         drive_step.command_velocity(records, setpoints, 0, 0.0, 0.0)
         drive_step.command_position(records, setpoints, 0, 0.0, 0.0, 0.0)
@@ -127,9 +127,9 @@ class AxisPort:
         if not drive_readings.read_axis(self._records, self._objects, self._states, 0):
             raise ValueError("the position of an axis is not a number: the plant is unstable")
 
-    def show_demand(self, position: float, velocity: float) -> None:
+    def store_demand(self, position: float, velocity: float) -> None:
         """Write the demand of the position loop: user counts; counts/s in the direction of the position."""
-        drive_step.show_demand(self._records, self._objects, 0, float(position), float(velocity))
+        drive_step.store_demand(self._records, self._objects, 0, float(position), float(velocity))
 
     def switches(self) -> int:
         """Digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch, bit 2 home switch."""
@@ -159,7 +159,7 @@ class AxisPort:
 
     def follow_set_points(self, dt_s: float, share: float) -> None:
         """Command the set points of the axis's cyclic mode for the next `dt_s`, a `share` of the cycle."""
-        drive_step.lead_axes(self._records, self._objects, self._setpoints, dt_s, share)
+        drive_step.command_axes(self._records, self._objects, self._setpoints, dt_s, share)
 
     def check_following(self, dt_s: float) -> bool:
         """Update 60F4h; return whether the following error has been too large for too long."""
@@ -170,8 +170,8 @@ class AxisPort:
         return float(self._state["table_position_m"])
 
     def user_position(self, motor_counts: int) -> int:
-        """Convert motor counts to the position that clients see."""
-        return self.range.shown(self.origin + self.position_sign * motor_counts)
+        """Convert motor counts to a position for clients, wrapped to the range."""
+        return self.range.wrapped(self.origin + self.position_sign * motor_counts)
 
     def set_range(self, low: int, high: int) -> None:
         """Apply the position range limit 607Bh (counts)."""
@@ -180,7 +180,7 @@ class AxisPort:
 
     def move_into_range(self) -> int:
         """Move the origin so that the actual position lies in its range; return the change in counts."""
-        shift = self.range.shown(self.position) - self.position
+        shift = self.range.wrapped(self.position) - self.position
         self.origin += shift
         self.record["position"] += shift
         return shift
@@ -214,7 +214,7 @@ class AxisPort:
         return first if first >= now else None
 
     def off(self) -> None:
-        """Switch the power stage off: no current, whatever the set points are."""
+        """Switch the power stage off: no current at any set point."""
         self._setpoint["loop"] = OFF
 
     def limit_torque(self, max_torque: int, max_current: int) -> None:

@@ -66,7 +66,7 @@ class BrakeControl:
         self.is_set = close
         self.brake.drive(close=close, now_us=self._clock.now_us)
 
-    def shown(self) -> int:
+    def output_state(self) -> int:
         """Return 60FEh:01 as clients read it: the state of the output."""
         return SET_BRAKE if self.is_set else 0
 

@@ -165,7 +165,7 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
     dictionary.checks[0x60F2] = only_in(POSITIONING_OPTIONS)
     dictionary.checks[0x60B8] = without(~FUNCTIONS)
     dictionary.checks[0x60FE] = without(~SET_BRAKE)
-    dictionary.readers[0x60FE] = lambda sub: drive.brake.shown() if sub == 1 else None
+    dictionary.readers[0x60FE] = lambda sub: drive.brake.output_state() if sub == 1 else None
     guard_interpolation(dictionary, drive)
     for index in ACTED_ON_AT_ONCE:
         dictionary.followers[index] = lambda _sub: drive.process()

@@ -62,12 +62,12 @@ class DriveStates:
             self._enter(State.OPERATION_ENABLED)  # ends the ramp early
         if self._releasing and command is Command.SWITCH_ON:
             self._enter(State.SWITCHED_ON)
-        found = cia402.transition(self.state, command, stays)
-        while found is not None:
-            self._carry_out(found)
-            if self.state is not found.target:
+        transition = cia402.transition(self.state, command, stays)
+        while transition is not None:
+            self._carry_out(transition)
+            if self.state is not transition.target:
                 break  # a ramp comes first
-            found = cia402.transition(self.state, command, stays)
+            transition = cia402.transition(self.state, command, stays)
         if self.state is State.OPERATION_ENABLED and self._state_after_ramp is None:
             self._motion.halt(bool(controlword & cia402.HALT))
             self._motion.mode.command(controlword, previous)

@@ -10,7 +10,7 @@ import numpy as np
 
 from hil_sim.config import Plant
 from hil_sim.cyclic.drive_record import drive_records
-from hil_sim.cyclic.drive_step import follow_axes, lead_axes
+from hil_sim.cyclic.drive_step import command_axes, supervise_axes
 from hil_sim.drive import cia402_device as cia402
 from hil_sim.drive.amplifier_device import Drive
 from hil_sim.drive.cia402_device import State
@@ -23,7 +23,7 @@ from kernels.arrays import Array, Index
 
 FOLLOWING = State.OPERATION_ENABLED | cia402.VOLTAGE_ENABLED | cia402.REMOTE | FOLLOWS_COMMAND
 LIMITED = FOLLOWING | cia402.INTERNAL_LIMIT
-"""Statuswords of a drive that follows set points of the bus, without a limit that is active and with one."""
+"""Statuswords of a drive that follows set points of the bus, without and with an active limit."""
 
 
 class DrivesInStep:
@@ -42,20 +42,20 @@ class DrivesInStep:
     def warm_up(self) -> None:
         """Compile the kernels of a tick, or load them from the cache; nothing moves."""
         plant = self._plant
-        lead_axes(self._axes, self._objects, plant.setpoint, 1.0, 1.0)
+        command_axes(self._axes, self._objects, plant.setpoint, 1.0, 1.0)
         advance(plant.params, plant.state, plant.setpoint, 0, 0.0)
-        follow_axes(self._axes[:0], self._objects[:0], plant.state[:0], 1.0, 0, 0, self._findings[:0])
+        supervise_axes(self._axes[:0], self._objects[:0], plant.state[:0], 1.0, 0, 0, self._findings[:0])
         if self._drives:
             self._drives[0].port.warm_up()
 
     @property
     def slaves(self) -> list[Slave]:
-        """Their nodes."""
+        """The nodes of the drives."""
         return [drive.slave for drive in self._drives]
 
     @property
     def memory(self) -> tuple[Any, ...]:
-        """For `burst_step`, in its order."""
+        """Arguments of `serve_burst`, in its order."""
         plant = self._plant
         moved = plant.params, plant.state, plant.setpoint
         return *moved, self._axes, self._objects, self._words, self._findings
@@ -63,7 +63,7 @@ class DrivesInStep:
     @property
     def following(self) -> bool:
         """Whether all drives follow set points of the bus."""
-        for drive in self._drives:  # noqa: SIM110  # asked in every cycle, and `all` takes twice as long
+        for drive in self._drives:  # noqa: SIM110  # called in every cycle, and `all` takes twice as long
             if not drive.follows_cycle:
                 return False
         return True
@@ -71,14 +71,14 @@ class DrivesInStep:
     def exchange(self, tables: PdoTables) -> bytes:
         """Let the received RPDOs take effect; return the TPDO frames of all nodes as one burst."""
         frames = tables.exchange(self._axes, self._objects)
-        return self.act(tables) if frames is None else frames
+        return self.process(tables) if frames is None else frames
 
-    def act(self, tables: PdoTables) -> bytes:
-        """Have the drives act that have to; the TPDOs of all nodes."""
-        for drive, acts in zip(self._drives, tables.acts, strict=True):
-            if acts:
+    def process(self, tables: PdoTables) -> bytes:
+        """Let the drives act on new object values; return the TPDO frames of all nodes."""
+        for drive, must_act in zip(self._drives, tables.acting, strict=True):
+            if must_act:
                 drive.process()
-        return tables.frames()
+        return tables.fill()
 
     def advance(self, substeps: int, substep_s: float, dt_s: float, share: float) -> bool:
         """Command the axes and advance the plant by `substeps` of `substep_s`, together `dt_s`.
@@ -88,7 +88,7 @@ class DrivesInStep:
         plant = self._plant
         following = self.following
         if following:
-            lead_axes(self._axes, self._objects, plant.setpoint, dt_s, share)
+            command_axes(self._axes, self._objects, plant.setpoint, dt_s, share)
         else:
             for drive in self._drives:
                 drive.command_axis(dt_s, share)
@@ -100,14 +100,14 @@ class DrivesInStep:
         if not following:
             for drive in self._drives:
                 drive.read_axis(dt_s)
-        elif follow_axes(
+        elif supervise_axes(
             *(self._axes, self._objects, self._plant.state, dt_s),
             *(FOLLOWING, LIMITED, self._findings),
         ):
-            self.look(dt_s)
+            self.handle_findings(dt_s)
 
-    def look(self, dt_s: float) -> None:
-        """Read and supervise the axes of which the last tick has found something."""
-        for drive, found in zip(self._drives, self._findings, strict=True):
-            if found:
+    def handle_findings(self, dt_s: float) -> None:
+        """Read and supervise the axes that had a finding in the last tick."""
+        for drive, finding in zip(self._drives, self._findings, strict=True):
+            if finding:
                 drive.read_axis(dt_s)

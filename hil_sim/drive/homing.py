@@ -105,4 +105,4 @@ class Homing(HomingSearch):
         self.homed = True
         self.status = ATTAINED | TARGET_REACHED
         port.read()
-        port.show_demand(self.position, self.velocity)
+        port.store_demand(self.position, self.velocity)

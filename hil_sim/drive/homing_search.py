@@ -42,7 +42,7 @@ class HomingSearch(Mode):
         target = max(-fastest, min(fastest, self.target_velocity))
         self.velocity += max(-step, min(step, target - before))
         self.position += 0.5 * (before + self.velocity) * dt_s
-        self.port.show_demand(self.position, self.velocity)
+        self.port.store_demand(self.position, self.velocity)
         self.port.command_position(self.position)
 
     def search(self, method: int) -> Generator[None, None, int]:

@@ -61,12 +61,12 @@ class InterpolatedPosition(Mode):
                 if not self.set_points:
                     self._progress = 1.0
                     break
-                wanted = self.port.range.nearest(self.set_points.popleft(), self._from)
+                wanted = self.port.range.nearest_equivalent(self.set_points.popleft(), self._from)
                 self._to = self.limits.position(wanted)
                 self._progress = arrived - 1.0 if arrived > 1.0 else 0.0
             share = min(1.0, self._progress)
             wanted = self._from + (self._to - self._from) * share
             self.position = self.limits.step(before, wanted, dt_s)
         self.velocity = (self.position - before) / dt_s
-        self.port.show_demand(self.position, self.velocity)
+        self.port.store_demand(self.position, self.velocity)
         self.port.command_position(self.position, objects.torque_offset)

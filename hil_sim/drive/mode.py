@@ -6,7 +6,7 @@ statusword.
 
 from enum import IntEnum
 
-from hil_sim.cyclic.drive_record import FOLLOWS_NOTHING
+from hil_sim.cyclic.drive_record import NO_CYCLIC_MODE
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.travel_limits import TravelLimits
@@ -32,8 +32,8 @@ class ModeCode(IntEnum):
 class Mode:
     """No mode of operation: an enabled axis stays at standstill. The other modes derive from it."""
 
-    cyclic_code: int = FOLLOWS_NOTHING
-    """Code of a cyclic mode, whose set points the compiled tick follows; other modes have none."""
+    cyclic_code: int = NO_CYCLIC_MODE
+    """Code of a cyclic mode, which the compiled tick serves; NO_CYCLIC_MODE for other modes."""
     position_loop = False
     """Whether the amplifier closes the position loop, so that the following error counts."""
     generates_motion = False

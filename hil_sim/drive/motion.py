@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from hil_sim.cyclic.drive_record import FOLLOWS_NOTHING
+from hil_sim.cyclic.drive_record import NO_CYCLIC_MODE
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.cyclic_modes import CyclicPosition, CyclicTorque, CyclicVelocity
 from hil_sim.drive.drive_objects import DriveObjects
@@ -84,10 +84,10 @@ class Motion:
         self.mode.enter()
         self._command_by(self.mode.tick, self.mode.cyclic_code)
 
-    def _command_by(self, tick: Callable[[float, float], None], cyclic_code: int = FOLLOWS_NOTHING) -> None:
+    def _command_by(self, tick: Callable[[float, float], None], cyclic_code: int = NO_CYCLIC_MODE) -> None:
         """Command the axis by `tick(dt_s, share)` from now on; `cyclic_code` is that of a cyclic mode."""
         self.tick, self.cyclic_code = tick, cyclic_code
-        self._port.record["led"] = cyclic_code
+        self._port.record["cyclic_mode"] = cyclic_code
 
     def select_mode(self, code: int) -> None:
         """Change the mode of operation; an unsupported code changes nothing, as 6061h shows."""

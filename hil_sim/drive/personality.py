@@ -54,7 +54,7 @@ class PersonalDrive(Drive):
     ) -> None:
         self._personality = personality
         objects = _scaled_objects(personality)
-        super().__init__(config, plant, index, host, objects, personality.inside_eds)
+        super().__init__(config, plant, index, host, objects=objects, inside_eds=personality.inside_eds)
         dictionary = self.slave.dictionary
         for address, name in dictionary.attributes.items():
             if hasattr(type(self.objects), SHOWN + name):

@@ -1,8 +1,8 @@
 """Position range limit 607Bh: the positions of a rotary axis wrap at the ends of the range.
 
-Inside the drive positions count on over the turns. Positions that clients see (6062h, 6064h, touch probes)
-lie in the range. A set point of a client therefore stands for many positions, one a turn: the drive goes to
-the nearest, or to the next one in the direction of 60F2h.
+Positions inside the drive do not wrap. Positions for clients (6062h, 6064h, touch probes) lie in the range. A
+set point of a client is therefore equivalent to one position in each turn: the drive moves to the nearest, or
+to the next one in the direction of 60F2h.
 """
 
 import math
@@ -27,13 +27,13 @@ class PositionRange:
         self.low, self.high = low, high
         self.span = 0 if (low, high) == WHOLE else high - low + 1
 
-    def shown(self, position: int) -> int:
+    def wrapped(self, position: int) -> int:
         """Return a position as clients see it: within the range."""
-        return drive_readings.shown(self.low, self.span, position)
+        return drive_readings.wrapped(self.low, self.span, position)
 
-    def nearest(self, wanted: float, here: float) -> float:
+    def nearest_equivalent(self, wanted: float, here: float) -> float:
         """Return the position nearest to `here` that clients see as `wanted`; of two, the positive one."""
-        return drive_step.nearest(self.span, float(wanted), float(here))
+        return drive_step.nearest_equivalent(self.span, float(wanted), float(here))
 
     def towards(self, wanted: int, here: float, direction: int) -> float:
         """Return the position that clients see as `wanted`, approached from `here` by the direction of 60F2h.
@@ -45,6 +45,6 @@ class PositionRange:
         if direction == LINEAR:
             return here + wanted - (self.low + (here - self.low) % self.span)
         if direction == SHORTEST:
-            return self.nearest(wanted, here)
+            return self.nearest_equivalent(wanted, here)
         turns = (here - wanted) / self.span
         return wanted + self.span * (math.floor(turns) if direction == NEGATIVE else math.ceil(turns))

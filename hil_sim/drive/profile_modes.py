@@ -111,7 +111,7 @@ class ProfilePosition(Mode):
             self._start(self._current._replace(speed=speed))  # it waited for a speed
         if self._profile is not None:
             self._follow(self._profile, dt_s)
-        self.port.show_demand(self.position, self.velocity)
+        self.port.store_demand(self.position, self.velocity)
         self.port.command_position(self.position, objects.torque_offset)
 
     def check(self, dt_s: float) -> None:
@@ -142,7 +142,14 @@ class ProfilePosition(Mode):
         end_velocity = min(point.end_velocity, point.speed)
         self._beyond = math.copysign(end_velocity**2 / (2.0 * point.deceleration), target - position)
         rest = self.limits.position(target + self._beyond) if self._beyond else target
-        self._profile = plan(position, velocity, rest, point.speed, point.acceleration, point.deceleration)
+        self._profile = plan(
+            position,
+            velocity,
+            target=rest,
+            speed=point.speed,
+            acceleration=point.acceleration,
+            deceleration=point.deceleration,
+        )
         self._time_s = 0.0
         self._reached = False
         self._window.update(False, 0.0, 0)

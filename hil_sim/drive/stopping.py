@@ -71,7 +71,7 @@ class StopRamp:
             self.velocity = before - math.copysign(change, before)
             self.position += 0.5 * (before + self.velocity) * dt_s
         if self.in_position_loop:
-            self._port.show_demand(self.position, self.velocity)
+            self._port.store_demand(self.position, self.velocity)
             self._port.command_position(self.position)
         else:
             self._objects.velocity_demand_value = round(self.velocity)

@@ -31,7 +31,7 @@ class NodeRate:
         self.due_us = NEVER_US
 
     @property
-    def deaf(self) -> bool:
+    def is_off_bus(self) -> bool:
         """Whether it neither sends nor receives: at another rate than the bus, or while the rate changes."""
         return self.due_us != NEVER_US or self.kbit_s != self._bus.kbit_s
 

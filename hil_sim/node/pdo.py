@@ -13,7 +13,7 @@ from hil_sim.node.nmt import NEVER_US
 from hil_sim.node.process_objects import ProcessObjects
 
 LAST_SYNCHRONOUS, SAMPLED_AT_SYNC = 240, 252
-"""Transmission types that a SYNC concerns: up to the first, and the second, sent on request alone."""
+"""Transmission types served at a SYNC: those up to the first, and the second, sent on request only."""
 FORMATS = {2: "b", 3: "h", 4: "i", 5: "B", 6: "H", 7: "I"}  # CANopen data type -> struct
 
 
@@ -165,7 +165,7 @@ class Tpdo:
             self._send(self.cob_id, frame)
 
     def on_request(self) -> None:
-        """Send the present values: a remote frame has asked for them."""
+        """Send the present values at a remote frame."""
         self._send(self.cob_id, self.sample())
 
     def on_event_check(self, now_us: int) -> None:
@@ -183,6 +183,6 @@ class Tpdo:
 
 
 def value_reader(attributes: list[str]) -> Callable[[Any], tuple[Any, ...]]:
-    """A function that reads the attributes as a tuple, in C for two and more."""
+    """Return a function that reads the attributes as a tuple, in C for two and more."""
     read = attrgetter(*attributes)
     return read if len(attributes) > 1 else lambda objects: (read(objects),)

@@ -49,19 +49,19 @@ class PdoExchange:
         return rpdo.receive(data)
 
     def activate(self) -> bool:
-        """SYNC, outputs: the buffered RPDOs take effect; return whether there were any."""
-        fresh = False
+        """Let the buffered RPDOs take effect at a SYNC; return whether there were any."""
+        any_activated = False
         for rpdo in self.rpdos:
-            fresh |= rpdo.activate()
-        return fresh
+            any_activated |= rpdo.activate()
+        return any_activated
 
     def sample(self) -> None:
-        """SYNC, inputs: send the synchronous TPDOs."""
+        """Send the synchronous TPDOs at a SYNC."""
         for tpdo in self.synchronous:
             tpdo.on_sync()
 
     def run(self, now_us: int) -> None:
-        """Send the event-driven TPDOs that are due, and report RPDOs that stayed away."""
+        """Send the event-driven TPDOs that are due, and report RPDOs that are overdue."""
         for tpdo in self._event_driven:
             tpdo.on_event_check(now_us)
         for rpdo in self.rpdos:

@@ -1,4 +1,4 @@
-"""The synchronous PDOs of all nodes as tables, where a compiled exchange can have them."""
+"""The synchronous PDOs of all nodes as tables for the compiled exchange."""
 
 import struct
 from collections.abc import Sequence
@@ -15,16 +15,16 @@ from hil_sim.node.slave import Slave
 from kernels.arrays import Array, Index
 
 UNSETTLED = -1
-"""A size that no frame has."""
+"""Size of an RPDO that is not received here: no frame has it."""
 
 
 class PdoTables:
-    """The PDOs of these nodes, whose objects lie in `numbers`, each node's from its place in `first` on.
+    """The PDOs of `slaves`, whose objects are in `numbers`, those of each node from its index in `first` on.
 
-    `drives`: those of them that are drives, in the order of their axes.
+    `drives`: the drives among them, in the order of their axes.
 
     Raises:
-        ValueError: a PDO is none that a table can have: another transmission type, a computed object.
+        ValueError: a PDO is not possible in a table: another transmission type, a computed object.
     """
 
     def __init__(
@@ -46,18 +46,18 @@ class PdoTables:
                     drive_of.append(drives.index(slave) if slave in drives else -1)
             for tpdo in slave.pdos.synchronous:
                 if not tpdo.cyclic:
-                    raise ValueError(f"TPDO {tpdo.cob_id:03X}h does not come at every n-th SYNC")
+                    raise ValueError(f"TPDO {tpdo.cob_id:03X}h is not sent at every n-th SYNC")
                 sent += _entries(len(self._tpdos), tpdo.mapping, places)
                 self._tpdos.append(tpdo)
         self._received, self._sent = mapped_places(received), mapped_places(sent)
         self._drive_of: Index = np.array(drive_of, np.int64)
-        self.acts: NDArray[np.bool_] = np.zeros(len(drives), np.bool_)
-        """Drives that have something to act on."""
+        self.acting: NDArray[np.bool_] = np.zeros(len(drives), np.bool_)
+        """Drives that must act on new object values."""
         self.sizes: Index = np.zeros(len(self._rpdos), np.int64)
-        """Bytes of each RPDO, `UNSETTLED` while its length is none of a table's business."""
+        """Bytes of each RPDO; `UNSETTLED` while a wrong length is reported."""
         self.data: Bytes = np.zeros((len(self._rpdos), 8), np.uint8)
-        self.came: NDArray[np.bool_] = np.zeros(len(self._rpdos), np.bool_)
-        """What has been received since the last SYNC, and of which RPDO there is anything."""
+        self.arrived: NDArray[np.bool_] = np.zeros(len(self._rpdos), np.bool_)
+        """Data received since the last SYNC, and whether each RPDO arrived."""
         headers = [list(FRAME.pack(tpdo.cob_id, tpdo.size, b"")[:DATA_AT]) for tpdo in self._tpdos]
         self._headers: Bytes = np.array(headers, np.uint8).reshape(-1, DATA_AT)
         turns = [(tpdo.every, tpdo.syncs) for tpdo in self._tpdos]
@@ -65,50 +65,50 @@ class PdoTables:
         self._frames: Bytes = np.zeros((len(turns), FRAME.size), np.uint8)
         self._bytes = self._frames.reshape(-1).data
         self.memory = (
-            *(numbers, self._received, self._drive_of, self.acts),
+            *(numbers, self._received, self._drive_of, self.acting),
             *(self._sent, self._headers, self._turns, self._frames),
         )
-        """For `burst_step`, in its order."""
+        """Arguments of `serve_burst`, in its order."""
         for rpdo in self._rpdos:
-            self.take(rpdo)
+            self.load(rpdo)
 
     def place(self, rpdo: Rpdo) -> int | None:
-        """Which one it is here; None where a table may not receive it."""
+        """Return the index of an RPDO; None if it is not received here."""
         return self._rpdos.index(rpdo) if rpdo in self._rpdos and not rpdo.event_timer_us else None
 
-    def take(self, rpdo: Rpdo) -> None:
-        """Take over what an RPDO has received by itself, and whether its length is settled."""
+    def load(self, rpdo: Rpdo) -> None:
+        """Load the pending frame of an RPDO, and whether a wrong length is reported."""
         if rpdo not in self._rpdos:
             return
         place = self._rpdos.index(rpdo)
         self.sizes[place] = UNSETTLED if rpdo.wrong_length else rpdo.size
         if rpdo.pending is not None:
             self.data[place, : rpdo.size] = memoryview(rpdo.pending)
-            self.came[place] = True
+            self.arrived[place] = True
             rpdo.pending = None
 
-    def give_back(self) -> None:
-        """Let the PDOs know what has come and how many SYNCs have passed, before these tables go."""
+    def unload(self) -> None:
+        """Return pending frames and SYNC counts to the PDOs, before the tables are replaced."""
         for tpdo, (_every, syncs) in zip(self._tpdos, self._turns.tolist(), strict=True):
             tpdo.syncs = syncs
         for place, rpdo in enumerate(self._rpdos):
-            if self.came[place]:
+            if self.arrived[place]:
                 rpdo.pending = self.data[place, : rpdo.size].tobytes()
 
     def exchange(self, axes: Any, objects: Any) -> bytes | None:
-        """Let what was received take effect; the frames, None where a drive has to act on it before."""
-        received = self._received, self.data, self.came, self._drive_of, self.acts
+        """Let received RPDOs take effect; return the TPDO frames, None if a drive must act first."""
+        received = self._received, self.data, self.arrived, self._drive_of, self.acting
         sent = self._sent, self._headers, self._turns, self._frames
         count = exchange_all(self._numbers, axes, objects, *received, *sent)
-        return None if count == DRIVES_ACT else self.made(count)
+        return None if count == DRIVES_ACT else self.filled(count)
 
-    def made(self, count: int) -> bytes:
-        """The first frames of those that the last exchange has made."""
+    def filled(self, count: int) -> bytes:
+        """Return the first `count` frames that the last exchange filled."""
         return bytes(self._bytes[: FRAME.size * count])
 
-    def frames(self) -> bytes:
-        """The TPDOs of this SYNC with the objects as they are, node by node, one frame behind the other."""
-        return self.made(fill(self._numbers, self._sent, self._headers, self._turns, self._frames))
+    def fill(self) -> bytes:
+        """Return the TPDO frames of this SYNC with the present object values, node by node."""
+        return self.filled(fill(self._numbers, self._sent, self._headers, self._turns, self._frames))
 
 
 def _entries(pdo: int, mapping: Sequence[MappedObject], places: dict[str, int]) -> list[MappedPlace]:
@@ -120,6 +120,16 @@ def _entries(pdo: int, mapping: Sequence[MappedObject], places: dict[str, int]) 
             if item.attribute not in places:
                 raise ValueError(f"{item.attribute} is computed")
             place = places[item.attribute]
-            entries.append(MappedPlace(pdo, start, size, code.islower(), place, item.low, item.high))
+            entries.append(
+                MappedPlace(
+                    pdo=pdo,
+                    start=start,
+                    size=size,
+                    signed=code.islower(),
+                    place=place,
+                    low=item.low,
+                    high=item.high,
+                )
+            )
         start += size
     return entries

@@ -1,4 +1,4 @@
-"""One CANopen slave: its services, wired to the device whose objects they carry."""
+"""One CANopen slave: its services and their connections to the device."""
 
 from collections.abc import Callable
 from functools import partial
@@ -54,8 +54,8 @@ class Slave:
         stored = stored_lss(self._lss_file)
         self.node_id = node_id = node_id if stored.node_id is None else stored.node_id
         self.rate = NodeRate(host.bus_rate, stored.bit_rate_kbit_s)
-        self._mute = self.deaf = False
-        """Whether a fault keeps it from sending; whether another bit rate keeps it off the bus."""
+        self._mute = self.off_rate = False
+        """Whether a fault prevents sending; whether another bit rate keeps the node off the bus."""
         self.on_routes: Callable[[], None] = lambda: None
         self._device, self._host = device, host
         self.dictionary = Dictionary(node_id, eds, objects, inside_eds)
@@ -136,7 +136,7 @@ class Slave:
         self.on_routes()
 
     def _send(self, can_id: int, data: bytes) -> None:
-        if not (self._mute or self.deaf):
+        if not (self._mute or self.off_rate):
             self._host.send(can_id, data)
 
     # --- the cycle --------------------------------------------------------------------------------
@@ -197,7 +197,7 @@ class Slave:
         self._report_event(emcy.BUS_OFF_RECOVERED)
 
     def _report_event(self, code: int) -> None:
-        """Report an error that is over already, and its end."""
+        """Report an error that is already over, and its end."""
         self.emergency.report(code, emcy.COMMUNICATION)
         self.emergency.clear(code)
 

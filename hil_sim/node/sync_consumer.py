@@ -50,7 +50,7 @@ class SyncConsumer:
         return self.counted or bool(self.window_us)
 
     def length_is_right(self, data: bytes) -> bool:
-        """Store the counter of a SYNC; return whether the frame has one exactly where 1019h asks for it."""
+        """Store the counter of a SYNC; return whether the frame has one exactly if 1019h requires it."""
         self.counter = data[0] if self.counted and data else 0
         return len(data) == self.counted
 

@@ -1,4 +1,4 @@
-"""The bench, the same in lockstep and real time: a plant, its nodes, their frames, and its time."""
+"""The bench of lockstep and real time: a plant, its nodes, their frames, and simulated time."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -58,7 +58,7 @@ class SimulatedMachine:
         bus_rate = BusRate()
         host = NodeHost(self.clock, send, state_directory, count(), bus_rate)
         self.devices, self.fault_targets = make_devices(config, self.plant, host)
-        self._lay_out()
+        self._share_memory()
         self.devices.sort(key=lambda device: device.slave.node_id)
         self._faults = Schedule(faults, self.fault_targets)
         self.slaves: list[Slave] = [device.slave for device in self.devices]
@@ -66,27 +66,27 @@ class SimulatedMachine:
         self._drives = [device for device in self.devices if isinstance(device, Drive)]
         self.cycle_us = 1000
         self.send_burst: Callable[[bytes], None] = lambda burst: _send_each(burst, send)
-        """Puts frames that lie one behind the other on the bus."""
+        """Sends consecutive packed frames."""
         self._tables: PdoTables | None = None
         self._server: BurstServer | None = None
         self.frames = FrameRoutes(self.slaves)
         self.sync_substeps: Callable[[], int] = lambda: NO_SYNC
-        """Substeps by which a SYNC of now advances time, which `on_synced` then says has been served."""
+        """Returns the substeps by which a SYNC advances time; `on_synced` is called once it is served."""
         self.on_synced: Callable[[int], None] = lambda _substeps: None
         self.on_advanced: Callable[[], None] = lambda: None
-        """Called whenever time has passed."""
+        """Called after each advance."""
         for slave in self.slaves:
-            slave.on_routes = self._route
+            slave.on_routes = self._update_routes
             slave.dictionary.checks[CYCLE_PERIOD] = self._check_cycle
-            slave.dictionary.followers[CYCLE_PERIOD] = partial(self._take_cycle, slave)
+            slave.dictionary.followers[CYCLE_PERIOD] = partial(self._set_cycle, slave)
         self._in_step.warm_up()  # before anything is on the bus
         self._scales.read()
         none = PdoTables((), self._numbers, (), self._in_step.slaves)
         self._in_step.exchange(none)
         BurstServer(self._in_step, self._scales, none, self.frames.kinds)
 
-    def _lay_out(self) -> None:
-        """Put records and process objects of all devices side by side, for the compiled tick."""
+    def _share_memory(self) -> None:
+        """Move records and process objects of all devices to common arrays, for the compiled tick."""
         drives = [device for device in self.devices if isinstance(device, Drive)]
         scales = [device for device in self.devices if isinstance(device, LinearScale)]
         rows = (len(drives), len(DriveObjects.VALUES)), (len(scales), len(ScaleObjects.VALUES))
@@ -102,8 +102,8 @@ class SimulatedMachine:
         """Power up all nodes: they send their boot-up messages."""
         for slave in self.slaves:
             slave.start()
-        self._take_cycle(self.slaves[0])
-        self._route()
+        self._set_cycle(self.slaves[0])
+        self._update_routes()
 
     def advance_cycle(self) -> None:
         """Advance by the communication cycle period 1006h."""
@@ -123,8 +123,8 @@ class SimulatedMachine:
     def _ticks_of(self, substeps: int) -> int:
         return -(-substeps // self._substeps_per_tick)
 
-    def _pass(self, substeps: int) -> None:
-        """Have the clock follow the plant."""
+    def _advance_clock(self, substeps: int) -> None:
+        """Advance the clock with the plant."""
         self._substeps += substeps
         self.clock.now_us = int(self._substeps * self.substep_us)
 
@@ -132,7 +132,7 @@ class SimulatedMachine:
         dt_us = substeps * self.substep_us
         dt_s = dt_us * 1e-6
         following = self._in_step.advance(substeps, self.substep_us * 1e-6, dt_s, dt_us / self.cycle_us)
-        self._pass(substeps)
+        self._advance_clock(substeps)
         self._in_step.read(dt_s, following=following)
         self._scales.read()
         if self.clock.now_us >= self._faults.due_us:
@@ -166,16 +166,16 @@ class SimulatedMachine:
 
     def handle(self, can_id: int, data: bytes) -> None:
         """Serve one frame from the bus."""
-        if len(data) > LONGEST_DATA or not self.take(pack_frame(can_id, data), 0):
+        if len(data) > LONGEST_DATA or not self.serve_burst(pack_frame(can_id, data), 0):
             self.frames.handle(can_id, data)
 
-    def take(self, burst: bytes | bytearray, start: int) -> int:
-        """Serve frames of a burst from byte `start` on; return where one begins that is not for the cycle."""
+    def serve_burst(self, burst: bytes | bytearray, start: int) -> int:
+        """Serve frames of a burst from byte `start` on; return the start of a frame outside the cycle."""
         while self._server is not None and start < len(burst):
             substeps = self._substeps_of_sync()
             ticks = self._ticks_of(substeps)
             ending, start, number = self._server.serve(
-                burst, start, substeps, ticks, self.substep_us, float(self.cycle_us)
+                burst, start, substeps, ticks, substep_us=self.substep_us, cycle_us=float(self.cycle_us)
             )
             if ending == FRAME_FOR_CALLER:
                 break
@@ -185,8 +185,8 @@ class SimulatedMachine:
         return start
 
     def _substeps_of_sync(self) -> int:
-        """Substeps that a SYNC of now advances, where it is one for the compiled call."""
-        if self.frames.wrong_sync or not (self._in_step.following and self._scales.plain):
+        """Return the substeps of a SYNC; NO_SYNC if the compiled call cannot serve it."""
+        if self.frames.wrong_sync or not (self._in_step.following and self._scales.without_cams):
             return NO_SYNC
         substeps = self.sync_substeps()
         end_us = int((self._substeps + substeps) * self.substep_us)
@@ -197,35 +197,35 @@ class SimulatedMachine:
         if ending == TICK_HAS_FINDING:
             ticks = self._ticks_of(substeps)
             done = substeps * number // ticks
-            self._pass(done)
-            self._in_step.look((done - substeps * (number - 1) // ticks) * self.substep_us * 1e-6)
+            self._advance_clock(done)
+            self._in_step.handle_findings((done - substeps * (number - 1) // ticks) * self.substep_us * 1e-6)
             for tick in range(number, ticks):
                 self._tick(substeps * (tick + 1) // ticks - substeps * tick // ticks)
             self.on_advanced()
             self.synchronise(self.slaves)
         else:
-            self._pass(substeps)
+            self._advance_clock(substeps)
             self.on_advanced()
-            self.send_burst(tables.made(number) if ending == SYNC_DONE else self._in_step.act(tables))
+            self.send_burst(tables.filled(number) if ending == SYNC_DONE else self._in_step.process(tables))
             self.run_timers()
         self.on_synced(substeps)
 
-    def _route(self) -> None:
-        """Follow a change of what the nodes receive."""
+    def _update_routes(self) -> None:
+        """Update routes and tables after a change of the nodes' identifiers."""
         for slave in self.slaves:
-            slave.deaf = slave.rate.deaf
+            slave.off_rate = slave.rate.is_off_bus
         if self._tables is not None:
-            self._tables.give_back()
+            self._tables.unload()
         tables = self._tables = self._tables_of_all()
-        self.frames.follow(tables)
+        self.frames.update(tables)
         self._server = None
         if tables is not None:
             self._server = BurstServer(self._in_step, self._scales, tables, self.frames.kinds)
 
     def _tables_of_all(self) -> PdoTables | None:
-        """The PDOs of all nodes for the compiled exchange; None where it cannot have one of them."""
+        """Return the PDOs of all nodes for the compiled exchange; None if one is not possible there."""
         alike = len({slave.sync_id for slave in self.slaves}) == 1
-        if not alike or any(slave.mute or slave.deaf for slave in self.slaves):
+        if not alike or any(slave.mute or slave.off_rate for slave in self.slaves):
             return None
         try:
             first = [self._first[slave] for slave in self.slaves]
@@ -238,8 +238,8 @@ class SimulatedMachine:
         if value and (value % self.substep_us or not self.substep_us <= value <= LONGEST_CYCLE_US):
             raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
 
-    def _take_cycle(self, slave: Slave, _subindex: int = 0) -> None:
-        """Set the one cycle of the bench: the last period written to any node; 0 changes nothing."""
+    def _set_cycle(self, slave: Slave, _subindex: int = 0) -> None:
+        """Set the bench's cycle: the last period written to any node; 0 changes nothing."""
         self.cycle_us = slave.dictionary.value(CYCLE_PERIOD) or self.cycle_us
 
 

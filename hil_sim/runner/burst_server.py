@@ -11,17 +11,17 @@ from kernels.arrays import Index
 from kernels.jit import ready_for
 
 MOST_BYTES = 64 * FRAME_BYTES
-"""Bounds what is looked at in a call (chosen: what the ports take at a time)."""
+"""Bounds the bytes served in a call (chosen: the burst of a port)."""
 
 
 class BurstServer:
-    """Serves frames as `kinds` (2048,), see `burst_step`, say. Making one compiles the call, or loads it."""
+    """Serves frames by their `kinds` (2048,), see `burst_step`; the constructor compiles the call."""
 
     def __init__(self, drives: DrivesInStep, scales: ScalesInStep, tables: PdoTables, kinds: Index) -> None:
         self.tables = tables
         self._burst = np.zeros(MOST_BYTES, np.uint8)
         self._bytes = self._burst.data
-        received = kinds, tables.sizes, tables.data, tables.came
+        received = kinds, tables.sizes, tables.data, tables.arrived
         # one by one: grouped in four named tuples, the arguments take twice as long to pass
         self._memory = (*received, *drives.memory, *scales.memory, *tables.memory)
         self._serve = ready_for(serve_burst, self._burst, 0, 0, NO_SYNC, 0, 1.0, 1.0, *self._memory)
@@ -35,10 +35,10 @@ class BurstServer:
         substep_us: float,
         cycle_us: float,
     ) -> tuple[int, int, int]:
-        """See `burst_step.serve_burst`; a frame is identified by the byte of the burst at which it begins."""
+        """Call `burst_step.serve_burst`; a returned frame number is the byte at which the frame begins."""
         part = burst[start : start + MOST_BYTES] if start or len(burst) > MOST_BYTES else burst
         size = len(part)
         self._bytes[:size] = part
         times = substeps, ticks, substep_us, cycle_us
-        how, number, made = self._serve(self._burst, 0, size // FRAME_BYTES, *times, *self._memory)
-        return how, start + number * FRAME_BYTES, made
+        ending, number, count = self._serve(self._burst, 0, size // FRAME_BYTES, *times, *self._memory)
+        return ending, start + number * FRAME_BYTES, count

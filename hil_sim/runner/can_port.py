@@ -25,10 +25,7 @@ PATIENCE = Patience(queue_s=1.0, interface_s=1.0)
 An adapter's queue holds ten frames, a block of an SDO upload has 127.
 """
 CONTROLLER_PROBLEM, BUS_OFF, RESTARTED = 0x004, 0x040, 0x100  # classes of error frames
-OVERRUN, ERROR_ACTIVE = (
-    0x03,
-    0x40,
-)  # byte 1 of a controller problem: receive or transmit overflow; active again
+OVERRUN, ERROR_ACTIVE = 0x03, 0x40  # byte 1 of a controller problem: overflow; active again
 FRAMES_PER_WAKE = 256
 """Bounds the frames read at once, so that a busy bus does not keep timers and signals waiting (chosen)."""
 RECEIVED_IDENTIFIERS: can.typechecking.CanFilters = [  # 000h to 77Fh, in four prefixes, and LSS
@@ -43,9 +40,8 @@ LOCALCAN = "localcan"
 SERVE: dict[str, Any] = {"serve": True}
 """Option of our own interface: serve the bus in this process unless another process serves it."""
 
-
-Take = Callable[[bytearray, int], int]
-"""Serves frames of a burst from a byte on; returns where one begins that it leaves to others."""
+ServeBurst = Callable[[bytearray, int], int]
+"""Serves frames of a burst from a byte on; returns the start of a frame that it does not serve."""
 
 
 class BusError(Exception):
@@ -101,7 +97,7 @@ class CanPort:
         self._bus.shutdown()
 
     def fileno(self) -> int:
-        """Return the descriptor to wait on. Raises BusError where the interface has none."""
+        """Return the descriptor to wait on. Raises BusError if the interface has none."""
         try:
             descriptor = self._bus.fileno()
         except NotImplementedError:
@@ -116,7 +112,7 @@ class CanPort:
         return self._frames.more
 
     def peers(self) -> Collection[int]:
-        """Process ids at the other end of the bus; empty where the interface does not tell."""
+        """Return process ids at the other end of the bus; empty if the interface does not know them."""
         return self._frames.peers
 
     def send(self, can_id: int, data: bytes) -> None:
@@ -128,7 +124,7 @@ class CanPort:
         self._burst.append(frames)
 
     def flush(self) -> None:
-        """Send the queued frames, with a bounded wait for room. Raises BusError where the bus is lost."""
+        """Send the queued frames, with a bounded wait for space. Raises BusError if the bus is lost."""
         if not self._burst:
             return
         burst = b"".join(self._burst)
@@ -140,10 +136,10 @@ class CanPort:
         except (can.CanError, OSError) as error:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
 
-    def drain(self, handle: Callable[[int, bytes], None], take: Take | None = None) -> int:
-        """Pass received frames to `take`, those it leaves to `handle`, until FRAMES_PER_WAKE or no more wait.
+    def drain(self, handle: Callable[[int, bytes], None], serve: ServeBurst | None = None) -> int:
+        """Pass received frames to `serve`, the others to `handle`, until FRAMES_PER_WAKE or none waits.
 
-        Returns how many there were.
+        Returns the number of frames.
 
         Raises:
             BusError: the bus is lost.
@@ -151,7 +147,7 @@ class CanPort:
         handled = 0
         try:
             for burst in self._frames.waiting():
-                self._dispatch(burst, handle, take)
+                self._dispatch(burst, handle, serve)
                 handled += len(burst) // FRAME_BYTES
                 if handled >= FRAMES_PER_WAKE:
                     break
@@ -159,11 +155,13 @@ class CanPort:
             raise BusError(f"bus {self._bus.channel_info}: {error}") from error
         return handled
 
-    def _dispatch(self, burst: bytearray, handle: Callable[[int, bytes], None], take: Take | None) -> None:
+    def _dispatch(
+        self, burst: bytearray, handle: Callable[[int, bytes], None], serve: ServeBurst | None
+    ) -> None:
         at = 0
         while at < len(burst):
-            if take is not None and not self._off:
-                at = take(burst, at)
+            if serve is not None and not self._off:
+                at = serve(burst, at)
             if at < len(burst):
                 self._dispatch_one(burst, at, handle)
                 at += FRAME_BYTES

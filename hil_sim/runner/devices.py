@@ -1,4 +1,4 @@
-"""The devices of a machine, made from its plant file: drives and scales, and what faults can break."""
+"""Makes drives, scales and fault targets of a machine from its plant file."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -38,13 +38,13 @@ def make_devices(
 
 @contextmanager
 def _eds_of(eds: Path, key: str) -> Iterator[None]:
-    """Make a ConfigError of whatever goes wrong with a device: its EDS file, or its stored parameters."""
+    """Raise any error of a device's EDS file or stored parameters as ConfigError."""
     try:
         yield
     except StoredParametersError as error:
         raise ConfigError(error.file, "", f"stored parameters: {error.reason}") from error
     except OSError as error:
         raise ConfigError(eds, key, error.strerror or "cannot be read") from error
-    except Exception as error:  # canopen's importer raises whatever a broken file leads to
+    except Exception as error:  # canopen's importer raises various errors for a broken file
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ConfigError(eds, key, f"no usable EDS of this device: {reason}") from error

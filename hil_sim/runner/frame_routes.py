@@ -1,4 +1,4 @@
-"""Who receives which identifier: the handlers of all nodes, and what the compiled call may serve itself."""
+"""Routes identifiers to the handlers of all nodes, and marks those that the compiled call serves itself."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -26,9 +26,9 @@ class FrameRoutes:
         self.routes: dict[int, Handler] = {}
         self.remote: dict[int, list[Callable[[], None]]] = {}
         self.kinds: Index = np.zeros(LARGEST_STANDARD + 1, np.int64)
-        """Of each identifier, as `burst_step` has them."""
+        """Kind of each identifier, see `burst_step`."""
         self.wrong_sync = False
-        """Whether the last SYNC had data, so that the next one ends an error."""
+        """Whether the last SYNC had data, so that a correct one ends an error."""
         self._tables: PdoTables | None = None
 
     def handle(self, can_id: int, data: bytes) -> None:
@@ -44,25 +44,25 @@ class FrameRoutes:
             for answer in self.remote[can_id]:
                 answer()
 
-    def follow(self, tables: PdoTables | None) -> None:
+    def update(self, tables: PdoTables | None) -> None:
         """Collect the handlers of the identifiers that the nodes receive; `tables` of their PDOs, if any."""
         self._tables = tables
         routes: dict[int, list[Handler]] = {0x000: [self._nmt]}
         remote: dict[int, list[Callable[[], None]]] = {}
         kinds: dict[int, int] = {}
-        hearing = [slave for slave in self._slaves if not slave.deaf]
+        receivers = [slave for slave in self._slaves if not slave.off_rate]
         for sync_id in {slave.sync_id for slave in self._slaves}:
-            listeners = [slave for slave in hearing if slave.sync_id == sync_id]
+            listeners = [slave for slave in receivers if slave.sync_id == sync_id]
             watched = any(slave.supervision.sync.watches for slave in listeners)
             routes[sync_id] = [partial(self._watched_sync if watched else self._sync, listeners)]
             kinds[sync_id] = BY_CALLER if watched else SYNC
-        routes[lss_slave.REQUEST] = [slave.lss.on_request for slave in hearing]
-        for slave in hearing:
+        routes[lss_slave.REQUEST] = [slave.lss.on_request for slave in receivers]
+        for slave in receivers:
             remote.setdefault(slave.nmt.cob_id, []).append(slave.on_guarding)
             for tpdo in slave.pdos.on_request:
                 remote.setdefault(tpdo.cob_id, []).append(tpdo.on_request)
-            for can_id, take in slave.supervision.routes():
-                routes.setdefault(can_id, []).append(partial(self._at_its_time, take))
+            for can_id, handle in slave.supervision.routes():
+                routes.setdefault(can_id, []).append(partial(self._asynchronous, handle))
             routes.setdefault(slave.sdo.request_id, []).append(partial(self._sdo, slave))
             for rpdo in slave.pdos.rpdos:
                 routes.setdefault(rpdo.cob_id, []).append(partial(self._rpdo, slave, rpdo))
@@ -80,7 +80,7 @@ class FrameRoutes:
 
     def _nmt(self, data: bytes) -> None:
         for slave in self._slaves:
-            if not slave.deaf:
+            if not slave.off_rate:
                 slave.nmt.on_command(data)
 
     def _sync(self, listeners: list[Slave], data: bytes) -> None:
@@ -91,16 +91,16 @@ class FrameRoutes:
         self.on_sync(listeners)
 
     def _watched_sync(self, listeners: list[Slave], data: bytes) -> None:
-        """A SYNC with nodes that look at its counter or its time."""
+        """Serve a SYNC for nodes of which any supervises its counter or time."""
         for slave in listeners:
             slave.on_sync_data(data)
         self.on_sync(listeners)
         for slave in listeners:
             slave.supervision.on_sync()
 
-    def _at_its_time(self, take: Callable[[bytes], None], data: bytes) -> None:
-        self.on_async()  # as for a heartbeat: its time is now, not that of the last SYNC
-        take(data)
+    def _asynchronous(self, handle: Callable[[bytes], None], data: bytes) -> None:
+        self.on_async()  # its time is now, not that of the last SYNC
+        handle(data)
 
     def _sdo(self, slave: Slave, data: bytes) -> None:
         slave.on_sdo(data)
@@ -116,15 +116,15 @@ class FrameRoutes:
                 return
         slave.on_rpdo(rpdo, data)
         if self._tables is not None:
-            self._tables.take(rpdo)
+            self._tables.load(rpdo)
 
     def _heartbeat(self, slave: Slave, node: int, _data: bytes) -> None:
-        self.on_async()  # its time counts from now, not from the last SYNC
+        self.on_async()  # its time is now, not that of the last SYNC
         slave.heartbeats.on_heartbeat(node)
 
 
 def single(handlers: list[Callable[[bytes], None]]) -> Callable[[bytes], None]:
-    """One handler for an identifier that several nodes may listen to."""
+    """Return one handler for an identifier that several nodes may receive."""
     if len(handlers) == 1:
         return handlers[0]
 

@@ -71,7 +71,7 @@ async def _run(
             ended.set_result(None)
 
     def act(action: Callable[[], int | None]) -> int:
-        """Run `action`, then send its frames; a failure ends the simulation. Return what the action does."""
+        """Run `action`, then send its frames; return its result. A failure ends the simulation."""
         if ended.done():
             return 0
         try:
@@ -85,11 +85,11 @@ async def _run(
         return result
 
     def receive() -> bool:
-        """Serve the frames that have come; return whether there were any."""
-        came = act(lambda: port.drain(bench.frames.handle, bench.take)) > 0
-        if came:
+        """Serve the received frames; return whether there were any."""
+        received = act(lambda: port.drain(bench.frames.handle, bench.serve_burst)) > 0
+        if received:
             on_burst()
-        return came
+        return received
 
     on_burst = AwakeLoop(loop, receive, port.peers).on_burst if isinstance(pacing, Lockstep) else lambda: None
 

@@ -22,12 +22,12 @@ class ScalesInStep:
 
     @property
     def memory(self) -> tuple[Any, Any]:
-        """For `burst_step`, in its order."""
+        """Arguments of `serve_burst`, in its order."""
         return self._records, self._objects
 
     @property
-    def plain(self) -> bool:
-        """Whether no scale has anything to do but to read its head."""
+    def without_cams(self) -> bool:
+        """Whether no scale switches cams, so that reading the heads is all of its tick."""
         return not any(scale.has_cams for scale in self._scales)
 
     def read(self) -> None:

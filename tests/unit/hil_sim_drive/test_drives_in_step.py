@@ -37,7 +37,7 @@ def mapped(node: Any, rpdo: list[int], tpdo: list[int]) -> None:
 def put(nodes: InProcessNodes, burst: bytes) -> None:
     """Send frames as one burst, as the simulator's port passes them."""
     at = 0
-    while (at := nodes.bench.take(burst, at)) < len(burst):
+    while (at := nodes.bench.serve_burst(burst, at)) < len(burst):
         can_id, size, data = FRAME.unpack_from(burst, at)
         nodes.bench.frames.handle(can_id, data[:size])
         at += FRAME_BYTES

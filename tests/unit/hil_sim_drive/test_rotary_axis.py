@@ -144,6 +144,6 @@ def test_every_direction_ends_at_the_commanded_position(low: int, span: int, wan
     ends = {way: made.towards(wanted, here, way) for way in (LINEAR, NEGATIVE, POSITIVE, SHORTEST)}
     for end in ends.values():
         assert (end - wanted) % span == 0
-        assert low <= made.shown(int(end)) <= low + span - 1
+        assert low <= made.wrapped(int(end)) <= low + span - 1
     assert -span < ends[NEGATIVE] - here <= 0 <= ends[POSITIVE] - here < span
     assert -span / 2 < ends[SHORTEST] - here <= span / 2
