@@ -17,7 +17,7 @@ Answer = TypeVar("Answer")
 class Client:
     """A running controller: `with Client("xy_table", "socketcan:vcan0") as controller: ...`.
 
-    Every call blocks until the controller has answered; what AsyncClient says of errors holds here.
+    Every call blocks until the controller has answered; it raises the errors of AsyncClient.
     """
 
     def __init__(self, machine: Path | str, bus: str) -> None:
@@ -26,7 +26,7 @@ class Client:
         self._thread = threading.Thread(target=self._loop.run_forever, name="servo-ctrl client", daemon=True)
 
     def __enter__(self) -> Self:
-        """Open the bus and see that the node is a controller of ours."""
+        """Open the bus and check that the node is our controller."""
         self._thread.start()
         try:
             self._wait(self._client.__aenter__())
@@ -38,7 +38,7 @@ class Client:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Leave the bus; the controller goes on as it is."""
+        """Close the bus; the controller continues."""
         try:
             self._wait(self._client.__aexit__(None, None, None))
         finally:
@@ -73,7 +73,7 @@ class Client:
         return self._wait(self._client.status())
 
     def learning(self) -> LearningStatus:
-        """Read how far learning is."""
+        """Read the progress of learning."""
         return self._wait(self._client.learning())
 
     def subscribe(self, period_s: float = 0.5) -> Iterator[MachineStatus]:

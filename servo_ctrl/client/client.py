@@ -22,7 +22,7 @@ SETTING_OF = {setting.word: name for name, setting in SETTINGS.items()}
 
 
 class CommandRefusedError(ServoCtrlError):
-    """The controller did not carry out what it was asked for; says why."""
+    """The controller refused a request; the message gives the reason."""
 
 
 class AsyncClient:
@@ -39,25 +39,25 @@ class AsyncClient:
         self._remote: RemoteController | None = None
 
     async def __aenter__(self) -> Self:
-        """Open the bus and see that the node is a controller of ours."""
+        """Open the bus and check that the node is our controller."""
         self._remote = await self._open.enter_async_context(connected(self.machine, self._bus))
         return self
 
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Leave the bus; the controller goes on as it is."""
+        """Close the bus; the controller continues."""
         self._remote = None
         await self._open.__aexit__(kind, error, trace)
 
     async def command(self, word: str, axis: str = "") -> None:
-        """Carry out a command of `servo-ctrl ask`, of an axis or of all. Raises CommandRefusedError."""
+        """Carry out a command of `servo-ctrl request`, of an axis or of all. Raises CommandRefusedError."""
         if word not in COMMAND_WORDS:
             raise CommandRefusedError(f'"{word}" is no command; known are {", ".join(COMMAND_WORDS)}')
         if axis and axis not in self.machine.axes:
             raise CommandRefusedError(f'no axis "{axis}"; the machine has {", ".join(self.machine.axes)}')
         request = CommandRequest(COMMAND_WORDS[word], axis)
-        _accepted(await self._asked(lambda remote: remote.execute(request)))
+        _accepted(await self._request(lambda remote: remote.execute(request)))
 
     async def enable(self) -> None:
         """Switch the drives on from standby."""
@@ -76,18 +76,18 @@ class AsyncClient:
         await self.command("start-learning", axis)
 
     async def change(self, setting: str, value: float | str | bool) -> None:
-        """Change a setting of `servo-ctrl ask set`; numbers in SI. Raises CommandRefusedError."""
+        """Change a setting of `servo-ctrl request set`; numbers in SI. Raises CommandRefusedError."""
         if setting not in SETTING_OF:
             raise CommandRefusedError(f'"{setting}" is no setting; known are {", ".join(SETTING_OF)}')
-        _accepted(await self._asked(lambda remote: remote.change(SETTING_OF[setting], value)))
+        _accepted(await self._request(lambda remote: remote.change(SETTING_OF[setting], value)))
 
     async def status(self) -> MachineStatus:
         """Read the status of machine and axes."""
-        return await self._asked(lambda remote: remote.status())
+        return await self._request(lambda remote: remote.status())
 
     async def learning(self) -> LearningStatus:
-        """Read how far learning is."""
-        return await self._asked(lambda remote: remote.learning())
+        """Read the progress of learning."""
+        return await self._request(lambda remote: remote.learning())
 
     async def subscribe(self, period_s: float = 0.5) -> AsyncIterator[MachineStatus]:
         """Yield the status every `period_s` until the caller stops."""
@@ -95,12 +95,12 @@ class AsyncClient:
             yield await self.status()
             await asyncio.sleep(period_s)
 
-    async def _asked(self, ask: Callable[[RemoteController], Answer]) -> Answer:
-        """The answer of a request that blocks, from a worker thread."""
+    async def _request(self, request: Callable[[RemoteController], Answer]) -> Answer:
+        """Return the result of a blocking request, made in a worker thread."""
         if self._remote is None:
             raise ServoCtrlError("not connected: use the client within its `with` block")
         async with self._busy:
-            return await asyncio.to_thread(ask, self._remote)
+            return await asyncio.to_thread(request, self._remote)
 
 
 def _accepted(result: CommandResult) -> None:

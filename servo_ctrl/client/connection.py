@@ -11,17 +11,17 @@ from servo_ctrl.canopen.stack import Network
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.io.can_port import BusError, open_port
 
-SDO_ANSWER = 0x580
-"""CiA 301, pre-defined connection set: COB-ID of a server's SDO answer, less its node-ID."""
+SDO_RESPONSE = 0x580
+"""COB-ID of a server's SDO response without its node-ID (CiA 301, pre-defined connection set)."""
 
 
 @contextlib.asynccontextmanager
 async def connected(config: MachineConfig, bus: str) -> AsyncIterator[RemoteController]:
-    """The controller on its bus. Raises BusError, and SdoError that names the node and the bus."""
+    """Yield the controller on its bus. Raises BusError, and SdoError that names the node and the bus."""
     eds, node_id = load_own_eds(config), config.controller.node_id
     down: list[BusError] = []
-    # Only its SDO answers: the cycle sends a thousand and more other frames a second.
-    port = open_port(bus, only=(SDO_ANSWER + node_id,))
+    # only its SDO responses: the cycle sends a thousand and more other frames a second
+    port = open_port(bus, only=(SDO_RESPONSE + node_id,))
     try:
         port.attach(asyncio.get_running_loop())
         port.on_down = down.append

@@ -20,13 +20,13 @@ SPEED_M_S, SPEED_SHARE = 0.01, 0.2
 """Speed of a travel, and its largest share of the speed limit. Chosen, as are the numbers below."""
 TRAVEL_SHARE = 0.8
 """Largest length of a travel, as a share of the distance between the position limits."""
-TO_START_SHARE = 0.2
+APPROACH_SPEED_SHARE = 0.2
 """Speed of the move to the start, as a share of the speed limit."""
-REST_S = 1.0
-"""Dwell at the start, in which the session sees whether the axis oscillates at rest."""
+START_DWELL_S = 1.0
+"""Dwell at the start, in which an oscillation of the axis at rest shows."""
 LARGEST_FORCE_SHARE = 0.15
 """Largest added force of a measurement, as a share of the force limit."""
-BETWEEN_S = 0.3
+TRAVEL_PAUSE_S = 0.3
 """Dwell between two travels."""
 
 
@@ -70,8 +70,8 @@ def plan_measurement(machine: MachineConfig, axis: str, amplitude_n: float, peri
         )
     excitation, travels, at_m = multisine(period_s), [], 0.0
     for direction in (1.0, -1.0):
-        one = travel(excitation, amplitude_n, periods, direction * speed_m_s, ramp_s, period_s)
-        travels.append(one._replace(position_m=at_m + one.position_m))
+        each = travel(excitation, amplitude_n, periods, direction * speed_m_s, ramp_s, period_s)
+        travels.append(each._replace(position_m=at_m + each.position_m))
         at_m = float(travels[-1].position_m[-1])
     start_m = 0.5 * (low_m + high_m) - 0.5 * length_m
     return Plan(
@@ -86,7 +86,7 @@ def plan_measurement(machine: MachineConfig, axis: str, amplitude_n: float, peri
 
 
 def _ramp_s(config: AxisConfig, speed_m_s: float) -> float:
-    """Duration of a raised-cosine ramp within half the limits of acceleration and jerk, s."""
+    """Return the duration of a raised-cosine ramp within half the limits of acceleration and jerk, s."""
     by_acceleration = math.pi * speed_m_s / (config.limits.acceleration_mm_s2 * MM)
     by_jerk = math.pi * math.sqrt(speed_m_s / (config.limits.jerk_mm_s3 * MM))
     return max(0.1, by_acceleration, by_jerk)
@@ -95,7 +95,7 @@ def _ramp_s(config: AxisConfig, speed_m_s: float) -> float:
 def measuring_steps(plan: Plan, machine: MachineConfig, folder: Path) -> list[dict[str, Any]]:
     """Return the steps of a program file; their samples are written into files of `folder`."""
     limits = machine.axes[plan.axis].limits
-    feed = TO_START_SHARE * limits.velocity_mm_s * 60.0
+    feed = APPROACH_SPEED_SHARE * limits.velocity_mm_s * 60.0
     steps: list[dict[str, Any]] = [
         {
             "kind": "move",
@@ -103,16 +103,16 @@ def measuring_steps(plan: Plan, machine: MachineConfig, folder: Path) -> list[di
             "to_mm": {plan.axis: plan.start_m / MM},
             "feed_mm_min": feed,
         },
-        {"kind": "dwell", "label": "rest", "seconds": REST_S},
+        {"kind": "dwell", "label": "rest", "seconds": START_DWELL_S},
     ]
-    for index, one in enumerate(plan.travels):
+    for index, each in enumerate(plan.travels):
         label = travel_label(index)
         steps.append(
             samples_step(
-                plan.axis, label, plan.start_m + one.position_m, one.force_n, machine.period_s, folder
+                plan.axis, label, plan.start_m + each.position_m, each.force_n, machine.period_s, folder
             )
         )
-        steps.append({"kind": "dwell", "label": f"after {label}", "seconds": BETWEEN_S})
+        steps.append({"kind": "dwell", "label": f"after {label}", "seconds": TRAVEL_PAUSE_S})
     return steps
 
 
@@ -134,5 +134,5 @@ def samples_step(
 
 
 def travel_label(index: int) -> str:
-    """Label of a travel in program and recording, from 0."""
+    """Return the label of a travel in program and recording, from 0."""
     return f"travel {index + 1}"

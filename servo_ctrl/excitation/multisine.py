@@ -43,7 +43,7 @@ class Travel(NamedTuple):
 
 
 def multisine(period_s: float) -> Multisine:
-    """A multisine with the phases of Schroeder (1970), whose peak is low for its power.
+    """Return a multisine with the phases of Schroeder (1970), whose peak is low for its power.
 
     The amplitudes grow with the square root of the frequency, because the response of the plant falls with
     its square and the noise does not.
@@ -71,7 +71,7 @@ def multisine(period_s: float) -> Multisine:
 def travel(
     force: Multisine, amplitude_n: float, periods: int, speed_m_s: float, ramp_s: float, period_s: float
 ) -> Travel:
-    """A travel from 0 in the direction of `speed_m_s`: one period to settle, then `periods` to evaluate.
+    """Return a travel from 0 along `speed_m_s`: one period to settle, then `periods` to evaluate.
 
     The speed ramps up and down within `ramp_s` each; the force peaks at `amplitude_n`.
     """
@@ -90,11 +90,11 @@ def travel(
 
 
 def _raised_cosine(count: int) -> Array:
-    """A rise from 0 to 1 with a continuous first derivative, (n,)."""
+    """Return a rise from 0 to 1 with a continuous first derivative, (n,)."""
     return np.asarray(0.5 * (1.0 - np.cos(math.pi * (np.arange(count) + 0.5) / count)))
 
 
 def travel_time_s(periods: int, ramp_s: float, period_s: float) -> float:
-    """Length of a travel over its speed, s: each of the two ramps covers half of what full speed would."""
+    """Return the length of a travel over its speed, s: a ramp covers half the distance of full speed."""
     count = 2 ** math.ceil(math.log2(LEAST_PERIOD_S / period_s))
     return float(SETTLING_S + (periods + 1) * count * period_s + ramp_s)

@@ -21,8 +21,8 @@ MOVE_MM, RADIUS_MM, TRAVEL_SHARE = 5.0, 10.0, 0.1
 """Largest move and radius, and their largest share of the distance between the position limits."""
 MOVE_SPEED_SHARE, CIRCLE_SPEED_SHARE, ACCELERATION_SHARE = 0.5, 0.2, 0.1
 """Speed of the move, speed and acceleration of the circle, as shares of the limits."""
-STEP, MOVE, BACK, ROUND = "step of force", "move", "rest after the move", "circle"
-"""Labels of the evaluated steps; `BACK` is the dwell after the move."""
+STEP, MOVE, AFTER_MOVE, CIRCLE = "step of force", "move", "rest after the move", "circle"
+"""Labels of the evaluated steps; `AFTER_MOVE` is the dwell after the move."""
 
 
 def proving_steps(machine: MachineConfig, axis: str, folder: Path) -> list[dict[str, Any]]:
@@ -49,7 +49,7 @@ def proving_steps(machine: MachineConfig, axis: str, folder: Path) -> list[dict[
             "to_mm": {axis: middle_mm + min(MOVE_MM, TRAVEL_SHARE * span_mm)},
             "feed_mm_min": feed,
         },
-        {"kind": "dwell", "label": BACK, "seconds": STEP_S},
+        {"kind": "dwell", "label": AFTER_MOVE, "seconds": STEP_S},
     ]
     return steps + _circle_steps(machine, axis)
 
@@ -71,7 +71,7 @@ def _circle_steps(machine: MachineConfig, axis: str) -> list[dict[str, Any]]:
     if len(axes) == 1:
         motion = {
             "kind": "sine",
-            "label": ROUND,
+            "label": CIRCLE,
             "axis": axis,
             "amplitude_mm": radius_mm,
             "frequency_hz": speed_mm_s / radius_mm / (2.0 * math.pi),
@@ -81,7 +81,7 @@ def _circle_steps(machine: MachineConfig, axis: str) -> list[dict[str, Any]]:
         start[axis] += radius_mm
         motion = {
             "kind": "circle",
-            "label": ROUND,
+            "label": CIRCLE,
             "axes": axes,
             "radius_mm": radius_mm,
             "feed_mm_min": 60.0 * speed_mm_s,

@@ -52,12 +52,12 @@ def write_part(path: Path, channels: Sequence[FileColumn], rows: Array) -> None:
 
 
 def _column(values: np.ndarray[Any, np.dtype[Any]]) -> Any:
-    """Numbers (n,) as they lie in memory; `pa.array` would load pandas to look for its series."""
+    """Return numbers (n,) without a copy; `pa.array` would load pandas to look for its series."""
     return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [None, pa.py_buffer(values)])
 
 
 def read_parts(paths: Sequence[Path]) -> AnyColumns:
-    """The columns of all parts, joined in the order given. Raises OSError and ValueError (not Parquet)."""
+    """Return the columns of all parts, joined in order. Raises OSError and ValueError (not Parquet)."""
     try:
         table = pa.concat_tables([pq.read_table(path) for path in paths])
     except (OSError, ValueError):
@@ -74,7 +74,7 @@ def write_csv(path: Path, columns: AnyColumns) -> None:
 
 
 class PartsExtent(NamedTuple):
-    """What the footers of Parquet files tell without their rows being read."""
+    """Contents of Parquet files by their footers, without reading rows."""
 
     rows: int
     extremes: dict[str, tuple[float, float]]
@@ -82,7 +82,7 @@ class PartsExtent(NamedTuple):
 
 
 def parts_extent(paths: Sequence[Path], names: Sequence[str]) -> PartsExtent:
-    """The rows of all files and the extremes of these columns. Raises OSError and ValueError."""
+    """Return the rows of all files and the extremes of these columns. Raises OSError and ValueError."""
     rows, extremes = 0, dict[str, tuple[float, float]]()
     try:
         for path in paths:
@@ -91,10 +91,10 @@ def parts_extent(paths: Sequence[Path], names: Sequence[str]) -> PartsExtent:
             for group in range(footer.num_row_groups):
                 chunks = (footer.row_group(group).column(place) for place in range(footer.num_columns))
                 for chunk in chunks:
-                    found = chunk.statistics if chunk.path_in_schema in names else None
-                    if found is not None and found.has_min_max:
-                        low, high = extremes.get(chunk.path_in_schema, (found.min, found.max))
-                        extremes[chunk.path_in_schema] = (min(low, found.min), max(high, found.max))
+                    statistics = chunk.statistics if chunk.path_in_schema in names else None
+                    if statistics is not None and statistics.has_min_max:
+                        low, high = extremes.get(chunk.path_in_schema, (statistics.min, statistics.max))
+                        extremes[chunk.path_in_schema] = (min(low, statistics.min), max(high, statistics.max))
     except (OSError, ValueError):
         raise
     except Exception as error:  # Arrow raises whatever a broken file leads to

@@ -1,4 +1,4 @@
-"""What `servo-ctrl tune` and the page share: names in the directory of a tuning, bounds of the stated Ms."""
+"""Names in the directory of a tuning, and bounds of its Ms, for `servo-ctrl tune` and the page."""
 
 REPORT_FILE = "report.html"
 MACHINE_SECTIONS_FILE = "tuned.toml"

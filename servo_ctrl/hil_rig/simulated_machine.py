@@ -16,8 +16,9 @@ PR_SET_PDEATHSIG = 1
 READY_TIMEOUT_S = 900.0
 """Bounds a hang. A first start compiles the plant's kernels: 20 s of a processor, minutes of a busy one."""
 STOP_TIMEOUT_S = 10.0
+"""Bounds the wait for the end of the process; chosen."""
 LINES_KEPT = 1000
-"""Both chosen."""
+"""Bounds the lines kept of its output; chosen."""
 
 
 class SimulatorError(ServoCtrlError):
@@ -86,14 +87,14 @@ async def running(name: str, command: list[str], ready: str) -> AsyncIterator[li
 
 
 def ends_with_its_parent() -> Callable[[], object] | None:
-    """Return what a child calls before it begins, to stop when we end without stopping it (kill -9)."""
+    """Return a function that a child calls first, so that it ends when its parent is killed."""
     if not sys.platform.startswith("linux"):
         return None
     return partial(ctypes.CDLL(None).prctl, PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 async def _read(process: asyncio.subprocess.Process, printed: list[str], until: str | None = None) -> None:
-    """Keep the pipe empty and the last lines at hand, to its end or to a line with `until` in it."""
+    """Read the pipe to its end, or to a line with `until` in it; keep the last lines."""
     if process.stdout is None:
         raise SimulatorError("no pipe to the process")
     async for line in process.stdout:

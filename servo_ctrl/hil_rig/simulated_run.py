@@ -80,7 +80,7 @@ async def simulated_run(
 
 
 def new_recording(out: Path, name: str) -> Path:
-    """Where the recording of a run that begins now goes."""
+    """Return a new directory of `out` for the recording of a run that begins now."""
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%f")
     return out / "recordings" / f"{name}-{stamp}"
 

@@ -9,15 +9,15 @@ LIMIT_S = 2.0
 """Bounds the wait for `ip`; chosen."""
 
 
-def rate_problem(bus: str, stated_kbit_s: int, ask: Callable[[str], str] | None = None) -> str:
-    """Say why the load of "INTERFACE:CHANNEL" would be computed wrongly; "" if the rate fits or is unknown.
+def rate_problem(bus: str, stated_kbit_s: int, query: Callable[[str], str] | None = None) -> str:
+    """Return why the load of "INTERFACE:CHANNEL" would be wrong; "" if the rate fits or is unknown.
 
-    `ask` returns the answer of `ip` about a channel.
+    `query` returns the output of `ip` about a channel.
     """
     interface, _, channel = bus.partition(":")
     if interface != "socketcan":
         return ""
-    timing = _timing((ask or _ip)(channel))
+    timing = _timing((query or _ip)(channel))
     rate = timing.get("bittiming", {}).get("bitrate")
     if isinstance(rate, int) and rate and rate != stated_kbit_s * 1000:
         rates = f"{rate / 1e3:g} kbit/s, the machine file says {stated_kbit_s} (bus.bit_rate_kbit_s)"
@@ -28,7 +28,7 @@ def rate_problem(bus: str, stated_kbit_s: int, ask: Callable[[str], str] | None 
 
 
 def _ip(channel: str) -> str:
-    """Answer of `ip` about an interface, as JSON; "" without `ip` or an answer."""
+    """Return the output of `ip` about an interface, JSON; "" without `ip` or output."""
     command = ["ip", "-details", "-json", "link", "show", "dev", channel]
     try:
         return subprocess.run(  # the argument is the name of an interface, and there is no shell
@@ -38,9 +38,9 @@ def _ip(channel: str) -> str:
         return ""
 
 
-def _timing(answer: str) -> dict[str, Any]:
+def _timing(response: str) -> dict[str, Any]:
     try:
-        data = json.loads(answer)[0]["linkinfo"]["info_data"]
+        data = json.loads(response)[0]["linkinfo"]["info_data"]
     except (ValueError, LookupError, TypeError):
         return {}
     return data if isinstance(data, dict) else {}

@@ -29,14 +29,14 @@ with as_if_absent("asammdf"):  # python-can imports it and pandas for MF4 logs: 
 Handler = Callable[[bytes, float], None]
 
 FRAMES_PER_WAKE = 64
-"""Frames read at once; then timers and signals are served, also on a bus that is never idle. Chosen."""
+"""Bounds the frames read at once, so that timers and signals are served on a bus without idle time; chosen."""
 CATCH_UP_S = 0.005
 CATCH_UP_STEPS = 100
 """Interval and number of the checks of `caught_up`; chosen."""
-FRAMES_A_STEP = 106
-"""Most frames of a bus of 1 Mbit/s in `CATCH_UP_S`; if more arrive, some had been queued."""
+FRAMES_PER_STEP_MAX = 106
+"""Bounds the frames of a bus of 1 Mbit/s in `CATCH_UP_S`; if more arrive, some had been queued."""
 PATIENCE = Patience(queue_s=0.02, interface_s=None)
-"""How long a transmit queue may stay full; chosen. SocketCAN queues ten frames by default."""
+"""Bounds how long a transmit queue may stay full; chosen. SocketCAN queues ten frames by default."""
 SIZE_AT = 4
 """Offset of the data length in a frame."""
 ADVICE: dict[int, str] = {
@@ -98,7 +98,7 @@ class CanPort:
         for _ in range(CATCH_UP_STEPS):
             before = self.frames
             await asyncio.sleep(CATCH_UP_S)
-            if self.frames - before <= FRAMES_A_STEP:
+            if self.frames - before <= FRAMES_PER_STEP_MAX:
                 return
 
     def finish(self) -> None:
@@ -155,12 +155,12 @@ class CanPort:
             error = BusError(f"bus {self.name} failed: {_with_advice(error)}")
         self.on_down(error)
 
-    def look(self) -> bool:
-        """Read what has arrived without waiting for it; return whether frames had."""
+    def read_arrived(self) -> bool:
+        """Read what has arrived without waiting for it; return whether frames were there."""
         return self._loop is not None and self._drain() > 0
 
     def peers(self) -> Collection[int]:
-        """Process ids at the other end of the bus; empty where the interface does not tell."""
+        """Process ids at the other end of the bus; empty where the interface does not name them."""
         return self._frames.peers
 
     def _drain(self) -> int:

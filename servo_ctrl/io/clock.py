@@ -45,11 +45,11 @@ class Lateness:
 
     def percentile_us(self, share: float) -> float:
         """Return the lateness in us that this share (0..1) of ticks does not exceed; NaN without any."""
-        wanted = share * self.count
+        rank = share * self.count
         counted = 0
         for late_us, count in enumerate(self._counts):
             counted += count
-            if count and counted >= wanted:
+            if count and counted >= rank:
                 return float(late_us)
         return math.nan
 

@@ -1,4 +1,4 @@
-"""What is drawn of a reversal and of a turn of a circle, by whatever draws it."""
+"""Curves of a reversal and of a turn of a circle, for pictures and pages."""
 
 from typing import NamedTuple
 
@@ -25,6 +25,6 @@ class ContourTrace(NamedTuple):
 
 def round_division(largest: float, least: float = 1e-9) -> float:
     """Half the largest error, or `least`, rounded up to 1, 2 or 5 times a power of ten; in any unit."""
-    wanted = max(largest / 2.0, least)
-    power = 10.0 ** np.floor(np.log10(wanted))
-    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= wanted))
+    division = max(largest / 2.0, least)
+    power = 10.0 ** np.floor(np.log10(division))
+    return float(next(step * power for step in (1.0, 2.0, 5.0, 10.0) if step * power >= division))

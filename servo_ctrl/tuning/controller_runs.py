@@ -53,7 +53,7 @@ class ControllerRuns:
         """
         axis = machine.axes[motion.axis]
         filtered = axis.section(notch.NotchSettings)
-        asked = {
+        fields = {
             **motion._asdict(),
             "control": axis.control.model_dump(),
             "notch": filtered and {key: getattr(filtered, key) for key in ("enabled", *NotchValues._fields)},
@@ -62,7 +62,7 @@ class ControllerRuns:
         self._check_machine_file(machine)  # each time: another controller may have been started meanwhile
         beating = asyncio.create_task(self._beat())
         try:
-            answer = await self._link.request(self._who, "tuning_run", limit_s=RUN_LIMIT_S, tuning=asked)
+            answer = await self._link.request(self._who, "tuning_run", limit_s=RUN_LIMIT_S, tuning=fields)
         except asyncio.CancelledError:
             await self._link.request(self._who, "command", command="abort_program")
             raise

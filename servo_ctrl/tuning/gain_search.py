@@ -140,7 +140,7 @@ class GainSearch:
                 (math.log(0.01), math.log(0.7)),
             ]
         low, high = np.array(bounds).T
-        found = differential_evolution(
+        optimum = differential_evolution(
             self.cost,
             Bounds(low, high),
             seed=SEED,
@@ -149,7 +149,7 @@ class GainSearch:
             tol=1e-4,
             polish=False,
         )
-        return float(found.fun), np.asarray(found.x)
+        return float(optimum.fun), np.asarray(optimum.x)
 
 
 def _ms_excess(loop: Response, ms: float) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from kernels.arrays import Array
 from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.excitation.proving_motion import BACK, MOVE, ROUND, STEP, STEP_S
+from servo_ctrl.excitation.proving_motion import AFTER_MOVE, CIRCLE, MOVE, STEP, STEP_S
 from servo_ctrl.units import UM
 
 SETTLED_M, SETTLED_COUNTS = 1.0 * UM, 2.0
@@ -72,9 +72,9 @@ def evaluate(
     step = deviation(segment(STEP))
     step = step[count // 5 - 1 : count // 5 + count] - float(np.mean(rest))
     step_peak = float(np.abs(step).max())
-    move, after_move = deviation(segment(MOVE)), deviation(segment(BACK))
+    move, after_move = deviation(segment(MOVE)), deviation(segment(AFTER_MOVE))
     band_m = max(SETTLED_M, SETTLED_COUNTS * count_m)
-    columns = segment(ROUND)
+    columns = segment(CIRCLE)
     contour_m = _contour_error(machine, axis, columns, deviation)
     steady = contour_m[len(contour_m) // 4 : -len(contour_m) // 8]
     trial = StepAndMove(

@@ -19,7 +19,7 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.io.can_port import BusError, CanPort, open_port
 
-STATUS_PDO, SDO_ANSWER = 0x180, 0x580
+STATUS_PDO, SDO_RESPONSE = 0x180, 0x580
 STATUS_LAYOUT = struct.Struct("<4B2H")
 """Stage, learning state, due mask, axis being learned, progress per mille, J: docs/commands.md."""
 STATUS_LIMIT_S = 10.0
@@ -104,7 +104,7 @@ class OperatorPanel:
     async def _remote(self) -> AsyncIterator[RemoteController]:
         with self._port() as port:
             network = Network(port.send)
-            answers = SDO_ANSWER + self._node_id
+            answers = SDO_RESPONSE + self._node_id
             port.handlers[answers] = lambda data, stamp_s: network.notify(answers, bytearray(data), stamp_s)
             controller = RemoteController(network, self._node_id, self._eds, self._axes)
             port.attach(asyncio.get_running_loop())

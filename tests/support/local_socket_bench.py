@@ -23,7 +23,7 @@ from servo_ctrl.commands.local_messages import (
 )
 from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.program_model import ProgramConfig
-from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Outcome, Workplace
+from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Outcome, RequestTargets
 from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 from servo_ctrl.telemetry.local_socket.server import LocalServer
 from servo_ctrl.telemetry.local_socket.status import BusFigures, StatusEncoder
@@ -74,7 +74,7 @@ class LocalSocketBench:
         self.tuning_may_end: Callable[[ClientActivity], bool] = lambda _activity: True
         self.encoder = StatusEncoder()
         self.requests = LocalRequests(
-            Workplace(
+            RequestTargets(
                 commands=self.handler,
                 objects=self.objects,
                 read_program=self._read_program,

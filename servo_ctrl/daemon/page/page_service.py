@@ -44,9 +44,9 @@ from servo_ctrl.learned.store import default_directory
 from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording.channels import channels_of
 from servo_ctrl.recording.command_log import COMMANDS_FILE, CommandLog
-from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Outcome, Workplace
+from servo_ctrl.telemetry.local_socket.requests import LocalRequests, Outcome, RequestTargets
 from servo_ctrl.telemetry.local_socket.rows import RowBuffer
-from servo_ctrl.telemetry.local_socket.server import PULSE_S, LocalServer
+from servo_ctrl.telemetry.local_socket.server import ROWS_PERIOD_S, LocalServer
 from servo_ctrl.telemetry.local_socket.status import StatusEncoder
 from servo_ctrl.units import MM
 
@@ -82,11 +82,11 @@ class PageService:
         self._tuning_recording: Path | None = None
         """Directory of the recording of the last motion of a tuning."""
         rows = RowBuffer(len(channels_of(config.axes)))
-        self._tap = RowTap(rows, config.period_s, PULSE_S)
+        self._tap = RowTap(rows, config.period_s, ROWS_PERIOD_S)
         self._watch = BusWatch(plans, machine, self._tap, config.bus.bit_rate_kbit_s * 1000)
         self._objects = ObjectAccess(plans, machine)
         self._encoder = StatusEncoder()
-        workplace = Workplace(
+        targets = RequestTargets(
             commands=commands,
             objects=self._objects,
             read_program=lambda program: asyncio.to_thread(
@@ -99,7 +99,7 @@ class PageService:
             note=machine.note,
             cycle=lambda: machine.cycles - 1,
         )
-        self._server = LocalServer(self._hello(), LocalRequests(workplace), rows, self._status)
+        self._server = LocalServer(self._hello(), LocalRequests(targets), rows, self._status)
 
     @contextlib.asynccontextmanager
     async def serving(self) -> AsyncIterator[None]:

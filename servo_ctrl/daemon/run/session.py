@@ -63,7 +63,7 @@ class Session:
                 tasks = [group.create_task(self._guarded(cycle, coroutine)) for coroutine in background]
                 try:
                     if clock is None:
-                        port.on_burst = AwakeLoop(loop, port.look, port.peers).on_burst
+                        port.on_burst = AwakeLoop(loop, port.read_arrived, port.peers).on_burst
                         cycle.begin()
                     else:
                         self.lateness = clock.lateness

@@ -19,7 +19,7 @@ from servo_ctrl.errors import ServoCtrlError
 PREFIX, NAME = "servo-ctrl-page-", "page.sock"
 YOUNG_S = 60.0
 """A controller may not have locked a younger directory yet, seconds; chosen."""
-ANSWER_S = 1.0
+CONNECT_LIMIT_S = 1.0
 """Bounds the attempt to connect to an existing socket, seconds; chosen."""
 
 
@@ -51,10 +51,10 @@ def private_and_free(path: Path) -> Iterator[Path]:
     Its directory must be private to this user, and no process may listen there.
     """
     try:
-        found = path.parent.stat()
+        status = path.parent.stat()
     except OSError as error:
         raise LocalSocketError(f"{path.parent}: {error.strerror}; make it, mode 700") from None
-    if not _is_ours_alone(found):
+    if not _is_ours_alone(status):
         raise LocalSocketError(f"{path.parent}: is not a directory of this user alone; chmod 700 it")
     if path.exists() and not path.is_socket():
         raise LocalSocketError(f"{path}: is there and is no socket; name another")
@@ -77,8 +77,8 @@ def remove_left_directories() -> None:
 
 def _is_left(directory: Path) -> bool:
     """Whether a directory is ours, holds at most a socket, and its controller has ended. Raises OSError."""
-    found = directory.lstat()
-    if not _is_ours_alone(found) or time.time() - found.st_mtime < YOUNG_S:
+    status = directory.lstat()
+    if not _is_ours_alone(status) or time.time() - status.st_mtime < YOUNG_S:
         return False
     if {entry.name for entry in directory.iterdir()} - {NAME}:
         return False
@@ -90,13 +90,13 @@ def _is_left(directory: Path) -> bool:
         os.close(descriptor)
 
 
-def _is_ours_alone(found: os.stat_result) -> bool:
-    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.geteuid() and not found.st_mode & 0o077
+def _is_ours_alone(status: os.stat_result) -> bool:
+    return stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & 0o077
 
 
 def _answers(path: Path) -> bool:
     with socket.socket(socket.AF_UNIX) as probe:
-        probe.settimeout(ANSWER_S)
+        probe.settimeout(CONNECT_LIMIT_S)
         try:
             probe.connect(str(path))
         except TimeoutError:

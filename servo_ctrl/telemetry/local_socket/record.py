@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from kernels.complaints import plain_complaint
 from servo_ctrl.commands.local_messages import LocalRequest
 
-SHOWN = 200
+LOGGED_CHARACTERS_MAX = 200
 """Bounds the characters of a value or reason in the log."""
 
 
@@ -23,7 +23,7 @@ def record_of(request: LocalRequest, cycle: int) -> dict[str, Any]:
         if request.program.first_line > 1:
             content["program"]["first_line"] = request.program.first_line
     if isinstance(request.value, str):
-        content["value"] = request.value[:SHOWN]
+        content["value"] = request.value[:LOGGED_CHARACTERS_MAX]
     moment = datetime.now(UTC).isoformat(timespec="milliseconds")
     return {"time": moment, "cycle": cycle, **request.who.model_dump(), **content}
 
@@ -44,7 +44,7 @@ def in_words(request: LocalRequest) -> str:
         case "touch_off":
             what = f"touch off {request.axis or 'all axes'}: here is {_mm(request.value)}"
         case "run_line":
-            what = f"run {str(request.value)[:SHOWN]}"
+            what = f"run {str(request.value)[:LOGGED_CHARACTERS_MAX]}"
         case "load_program":
             what = f"load {request.program.name}" if request.program is not None else "load"
             if request.program is not None and request.program.first_line > 1:
@@ -66,5 +66,5 @@ def complaint(error: ValidationError) -> str:
     """Return the first complaint of pydantic: the key and the fault."""
     first = error.errors(include_url=False, include_context=False, include_input=False)[0]
     place = ".".join(str(part) for part in first["loc"])
-    said = plain_complaint(first["msg"])
-    return f"{place}: {said}" if place else said
+    text = plain_complaint(first["msg"])
+    return f"{place}: {text}" if place else text

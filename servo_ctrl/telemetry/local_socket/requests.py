@@ -27,11 +27,11 @@ from servo_ctrl.commands.settings import SETTINGS
 from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.errors import ServoCtrlError
-from servo_ctrl.telemetry.local_socket.record import SHOWN, complaint, in_words, record_of
+from servo_ctrl.telemetry.local_socket.record import LOGGED_CHARACTERS_MAX, complaint, in_words, record_of
 
 Reply = Callable[[bytes], None]
 
-NEEDED: dict[str, set[str]] = {
+REQUIRED_FIELDS: dict[str, set[str]] = {
     "command": {"command"},
     "setting": {"setting", "value"},
     "jog": {"axis", "value"},
@@ -44,26 +44,26 @@ NEEDED: dict[str, set[str]] = {
     "write_object": {"node", "index", "value"},
 }
 """Required fields of a request, by `do`."""
-OPTIONAL = {
+OPTIONAL_FIELDS = {
     "command": {"axis"},
     "touch_off": {"axis"},
     "read_object": {"subindex"},
     "write_object": {"subindex"},
 }
 """Optional fields of a request, by `do`."""
-SLOW = {"read_object", "write_object", "load_program", "run_line", "tuning_run"}
+SLOW_REQUESTS = {"read_object", "write_object", "load_program", "run_line", "tuning_run"}
 """Requests that take longer than the idle time of a period."""
-VALUES: dict[str, tuple[str, tuple[type, ...]]] = {
+VALUE_TYPES: dict[str, tuple[str, tuple[type, ...]]] = {
     "jog": ("a velocity in m/s", (int, float)),
-    "jog_step": ("a way in m", (int, float)),
+    "jog_step": ("a distance in m", (int, float)),
     "touch_off": ("a length in m", (int, float)),
     "run_line": ("a line of G-code", (str,)),
 }
 """Meaning and types of the value of a request, by `do`."""
 _ENVELOPE = {"kind", "id", "who", "do"}
-TASKS_AT_MOST = 16
+TASKS_MAX = 16
 """Bounds the slow requests in progress, of all clients; chosen."""
-AXES_AT_MOST = 64
+AXES_MAX = 64
 """Bounds the axis names whose last jog is remembered; chosen, more than any machine has."""
 
 _LOG = logging.getLogger(__name__)
@@ -87,7 +87,7 @@ class Objects(Protocol):
         """Write an object."""
 
 
-class Workplace(NamedTuple):
+class RequestTargets(NamedTuple):
     """The parts of the controller that requests act on."""
 
     commands: CommandHandler
@@ -111,8 +111,8 @@ class Workplace(NamedTuple):
 class LocalRequests:
     """Executes and answers the requests of all clients."""
 
-    def __init__(self, workplace: Workplace) -> None:
-        self._work = workplace
+    def __init__(self, targets: RequestTargets) -> None:
+        self._targets = targets
         self._jogs: dict[str, tuple[str, RequestValue | None, float]] = {}
         """By axis: user, velocity and time of its last jog."""
         self._tasks: set[asyncio.Task[None]] = set()
@@ -123,14 +123,14 @@ class LocalRequests:
             request = LocalRequest.model_validate_json(payload)
         except ValidationError as error:
             return self.malformed(complaint(error))
-        needed, given = NEEDED.get(request.do, set()), request.model_fields_set - _ENVELOPE
-        if missing := needed - given:
+        required, given = REQUIRED_FIELDS.get(request.do, set()), request.model_fields_set - _ENVELOPE
+        if missing := required - given:
             return self.malformed(f"{request.do}: {min(missing)} is missing", request.id)
-        if superfluous := given - needed - OPTIONAL.get(request.do, set()):
+        if superfluous := given - required - OPTIONAL_FIELDS.get(request.do, set()):
             return self.malformed(f"{request.do}: {min(superfluous)} does not belong to it", request.id)
-        wanted, kinds = VALUES.get(request.do, ("", ()))
-        if wanted and type(request.value) not in kinds:
-            return self.malformed(f"{request.do}: value: {wanted} is wanted", request.id)
+        expected, kinds = VALUE_TYPES.get(request.do, ("", ()))
+        if expected and type(request.value) not in kinds:
+            return self.malformed(f"{request.do}: value: {expected} is wanted", request.id)
         return request
 
     def malformed(self, reason: str, number: int = 0) -> bytes:
@@ -140,12 +140,12 @@ class LocalRequests:
     def carry_out(self, request: LocalRequest, reply: Reply, activity: ClientActivity) -> None:
         """Execute a request of this client and reply, at once or later."""
         activity.requests += 1
-        if request.do not in SLOW:
-            self._conclude(request, self._at_once(request), reply)
-        elif len(self._tasks) >= TASKS_AT_MOST:
-            self._conclude(request, Outcome(Refusal.WRONG_STATE, "too many requests are waiting"), reply)
+        if request.do not in SLOW_REQUESTS:
+            self._answer(request, self._execute_now(request), reply)
+        elif len(self._tasks) >= TASKS_MAX:
+            self._answer(request, Outcome(Refusal.WRONG_STATE, "too many requests are waiting"), reply)
         else:
-            task = asyncio.get_running_loop().create_task(self._later(request, reply, activity))
+            task = asyncio.get_running_loop().create_task(self._run_slow(request, reply, activity))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
 
@@ -155,32 +155,32 @@ class LocalRequests:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
-    async def _later(self, request: LocalRequest, reply: Reply, activity: ClientActivity) -> None:
+    async def _run_slow(self, request: LocalRequest, reply: Reply, activity: ClientActivity) -> None:
         try:
-            outcome = await self._in_time(request, activity)
+            outcome = await self._execute_slow(request, activity)
         except ServoCtrlError as error:
             outcome = Outcome(Refusal.OUT_OF_RANGE, str(error))
         except Exception as bug:  # noqa: BLE001  # a bug must not stop the machine, only this request
             _LOG.exception("local socket: internal error")
             outcome = Outcome(Refusal.WRONG_STATE, repr(bug))
-        self._conclude(request, outcome, reply)
+        self._answer(request, outcome, reply)
 
-    async def _in_time(self, request: LocalRequest, activity: ClientActivity) -> Outcome:
+    async def _execute_slow(self, request: LocalRequest, activity: ClientActivity) -> Outcome:
         if request.program is not None:
-            program = await self._work.read_program(request.program)
-            return _outcome(self._work.commands.load_program(program))
+            program = await self._targets.read_program(request.program)
+            return _outcome(self._targets.commands.load_program(program))
         if request.tuning is not None:
-            return await self._work.tuning_run(request.tuning, activity)
+            return await self._targets.tuning_run(request.tuning, activity)
         if request.do == "run_line":
-            line = await self._work.read_line(str(request.value))
-            return _outcome(self._work.commands.run_line(line))
+            line = await self._targets.read_line(str(request.value))
+            return _outcome(self._targets.commands.run_line(line))
         node, index, subindex = request.node or 0, request.index or 0, request.subindex or 0
         if request.value is None:
-            return await self._work.objects.read(node, index, subindex)
-        return await self._work.objects.write(node, index, subindex, request.value)
+            return await self._targets.objects.read(node, index, subindex)
+        return await self._targets.objects.write(node, index, subindex, request.value)
 
-    def _at_once(self, request: LocalRequest) -> Outcome:
-        commands = self._work.commands
+    def _execute_now(self, request: LocalRequest) -> Outcome:
+        commands = self._targets.commands
         axis, value = request.axis, request.value
         given = float(value) if isinstance(value, int | float) else 0.0
         moves = {"jog": commands.jog, "jog_step": commands.jog_step, "touch_off": commands.touch_off}
@@ -195,8 +195,8 @@ class LocalRequests:
             case "setting":
                 return self._change(request)
             case "clear_counters":
-                self._work.clear_counters()
-        # a heartbeat was heard; of who has control, which the page manages, a change is only logged
+                self._targets.clear_counters()
+        # a heartbeat has no effect of its own, and the page manages the right of control
         return Outcome()
 
     def _change(self, request: LocalRequest) -> Outcome:
@@ -205,26 +205,26 @@ class LocalRequests:
             value = float(value)
         names = setting.entry.names
         if value is None or type(value) is not setting.kind or (names and value not in names):
-            wanted = " or ".join(names) or ("metres" if setting.kind is float else "true or false")
-            return Outcome(Refusal.OUT_OF_RANGE, f"value: {wanted} is wanted")
-        return _outcome(self._work.commands.change(setting.name, value))
+            expected = " or ".join(names) or ("metres" if setting.kind is float else "true or false")
+            return Outcome(Refusal.OUT_OF_RANGE, f"value: {expected} is wanted")
+        return _outcome(self._targets.commands.change(setting.name, value))
 
-    def _conclude(self, request: LocalRequest, outcome: Outcome, reply: Reply) -> None:
+    def _answer(self, request: LocalRequest, outcome: Outcome, reply: Reply) -> None:
         refusal, accepted = outcome.refusal.name.lower(), outcome.refusal is Refusal.NONE
         answer = LocalAnswer(request.id, accepted, refusal, outcome.reason, outcome.value)
         reply(message_json("answer", answer))
         if request.do == "heartbeat" or (request.do == "jog" and self._is_renewal(request)):
             return
-        result = {"accepted": accepted, "refusal": refusal, "reason": outcome.reason[:SHOWN]}
-        self._work.log({**record_of(request, self._work.cycle()), **result})
+        result = {"accepted": accepted, "refusal": refusal, "reason": outcome.reason[:LOGGED_CHARACTERS_MAX]}
+        self._targets.log({**record_of(request, self._targets.cycle()), **result})
         if request.do != "read_object":
-            self._work.note(in_words(request) + ("" if accepted else f": refused: {outcome.reason}"))
+            self._targets.note(in_words(request) + ("" if accepted else f": refused: {outcome.reason}"))
 
     def _is_renewal(self, request: LocalRequest) -> bool:
         """Whether this jog only renews the last one."""
         user, value, now_s = request.who.user, request.value, time.monotonic()
         last = self._jogs.get(request.axis)
-        if last is None and len(self._jogs) >= AXES_AT_MOST:
+        if last is None and len(self._jogs) >= AXES_MAX:
             self._jogs.clear()  # a client sends invented names
         self._jogs[request.axis] = user, value, now_s
         if last is None or last[:2] != (user, value):

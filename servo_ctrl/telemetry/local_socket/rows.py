@@ -6,9 +6,9 @@ A tick packs one row, independent of the number and speed of clients; a slow cli
 import struct
 from typing import NamedTuple
 
-KEPT = 8192
+RING_ROWS = 8192
 """Rows in the ring; eight seconds at 1 kHz."""
-BLOCK = 2048
+BLOCK_ROWS_MAX = 2048
 """Bounds the rows of one message; chosen: 2 s at 1 kHz."""
 
 
@@ -23,7 +23,7 @@ class Packed(NamedTuple):
 class RowBuffer:
     """`end` is the number of the next row, counted from the start of the run."""
 
-    def __init__(self, channels: int, capacity: int = KEPT) -> None:
+    def __init__(self, channels: int, capacity: int = RING_ROWS) -> None:
         self.end = 0
         self.capacity = capacity
         layout = struct.Struct(f"<{channels}d")
@@ -41,9 +41,9 @@ class RowBuffer:
         self.end += 1
 
     def since(self, number: int) -> Packed:
-        """Return at most `BLOCK` rows from `number` on, without rows that the ring has lost."""
+        """Return at most `BLOCK_ROWS_MAX` rows from `number` on, without rows that the ring has lost."""
         first = max(number, self.end - self.capacity)
-        rows = min(self.end - first, BLOCK)
+        rows = min(self.end - first, BLOCK_ROWS_MAX)
         start = first % self.capacity
         upper = min(rows, self.capacity - start)
         size = self._size

@@ -25,18 +25,18 @@ from servo_ctrl.telemetry.local_socket.rows import RowBuffer
 
 Pieces = Generator[None, None, bytes]
 
-CLIENTS_AT_MOST = 16
-"""Bounds the clients; chosen; a page is one client."""
-CLIENTS_A_PIECE = 4
-"""Clients that get their rows after one tick."""
-STATUS_S = 0.1
-"""Period of the status."""
-PULSE_S = 1.0 / 30.0
+CLIENTS_MAX = 16
+"""Bounds the clients, of which a page is one; chosen."""
+CLIENTS_PER_PIECE = 4
+"""Bounds the clients that get their rows after one tick; chosen."""
+STATUS_PERIOD_S = 0.1
+"""Period of the status; chosen."""
+ROWS_PERIOD_S = 1.0 / 30.0
 """Period of the rows; chosen."""
-WAITING_AT_MOST = 256
-"""Bounds the messages that wait for the next pulses; the oldest are dropped."""
-CLOSING_S = 0.2
-"""Time for clients to read the last status."""
+MESSAGES_WAITING_MAX = 256
+"""Bounds the messages that wait for the next pulses; the oldest are dropped. Chosen."""
+CLOSING_LIMIT_S = 0.2
+"""Bounds the time for clients to read the last status; chosen."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -49,7 +49,7 @@ class LocalServer:
     ) -> None:
         self._hello, self._requests, self._rows, self._status = hello, requests, rows, status
         self._clients: list[LocalClient] = []
-        self._waiting: deque[Callable[[], bytes]] = deque(maxlen=WAITING_AT_MOST)
+        self._waiting: deque[Callable[[], bytes]] = deque(maxlen=MESSAGES_WAITING_MAX)
         self._changed = False
         self._round: Generator[None, None, None] | None = None
         """The remaining pieces of the pulse in progress."""
@@ -122,9 +122,9 @@ class LocalServer:
     def _pieces(self, now_s: float) -> Generator[None, None, None]:
         for number, client in enumerate(tuple(self._clients), start=1):
             client.send_rows()
-            if number % CLIENTS_A_PIECE == 0:
+            if number % CLIENTS_PER_PIECE == 0:
                 yield
-        if self._changed or now_s - self._status_s >= STATUS_S - 0.5 * PULSE_S:
+        if self._changed or now_s - self._status_s >= STATUS_PERIOD_S - 0.5 * ROWS_PERIOD_S:
             self._changed, self._status_s = False, now_s
             yield
             status = yield from self._status()
@@ -140,7 +140,7 @@ class LocalServer:
         return LocalClient(self._hello, self._requests, self._rows, self._join, self._leave)
 
     def _join(self, client: LocalClient) -> bool:
-        if self._closing or len(self._clients) >= CLIENTS_AT_MOST:
+        if self._closing or len(self._clients) >= CLIENTS_MAX:
             return False
         self._clients.append(client)
         self._changed = True
@@ -153,8 +153,8 @@ class LocalServer:
     async def _pulse_without_cycle(self) -> None:
         """Send to the clients while no cycle runs."""
         while True:
-            await asyncio.sleep(STATUS_S)
-            if time.monotonic() - self._stepped_s > STATUS_S:
+            await asyncio.sleep(STATUS_PERIOD_S)
+            if time.monotonic() - self._stepped_s > STATUS_PERIOD_S:
                 self.pulse()
 
     async def _close_clients(self) -> None:
@@ -166,7 +166,7 @@ class LocalServer:
         await self._requests.close()
         for client in tuple(self._clients):
             client.close()
-        deadline_s = time.monotonic() + CLOSING_S
+        deadline_s = time.monotonic() + CLOSING_LIMIT_S
         while self._clients and time.monotonic() < deadline_s:  # noqa: ASYNC110  # bounded, and short
             await asyncio.sleep(0.01)
         for client in tuple(self._clients):

@@ -26,7 +26,7 @@ class BusFigures(NamedTuple):
     events: bytes
 
 
-AT_ONCE = sorted(set(MachineStatus._fields) - {"time", "axes", "rows_missed", *BusFigures._fields})
+FIRST_PIECE = sorted(set(MachineStatus._fields) - {"time", "axes", "rows_missed", *BusFigures._fields})
 """Fields of the status in the first piece."""
 
 
@@ -41,7 +41,7 @@ class StatusEncoder:
         first = {
             "kind": "status",
             "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
-            **{name: to_plain(getattr(status, name)) for name in AT_ONCE},
+            **{name: to_plain(getattr(status, name)) for name in FIRST_PIECE},
         }
         head = plain_json(first)[:-1]
         yield

@@ -159,7 +159,7 @@ async def test_busy_bus_does_not_delay_the_cycle(
     bus: SocketBus, port: CanPort, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(can_port, "CATCH_UP_STEPS", 3)
-    monkeypatch.setattr(can_port, "FRAMES_A_STEP", 0)
+    monkeypatch.setattr(can_port, "FRAMES_PER_STEP_MAX", 0)
     port.handlers[0x7E0] = lambda _data, _timestamp_s: bus.put(0x7E0)
     port.attach(asyncio.get_running_loop())
     bus.put(0x7E0)

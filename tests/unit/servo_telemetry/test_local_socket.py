@@ -18,7 +18,7 @@ from servo_ctrl.commands.local_frames import JSON, REQUEST_LIMIT, frame
 from servo_ctrl.commands.local_messages import LocalAnswer, server_message
 from servo_ctrl.telemetry.local_socket import client as local_socket_client
 from servo_ctrl.telemetry.local_socket.client import BUFFER_LIMIT
-from servo_ctrl.telemetry.local_socket.server import CLIENTS_AT_MOST
+from servo_ctrl.telemetry.local_socket.server import CLIENTS_MAX
 
 
 async def until(condition: Any) -> None:
@@ -131,12 +131,12 @@ async def test_a_client_that_never_reads_costs_bounded_memory_and_the_other_sees
 
 async def test_too_many_clients_are_refused(bench: LocalSocketBench, path: Path) -> None:
     async with contextlib.AsyncExitStack() as stack:
-        clients = [await stack.enter_async_context(connected(path)) for _ in range(CLIENTS_AT_MOST)]
+        clients = [await stack.enter_async_context(connected(path)) for _ in range(CLIENTS_MAX)]
         for client in clients:
             await client.message("hello")
         async with connected(path) as late:
             await late.ends()
-        assert bench.server.clients == CLIENTS_AT_MOST
+        assert bench.server.clients == CLIENTS_MAX
 
 
 async def test_closing_the_server_closes_every_connection(
