@@ -29,7 +29,7 @@ with as_if_absent("asammdf"):  # python-can imports it and pandas for MF4 logs: 
 Handler = Callable[[bytes, float], None]
 
 FRAMES_PER_WAKE = 64
-"""Bounds the frames read at once, so that timers and signals are served on a bus without idle time; chosen."""
+"""Bounds the frames read at once, so that a bus without idle time does not hold up timers; chosen."""
 CATCH_UP_S = 0.005
 CATCH_UP_STEPS = 100
 """Interval and number of the checks of `caught_up`; chosen."""

@@ -19,15 +19,15 @@ from servo_ctrl.recording.reader import Recording, load_recording
 from servo_ctrl.tuning.proposal import NotchValues
 
 RUN_LIMIT_S = 900.0
-"""A motion takes half a minute of machine time; chosen."""
+"""Bounds a motion, which takes half a minute of machine time; chosen."""
 CONNECT_LIMIT_S, CONNECT_POLL_S = 10.0, 0.05
-"""Time for the controller to answer at its socket, and between two looks; chosen."""
+"""Bounds the wait for the controller's socket, and interval at which it is checked; chosen."""
 HEARTBEAT_S = 0.25
-"""Between two signs of life in a motion; a twelfth of `daemon.run.client_watch.SILENCE_S`."""
+"""Interval of heartbeats in a motion: a twelfth of `daemon.run.client_watch.SILENCE_S`."""
 
 
 class ControllerRuns:
-    """Asks a controller for one motion after the other; recordings go below `out`."""
+    """Requests one motion after the other from a controller; recordings go below `out`."""
 
     def __init__(self, link: MachineLink, who: Who, out: Path) -> None:
         self._link, self._who, self._out = link, who, out
@@ -60,22 +60,22 @@ class ControllerRuns:
         }
         await self.connected()
         self._check_machine_file(machine)  # each time: another controller may have been started meanwhile
-        beating = asyncio.create_task(self._beat())
+        heartbeats = asyncio.create_task(self._send_heartbeats())
         try:
             answer = await self._link.request(self._who, "tuning_run", limit_s=RUN_LIMIT_S, tuning=fields)
         except asyncio.CancelledError:
             await self._link.request(self._who, "command", command="abort_program")
             raise
         finally:
-            beating.cancel()
+            heartbeats.cancel()
         if not answer.accepted:
             raise TuneError(f"the controller has made no run: {answer.reason}; nothing was changed")
         directory = new_recording(self._out, name)
         await asyncio.to_thread(shutil.copytree, str(answer.value), directory)
         return await asyncio.to_thread(load_recording, directory)
 
-    async def _beat(self) -> None:
-        """Send signs of life, without which the controller ends the motion."""
+    async def _send_heartbeats(self) -> None:
+        """Send heartbeats, without which the controller ends the motion."""
         while True:
             await asyncio.sleep(HEARTBEAT_S)
             await self._link.request(self._who, "heartbeat")

@@ -32,7 +32,7 @@ def write_files(result: TuneResult, out: Path) -> list[Path]:
 
 
 def _shaper_text(result: TuneResult) -> str:
-    """The section of the reported input shaper, as comments of TOML."""
+    """Return the section of the reported input shaper, as comments of TOML."""
     shaper = result.proposal.shaper
     if shaper is None:
         return ""
@@ -42,7 +42,7 @@ def _shaper_text(result: TuneResult) -> str:
 
 
 def figures_of(result: TuneResult) -> dict[str, Any]:
-    """All figures in SI units, for JSON; None where a figure is missing or infinite."""
+    """Return all figures in SI units, for JSON; None where a figure is missing or infinite."""
     model = result.model
     return {
         "machine": result.machine,

@@ -1,4 +1,4 @@
-"""The evaluation of a measuring motion: frequency response, and how strongly the axis reacted."""
+"""Evaluates a measuring motion: frequency response, and how strongly the axis reacted."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from servo_ctrl.excitation.measuring_motion import Plan, TuneError, travel_label
 from servo_ctrl.tuning.frequency_response import FrequencyResponse, Measured, frequency_response
 
 ALIGNMENT_M = 1e-9
-"""Largest difference between planned and recorded command: more means that cycles were missed."""
+"""Bounds the difference between planned and recorded command: more means missed cycles. Chosen."""
 
 
 def measured_travels(
@@ -26,18 +26,18 @@ def measured_travels(
     config = machine.axes[plan.axis]
     unit_n = drive_scaling(config).newton_per_permille
     measured = []
-    for index, (one, columns) in enumerate(zip(plan.travels, segments, strict=True)):
-        command_m = plan.start_m + one.position_m
+    for index, (travel, columns) in enumerate(zip(plan.travels, segments, strict=True)):
+        command_m = plan.start_m + travel.position_m
         recorded_m = columns[f"{plan.axis}.position_command_m"]
         if len(recorded_m) != len(command_m) or not np.abs(recorded_m - command_m).max() < ALIGNMENT_M:
             raise TuneError(
                 f"{travel_label(index)} was not run as planned: cycles were missed, or the run was held; "
                 "measure again on a computer that keeps the period"
             )
-        stop = one.first + plan.periods * len(plan.excitation.values)
-        rows = slice(one.first, stop)
+        stop = travel.first + plan.periods * len(plan.excitation.values)
+        rows = slice(travel.first, stop)
         # PDOs carry both forces in whole per mille of the rated torque, each rounded for itself
-        added_n = np.rint(one.force_n[rows] / unit_n) * unit_n
+        added_n = np.rint(travel.force_n[rows] / unit_n) * unit_n
         loop_n = np.rint(columns[f"{plan.axis}.force_command_n"][rows] / unit_n) * unit_n
         motor_m = columns[f"{plan.axis}.motor_position_m"][rows] - command_m[rows]
         scale_m = columns[f"{plan.axis}.scale_position_m"][rows] - command_m[rows]
@@ -68,9 +68,9 @@ class AxisReaction(NamedTuple):
 
 
 def reaction_to(plan: Plan, machine: MachineConfig, travels: Sequence[Measured]) -> AxisReaction:
-    """Reaction of the motor, at the lines of the excitation only: friction and drift do not count."""
+    """Return the reaction of the motor at the lines of the excitation only, without friction and drift."""
     count = len(plan.excitation.values)
-    periods = np.concatenate([one.motor_m.reshape(-1, count) for one in travels])
+    periods = np.concatenate([travel.motor_m.reshape(-1, count) for travel in travels])
     spectrum = np.zeros(count // 2 + 1, dtype=np.complex128)
     lines = plan.excitation.lines
     spectrum[lines] = np.fft.rfft(periods.mean(axis=0))[lines]
@@ -78,5 +78,5 @@ def reaction_to(plan: Plan, machine: MachineConfig, travels: Sequence[Measured])
     return AxisReaction(
         speed_m_s=float(np.abs(np.fft.irfft(rate * spectrum, count)).max()),
         position_m=float(np.abs(np.fft.irfft(spectrum, count)).max()),
-        force_n=max(float(np.abs(one.total_n).max()) for one in travels),
+        force_n=max(float(np.abs(travel.total_n).max()) for travel in travels),
     )

@@ -1,4 +1,4 @@
-"""What a tuning returns: the measured plant, the setting before and after, and the proposal."""
+"""The result of a tuning: the measured plant, the setting before and after, and the proposal."""
 
 from typing import NamedTuple
 

@@ -40,11 +40,11 @@ HUM_SHARE = 0.05
 """RMS of the force at rest, as a share of the force limit, above which the axis is taken to oscillate."""
 PROBE_PERIODS, PERIODS = 2, 4
 """Periods of the multisine each way: in the weak excitation and the verification, and in the measurement."""
-LEAST_MEDIAN_COHERENCE = 0.5
+MEDIAN_COHERENCE_MIN = 0.5
 """Median coherence below which the report has a note."""
-ATTEMPTS, KP_FACTOR_AFTER_HUM = 4, 0.4
-"""Most proposals of one tuning, and the factor on kp after one with which the axis oscillated at rest."""
-LEAST_MS, LEAST_MS_FACTOR = 1.15, 0.75
+PROPOSALS_MAX, KP_FACTOR_AFTER_HUM = 4, 0.4
+"""Bounds the proposals of a tuning, and the factor on kp after one with which the axis oscillated at rest."""
+DESIGN_MS_MIN, MS_FACTOR_MIN = 1.15, 0.75
 """Bounds of the Ms of a further proposal: its least value, and its least ratio to the one before."""
 
 
@@ -61,12 +61,12 @@ class TuneRun:
         """Measure, propose, verify. Raises TuneError."""
         axis = self._axis
         plan, response = await self._measure()
-        # in a thread, so that a connection to a controller is not taken for lost meanwhile
+        # in a thread, so that the connection to a controller stays alive meanwhile
         model = await asyncio.to_thread(self._fit, response)
         params = axis_params(self._machine, axis)
         before = await self._assess_present(params, model, response)
         design_ms, largest_kp_1_s = self._ms, math.inf
-        for attempt in range(ATTEMPTS):
+        for attempt in range(PROPOSALS_MAX):
             proposal = await asyncio.to_thread(
                 self._propose, params, model, response, design_ms, largest_kp_1_s
             )
@@ -78,10 +78,10 @@ class TuneRun:
             measured_ms = float(np.max(np.abs(verified.sensitivity)))
             self._tell(f"measured with these values: Ms {measured_ms:.2f}")
             too_high = measured_ms > self._ms * MS_TOLERANCE
-            if not (too_high or trial.hums) or attempt == ATTEMPTS - 1:
+            if not (too_high or trial.hums) or attempt == PROPOSALS_MAX - 1:
                 break
             if too_high:
-                design_ms = max(LEAST_MS, design_ms * max(LEAST_MS_FACTOR, 0.98 * self._ms / measured_ms))
+                design_ms = max(DESIGN_MS_MIN, design_ms * max(MS_FACTOR_MIN, 0.98 * self._ms / measured_ms))
                 self._note(
                     f"measured Ms {measured_ms:.2f} is above {self._ms:g}: next proposal for {design_ms:.2f}"
                 )
@@ -152,7 +152,7 @@ class TuneRun:
             raise RunFailedError(f"axis {self._axis} oscillates at rest, {float(np.std(rest_n)):.3g} N RMS")
         travels = measurement.measured_travels(plan, machine, _travel_segments(recording, plan))
         response = measurement.response_of(plan, machine, travels)
-        if float(np.median(response.motor_coherence)) < LEAST_MEDIAN_COHERENCE:
+        if float(np.median(response.motor_coherence)) < MEDIAN_COHERENCE_MIN:
             median = float(np.median(response.motor_coherence))
             self._note(f"with {force_n:.3g} N the coherence is {median:.2f} only (median over the lines)")
         return plan, response, measurement.reaction_to(plan, machine, travels)
@@ -160,7 +160,7 @@ class TuneRun:
     async def _record(self, machine: MachineConfig, motion: TuningMotion, name: str) -> Recording:
         """Make a motion. Raises TuneError, also where the machine file changed before or in it.
 
-        Gains that were proved with one file and are put into another are not proved.
+        Gains that were proved with one file are not proved for another.
         """
         check_unchanged(self._machine)
         recording = await self._runs.record(machine, motion, name)
@@ -180,7 +180,7 @@ class TuneRun:
     async def _assess_present(
         self, params: AxisParams, model: ModalModel, response: FrequencyResponse
     ) -> AssessedSetting:
-        """The present setting on the measured plant, and its trial where the plant is stable with it."""
+        """Assess the present setting on the measured plant, and try it where the plant is stable with it."""
         assessment = assess(params, model, response)
         margins = assessment.margins
         trial, traces = None, None
@@ -228,14 +228,14 @@ class TuneRun:
     ) -> tuple[FrequencyResponse, StepAndMove, Traces]:
         """Measure with the proposed values, and make their trial, in one run. Raises TuneError."""
         machine = self._runs.in_present_coordinates(tuned)
-        again = plan_measurement(machine, self._axis, plan.amplitude_n, PROBE_PERIODS)
+        plan_again = plan_measurement(machine, self._axis, plan.amplitude_n, PROBE_PERIODS)
         motion = TuningMotion(self._axis, plan.amplitude_n, PROBE_PERIODS, trial=True)
         try:
             recording = await self._record(machine, motion, "after")
         except RunFailedError as error:
             raise TuneError(f"with the proposed values {error}; nothing was changed") from None
-        travels = measurement.measured_travels(again, machine, _travel_segments(recording, again))
-        verified = measurement.response_of(again, machine, travels)
+        travels = measurement.measured_travels(plan_again, machine, _travel_segments(recording, plan_again))
+        verified = measurement.response_of(plan_again, machine, travels)
         return verified, *evaluate(machine, self._axis, recording.segment)
 
     def _note(self, text: str) -> None:

@@ -9,7 +9,7 @@ from servo_ctrl.units import UM
 
 
 def summary_lines(result: TuneResult) -> Iterator[str]:
-    """Say what was identified, proposed and verified."""
+    """Yield what was identified, proposed and verified."""
     model, proposal = result.model, result.proposal
     yield (
         f"axis {result.axis}: {model.mass_kg:.4g} kg, delay {1e3 * (model.delay_s + model.period_s):.2f} ms "
@@ -31,7 +31,7 @@ def summary_lines(result: TuneResult) -> Iterator[str]:
 
 
 def margins_line(setting: AssessedSetting) -> str:
-    """Margins and stiffness of a setting."""
+    """Return margins and stiffness of a setting."""
     margins = setting.margins
     if not margins.stable:
         return "not stable"

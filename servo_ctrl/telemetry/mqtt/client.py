@@ -21,11 +21,11 @@ from paho.mqtt.subscribeoptions import SubscribeOptions
 from servo_ctrl.config.mqtt_model import MqttConfig
 from servo_ctrl.telemetry.mqtt.credentials import password_in, tls_context
 
-ANSWER_LIMIT_S = 5.0
+RESPONSE_LIMIT_S = 5.0
 """Bounds the wait for CONNACK, SUBACK and PUBACK; paho's bound for TCP and TLS is the same."""
 CLOSING_LIMIT_S = 1.0
 """Bounds the end of a connection, seconds; chosen."""
-WAITING_MESSAGES = 1000
+MESSAGES_WAITING_MAX = 1000
 """Bounds the received messages that wait; further ones are lost; chosen."""
 PACKET_LIMIT = 65536
 """Bounds the bytes of a packet; the broker does not send larger ones."""
@@ -90,8 +90,8 @@ class Broker:
             properties=self._properties,
             keepalive=self._config.keepalive_s,
             will=self._will,
-            timeout=ANSWER_LIMIT_S,
-            max_queued_incoming_messages=WAITING_MESSAGES,
+            timeout=RESPONSE_LIMIT_S,
+            max_queued_incoming_messages=MESSAGES_WAITING_MAX,
             logger=_SILENT,
         )
         try:

@@ -21,8 +21,8 @@ LENGTH_LIMIT = 4096
 """Bounds the bytes of a message; chosen, more than ten times the longest command."""
 IDS_KEPT = 256
 """Number of answers kept to recognise repeated messages; chosen."""
-SHOWN = 40
-"""Bounds the characters of a message that an answer quotes."""
+QUOTED_CHARACTERS_MAX = 40
+"""Bounds the characters of a message that an answer quotes; chosen."""
 
 SETTING_OF = {setting.key: setting for setting in SETTINGS.values()}
 """Settings by their keys in messages."""
@@ -88,7 +88,7 @@ class MqttCommands:
             if message != earlier:
                 return MqttAnswer(message.id, "malformed", "id: was used for another message")
             return answer
-        answer = MqttAnswer(message.id, *self._carry_out(message))
+        answer = MqttAnswer(message.id, *self._execute(message))
         if self._note is not None:
             self._note(self._in_words(message, answer))
         self._answered[message.id] = message, answer
@@ -96,7 +96,7 @@ class MqttCommands:
             self._answered.popitem(last=False)
         return answer
 
-    def _carry_out(self, message: _CommandMessage | _SettingMessage) -> tuple[str, str]:
+    def _execute(self, message: _CommandMessage | _SettingMessage) -> tuple[str, str]:
         if isinstance(message, _CommandMessage):
             command = COMMANDS.get(message.command)
             if command is None:
@@ -112,11 +112,11 @@ class MqttCommands:
             return _refused(Refusal.OUT_OF_RANGE, _complaint(error, "value"))
         return self._wrong_topic(setting) or _answer_of(self._handler.change(setting.name, value))
 
-    def _wrong_topic(self, asked: Command | Setting) -> tuple[str, str] | None:
-        if self._right is None or self._right.permits(asked.right):
+    def _wrong_topic(self, request: Command | Setting) -> tuple[str, str] | None:
+        if self._right is None or self._right.permits(request.right):
             return None
-        what = asked.name.lower() if isinstance(asked, Command) else f"the setting {asked.key}"
-        return "wrong_topic", f"{what} is for command/{asked.right}"
+        what = request.name.lower() if isinstance(request, Command) else f"the setting {request.key}"
+        return "wrong_topic", f"{what} is for command/{request.right}"
 
     def _in_words(self, message: _CommandMessage | _SettingMessage, answer: MqttAnswer) -> str:
         """Return an event text without any text of the sender."""
@@ -160,8 +160,8 @@ def _message(document: Any) -> _CommandMessage | _SettingMessage:
 
 def _id_of(document: Any) -> str | None:
     """Return the id even of a malformed message, so that its sender recognises the answer."""
-    found = document.get("id") if isinstance(document, dict) else None
-    return found if isinstance(found, str) and 1 <= len(found) <= 64 else None
+    request_id = document.get("id") if isinstance(document, dict) else None
+    return request_id if isinstance(request_id, str) and 1 <= len(request_id) <= 64 else None
 
 
 def _value(setting: Setting, given: Any) -> float | str | bool:
@@ -196,6 +196,6 @@ def _complaint(error: ValidationError, key: str = "") -> str:
 
 
 def _shown(value: Any) -> str:
-    """Return a value from a message, shortened to `SHOWN` characters."""
+    """Return a value from a message, shortened to `QUOTED_CHARACTERS_MAX` characters."""
     text = repr(value)
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
+    return text if len(text) <= QUOTED_CHARACTERS_MAX else f"{text[:QUOTED_CHARACTERS_MAX]}..."

@@ -31,20 +31,20 @@ from servo_ctrl.telemetry.mqtt.payloads import (
 from servo_ctrl.telemetry.mqtt.stream import RowStream
 from servo_ctrl.telemetry.mqtt.topics import Topics, level
 
-REVERSALS_WAITING = 256
-"""Number of newest reversals kept without a broker; dropped ones are counted. Chosen."""
-ANSWERS_WAITING = 1000
+REVERSALS_WAITING_MAX = 256
+"""Bounds the newest reversals kept without a broker; dropped ones are counted. Chosen."""
+ANSWERS_WAITING_MAX = 1000
 """Bounds the waiting answers, beyond which no command is read; chosen."""
 STATE_INTERVAL_S = 0.2
-"""Shortest period of the state topic."""
+"""Shortest period of the state topic; chosen."""
 STATE_REFRESH_S = 5.0
 """Longest period of the state topic, because cycles and remaining time change without an event."""
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.25, 30.0
 """Bounds of the exponential back-off between attempts to connect; chosen."""
 STEADY_S = 10.0
-"""A connection that lasted this long resets the back-off."""
+"""A connection that lasted this long resets the back-off; chosen."""
 CLOSING_LIMIT_S = 1.0
-"""Bounds the time for the last messages at the end of a run."""
+"""Bounds the time for the last messages at the end of a run; chosen."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -75,16 +75,16 @@ class MqttLink:
         self._commands = {topics[right]: MqttCommands(handler, right, note) for right in topics}
         if config.plain_command:
             self._commands[self._topics.command] = MqttCommands(handler, None, note)
-        self._answers: asyncio.Queue[bytes] = asyncio.Queue(ANSWERS_WAITING)
+        self._answers: asyncio.Queue[bytes] = asyncio.Queue(ANSWERS_WAITING_MAX)
         self._unconfirmed: bytes | None = None
-        self._reversals: deque[tuple[str, ReversalReport, datetime]] = deque(maxlen=REVERSALS_WAITING)
+        self._reversals: deque[tuple[str, ReversalReport, datetime]] = deque(maxlen=REVERSALS_WAITING_MAX)
         self._reversal_noted = asyncio.Event()
         self._due: dict[str, bool] = {}
         self._changed = asyncio.Event()
 
     def reversal(self, axis: str, report: ReversalReport) -> None:
         """Queue an evaluated reversal of an axis for publication."""
-        self.reversals_dropped += len(self._reversals) == REVERSALS_WAITING
+        self.reversals_dropped += len(self._reversals) == REVERSALS_WAITING_MAX
         self._reversals.append((axis, report, datetime.now(UTC)))
         self._reversal_noted.set()
 
@@ -142,7 +142,7 @@ class MqttLink:
                 raise
             except BaseExceptionGroup:
                 async for message in connection.left_over():
-                    self._take(message)
+                    self._execute(message)
                 raise
 
     def _log(self, problem: str) -> None:
@@ -157,11 +157,11 @@ class MqttLink:
 
     async def _read_commands(self, connection: Connection) -> None:
         async for message in connection.messages():
-            self._take(message)
+            self._execute(message)
             if self._answers.full():
                 await self._answers.join()
 
-    def _take(self, message: Incoming) -> None:
+    def _execute(self, message: Incoming) -> None:
         """Execute a command and queue its answer."""
         if message.retained and not message.payload:
             return  # a client deletes a retained command

@@ -17,7 +17,7 @@ from mosquitto import LIMIT_S, Mosquitto, needs_mosquitto
 from mqtt_bench import ALL, COMMAND, ROOT, link_to, running, until
 
 from servo_ctrl.telemetry.mqtt import client
-from servo_ctrl.telemetry.mqtt.service import REVERSALS_WAITING
+from servo_ctrl.telemetry.mqtt.service import REVERSALS_WAITING_MAX
 
 pytestmark = needs_mosquitto
 CONTROLLER = """
@@ -139,7 +139,7 @@ async def test_the_whole_state_is_published_again_after_reconnection(
             await listener.until("/state")
         broker.kill()
         await until(lambda: "refused" in link.problem)
-        for number in range(REVERSALS_WAITING + 44):
+        for number in range(REVERSALS_WAITING_MAX + 44):
             link.reversal("x", REVERSAL._replace(cycle=number))
         link.due("x", True)
         handler.set_axis(0, learning_due=True, version=1, learned=LEARNED)
@@ -160,7 +160,7 @@ async def test_the_whole_state_is_published_again_after_reconnection(
 async def test_an_answer_that_was_not_confirmed_is_sent_after_the_reconnection(
     broker: Mosquitto, handler: FakeCommandHandler, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("servo_ctrl.telemetry.mqtt.client.ANSWER_LIMIT_S", 0.3)
+    monkeypatch.setattr("servo_ctrl.telemetry.mqtt.client.RESPONSE_LIMIT_S", 0.3)
     link = link_to(broker, handler)
     async with running(link):
         async with broker.listener(ALL) as listener:
@@ -198,7 +198,7 @@ async def test_without_a_broker_the_link_waits_and_stops_at_once(
 async def test_a_silent_broker_times_out(
     handler: FakeCommandHandler, broker: Mosquitto, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("servo_ctrl.telemetry.mqtt.client.ANSWER_LIMIT_S", 0.2)
+    monkeypatch.setattr("servo_ctrl.telemetry.mqtt.client.RESPONSE_LIMIT_S", 0.2)
     broker.signal(signal.SIGSTOP)
     link = link_to(broker, handler)
     async with running(link):
