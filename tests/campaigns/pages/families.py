@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from tests.campaigns.blind.families.score import scored_anew, summary
+from tests.campaigns.blind.families.score import scores_of, summary
 from tests.campaigns.pages import rivals
 from tests.campaigns.pages.leave_out import BEGUN, LeftOut, leave_out
 
@@ -47,7 +47,7 @@ def section(
 ) -> str:
     """Return what stands between the marks of the page."""
     out = leave_out(training, scored)
-    found, shipped = summary(out.scores), summary(scored_anew(list(scored["rows"])))
+    found, shipped = summary(out.scores), summary(scores_of(list(scored["rows"])))
     families = sorted(found)
     cases = {name: found[name]["failed"]["of"] for name in families}
     seeds = "fresh seeds" if scored["scored"] else "**training seeds, which are no proof**"

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from tests.campaigns.blind.families.decide import Rules
 from tests.campaigns.blind.families.fit import fitted
-from tests.campaigns.blind.families.score import Row, scored_anew
+from tests.campaigns.blind.families.score import Row, scores_of
 
 BEGUN = Rules()
 """What the engine had before; from seeds of the older generator alone."""
@@ -30,5 +30,5 @@ def leave_out(training: Mapping[str, Any], scored: Mapping[str, Any]) -> LeftOut
     for family in sorted({row["family"] for row in scored["rows"]}):
         rules[family] = fitted([row for row in training["rows"] if row["family"] != family], BEGUN)
         own = [row for row in scored["rows"] if row["family"] == family]
-        scores += scored_anew(own, rules[family])
+        scores += scores_of(own, rules[family])
     return LeftOut(rules, scores)

@@ -1,9 +1,8 @@
-"""Decide a verdict anew from its evidence, under other thresholds, widths, calibration and ranking.
+"""Decides a verdict again from its evidence, under other thresholds, widths, calibration and ranking.
 
-What `reconcile` decides behind its search is remade here without it: which findings are large and sure enough
-to be said, how sure each is, how wide its intervals are, in which order they come, and whether what is left
-is called unknown. Rules can only be stricter on names than the engine that was run: what it did not find is
-not in the evidence. On what is left they are free.
+It repeats the decisions of `reconcile` after its search: which findings are reported, their confidence,
+intervals and order, and whether the unexplained residual is an unknown. Rules can only be stricter on names
+than the engine that was run: an effect that it did not find is not in the evidence.
 """
 
 import math
@@ -14,8 +13,8 @@ GAIN_MARGIN = 0.005
 """Distance from 0 and 1 to which gains are clipped: log odds are finite."""
 ON_EVERY_AXIS = ("presliding_hysteresis", "cogging")
 """Ranked lower, as by the engine."""
-REST = "unexplained"
-"""`over` of an unknown that is what is left, and no term."""
+UNEXPLAINED = "unexplained"
+"""`over` of an unknown that is the unexplained residual, and no term."""
 
 
 class Rules(NamedTuple):
@@ -23,31 +22,31 @@ class Rules(NamedTuple):
 
     intercept: float = 3.1
     slope: float = 0.8
-    """Log odds of a true name over those of its held-out gain; no rival may predict better beside."""
+    """Log odds of a true name over those of its held-out gain, without a rival."""
     least_gain: float = 0.1
-    """Share of the unexplained held-out variance below which a name is not said."""
+    """Least share of the unexplained held-out variance of a reported name."""
     least_confidence: float = 0.4
     least_size: float = 0.0
-    """RMS of a named effect over that of what a rigid model leaves of its channel."""
+    """Least RMS of a named effect over that of the rigid model's residual."""
     least_roundings: float = 1.0
-    """RMS of an effect between motor and scale over the rounding of the two."""
+    """Least RMS of an effect between motor and scale over the rounding of both."""
     width: float = 1.0
     """Factor on half the width of an interval."""
     common_ratio: float = 4.0
-    """What every axis has is ranked as if its share were so much smaller."""
+    """Divisor of the share of an effect that every axis has, for the ranking."""
     floors: float = 3.0
     left_share: float = 0.25
     colour: float = 40.0
     far_floors: float = 20.0
-    """Unknown is the force of which at least so many noise floors are left, this share of the squares that a
-    rigid model leaves, and a Ljung-Box statistic of so much a lag or so many floors that no colour counts.
-    The last was made of a look at the 300 cases before the published ones."""
+    """Least unexplained force of an unknown: RMS in noise floors, share of the rigid model's squares,
+    and either the Ljung-Box statistic a lag or the RMS in noise floors from which colour is not required. The
+    last was calibrated on the 300 cases before the published ones."""
 
 
 def decided(evidence: Row, rules: Rules) -> Row:
     """Return a verdict with `verdict`, `findings` and `accounted` under these rules."""
     named = [one for one in evidence["findings"] if one["effect"] != "unknown"]
-    surer = [
+    recalibrated = [
         one
         | {
             "confidence": confidence(one, rules),
@@ -55,18 +54,23 @@ def decided(evidence: Row, rules: Rules) -> Row:
         }
         for one in named
     ]
-    said = sorted(
-        (one for one in surer if _is_said(one, evidence, rules)), key=lambda one: _place(one, rules)
+    reported = sorted(
+        (one for one in recalibrated if _is_reported(one, evidence, rules)),
+        key=lambda one: _place(one, rules),
     )
-    unknown = [one for one in evidence["findings"] if one["effect"] == "unknown" and one.get("over") != REST]
-    if not unknown and is_left(evidence, rules):
-        unknown = [{"effect": "unknown", "confidence": 0.5, "equivalent": [], "parameters": {}, "over": REST}]
+    unknown = [
+        one for one in evidence["findings"] if one["effect"] == "unknown" and one.get("over") != UNEXPLAINED
+    ]
+    if not unknown and is_unexplained(evidence, rules):
+        unknown = [
+            {"effect": "unknown", "confidence": 0.5, "equivalent": [], "parameters": {}, "over": UNEXPLAINED}
+        ]
     word = evidence["verdict"]
-    if said or unknown:
-        word = "effects" if said else "unknown"
+    if reported or unknown:
+        word = "effects" if reported else "unknown"
     elif word not in {"parameters", "consistent"}:
         word = "consistent"
-    return {"verdict": word, "findings": [*said, *unknown], "accounted": evidence["accounted"]}
+    return {"verdict": word, "findings": [*reported, *unknown], "accounted": evidence["accounted"]}
 
 
 def confidence(finding: Row, rules: Rules) -> float:
@@ -90,8 +94,8 @@ def widened(parameters: Row, factor: float) -> Row:
     }
 
 
-def is_left(evidence: Row, rules: Rules) -> bool:
-    """Return whether what is left of the force is more than noise and the misfit of what was named."""
+def is_unexplained(evidence: Row, rules: Rules) -> bool:
+    """Return whether the residual of the force is more than noise and the misfit of named effects."""
     for axis, channels in evidence["accounted"].items():
         of, left = channels["force"], channels["force"]["left"]
         noise = of["parts"]["noise"]["rms"]
@@ -105,7 +109,7 @@ def is_left(evidence: Row, rules: Rules) -> bool:
     return False
 
 
-def _is_said(finding: Row, evidence: Row, rules: Rules) -> bool:
+def _is_reported(finding: Row, evidence: Row, rules: Rules) -> bool:
     axis, channel = finding["axis"], finding["sensor"]
     of = evidence["accounted"][axis][channel]
     size = of["parts"].get(finding["effect"], {"rms": math.inf})["rms"]

@@ -1,19 +1,19 @@
-"""What is kept of a verdict and of a truth: enough to decide and score a case anew without its recordings."""
+"""The stored part of a verdict and of a truth, from which a case is decided and scored without recordings."""
 
 from typing import Any
 
-from tests.campaigns.blind.families.decide import REST
+from tests.campaigns.blind.families.decide import UNEXPLAINED
 
 Row = dict[str, Any]
 DIGITS = 6
-"""Significant digits that are kept."""
+"""Significant digits of stored numbers."""
 OF_FINDING = ("axis", "effect", "over", "confidence", "equivalent", "share", "gain", "heldout_gain")
 OF_TRUTH = ("family", "seed", "kind", "clutter", "foreign", "noise_floor", "force_rms")
 OF_EFFECT = ("name", "parameters", "side", "also", "alike", "observable", "why_not", "rms", "floor", "share")
 
 
 def kept_of_truth(truth: Row) -> Row:
-    """Return the truth without the machine's values, which the seed gives again."""
+    """Return the truth without the machine's values, which the seed determines."""
     effects = [{name: effect[name] for name in OF_EFFECT} for effect in truth["effects"]]
     kept: Row = rounded({name: truth[name] for name in OF_TRUTH} | {"effects": effects})
     return kept
@@ -27,7 +27,7 @@ def kept_of_verdict(verdict: Row) -> Row:
         own = {"sensor": one["where"]["sensor"], "best_rival": one["doubt"], "parameters": values}
         findings.append({name: one[name] for name in OF_FINDING} | own)
         if one["effect"] == "unknown" and not one["over"]:
-            findings[-1]["over"] = REST
+            findings[-1]["over"] = UNEXPLAINED
     accounted = {
         axis: {
             channel: {

@@ -1,9 +1,8 @@
-"""Fit the rules on cases of some families: what `leave one out` does on all but the one that is scored.
+"""Fits the rules on cases of some families, for leave-one-family-out scores.
 
-Thresholds are chosen one after the other from short lists, the best of each with the others held, until none
-changes. A value moves only where `worth` rises by LEAST_RISE or more, else it stays what the rules began
-with. Confidences are a logistic curve by maximum likelihood, intervals the narrowest of a list that hold
-95 % of the true values.
+Thresholds are chosen by coordinate search over short lists, until none changes. A value changes only if
+`worth` rises by LEAST_RISE or more. Confidences are a logistic curve by maximum likelihood, interval widths
+the smallest of a list that cover 95 % of the true values.
 """
 
 import math
@@ -14,7 +13,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from tests.campaigns.blind.families.decide import GAIN_MARGIN, Rules
-from tests.campaigns.blind.families.score import Row, scored_anew
+from tests.campaigns.blind.families.score import Row, scores_of
 
 LISTS: dict[str, tuple[float, ...]] = {
     "least_gain": (0.1, 0.15, 0.2, 0.3, 0.4, 0.5),
@@ -30,9 +29,9 @@ WIDTHS = (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0)
 COVERAGE = 0.95
 ROUNDS = 5
 LEAST_RISE = 2
-"""Of the worth: one case more may be chance."""
+"""Least rise of `worth` for a change: one case may be chance."""
 PRIOR = 0.05
-"""Weight of the squares by which the curve of confidences differs from the one it began with."""
+"""Weight of the squared difference between the curve of confidences and its start."""
 
 
 def worth(scores: Iterable[Row]) -> int:
@@ -49,27 +48,27 @@ def worth(scores: Iterable[Row]) -> int:
     return total
 
 
-def fitted(rows: list[Row], begun: Rules) -> Rules:
-    """Return the rules for these cases of training, from those that the engine begins with."""
-    rules = thresholds(rows, begun)
+def fitted(rows: list[Row], start_rules: Rules) -> Rules:
+    """Return the rules fitted to these training cases, from the engine's own rules as a start."""
+    rules = thresholds(rows, start_rules)
     rules = rules._replace(common_ratio=_ratio(rows, rules))
-    scores = scored_anew(rows, rules)
+    scores = scores_of(rows, rules)
     rules = rules._replace(width=_width(rows, rules))
-    intercept, slope = _curve(rows, scores, begun)
+    intercept, slope = _curve(rows, scores, start_rules)
     return rules._replace(intercept=intercept, slope=slope)
 
 
-def thresholds(rows: list[Row], begun: Rules) -> Rules:
-    """Return the rules with the thresholds of most worth."""
-    rules, best = begun, worth(scored_anew(rows, begun))
+def thresholds(rows: list[Row], start_rules: Rules) -> Rules:
+    """Return the rules with the thresholds of the largest worth."""
+    rules, best = start_rules, worth(scores_of(rows, start_rules))
     for _ in range(ROUNDS):
         before = rules
         for name, values in LISTS.items():
-            for value in sorted(values, key=lambda one: abs(one - getattr(begun, name))):
+            for value in sorted(values, key=lambda one: abs(one - getattr(start_rules, name))):
                 tried = rules._replace(**{name: value})
-                found = worth(scored_anew(rows, tried))
-                if found >= best + LEAST_RISE:
-                    rules, best = tried, found
+                total = worth(scores_of(rows, tried))
+                if total >= best + LEAST_RISE:
+                    rules, best = tried, total
         if rules == before:
             break
     return rules
@@ -77,7 +76,7 @@ def thresholds(rows: list[Row], begun: Rules) -> Rules:
 
 def _ratio(rows: list[Row], rules: Rules) -> float:
     def firsts(ratio: float) -> int:
-        return sum(row.get("first", False) for row in scored_anew(rows, rules._replace(common_ratio=ratio)))
+        return sum(row.get("first", False) for row in scores_of(rows, rules._replace(common_ratio=ratio)))
 
     return max(RATIOS, key=lambda ratio: (firsts(ratio), -abs(math.log(ratio / rules.common_ratio))))
 
@@ -86,7 +85,7 @@ def _width(rows: list[Row], rules: Rules) -> float:
     for width in WIDTHS:
         held = [
             one
-            for row in scored_anew(rows, rules._replace(width=width))
+            for row in scores_of(rows, rules._replace(width=width))
             for one in row.get("covered", {}).values()
         ]
         if not held or sum(held) >= COVERAGE * len(held):
@@ -94,7 +93,7 @@ def _width(rows: list[Row], rules: Rules) -> float:
     return WIDTHS[-1]
 
 
-def _curve(rows: list[Row], scores: list[Row], begun: Rules) -> tuple[float, float]:
+def _curve(rows: list[Row], scores: list[Row], start_rules: Rules) -> tuple[float, float]:
     """Return intercept and slope of the log odds of a true name."""
     names = [
         (one["heldout_gain"], 1.0 - one["best_rival"], one["effect"] not in score["false"])
@@ -104,10 +103,10 @@ def _curve(rows: list[Row], scores: list[Row], begun: Rules) -> tuple[float, flo
         and any(one["effect"] == finding["effect"] for finding in score["findings"])
     ]
     if not names:
-        return begun.intercept, begun.slope
+        return start_rules.intercept, start_rules.slope
     gain, alone, right = np.array(names, dtype=np.float64).T
     gain = np.clip(gain, GAIN_MARGIN, 1.0 - GAIN_MARGIN)
-    odds, start = np.log(gain / (1.0 - gain)), np.array([begun.intercept, begun.slope])
+    odds, start = np.log(gain / (1.0 - gain)), np.array([start_rules.intercept, start_rules.slope])
 
     def cost(curve: Any) -> float:
         p = np.clip(alone / (1.0 + np.exp(-curve[0] - curve[1] * odds)), 1e-6, 1.0 - 1e-6)

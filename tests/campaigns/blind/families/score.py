@@ -14,8 +14,8 @@ UNNAMED = "unnamed terms"
 UNIT = re.compile(r"_(n|nm|m|rad|s|hz|n_m|n_s_m|nm_s_rad|nm_rad|n_s2_m2|nm_s2_rad2|1_m)$")
 
 
-def scored_anew(rows: list[Row], rules: Rules | None = None) -> list[Row]:
-    """Return scores of rows of the trial, each decided anew under `rules`, or as the engine decided."""
+def scores_of(rows: list[Row], rules: Rules | None = None) -> list[Row]:
+    """Return scores of rows of the trial, each decided under `rules`, or as the engine decided."""
     return [
         row
         if "error" in row

@@ -1,4 +1,4 @@
-"""Verdicts are decided anew as the engine decided; rules are fitted on what several cases say, not on one."""
+"""Verdicts are decided again as by the engine; rules are fitted to several cases, not to one."""
 
 import copy
 import json
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.campaigns.blind.families.decide import Rules, confidence, decided, is_left, widened
+from tests.campaigns.blind.families.decide import Rules, confidence, decided, is_unexplained, widened
 from tests.campaigns.blind.families.fit import fitted, worth
-from tests.campaigns.blind.families.score import Row, scored_anew
+from tests.campaigns.blind.families.score import Row, scores_of
 
 ROWS: list[Row] = json.loads(
     (Path(__file__).parents[4] / "docs/blind_families_training.json").read_text(encoding="utf-8")
@@ -19,8 +19,8 @@ GOOD = [row for row in ROWS if "error" not in row]
 def test_the_first_rules_of_the_engine_still_name_the_same_effects() -> None:
     for row in GOOD:
         said = sorted(one["effect"] for one in row["evidence"]["findings"] if one["effect"] != "unknown")
-        anew = decided(row["evidence"], Rules())["findings"]
-        assert sorted(one["effect"] for one in anew if one["effect"] != "unknown") == said, row["seed"]
+        again = decided(row["evidence"], Rules())["findings"]
+        assert sorted(one["effect"] for one in again if one["effect"] != "unknown") == said, row["seed"]
 
 
 def test_a_confidence_is_the_engines() -> None:
@@ -53,19 +53,19 @@ def test_one_false_name_moves_no_threshold_and_three_do() -> None:
     assert fitted(right + false[:1], Rules()).least_gain == Rules().least_gain
     rules = fitted(right + false, Rules())
     assert rules.least_gain == 0.15
-    assert worth(scored_anew(right + false, rules)) == 5
+    assert worth(scores_of(right + false, rules)) == 5
 
 
 def test_what_is_left_is_unknown_from_three_conditions_on() -> None:
     evidence = case("cogging", 0.6, false=False)["evidence"]
-    assert not is_left(evidence, Rules())
+    assert not is_unexplained(evidence, Rules())
     evidence["accounted"]["x"]["force"]["left"] = 6.0
-    assert is_left(evidence, Rules())
+    assert is_unexplained(evidence, Rules())
     assert decided(evidence, Rules())["findings"][-1]["effect"] == "unknown"
     white = copy.deepcopy(evidence)
     white["colour"]["x"]["force"] = 1.0
-    assert not is_left(white, Rules())
-    assert not is_left(evidence, Rules(left_share=0.5))
+    assert not is_unexplained(white, Rules())
+    assert not is_unexplained(evidence, Rules(left_share=0.5))
 
 
 def test_an_interval_is_widened_about_its_value() -> None:

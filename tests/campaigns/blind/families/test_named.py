@@ -9,7 +9,7 @@ import pytest
 
 from tests.campaigns.blind.families import trial
 from tests.campaigns.blind.families.judge import Drawn, drawn
-from tests.campaigns.blind.families.score import scored_anew
+from tests.campaigns.blind.families.score import scores_of
 
 PERIOD_S, SECONDS = 0.004, 6.0
 """Of the recording, the case's first: a diagnosis of all of them takes a minute."""
@@ -37,6 +37,6 @@ def test_what_a_family_conceals_is_named(
 ) -> None:
     monkeypatch.setattr("tests.campaigns.blind.families.files.drawn", short)
     seed, named = CASES[family]
-    [row] = scored_anew([trial.one(family, seed, None, tmp_path)])
+    [row] = scores_of([trial.one(family, seed, None, tmp_path)])
     assert {name for name, right in row["right"].items() if right} >= named
     assert row["false"] == []

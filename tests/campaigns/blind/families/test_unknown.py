@@ -8,7 +8,7 @@ import pytest
 
 from tests.campaigns.blind.families import trial
 from tests.campaigns.blind.families.judge import Drawn, drawn
-from tests.campaigns.blind.families.score import scored_anew
+from tests.campaigns.blind.families.score import scores_of
 
 SEED = 3
 """A training seed, of which the foreign physics is there from the beginning on; not for any score."""
@@ -27,7 +27,7 @@ def test_foreign_physics_alone_is_called_unknown(tmp_path: Path, monkeypatch: py
         return Drawn(recordings, made.truth)
 
     monkeypatch.setattr("tests.campaigns.blind.families.files.drawn", short)
-    [row] = scored_anew([trial.one("linear_motor", SEED, "foreign", tmp_path)])
+    [row] = scores_of([trial.one("linear_motor", SEED, "foreign", tmp_path)])
     assert row["foreign_observable"]
     assert row["verdict"] == "unknown"
     assert row["unknown"]

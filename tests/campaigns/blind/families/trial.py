@@ -19,7 +19,7 @@ from pathlib import Path
 from tests.campaigns.blind.families.evidence import kept_of_truth, kept_of_verdict
 from tests.campaigns.blind.families.files import SEALED, record
 from tests.campaigns.blind.families.interface import SHARES, Case
-from tests.campaigns.blind.families.score import Row, scored_anew, summary
+from tests.campaigns.blind.families.score import Row, scores_of, summary
 from tests.campaigns.blind.families.seeds import FAMILIES, FIRST_SCORED, claim, first_fresh, fresh_words
 
 RECONCILE = Path(sys.executable).with_name("reconcile")
@@ -105,12 +105,12 @@ def main() -> None:
             folder = asked.keep / f"{family}_{seed}" if asked.keep else Path(temporary)
             row = one(family, seed, asked.kind, folder)
         rows.append(row)
-        [score] = scored_anew([row])
+        [score] = scores_of([row])
         said = row.get("error") or [found["effect"] for found in score["findings"]]
         print(f"{family} {seed}: {row['kind']}; planted {score.get('planted')}; said {said}", flush=True)
         content = {"scored": is_proof, "rows": rows}
         asked.json.write_text(json.dumps(content) + "\n", encoding="utf-8")
-    print(json.dumps(summary(scored_anew(rows)), indent=1))
+    print(json.dumps(summary(scores_of(rows)), indent=1))
 
 
 if __name__ == "__main__":
