@@ -9,7 +9,7 @@ import typer
 
 from servo_ctrl.conformance.bus_wire import BusWire, bus_wire
 from servo_ctrl.conformance.dialogue import Failed
-from servo_ctrl.conformance.lss_master import Address, find_unnamed, give_ids, set_bit_rate
+from servo_ctrl.conformance.lss_master import Address, configure_ids, find_unnamed, set_bit_rate
 from servo_ctrl.conformance.scan import FoundNode, scan
 from servo_ctrl.conformance.suite import examine
 from servo_ctrl.conformance.verdicts import ClauseFinding, line
@@ -77,7 +77,7 @@ def assign_ids(wire: BusWire, names: dict[int, int]) -> None:
     """Configure the ids of the nodes with these serial numbers, if all of them are found and no id is in use.
 
     Raises:
-        Failed: a node is not found, an id is in use, or see `give_ids`.
+        Failed: a node is not found, an id is in use, or see `configure_ids`.
     """
     nodes = scan(wire)
     present: dict[Address, int | None] = dict.fromkeys(find_unnamed(wire))
@@ -93,4 +93,4 @@ def assign_ids(wire: BusWire, names: dict[int, int]) -> None:
     for _, node_id, _ in chosen:
         if node_id in taken:
             raise Failed(f"node id {node_id} is taken")
-    give_ids(wire, chosen)
+    configure_ids(wire, chosen)

@@ -18,8 +18,8 @@ OUT_OF_RANGE = (AbortCode.INVALID_VALUE, AbortCode.VALUE_TOO_HIGH, AbortCode.VAL
 CANNOT_BE_MAPPED, PDO_TOO_LONG, NO_BLOCK_TRANSFER = 0x0604_0041, 0x0604_0042, AbortCode.INVALID_COMMAND
 OFF, PRE_OPERATIONAL, OPERATIONAL, STOPPED = 0x8000_0000, 0x7F, 0x05, 0x04
 START, STOP, ENTER_PRE_OPERATIONAL, RESET_COMMUNICATION = 0x01, 0x02, 0x80, 0x82
-BOOT_UP_S = 5.0
-"""Longest time for a restart of communication; chosen."""
+BOOT_UP_LIMIT_S = 5.0
+"""Bounds the time for a restart of communication; chosen."""
 TPDO, TPDO_MAPPING = 0x1800, 0x1A00
 
 
@@ -31,10 +31,10 @@ class NodeUnderTest(NamedTuple):
 
     def variable(self, index: int, subindex: int = 0) -> EdsVariable:
         """Return an entry of the EDS. Raises NotApplicable without it."""
-        found = self.eds.variables.get((index, subindex))
-        if found is None:
+        variable = self.eds.variables.get((index, subindex))
+        if variable is None:
             raise NotApplicable(f"the EDS has no {index:04X}h:{subindex:02X}")
-        return found
+        return variable
 
     def without_errors(self) -> None:
         """Raise NotApplicable if 1001h reports an error: the node may then refuse operational (1029h)."""
@@ -64,6 +64,6 @@ def clause(number: str) -> Callable[[Callable[[NodeUnderTest], None]], Callable[
 
 
 def size_of(variable: EdsVariable) -> int:
-    """Size of a number in bytes; 0 for text and domains."""
+    """Return the size of a number in bytes; 0 for text and domains."""
     pattern = STRUCT_FORMATS.get(variable.data_type)
     return struct.calcsize("<" + pattern) if pattern else 0

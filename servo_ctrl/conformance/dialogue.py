@@ -11,18 +11,18 @@ INITIATE = struct.Struct("<BHBI")
 FRAME_BYTES, SEGMENT_BYTES = 8, 7
 UPLOAD, SEGMENT_UPLOAD, ABORT = 0x40, 0x60, 0x80
 TOGGLE, LAST = 0x10, 0x01
-ANSWER_S = 0.5
-"""Longest wait for the answer to a request, wall clock, seconds; chosen."""
-LATE_S = 2.0
-"""Further wait for a late answer, which the next request would take for its own; chosen."""
+RESPONSE_LIMIT_S = 0.5
+"""Bounds the wait for the response to a request, wall clock; chosen."""
+LATE_RESPONSE_S = 2.0
+"""Bounds the further wait for a late response, which would else count for the next request; chosen."""
 SILENCE_S = 0.1
-"""How long the bus is observed for a frame that must not arrive; chosen."""
-MOST_SEGMENTS = 1 << 17
+"""Time for which the bus is observed for a frame that must not arrive; chosen."""
+SEGMENTS_MAX = 1 << 17
 """Bounds an upload, whatever size the node announces; chosen."""
 
 
 class Failed(Exception):  # noqa: N818  # a verdict on the node, no error of the program
-    """The node does not meet the clause; the text says what it did."""
+    """The node does not meet the clause; the text gives the reason."""
 
 
 class NotApplicable(Exception):  # noqa: N818  # the same
@@ -62,7 +62,7 @@ class Dialogue:
         """Send an NMT command to this node, or to another."""
         self.send(0x000, bytes((specifier, self.node_id if node_id is None else node_id)))
 
-    def wait_for(self, can_id: int, timeout_s: float = ANSWER_S) -> bytes | None:
+    def wait_for(self, can_id: int, timeout_s: float = RESPONSE_LIMIT_S) -> bytes | None:
         """Return the next frame of a CAN-ID; None when none arrives in time. Other frames are dropped."""
         ends_s = time.monotonic() + timeout_s
         while (left_s := ends_s - time.monotonic()) > 0.0:
@@ -73,20 +73,20 @@ class Dialogue:
                 return frame[1]
         return None
 
-    def forget(self) -> None:
+    def drop_arrived(self) -> None:
         """Drop frames that have already arrived."""
         while self._wire.receive(0.0) is not None:
             pass
 
     def exchange(self, request: bytes) -> bytes:
         """Send an SDO frame and return its answer. Raises Failed unless an answer of eight bytes arrives."""
-        self.forget()
+        self.drop_arrived()
         self.send(0x600 + self.node_id, request)
         answer = self.wait_for(0x580 + self.node_id)
         if answer is None:
-            late = self.wait_for(0x580 + self.node_id, LATE_S) is not None
-            arrived = f", but within {ANSWER_S + LATE_S:g} s" if late else ""
-            raise Failed(f"{request.hex(' ')} was not answered within {ANSWER_S:g} s{arrived}")
+            late = self.wait_for(0x580 + self.node_id, LATE_RESPONSE_S) is not None
+            arrived = f", but within {RESPONSE_LIMIT_S + LATE_RESPONSE_S:g} s" if late else ""
+            raise Failed(f"{request.hex(' ')} was not answered within {RESPONSE_LIMIT_S:g} s{arrived}")
         if len(answer) != FRAME_BYTES:
             raise Failed(f"{request.hex(' ')} was answered by {len(answer)} bytes")
         return answer
@@ -107,7 +107,7 @@ class Dialogue:
         if answer[0] & 0x02:
             return answer[4 : 8 - (answer[0] >> 2 & 0x3)] if answer[0] & 0x01 else answer[4:]
         data, toggle = b"", 0
-        for _ in range(MOST_SEGMENTS):
+        for _ in range(SEGMENTS_MAX):
             segment = accepted(self.exchange(bytes((SEGMENT_UPLOAD | toggle,)).ljust(FRAME_BYTES, b"\0")))
             if segment[0] & 0xF0 != toggle:
                 raise Failed(f"segment {len(data) // SEGMENT_BYTES + 1} has the command {segment[0]:02X}h")
@@ -177,5 +177,5 @@ def expect_code(answer: bytes, *codes: int) -> None:
 def check_code(code: int, *codes: int) -> None:
     """Raise Failed unless `code` is one of `codes`; without codes, any is accepted."""
     if codes and code not in codes:
-        wanted = " or ".join(f"{wanted:08X}h" for wanted in codes)
-        raise Failed(f"aborted with {code:08X}h instead of {wanted}")
+        expected = " or ".join(f"{expected:08X}h" for expected in codes)
+        raise Failed(f"aborted with {code:08X}h instead of {expected}")

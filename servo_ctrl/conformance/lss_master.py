@@ -23,11 +23,11 @@ SCAN = struct.Struct("<BIBBB")
 """Command specifier, LSS number, bit checked, LSS sub, LSS next."""
 SCAN_BEGINS = 0x80
 BITS, WORDS = 32, 4
-ANSWER_S = 0.05
-"""Longest wait for an answer; chosen: nodes answer within some milliseconds."""
-STORED_S = 1.0
-"""Longest wait while a node writes its memory; chosen."""
-MOST_NODES = 127
+RESPONSE_LIMIT_S = 0.05
+"""Bounds the wait for a response; chosen: nodes respond within some milliseconds."""
+STORE_LIMIT_S = 1.0
+"""Bounds the wait while a node writes its memory; chosen."""
+NODES_MAX = 127
 RESET_COMMUNICATION = 130
 
 
@@ -55,15 +55,15 @@ def find_unnamed(wire: Wire) -> list[Address]:
 
     Raises Failed for an inconsistent scan.
     """
-    found: list[Address] = []
-    while len(found) < MOST_NODES and (address := _fastscan(wire)) is not None:
-        found.append(address)
-    if found:
+    addresses: list[Address] = []
+    while len(addresses) < NODES_MAX and (address := _fastscan(wire)) is not None:
+        addresses.append(address)
+    if addresses:
         _switch_to_waiting(wire)
-    return found
+    return addresses
 
 
-def give_ids(wire: Wire, ids: Iterable[tuple[Address, int, int | None]]) -> None:
+def configure_ids(wire: Wire, ids: Iterable[tuple[Address, int, int | None]]) -> None:
     """Configure and store the id of each node; `ids`: (address, new id, present id or None).
 
     A node without an id boots with the new one; the communication of any other is reset, and it must not be
@@ -109,7 +109,9 @@ def _select(wire: Wire, address: Address) -> None:
     """Bring this node alone into configuration state. Raises Failed if it does not answer."""
     _switch_to_waiting(wire)
     for word, number in enumerate(address):
-        answer = _exchange(wire, bytes((SELECT_VENDOR + word,)) + number.to_bytes(4, "little"), ANSWER_S)
+        answer = _exchange(
+            wire, bytes((SELECT_VENDOR + word,)) + number.to_bytes(4, "little"), RESPONSE_LIMIT_S
+        )
     if answer is None or answer[0] != SELECTED:
         raise Failed(f"node {address.numbers} does not answer; an operational node has no LSS")
 
@@ -119,9 +121,9 @@ def _switch_to_waiting(wire: Wire) -> None:
 
 
 def _confirm(wire: Wire, request: bytes, what: str) -> None:
-    answer = _exchange(wire, request, STORED_S)
+    answer = _exchange(wire, request, STORE_LIMIT_S)
     if answer is None or answer[0] != request[0]:
-        raise Failed(f"{what}: no answer within {STORED_S:g} s")
+        raise Failed(f"{what}: no answer within {STORE_LIMIT_S:g} s")
     if answer[1]:
         raise Failed(f"{what}: refused with LSS error {answer[1]}")
 
@@ -142,7 +144,7 @@ def _fastscan(wire: Wire) -> Address | None:
     """Find a node without an id and bring it into configuration state; return its address, or None."""
 
     def confirmed(number: int, bit: int, word: int, following: int) -> bool:
-        answer = _exchange(wire, SCAN.pack(FASTSCAN, number, bit, word, following), ANSWER_S)
+        answer = _exchange(wire, SCAN.pack(FASTSCAN, number, bit, word, following), RESPONSE_LIMIT_S)
         return answer is not None and answer[0] == IDENTIFIED
 
     if not confirmed(0, SCAN_BEGINS, 0, 0):

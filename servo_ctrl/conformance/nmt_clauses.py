@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from servo_ctrl.conformance.clauses import (
-    BOOT_UP_S,
+    BOOT_UP_LIMIT_S,
     ENTER_PRE_OPERATIONAL,
     OPERATIONAL,
     PRE_OPERATIONAL,
@@ -49,7 +49,7 @@ def stopped(node: NodeUnderTest) -> None:
     dialogue = node.dialogue
     dialogue.command(STOP)
     try:
-        dialogue.forget()
+        dialogue.drop_arrived()
         dialogue.send(0x600 + dialogue.node_id, INITIATE.pack(0x40, 0x1000, 0, 0))
         dialogue.silence(0x580 + dialogue.node_id)
     finally:
@@ -60,9 +60,9 @@ def stopped(node: NodeUnderTest) -> None:
 def boot_up(node: NodeUnderTest) -> None:
     """Reset communication ends in a boot-up message."""
     dialogue = node.dialogue
-    dialogue.forget()
+    dialogue.drop_arrived()
     dialogue.command(RESET_COMMUNICATION)
-    frames = (dialogue.wait_for(0x700 + dialogue.node_id, BOOT_UP_S) for _ in range(MAY_BE_LATE + 1))
+    frames = (dialogue.wait_for(0x700 + dialogue.node_id, BOOT_UP_LIMIT_S) for _ in range(MAY_BE_LATE + 1))
     frame = next((frame for frame in frames if frame in {b"\0", None}), b"\x7f")
     dialogue.command(ENTER_PRE_OPERATIONAL)  # some nodes start by themselves (1F80h)
     if frame != b"\0":
@@ -76,8 +76,8 @@ MAY_BE_LATE = 5
 class _Heartbeats:
     """Context with a heartbeat every 20 ms; entering returns a function that reads the state from heartbeats.
 
-    `shown(None)` returns the state of the next heartbeat. `shown(wanted)` skips some heartbeats with another
-    state, which may be under way already.
+    `shown(None)` returns the state of the next heartbeat. `shown(expected)` skips some heartbeats with
+    another state, which may be under way already.
     """
 
     def __init__(self, node: NodeUnderTest) -> None:
@@ -90,13 +90,13 @@ class _Heartbeats:
         self._before = dialogue.read(0x1017)
         dialogue.write(0x1017, 0, (20).to_bytes(2, "little"))
 
-        def shown(wanted: int | None) -> int | None:
-            dialogue.forget()
+        def shown(expected: int | None) -> int | None:
+            dialogue.drop_arrived()
             state = None
-            for _ in range(1 if wanted is None else MAY_BE_LATE):
-                frame = dialogue.wait_for(0x700 + dialogue.node_id, BOOT_UP_S)
+            for _ in range(1 if expected is None else MAY_BE_LATE):
+                frame = dialogue.wait_for(0x700 + dialogue.node_id, BOOT_UP_LIMIT_S)
                 state = frame[0] & 0x7F if frame else None
-                if state in {None, wanted}:
+                if state in {None, expected}:
                     break
             return state
 

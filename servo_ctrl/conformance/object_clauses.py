@@ -26,9 +26,9 @@ def constants(node: NodeUnderTest) -> None:
     """Constants are those of the EDS."""
     for (index, subindex), variable in sorted(node.eds.variables.items()):
         if variable.access == "const" and isinstance(variable.default, int) and (size := size_of(variable)):
-            found, wanted = node.dialogue.number(index, subindex), variable.default % (1 << 8 * size)
-            if found != wanted:
-                raise Failed(f"{index:04X}h:{subindex:02X} is {found}, the EDS says {wanted}")
+            found, expected = node.dialogue.number(index, subindex), variable.default % (1 << 8 * size)
+            if found != expected:
+                raise Failed(f"{index:04X}h:{subindex:02X} is {found}, the EDS says {expected}")
 
 
 @clause("CiA 301 7.5.2")

@@ -71,7 +71,7 @@ def synchronous_tpdo(node: NodeUnderTest) -> None:
     entries = dialogue.number(TPDO_MAPPING, 0)
     bits = sum(dialogue.number(TPDO_MAPPING, entry) & 0xFF for entry in range(1, entries + 1))
     try:
-        dialogue.forget()
+        dialogue.drop_arrived()
         dialogue.send(0x080)
         dialogue.silence(cob_id & 0x7FF)
         dialogue.command(START)

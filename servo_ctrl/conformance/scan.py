@@ -1,4 +1,4 @@
-"""Scan of a bus: all node ids are asked for their device type, and those that answer for their identity."""
+"""Scans a bus: requests the device type of every node id, and the identity of those that respond."""
 
 import time
 from typing import NamedTuple
@@ -7,9 +7,9 @@ from servo_ctrl.conformance.dialogue import INITIATE, UPLOAD, Dialogue, Failed, 
 
 NODE_IDS = range(1, 128)
 SCAN_S = 1.0
-"""How long answers are collected after the last request; chosen: slow nodes take some 100 ms."""
+"""Time for responses after the last request; chosen: slow nodes take some 100 ms."""
 PROFILES = {401: "I/O", 402: "drive", 404: "measuring device", 406: "encoder", 418: "battery"}
-"""Names of the CiA device profiles that are found on a bus with drives."""
+"""Names of the CiA device profiles on a bus with drives."""
 
 
 class FoundNode(NamedTuple):

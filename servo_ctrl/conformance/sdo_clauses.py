@@ -141,7 +141,7 @@ def block_upload(node: NodeUnderTest) -> None:
     """Block upload with CRC returns the data of the segmented upload."""
     dialogue = node.dialogue
     node.variable(0x1008)
-    wanted = dialogue.read(0x1008)
+    expected = dialogue.read(0x1008)
     try:
         first = dialogue.initiate(0xA4, 0x1008, 0, 127)
     except Refused as refusal:
@@ -162,7 +162,7 @@ def block_upload(node: NodeUnderTest) -> None:
     end = accepted(dialogue.exchange(bytes((0xA2, number, 127)).ljust(8, b"\0")))
     dialogue.send(0x600 + dialogue.node_id, b"\xa1".ljust(8, b"\0"))
     data = data[: len(data) - (end[0] >> 2 & 0x7)]
-    if data != wanted:
-        raise Failed(f"{data!r} instead of {wanted!r}")
+    if data != expected:
+        raise Failed(f"{data!r} instead of {expected!r}")
     if first[0] & 0x04 and int.from_bytes(end[1:3], "little") != crc_hqx(data, 0):
         raise Failed("the CRC is wrong")

@@ -76,7 +76,8 @@ def _checks(
     for stage in stages:
         console.print(f"over the bus: {stage.name} ...", highlight=False)
         with progress_bar() as show:
-            on_bus.append(asyncio.run(position_over_bus(machine, stage, series, runs, out, learned, show)))
+            run = position_over_bus(machine, stage, series, runs, out=out, learned=learned, on_progress=show)
+            on_bus.append(asyncio.run(run))
     checks = []
     for cycles in sorted({bus.cycles_before for bus in on_bus}):
         alike = [bus for bus in on_bus if bus.cycles_before == cycles]

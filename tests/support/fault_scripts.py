@@ -60,7 +60,7 @@ def restart_of_a_drive(table: ConsecutiveRuns) -> Script:
 
     def restart() -> None:
         bench.slaves[0].start()
-        bench._route()
+        bench._update_routes()
 
     table.wire.after_frame(restart)
     yield 5
@@ -236,7 +236,7 @@ def one_drive_dies(table: ConsecutiveRuns) -> Script:
 def drive_comes_back(table: ConsecutiveRuns) -> None:
     repair_bus(table)
     table.stand.bench.slaves[0].start()
-    table.stand.bench._route()
+    table.stand.bench._update_routes()
 
 
 def nothing(_table: ConsecutiveRuns) -> None:

@@ -122,7 +122,9 @@ def connect(
     machine.nodes = StandbyNodes(
         cycle, watch, names, lambda place: node.start(plans[place].node_id), [*range(len(plans)), *sender]
     )
-    _register_handlers(plans, places, machine, port, cycle, watch, timers, config.period_s)
+    _register_handlers(
+        plans, places, machine, port, cycle=cycle, watch=watch, timers=timers, period_s=config.period_s
+    )
     report_masters(config, plans, port, partial(machine.event, Event.FOREIGN_MASTER))
     report_writes(plans, port, machine.object_changed)
     _watch_bus(port, machine, cycle, lockstep=lockstep)
@@ -134,6 +136,7 @@ def _register_handlers(
     places: list[AxisNodes],
     machine: MachineController,
     port: CanPort,
+    *,
     cycle: Cycle,
     watch: HeartbeatWatch,
     timers: list[EventTimer],

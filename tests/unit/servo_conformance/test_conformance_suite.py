@@ -154,8 +154,8 @@ PLANTED = {
 
 @pytest.mark.parametrize("name", sorted(PLANTED))
 def test_a_planted_defect_is_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dialogue, "ANSWER_S", 0.02)
-    monkeypatch.setattr(dialogue, "LATE_S", 0.02)
+    monkeypatch.setattr(dialogue, "RESPONSE_LIMIT_S", 0.02)
+    monkeypatch.setattr(dialogue, "LATE_RESPONSE_S", 0.02)
     failed = verdicts.failures(run(InProcessWire(PLANTED[name])))
     assert 1 <= len(failed) <= 6, failed
 

@@ -7,7 +7,7 @@ from in_process_nodes import IDEAL_AXIS, InProcessNodes
 
 from servo_ctrl.cli import conformance_request
 from servo_ctrl.conformance.dialogue import Failed
-from servo_ctrl.conformance.lss_master import Address, find_unnamed, give_ids, set_bit_rate
+from servo_ctrl.conformance.lss_master import Address, configure_ids, find_unnamed, set_bit_rate
 from servo_ctrl.conformance.scan import scan
 
 DRIVE_ADDRESS = Address(0xFFFE, 0x402, 0x10000, 0x10100)
@@ -76,7 +76,7 @@ def test_an_operational_node_is_not_renamed() -> None:
     wire = Wire(InProcessNodes())
     wire.nodes.operational()
     with pytest.raises(Failed, match="no LSS"):
-        give_ids(wire, [(Address(0xFFFE, 0x402, 0x10000, 0x10001), 5, 1)])
+        configure_ids(wire, [(Address(0xFFFE, 0x402, 0x10000, 0x10001), 5, 1)])
 
 
 def rates(wire: Wire) -> list[int]:
