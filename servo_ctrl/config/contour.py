@@ -65,14 +65,14 @@ def sensitivity_peak_of(machine: MachineConfig, section: ContourControl) -> floa
     The operator may switch an observer at any time, so this is the largest Ms with and without it.
     """
     params = _contour_params(section, machine.period_s)
-    first, second = (_possible_params(machine, name) for name in section.axes)
+    first, second = (possible_params(machine, name) for name in section.axes)
     return max(
         coupled_sensitivity_peak(params, x, y, x.feedforward.acceleration_kg, y.feedforward.acceleration_kg)
         for x, y in product(first, second)
     )
 
 
-def _possible_params(machine: MachineConfig, name: str) -> list[AxisParams]:
+def possible_params(machine: MachineConfig, name: str) -> list[AxisParams]:
     """Return the parameter sets that an axis may have while it is coupled."""
     params = axis_params(machine, name)
     if machine.axes[name].section(DisturbanceObserverSettings) is None:

@@ -25,12 +25,20 @@ def open_loop(params: AxisParams, mass_kg: float, frequency_hz: Array) -> Respon
     velocity = (1.0 - 1.0 / z) / period
     integral = params.velocity_loop.ki_n_m * period / (1.0 - 1.0 / z)
     cascade = (params.velocity_loop.kv_n_s_m + integral) * (params.position_loop.kp_1_s + velocity)
+    model, recall = observer_paths(params, z)
+    return np.asarray((cascade + model) * mass / z / (1.0 - recall))
+
+
+def observer_paths(params: AxisParams, z: Response) -> tuple[Response, Response]:
+    """Return the observer's force per motor position, N/m, and per earlier force; 0 where it is off."""
+    period = params.period_s
     blend = params.observer.filter_blend if params.observer.enabled else 0.0
     low_pass = blend / (1.0 - (1.0 - blend) / z)
     mean = 0.5 * (1.0 + 1.0 / z)
+    velocity = (1.0 - 1.0 / z) / period
     model = params.observer.mass_kg * velocity**2 + params.observer.viscous_n_s_m * mean * velocity
     # a command acts after one period, and its current is measured at the end of the period
-    return np.asarray((cascade + low_pass * model) * mass / z / (1.0 - low_pass * mean / z**2))
+    return low_pass * model, low_pass * mean / z**2
 
 
 def rigid_mass(params: AxisParams, mass_kg: float, frequency_hz: Array) -> Response:

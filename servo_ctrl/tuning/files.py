@@ -66,6 +66,7 @@ def figures_of(result: TuneResult) -> dict[str, Any]:
         "held": [{"frequency_hz": hz, "damping_ratio": damping} for hz, damping in antiresonances(model)],
         "proposed": result.sections,
         "input_shaper": None if result.proposal.shaper is None else result.proposal.shaper._asdict(),
+        "contour": None if result.proposal.contour is None else result.proposal.contour._asdict(),
         "before": _setting(result.before),
         "after": _setting(result.after),
         "notes": list(result.notes),

@@ -9,6 +9,8 @@ Control, section 4.3). Constraints:
 - with 30 % more or less mass it is stable and Ms at most half above it (backlash that opens takes mass off
   the motor);
 - the velocity loop alone is stable with Ms at most 2.5: the position loop may be open at a limit;
+- where contour control couples the axis to another one, Ms of both (`contour_partner`) is at most the stated
+  one, or that of the other axis alone where it is above;
 - the quantisation of the encoders makes at most 1 % of the force limit (RMS).
 """
 
@@ -22,6 +24,7 @@ from kernels.arrays import Array
 from servo_ctrl.control.compensation import notch
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.tuning import loop as loops
+from servo_ctrl.tuning.contour_partner import ContourPartner
 from servo_ctrl.tuning.frequency_response import FrequencyResponse, Response
 from servo_ctrl.tuning.modal_model import ModalModel, StructuralMode
 
@@ -35,6 +38,8 @@ STEP_S, STEP_POINTS = 0.3, 60
 """Time after a step of force for which the deviation is computed, and at how many instants."""
 INFEASIBLE = 1e3
 """Cost of a candidate whose Ms is too high; half of it where another constraint is violated."""
+UNSTABLE = 10.0
+"""Part of a cost by a loop that is not stable."""
 SEED, POPULATION, GENERATIONS = 24, 10, 60
 
 
@@ -60,11 +65,14 @@ class GainSearch:
         ms: float,
         steps: EncoderSteps,
         largest_kp_1_s: float,
+        partner: ContourPartner | None,
     ) -> None:
         self.params, self.model, self.ms, self.steps = params, model, ms, steps
         self.largest_kp_1_s = largest_kp_1_s
         scale = params.position_loop.scale_feedback
         self.plant = loops.plant_of(model, measured, scale_feedback=scale)
+        self._pair = None if partner is None else partner.on(self.plant)
+        self._pair_ms = ms if self._pair is None else max(ms, self._pair.of_partner())
         w = 2.0 * math.pi * self.plant.frequency_hz
         times_s = np.geomspace(2.0 * params.period_s, STEP_S, STEP_POINTS)
         self._step_kernel = 2.0 / math.pi * np.sin(np.outer(times_s, w)) / w * np.gradient(w)
@@ -91,6 +99,11 @@ class GainSearch:
         excess = _ms_excess(loop, self.ms)
         if excess > 0.0:
             return INFEASIBLE + excess
+        if self._pair is not None:
+            peak = self._pair.sensitivity_peak(params)
+            excess = min(UNSTABLE, max(0.0, math.log(peak / self._pair_ms)))
+            if excess > 0.0:
+                return INFEASIBLE + excess
         excess = _ms_excess(loops.velocity_loop_of(params, self.plant), VELOCITY_MS)
         for gain in LOOP_GAINS:
             excess += _ms_excess(gain * loop, LOADED_MS * self.ms)
@@ -153,7 +166,7 @@ class GainSearch:
 
 
 def _ms_excess(loop: Response, ms: float) -> float:
-    """Logarithm of Ms over its bound, 0 below; an unstable loop has 10 more."""
+    """Logarithm of Ms over its bound, 0 below; an unstable loop has `UNSTABLE` more."""
     peak = float(np.max(1.0 / np.abs(1.0 + loop)))
     excess = max(0.0, math.log(peak / ms))
-    return excess if loops.is_stable(loop) else 10.0 + excess
+    return excess if loops.is_stable(loop) else UNSTABLE + excess

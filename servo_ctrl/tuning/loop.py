@@ -15,6 +15,8 @@ import numpy as np
 
 from kernels.arrays import Array
 from servo_ctrl.control.compensation import notch
+from servo_ctrl.control.contour_margin import CoupledLoop
+from servo_ctrl.control.loop_margins import observer_paths
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.control.types import Output
 from servo_ctrl.tuning.frequency_response import FrequencyResponse, Response
@@ -143,6 +145,17 @@ def loop_of(params: AxisParams, plant: Plant) -> Response:
     if params.output == int(Output.FORCE):
         paths = velocity_law(params, z) * (paths + velocity_estimate(params, z) * plant.motor)
     return np.asarray(notch_response(params.notch, z) * paths)
+
+
+def coupled_loop_of(params: AxisParams, plant: Plant) -> CoupledLoop:
+    """What contour control meets in a cst axis: L, with the observer where it is on, and G = N K P_y."""
+    z = on_circle(plant.frequency_hz, params.period_s)
+    filtered = notch_response(params.notch, z)
+    per_gain = filtered * velocity_law(params, z) * plant.feedback
+    model, recall = observer_paths(params, z)
+    own = 1.0 - filtered * recall
+    loop = loop_of(params, plant) + filtered * model * plant.motor
+    return CoupledLoop(np.asarray(loop / own), np.asarray(per_gain / own))
 
 
 def velocity_loop_of(params: AxisParams, plant: Plant) -> Response:

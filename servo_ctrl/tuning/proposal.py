@@ -14,6 +14,7 @@ from servo_ctrl.control.compensation import notch
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.control.types import Output
 from servo_ctrl.tuning import loop as loops
+from servo_ctrl.tuning.contour_partner import ContourPartner
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
 from servo_ctrl.tuning.gain_search import INFEASIBLE, EncoderSteps, GainSearch
 from servo_ctrl.tuning.loop import Margins, Plant
@@ -51,6 +52,13 @@ class Assessment(NamedTuple):
     """Peak of |P / (1 + L)|."""
 
 
+class ContourMargin(NamedTuple):
+    """Ms of the axis and the one that contour control couples to it."""
+
+    partner: str
+    sensitivity_peak: float
+
+
 class Proposal(NamedTuple):
     """Proposed keys of the machine file, and the assessment of the loop with them."""
 
@@ -66,6 +74,8 @@ class Proposal(NamedTuple):
     resonances: tuple[StructuralMode, ...]
     shaper: ShaperValues | None
     """Against what rings while the motor is held. Reported only: all axes of a path need the same shaper."""
+    contour: ContourMargin | None
+    """None where no contour control couples the axis to another one."""
 
 
 def propose(
@@ -76,14 +86,16 @@ def propose(
     steps: EncoderSteps,
     *,
     largest_kp_1_s: float = math.inf,
+    partner: ContourPartner | None = None,
 ) -> Proposal:
     """Propose the best setting of a cst axis whose position gain is at most `largest_kp_1_s`.
 
-    Raises ValueError where no setting keeps the constraints.
+    `partner`: the axis that contour control couples to it. Raises ValueError where no setting keeps the
+    constraints.
     """
     if params.output != int(Output.FORCE):
         raise ValueError("only mode cst has a velocity loop that can be tuned here")
-    search = GainSearch(params, model, measured, ms, steps, largest_kp_1_s)
+    search = GainSearch(params, model, measured, ms, steps, largest_kp_1_s, partner)
     cost, values = search.best(None)
     for mode in resonances(model):
         if mode.frequency_hz >= 0.49 / params.period_s:
@@ -96,10 +108,12 @@ def propose(
     rounded = np.log([_rounded(value) for value in np.exp(values)])
     if search.cost(rounded) >= 0.5 * INFEASIBLE:
         rounded[:3] -= 0.01  # the rounded values violate a constraint: 1 % less gain keeps it
-    return _proposal(search, measured, rounded)
+    return _proposal(search, measured, rounded, partner)
 
 
-def _proposal(search: GainSearch, measured: FrequencyResponse, values: Array) -> Proposal:
+def _proposal(
+    search: GainSearch, measured: FrequencyResponse, values: Array, partner: ContourPartner | None
+) -> Proposal:
     best = search.with_values(values)
     kv, ki = _rounded(best.velocity_loop.kv_n_s_m), _rounded(best.velocity_loop.ki_n_m)
     kp, mass_kg = _rounded(best.position_loop.kp_1_s), _rounded(search.model.mass_kg)
@@ -112,6 +126,9 @@ def _proposal(search: GainSearch, measured: FrequencyResponse, values: Array) ->
         feedforward=best.feedforward._replace(velocity=1.0, acceleration_kg=mass_kg),
         notch=notch.NEUTRAL if filters is None else notch.biquad(*filters, best.period_s),
     )
+    assessment, contour = assess(params, search.model, measured), None
+    if partner is not None:
+        contour = ContourMargin(partner.name, partner.on(assessment.plant).sensitivity_peak(params))
     return Proposal(
         kp,
         kv,
@@ -120,9 +137,10 @@ def _proposal(search: GainSearch, measured: FrequencyResponse, values: Array) ->
         acceleration_feedforward_kg=mass_kg,
         notch=filters,
         params=params,
-        assessment=assess(params, search.model, measured),
+        assessment=assessment,
         resonances=resonances(search.model),
         shaper=_shaper(search.model),
+        contour=contour,
     )
 
 

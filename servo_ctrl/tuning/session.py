@@ -20,6 +20,7 @@ from servo_ctrl.excitation.measuring_motion import Plan, TuneError, plan_measure
 from servo_ctrl.excitation.tuning_motion import TuningMotion
 from servo_ctrl.recording.reader import Recording
 from servo_ctrl.tuning import amplitude, measurement
+from servo_ctrl.tuning.contour_partner import partner_of
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
 from servo_ctrl.tuning.gain_search import EncoderSteps
 from servo_ctrl.tuning.machine_file import check_unchanged, sections_of, with_sections
@@ -209,11 +210,13 @@ class TuneRun:
     ) -> Proposal:
         config = self._machine.axes[self._axis]
         motor_m = drive_scaling(config).metre_per_count
-        steps = EncoderSteps(
-            motor_m, scale_metre_per_count(config) if params.position_loop.scale_feedback else motor_m
-        )
+        feedback_m = scale_metre_per_count(config) if params.position_loop.scale_feedback else motor_m
+        steps = EncoderSteps(motor_m, feedback_m)
+        partner = partner_of(self._machine, self._axis)
         try:
-            proposal = propose(params, model, response, ms, steps, largest_kp_1_s=largest_kp_1_s)
+            proposal = propose(
+                params, model, response, ms, steps, largest_kp_1_s=largest_kp_1_s, partner=partner
+            )
         except ValueError as error:
             raise TuneError(f"axis {self._axis}: {error}") from None
         notched = "" if proposal.notch is None else f", notch at {proposal.notch.frequency_hz:g} Hz"

@@ -24,6 +24,9 @@ def summary_lines(result: TuneResult) -> Iterator[str]:
     yield f"  before: {margins_line(result.before)}"
     measured = f"measured Ms {result.measured_ms:.2f}, stated {result.ms:g}"
     yield f"  after:  {margins_line(result.after)}; {measured}"
+    if proposal.contour is not None:
+        partner, peak = proposal.contour
+        yield f"  with contour control: Ms {peak:.2f} of {result.axis} and {partner} ({partner}: rigid mass)"
     for name, before, after in trial_rows(result):
         yield f"  {name}: {before} -> {after}"
     if result.after.trial is not None and result.after.trial.hums:

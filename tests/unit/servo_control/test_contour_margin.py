@@ -9,12 +9,21 @@ import pytest
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.contour_control import Pair, Params, at_rest, coupled
-from servo_ctrl.control.contour_margin import coupled_sensitivity_peak
-from servo_ctrl.control.loop_margins import sensitivity_peak
+from servo_ctrl.control.contour_margin import (
+    ANGLES_RAD,
+    CoupledLoop,
+    LoopPair,
+    coupled_sensitivity_peak,
+    direction_peak,
+    largest_of_inverse,
+    pair_sensitivity_peak,
+)
+from servo_ctrl.control.loop_margins import Response, sensitivity_peak
 from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
 
 MASSES_KG = 70.0, 89.6
+HZ = np.geomspace(0.1, 499.99, 2000)
 
 
 @pytest.fixture
@@ -40,6 +49,52 @@ def test_equal_axes_have_the_margin_of_one_with_both_gains(
 def test_without_a_gain_it_is_that_of_the_worse_axis(laws: tuple[AxisParams, AxisParams]) -> None:
     alone = [sensitivity_peak(law, mass_kg) for law, mass_kg in zip(laws, MASSES_KG, strict=True)]
     assert coupled_sensitivity_peak(contour(0.0), *laws, *MASSES_KG) == pytest.approx(max(alone), rel=1e-9)
+
+
+def delayed_integrators(gain_1_s: float, contour_1_s: float) -> tuple[LoopPair, Response]:
+    """Two unlike axes that are a velocity behind two delays, and W, at 1 kHz."""
+    z = np.exp(2j * math.pi * HZ * 1e-3)
+    plant = 1e-3 / (z - 1.0) / z**2
+    pair = CoupledLoop(gain_1_s * plant, plant), CoupledLoop(0.7 * gain_1_s * plant, 0.8 * plant)
+    return pair, np.full(len(HZ), contour_1_s + 0j)
+
+
+def loop_matrices(pair: LoopPair, law: Response, angle_rad: float) -> np.ndarray:
+    """L of both axes with the coupling, (n, 2, 2)."""
+    normal = np.array([-math.sin(angle_rad), math.cos(angle_rad)])
+    own = np.array([np.diag(one) for one in np.column_stack([axis.loop for axis in pair])])
+    gains = np.array([np.diag(one) for one in np.column_stack([axis.per_gain for axis in pair])])
+    return np.asarray(own + law[:, None, None] * gains @ np.outer(normal, normal))
+
+
+@pytest.mark.parametrize("angle_rad", [0.0, 0.3, 0.25 * math.pi, 1.2])
+def test_the_singular_values_are_those_of_the_matrix(angle_rad: float) -> None:
+    pair, law = delayed_integrators(120.0, 90.0)
+    matrices = np.eye(2) + loop_matrices(pair, law, angle_rad)
+    expected = np.linalg.svd(np.linalg.inv(matrices), compute_uv=False)[:, 0]
+    found = [largest_of_inverse(*matrix.ravel().tolist()) for matrix in matrices]
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    assert direction_peak(*pair, law, angle_rad) == pytest.approx(expected.max(), rel=1e-9)
+
+
+def test_equal_axes_at_45_degrees_have_one_value_along_the_path_and_one_beside_it() -> None:
+    (one, _), law = delayed_integrators(120.0, 90.0)
+    along, beside = 1.0 / np.abs(1.0 + one.loop), 1.0 / np.abs(1.0 + one.loop + one.per_gain * law)
+    expected = max(along.max(), beside.max())
+    assert direction_peak(one, one, law, 0.25 * math.pi) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("contour_1_s", [300.0, 450.0, 480.0, 510.0, 700.0])
+def test_a_pair_is_unstable_where_its_poles_are(contour_1_s: float) -> None:
+    pair, law = delayed_integrators(120.0, contour_1_s)
+    largest = 0.0
+    for angle_rad in ANGLES_RAD.tolist():
+        normal = np.array([-math.sin(angle_rad), math.cos(angle_rad)])
+        feedback = np.diag([120.0, 84.0]) + contour_1_s * np.diag([1.0, 0.8]) @ np.outer(normal, normal)
+        zero, one = np.zeros((2, 2)), np.eye(2)  # of the positions, and of the two delays
+        states = np.block([[one, 1e-3 * one, zero], [zero, zero, one], [-feedback, zero, zero]])
+        largest = max(largest, np.abs(np.linalg.eigvals(states)).max())
+    assert math.isinf(pair_sensitivity_peak(pair, law)) is bool(largest > 1.0)
 
 
 def border_1_s(laws: tuple[AxisParams, AxisParams], ki_share_1_s: float) -> float:
