@@ -41,7 +41,7 @@ def node_silent(context: FaultContext) -> None:
 
     bench = context.stand.bench
     bench._tables_of_all = lambda: None  # type: ignore[method-assign]  # each node receives for itself
-    bench._route()
+    bench._update_routes()
     wire.inbound, wire.nodes = inbound, deliver_to_others
 
 
@@ -50,7 +50,7 @@ def node_restarts(context: FaultContext) -> None:
 
     def restart() -> None:
         context.slave.start()
-        context.stand.bench._route()
+        context.stand.bench._update_routes()
 
     context.wire.after_frame(restart)
 
