@@ -80,7 +80,9 @@ class Kind(Enum):
     MASS = Role("moved mass", (("added_kg", "p"),))
     FRICTION_LEVEL = Role("sum of friction levels", (("level_n", "p speed_m_s"),))
     FRICTION_SPEED = Role("sum of friction levels, by the velocity", (("level_n", "p velocity_m_s"),))
-    FRICTION_LOAD = Role("sum of friction levels, by the transmitted force", (("level_n", "p load_n"),))
+    FRICTION_LOAD = Role(
+        "sum of friction levels, by the transmitted force", (("level_n", "p transmitted_n friction_n"),)
+    )
     FRICTION_POSITION = Role("sum of friction levels, by the position", (("level_n", "p position_m"),))
     FRICTION_DWELL = Role(
         "sum of friction levels, by the dwell",

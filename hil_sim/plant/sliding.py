@@ -82,7 +82,7 @@ def further_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
             level += effect.level_n(p[effect], s[effect], velocity_m_s)
     for effect in LOAD_LEVELS:
         if p[effect].enabled:
-            level += effect.level_n(p[effect], s[effect], s.transmitted_n - s.friction_n)
+            level += effect.level_n(p[effect], s[effect], s.transmitted_n, s.friction_n)
     for effect in CHANGES_IN_TIME:
         if p[effect].enabled:
             level += effect.level_n(p[effect], s[effect], s.time_s)

@@ -1,7 +1,11 @@
-"""Friction that grows with the transmitted load, mu |Fl| in the direction of motion.
+"""Friction that grows with the load, mu |load| in the direction of motion.
 
-The load is the fitted model's force without friction: inertia, weight and what else the motor has to bear.
+The load is what the drive transmits, inertia of the table and forces on it, without friction or with it:
+gears and guides rub by one or the other. Between the two lies mu times the friction, which would go by the
+names of constant force and asymmetric viscous friction under a weight.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,21 +14,34 @@ from kernels.arrays import Array
 from reconcile.catalogue.entry import POSITIVE, CatalogueEntry, PlausibleTerm, Rival
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters, TermFamily
 
+WITHOUT, WITH = 0.0, 1.0
+"""Share of the friction that is part of the load; shares between them are too alike to be told apart."""
 
-def _columns(data: RegressionData, _shape: ShapeParameters) -> Array:
-    load_n = np.abs(data.load_n) * np.ones(len(data.time_s))
-    column: Array = (data.motion.direction * load_n)[:, None]
-    return column
+
+def _shapes(_datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
+    return [(WITHOUT,), (WITH,)]
+
+
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    transmitted_n = data.model_force_n - data.motor_mass_kg * data.motion.acceleration_m_s2
+    load_n = data.load_n + shape[0] * (transmitted_n - data.load_n)
+    return (data.motion.direction * np.abs(load_n))[:, None]
+
+
+def _sentence(p: dict[str, float]) -> str:
+    friction = " with its friction" if p["friction_share"] else ""
+    return (
+        f"friction has {100.0 * p['load_share']:.1f} % of the force that the drive transmits{friction}, "
+        "speeding up and braking alike: it grows with the load; Coulomb friction would not"
+    )
 
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(TermFamily(_columns),),
+    terms=(TermFamily(_columns, _shapes),),
     coefficients={"load_share": ""},
-    sentence=lambda p: (
-        f"friction has {100.0 * p['load_share']:.1f} % of the force that the drive transmits, speeding "
-        "up and braking alike: it grows with the load; Coulomb friction would not"
-    ),
+    shape_parameters={"friction_share": ""},
+    sentence=_sentence,
     physical=POSITIVE,
     presliding_can_imitate=True,
     rivals=(
@@ -33,6 +50,6 @@ ENTRY = CatalogueEntry(
         Rival("payload_mass", "a mass gives back in braking what it took"),
     ),
     shown_by="friction is higher in strong accelerations, speeding up and braking",
-    plausible=lambda _sizes: [PlausibleTerm((), (0.1,))],
+    plausible=lambda _sizes: [PlausibleTerm((WITHOUT,), (0.1,))],
     rank=9,
 )

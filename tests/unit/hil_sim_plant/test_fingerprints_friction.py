@@ -12,6 +12,7 @@ from hil_sim.physics.friction import (
     coulomb_friction,
     dwell_dependent_breakaway,
     friction_ageing,
+    load_dependent_friction,
     position_dependent_friction,
     presliding_hysteresis,
     quadratic_viscous_friction,
@@ -69,6 +70,25 @@ def test_asymmetric_viscous_friction_has_a_slope_for_each_direction(bench: Any) 
         bench, SPEEDS_M_S, asymmetric_coulomb_friction=asymmetric_coulomb_friction.Params(4.0)
     )
     assert np.ptp(stepped) < 0.1
+
+
+@pytest.mark.parametrize(("force_n", "way"), [(400.0, 1.0), (200.0, -1.0)])
+def test_load_dependent_friction_is_a_share_of_the_load_without_or_with_friction(
+    bench: Any, force_n: float, way: float
+) -> None:
+    """A constant force lifts or lowers a weight; at the final speed nothing accelerates."""
+    share, weight_n, viscous_n_s_m = 0.1, 300.0, 1000.0
+    for friction_share, load_n in ((0.0, weight_n), (1.0, force_n)):
+        axis = bench(
+            coulomb_friction=coulomb_friction.Params(COULOMB_N),
+            viscous_friction=viscous_friction.Params(viscous_n_s_m),
+            constant_force=constant_force.Params(-weight_n),
+            load_dependent_friction=load_dependent_friction.Params(share, friction_share),
+        )
+        axis.force(force_n)
+        axis.advance(40_000)
+        expected_m_s = (force_n - weight_n - way * (COULOMB_N + share * load_n)) / viscous_n_s_m
+        assert axis.state["motor_velocity_m_s"] == pytest.approx(expected_m_s, rel=1e-6)
 
 
 def test_stribeck_friction_is_an_odd_bump_at_slow_constant_speeds(bench: Any) -> None:

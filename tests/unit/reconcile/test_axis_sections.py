@@ -81,7 +81,9 @@ CASES: dict[str, Case] = {
         [{"harmonic": 2.0, "amplitude": 4e-6, **PHASE}],
         {"harmonic": 2.0, "amplitude_m": 4e-6, "phase_rad": 0.7},
     ),
-    "load_dependent_friction": Case(FORCE, [{"load_share": 0.12}], {"load_share": 0.12}),
+    "load_dependent_friction": Case(
+        FORCE, [{"load_share": 0.12, "friction_share": 1.0}], {"load_share": 0.12, "friction_share": 1.0}
+    ),
     "payload_mass": Case(FORCE, [{"mass_kg": 8.0}], {"mass_kg": 8.0}),
     "periodic_disturbance": Case(
         FORCE,

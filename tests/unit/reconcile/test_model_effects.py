@@ -47,7 +47,7 @@ CASES: dict[str, Case] = {
     "gravity": Case(FORCE, [((1.0,), (4.0, -3.0))]),
     "lead_error_cumulative": Case(POSITION_DEVIATION, [((), (-3e-5,))]),
     "lead_error_periodic": Case(POSITION_DEVIATION, [((2.0,), (-4e-6, 1e-6))]),
-    "load_dependent_friction": Case(FORCE, [((), (0.12,))]),
+    "load_dependent_friction": Case(FORCE, [((1.0,), (0.12,))]),
     "periodic_disturbance": Case(FORCE, [((37.0,), (1.5, -2.0))]),
     "position_dependent_force": Case(FORCE, [((2.0, CENTRE_M, 0.03), (2.0, -1.0))]),
     "position_dependent_friction": Case(FORCE, [((3.0, CENTRE_M, 0.03), (2.0, -1.0, 0.7))]),
