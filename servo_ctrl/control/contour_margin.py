@@ -59,13 +59,12 @@ def rigid_loop(params: AxisParams, mass_kg: float, frequency_hz: Array) -> Coupl
     return CoupledLoop(loop, np.asarray(open_loop(more, mass_kg, frequency_hz) - loop))
 
 
-def pair_sensitivity_peak(pair: LoopPair, law: Response, angles_rad: Array = ANGLES_RAD) -> float:
+def pair_sensitivity_peak(pair: LoopPair, law: Response) -> float:
     """Return Ms of two axes, each of them stable alone; infinite where the coupling makes them unstable.
 
-    `law`: W on the ascending frequencies of both loops, (n,), up to half the sampling rate. `angles_rad`:
-    directions of the path.
+    `law`: W on the ascending frequencies of both loops, (n,), up to half the sampling rate.
     """
-    return max(direction_peak(*pair, law, angle_rad) for angle_rad in angles_rad.tolist())
+    return max(direction_peak(*pair, law, angle_rad) for angle_rad in ANGLES_RAD.tolist())
 
 
 @kernel

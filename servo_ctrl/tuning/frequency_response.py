@@ -96,21 +96,18 @@ def frequency_response(
         )
         return np.asarray(values)[lines]
 
-    def coherence(first: Array, second: Array) -> Array:
-        powers = spectrum(first, first).real * spectrum(second, second).real
-        return np.asarray(np.abs(spectrum(first, second)) ** 2 / powers)
-
     added, total, motor, scale = columns
     dd, du, dm, ds = (spectrum(added, other) for other in (added, total, motor, scale))
-    force_coherence = coherence(added, total)
+    uu, mm, ss = (spectrum(one, one).real for one in (total, motor, scale))
+    force_coherence = np.abs(du) ** 2 / (dd.real * uu)
     return FrequencyResponse(
         frequency_hz=lines / (period_samples * period_s),
         motor=dm / du,
         scale=ds / du,
         sensitivity=du / dd,
         # a quotient is no better than the worse of its two spectra
-        motor_coherence=np.minimum(force_coherence, coherence(added, motor)),
-        scale_coherence=np.minimum(force_coherence, coherence(added, scale)),
+        motor_coherence=np.minimum(force_coherence, np.abs(dm) ** 2 / (dd.real * mm)),
+        scale_coherence=np.minimum(force_coherence, np.abs(ds) ** 2 / (dd.real * ss)),
         sensitivity_coherence=force_coherence,
         averages=averages,
     )
