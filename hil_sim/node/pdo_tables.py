@@ -13,6 +13,7 @@ from hil_sim.cyclic.pdo_step import exchange as exchange_all
 from hil_sim.node.pdo import FORMATS, MappedObject, Rpdo, Tpdo
 from hil_sim.node.slave import Slave
 from kernels.arrays import Array, Index
+from kernels.jit import ready_for
 
 UNSETTLED = -1
 """Size of an RPDO that is not received here: no frame has it."""
@@ -69,6 +70,8 @@ class PdoTables:
             *(self._sent, self._headers, self._turns, self._frames),
         )
         """Arguments of `serve_burst`, in its order."""
+        self._fill_memory = numbers, self._sent, self._headers, self._turns, self._frames
+        self._fill_frames = ready_for(fill, *self._fill_memory)  # loaded at the first SYNC it would be late
         for rpdo in self._rpdos:
             self.load(rpdo)
 
@@ -108,7 +111,7 @@ class PdoTables:
 
     def fill(self) -> bytes:
         """Return the TPDO frames of this SYNC with the present object values, node by node."""
-        return self.filled(fill(self._numbers, self._sent, self._headers, self._turns, self._frames))
+        return self.filled(self._fill_frames(*self._fill_memory))
 
 
 def _entries(pdo: int, mapping: Sequence[MappedObject], places: dict[str, int]) -> list[MappedPlace]:

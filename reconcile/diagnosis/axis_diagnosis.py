@@ -9,7 +9,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.explain import Explanation, explain
 from reconcile.identification.term_search import TermSearch
-from reconcile.identification.unexplained_residual import is_misfit
+from reconcile.identification.unexplained_residual import is_misfit, varying_rms
 from reconcile.model_update.axis_update import update_axis
 from reconcile.model_update.shared_values import Sections
 from reconcile.nominal_model.model_file import NominalModel
@@ -21,7 +21,6 @@ from reconcile.proof.prove import prove
 from reconcile.proof.simulated_model import simulated_recordings, without_simulated_terms
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.regression_problem import SINCE_REVERSAL
-from reconcile.regression.residual import rms
 from reconcile.selection.selection_rules import SelectionRules
 
 DEVIATION_LEAST_GAIN = 0.2
@@ -130,7 +129,7 @@ def _without_cross_channel_misfit(
     """
     named = {f.effect for other in found if other is not one for f in other.findings} - {"unknown"}
     findings, minor = list(one.findings), list(one.minor)
-    if named and one.accounted and is_misfit(one.channel, one.accounted, rms(one.residuals, "refitted")):
+    if named and one.accounted and is_misfit(one.channel, one.accounted, varying_rms(one.residuals)):
         findings = [f for f in findings if f.effect != "unknown" or f.candidates]
     if {*named, *axis.model_effects.effects} & {BACKLASH.name, DRIVE_COMPLIANCE.name}:
         images = [f for f in findings if any(c.effect == SINCE_REVERSAL for c in f.candidates)]

@@ -22,7 +22,8 @@ RIDGES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 ANGLE_SUFFIX = "_rad"
 """End of the names of angles, whose intervals wrap."""
 HOLD_DELAY_SAMPLES = 0.5
-"""A zero-order hold delays the force by half a sample. Delay estimates may or may not include it."""
+"""A zero-order hold delays the force by half a sample. A recording does not say whether its force is held
+until the instant of the sample or from then on: a delay is uncertain by this either way."""
 
 
 class Estimate(NamedTuple):
@@ -79,7 +80,7 @@ def estimates(
                 under, over = systematic(candidate.effect, key, problem.channel)
                 period_s = problem.datasets[0].period_s if candidate.effect in TIMING else 0.0
                 low -= under * abs(value) + HOLD_DELAY_SAMPLES * period_s
-                high += over * abs(value)
+                high += over * abs(value) + HOLD_DELAY_SAMPLES * period_s
             by_term[candidate][key] = Estimate(value, low, high, unit)
         values = {key: one.value for key, one in by_term[candidate].items()}
         halves = {key: 0.5 * (one.high - one.low) for key, one in by_term[candidate].items()}

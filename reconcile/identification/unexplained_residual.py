@@ -1,5 +1,6 @@
 """Unexplained residual: above the noise floor, not negligible, and explained by no term."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -8,7 +9,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.identification.accounted import Accounted
 from reconcile.identification.findings import IdentifiedEffect
 from reconcile.identification.parameter_estimates import Estimate
-from reconcile.regression.residual import Residual, rms
+from reconcile.regression.residual import Residual
 from reconcile.regression.residual_noise import spectral_density
 from reconcile.regression.whiteness import LAGS, whiteness
 
@@ -21,12 +22,11 @@ refitted residual; either pair suffices. A smaller residual is the misfit of the
 in the deviation, where the scale's noise is far below the misfit of a wrong shape."""
 LEAST_COUNTS = 4.0
 """Least RMS of a deviation in counts: the interpolation of a scale drifts by some counts. Chosen."""
-LEAST_COLOUR = 40.0
-"""Least Ljung-Box statistic over its degrees of freedom; that of white noise is 1. Chosen."""
-FAR_FLOORS = 20.0
-"""Least RMS of a force in noise floors that is reported even if white: the test compares samples some filter
-times apart, between which a force of short pulses is uncorrelated. Chosen: white residuals of the trials'
-quiet axes had at most 12."""
+LEAST_STRENGTH = {ResidualChannel.FORCE: 25.0, ResidualChannel.POSITION_DEVIATION: 120.0}
+"""Least RMS in noise floors times the root of the Ljung-Box statistic over its degrees of freedom, which is 1
+for white noise. Slow noise, which the floor leaves out, has several floors and little correlation; a small
+force has few floors and much correlation. Chosen: linear axes of the blind trials with nothing concealed have
+at most 20 in the force if its RMS is 3 floors or more; 20 floors and a statistic of 36 in the deviation."""
 MOST_CONFIDENT = 0.99
 """Upper bound of the confidence in a residual, because the noise floor itself is estimated; chosen."""
 
@@ -43,15 +43,14 @@ def unexplained_residual(
 
     `resolution_m`: count of the coarser sensor; a deviation below LEAST_COUNTS of it is not reported.
     """
-    after, refitted, floor = sizes.residual, rms(residuals, "refitted"), sizes.noise
+    after, floor = sizes.residual, sizes.noise
     is_force = channel is ResidualChannel.FORCE
     if sizes.is_noise or (not is_force and after < LEAST_COUNTS * (resolution_m or 0.0)):
         return None
-    if not (alone and is_force) and is_misfit(channel, sizes, refitted):
+    if not (alone and is_force) and is_misfit(channel, sizes, varying_rms(residuals)):
         return None
     values = [residual.after for residual in residuals]
-    is_far = is_force and after >= FAR_FLOORS * floor
-    if not is_far and whiteness(residuals, values).q < LEAST_COLOUR * LAGS:
+    if after * math.sqrt(whiteness(residuals, values).q / LAGS) < LEAST_STRENGTH[channel] * floor:
         return None
     frequency_hz, density = spectral_density(residuals, values)
     cumulative = np.cumsum(density) / max(float(density.sum()), 1e-300)
@@ -75,8 +74,14 @@ def unexplained_residual(
     )
 
 
+def varying_rms(residuals: Sequence[Residual]) -> float:
+    """RMS of the residual without any effect about its mean: a constant force has no misfit."""
+    values = np.concatenate([residual.refitted[residual.used] for residual in residuals])
+    return float(np.std(values))
+
+
 def is_misfit(channel: ResidualChannel, sizes: Accounted, refitted: float) -> bool:
-    """Whether the residual beside named effects is their misfit; `refitted`: RMS without any effect."""
+    """Whether the residual beside named effects is their misfit; `refitted`: `varying_rms`."""
     return all(
         sizes.residual < floors * sizes.noise or sizes.residual**2 < share * refitted**2
         for floors, share in BESIDE_EFFECTS[channel]

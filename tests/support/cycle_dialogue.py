@@ -44,6 +44,8 @@ class CycleDialogue:
         self.elapsed: list[int] = []
         self.anomalies: list[tuple[str, int]] = []
         self.ended = 0
+        self.arrived: list[Rx] = []
+        """Frames that have arrived and are not read yet."""
         self._give_up_after, self._off_at = give_up_after, off_at
         self._missing = [0, 0]
         self.cycle = Cycle(
@@ -52,6 +54,7 @@ class CycleDialogue:
             [self.sender("rpdo")],
             [2, 4],
             self._flush,
+            self._read,
             lockstep=lockstep,
             on_begin=self.elapsed.append,
             on_end=self._on_end,
@@ -86,6 +89,10 @@ class CycleDialogue:
     def _flush(self) -> None:
         self.log += self._burst
         self._burst.clear()
+
+    def _read(self) -> None:
+        arrived, self.arrived[:] = list(self.arrived), []
+        self.receive(*arrived)
 
     def _on_end(self) -> None:
         self.ended += 1

@@ -61,6 +61,7 @@ class Cycle:
         rpdos: Sequence[Sender],
         sizes: Sequence[int],
         flush: Callable[[], None],
+        read: Callable[[], object],
         *,
         lockstep: bool,
         on_begin: Callable[[int], None],
@@ -74,7 +75,7 @@ class Cycle:
         """True from a SYNC until its RPDOs are sent; until the next SYNC where no node is expected."""
         self.trial: RoundTripTrial | None = None
         self._core, self._sync, self._rpdos, self._lockstep = core, sync, tuple(rpdos), lockstep
-        self._flush, self._on_begin, self._on_end = flush, on_begin, on_end
+        self._flush, self._read, self._on_begin, self._on_end = flush, read, on_begin, on_end
         self._sizes = tuple(sizes)
         self._expected = (1 << len(self._sizes)) - 1
         self._inputs: Inputs = [None] * len(self._sizes)
@@ -94,6 +95,8 @@ class Cycle:
 
     def begin(self, elapsed: int = 1) -> None:
         """Start a cycle `elapsed` periods after the last one; first complete a cycle that is still open."""
+        if self.open:
+            self._read()  # inputs that arrived while this process was late came in time
         if self.open:
             self.complete_without_missing()
         if not self.running:

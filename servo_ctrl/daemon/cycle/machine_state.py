@@ -102,6 +102,11 @@ class MachineState:
         return self._missing.total
 
     @property
+    def cycles_with_missing_inputs(self) -> int:
+        """Cycles in which inputs of any node were missing."""
+        return self._missing.cycles
+
+    @property
     def program(self) -> Reference | None:
         """The set-point source that the axes follow, or followed last."""
         return self._source.program

@@ -17,11 +17,13 @@ class MissingInputs:
     """Counts the cycles in which each node's inputs were missing."""
 
     def __init__(self, nodes: int, tolerance: Tolerance) -> None:
-        self.total = 0
+        self.total = self.cycles = 0
+        """Missing inputs of all nodes together, and the cycles in which any were missing."""
         self.any = False
         """Whether any node's inputs were missing in the last cycle."""
         self.lost: set[int] = set()
         """Nodes that were given up."""
+        self._cycle = -1
         self._tolerance = tolerance
         self._consecutive = [0] * nodes
         self._in_block = [BlockCount() for _ in range(nodes)]
@@ -29,6 +31,8 @@ class MissingInputs:
     def count(self, node: int, cycle: int) -> bool:
         """Count a node's missing inputs in this cycle; return whether the node is given up."""
         self.total += 1
+        self.cycles += cycle != self._cycle
+        self._cycle = cycle
         self._consecutive[node] += 1
         in_block = self._in_block[node].add(cycle, 1)
         self.any = True

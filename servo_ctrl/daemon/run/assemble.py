@@ -112,6 +112,7 @@ def connect(
         [port.frame(rpdo.cob_id) for plan in plans for rpdo in plan.rpdos],
         [plan.tpdo.codec.size for plan in plans] + [pdo.codec.size for _, pdo in further],
         port.flush,
+        port.read_arrived,
         lockstep=lockstep,
         on_begin=on_begin,
         on_end=on_end,

@@ -68,6 +68,8 @@ class RunReport:
     """Results of the last learning run."""
     event_cycles: tuple[int, ...] = ()
     """SYNC cycles since the first, one for each of `events`."""
+    cycles_with_missing_inputs: int = 0
+    """Cycles in which inputs of any node were missing."""
     first_sync: str = ""
     """Clock time of the first SYNC, ISO 8601; "" where there was none, and in lockstep."""
 

@@ -98,6 +98,7 @@ class Session:
             cycles=cycle.number + 1,
             missed_ticks=machine.missed_ticks,
             missing_inputs=machine.missing_inputs,
+            cycles_with_missing_inputs=machine.cycles_with_missing_inputs,
             wall_s=self.wall_s,
             spans=tuple(self._motion.spans),
             lateness=self.lateness,

@@ -43,7 +43,8 @@ class Ticks(NamedTuple):
     lateness: Counter[int]
     missed: int
     served: int
-    missing_inputs: int
+    late_cycles: int
+    """Cycles in which inputs of any node came after the next SYNC."""
     stopped_runs: int
 
     @classmethod
@@ -51,7 +52,8 @@ class Ticks(NamedTuple):
         assert report.lateness is not None  # of a run in real time
         counts = Counter({us: ticks for us, ticks in enumerate(report.lateness._counts) if ticks})
         stopped = int(not report.completed)
-        return cls(counts, report.missed_ticks, report.lateness.count, report.missing_inputs, stopped)
+        served, late_cycles = report.lateness.count, report.cycles_with_missing_inputs
+        return cls(counts, report.missed_ticks, served, late_cycles, stopped)
 
     def __add__(self, other: Ticks) -> Ticks:  # type: ignore[override]  # not the sum of tuples
         return Ticks(*(mine + theirs for mine, theirs in zip(self, other, strict=True)))
@@ -64,7 +66,7 @@ class Ticks(NamedTuple):
             "ticks": self.served,
             "missed": self.missed,
             "missed_of_10000": per_10_000,
-            "missing_inputs": self.missing_inputs,
+            "late_cycles": self.late_cycles,
             "stopped_runs": self.stopped_runs,
         }
 
@@ -145,7 +147,7 @@ def _section(ours: dict[str, Ticks], yardstick: dict[str, Counter[int]], skips: 
     ]
     for policy, ticks in ours.items():
         missed = 1e4 * ticks.missed / (ticks.missed + ticks.served)
-        late = 100.0 * ticks.missing_inputs / ticks.served
+        late = 100.0 * ticks.late_cycles / ticks.served
         ratios += [
             Ratio(f"missed of 10,000, {policy}, of its aim", missed, MISSED_AIM, "ticks", 1.0, at_most=True),
             Ratio(f"cycles with late inputs, {policy}, of its aim", late, LATE_AIM, "%", 1.0, at_most=True),

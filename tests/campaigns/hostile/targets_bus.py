@@ -80,6 +80,7 @@ def frames_to_the_controller(data: bytes) -> None:
         rpdos,
         [plan.tpdo.codec.size for plan in plans],
         port.flush,
+        port.read_arrived,
         lockstep=False,
         on_begin=bench.node.count_cycles,
         on_end=lambda: None,

@@ -44,6 +44,14 @@ def test_open_cycle_is_completed_without_its_inputs_before_the_next() -> None:
     assert dialogue.take_log() == [SYNC, Tick(0, 1, (None, IN_B)), Tx("rpdo", b"\x00"), SYNC]
 
 
+def test_inputs_that_have_arrived_unread_when_the_next_cycle_is_due_are_in_time() -> None:
+    dialogue = CycleDialogue(lockstep=False, give_up_after=3)
+    dialogue.cycle.begin(1)
+    dialogue.arrived += [Rx(0, A), Rx(1, B)]
+    dialogue.cycle.begin(1)
+    assert dialogue.take_log() == [SYNC, Tick(0, 1, (IN_A, IN_B)), Tx("rpdo", b"\x00"), SYNC]
+
+
 def test_cycle_does_not_wait_for_a_lost_node() -> None:
     dialogue = CycleDialogue(lockstep=True)
     dialogue.cycle.begin()

@@ -53,3 +53,10 @@ def test_it_shows_whether_inputs_are_missing_now() -> None:
         missing.recount(inputs)
         shown.append(missing.any)
     assert shown == [False, True, True, False]
+
+
+def test_a_cycle_without_several_inputs_counts_once() -> None:
+    missing = MissingInputs(2, Tolerance(consecutive=20, per_block=300))
+    for node, cycle in ((0, 4), (1, 4), (1, 5)):
+        missing.count(node, cycle)
+    assert (missing.total, missing.cycles) == (3, 2)

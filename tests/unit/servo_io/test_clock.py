@@ -52,6 +52,39 @@ async def test_unserved_ticks_are_counted_at_once() -> None:
 
 
 @linux
+async def test_no_tick_is_served_before_its_instant() -> None:
+    start_ns = time.monotonic_ns() + PERIOD_NS
+    early: list[int] = []
+    served: list[int] = []
+    enough = asyncio.Event()
+
+    def on_tick(elapsed: int) -> None:
+        served.append(elapsed)
+        if time.monotonic_ns() < start_ns + (sum(served) - 1) * PERIOD_NS:
+            early.append(len(served))
+        if len(served) >= 50:
+            enough.set()
+
+    clock = TimerfdClock(PERIOD_NS, on_tick)
+    clock.start(asyncio.get_running_loop(), start_ns)
+    await asyncio.wait_for(enough.wait(), 30.0)
+    clock.close()
+    assert early == []
+
+
+@linux
+async def test_tick_that_is_announced_but_not_due_is_no_missed_one() -> None:
+    served: list[int] = []
+    clock = TimerfdClock(
+        3_600_000_000_000, served.append
+    )  # announced 100 us ahead: the second never is due here
+    clock.start(asyncio.get_running_loop(), time.monotonic_ns())
+    clock.serve()
+    clock.close()
+    assert (served, clock.missed) == ([1], 0)
+
+
+@linux
 async def test_serving_early_does_nothing() -> None:
     served: list[int] = []
     clock = TimerfdClock(PERIOD_NS, served.append)

@@ -36,11 +36,12 @@ class Rules(NamedTuple):
     """Divisor of the share of an effect that every axis has, for the ranking."""
     floors: float = 3.0
     left_share: float = 0.25
-    colour: float = 40.0
+    """Least unexplained force of an unknown: RMS in noise floors, and share of the rigid model's squares."""
     far_floors: float = 20.0
-    """Least unexplained force of an unknown: RMS in noise floors, share of the rigid model's squares,
-    and either the Ljung-Box statistic a lag or the RMS in noise floors from which colour is not required. The
-    last was calibrated on the 300 cases before the published ones."""
+    far_share: float = 0.05
+    """The same of a far larger one."""
+    strength: float = 25.0
+    """Least RMS in noise floors times the root of the Ljung-Box statistic a lag."""
 
 
 def decided(evidence: Row, rules: Rules) -> Row:
@@ -100,11 +101,14 @@ def is_unexplained(evidence: Row, rules: Rules) -> bool:
         of, left = channels["force"], channels["force"]["left"]
         noise = of["parts"]["noise"]["rms"]
         refitted = evidence["fit"][axis]["force"]["refitted"]["train"]
-        if (
-            left >= max(rules.floors * noise, of["matters"])
-            and left**2 >= rules.left_share * refitted**2
-            and (evidence["colour"][axis]["force"] >= rules.colour or left >= rules.far_floors * noise)
-        ):
+        constant = of["parts"].get("constant_force", {"rms": 0.0})["rms"]
+        varying_squares = max(refitted**2 - constant**2, 0.0)
+        is_large = any(
+            left >= floors * noise and left**2 >= share * varying_squares
+            for floors, share in ((rules.floors, rules.left_share), (rules.far_floors, rules.far_share))
+        )
+        strength = left * math.sqrt(evidence["colour"][axis]["force"])
+        if is_large and left >= of["matters"] and strength >= rules.strength * noise:
             return True
     return False
 

@@ -27,7 +27,10 @@ class Effect:
 
     name: str
     parameters: dict[str, float]
-    """True values where the simulation has this quantity; empty: the law has another form here."""
+    """True values where the simulation has this quantity; empty: the law has another form here.
+
+    A `harmonic` counts the periods in a turn of the motor, as the product's does, also behind a gear.
+    """
     side: Literal["force", "deviation"] = "force"
     """Where it shows: in the motor's force, or between motor and scale."""
     also: tuple[str, ...] = ()

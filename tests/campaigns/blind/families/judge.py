@@ -139,7 +139,7 @@ def _periods(case: Case, effect: Effect, runs: Sequence[Channels]) -> float:
     """Return how often an effect comes back within the longest travel; infinite if not by the place."""
     if "harmonic" not in effect.parameters:
         return math.inf
-    turn = 2.0 * math.pi if case.rotary else case.sound.lead_m
+    turn = 2.0 * math.pi / case.sound.gear_ratio if case.rotary else case.sound.lead_m
     longest = max(float(np.ptp(one["motor"])) for one in runs)
     return effect.parameters["harmonic"] * longest / turn
 

@@ -1,6 +1,8 @@
 """Put the JSON of several runs of the trial together as docs/blind_families.json, for `make pages`.
 
 python -m tests.campaigns.blind.families.merge out/*.json --engine 17db255
+
+`--training` makes training cases of scored ones: once they have been looked at, they prove nothing any more.
 """
 
 import argparse
@@ -33,6 +35,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("runs", type=Path, nargs="+", help="JSON files of the trial")
     parser.add_argument("--engine", required=True, help="commit of the sources that were scored")
+    parser.add_argument("--training", action="store_true", help="the cases are for training from now on")
     parser.add_argument("--json", type=Path, default=KEPT, help="where the whole goes")
     asked = parser.parse_args()
     runs = [json.loads(file.read_text(encoding="utf-8")) for file in asked.runs]
@@ -40,6 +43,8 @@ def main() -> None:
         content = merged(runs, asked.engine)
     except ValueError as error:
         parser.error(str(error))
+    if asked.training:
+        content["scored"] = False
     head = json.dumps({**content, "rows": []}).removesuffix("[]}")
     told = ",\n".join(json.dumps(row) for row in content["rows"])
     asked.json.write_text(f"{head}[\n{told}\n]}}\n", encoding="utf-8")

@@ -66,6 +66,10 @@ def test_what_is_left_is_unknown_from_three_conditions_on() -> None:
     white["colour"]["x"]["force"] = 1.0
     assert not is_unexplained(white, Rules())
     assert not is_unexplained(evidence, Rules(left_share=0.5))
+    assert is_unexplained(evidence, Rules(left_share=0.5, far_floors=5.0))
+    constant = copy.deepcopy(evidence)  # of 10 N without any effect, 9 N are constant
+    constant["accounted"]["x"]["force"]["parts"]["constant_force"] = {"rms": 9.0}
+    assert is_unexplained(constant, Rules(left_share=0.5))
 
 
 def test_an_interval_is_widened_about_its_value() -> None:

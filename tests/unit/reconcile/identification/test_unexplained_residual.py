@@ -11,10 +11,10 @@ from reconcile.identification.accounted import Accounted
 from reconcile.identification.findings import IdentifiedEffect
 from reconcile.identification.unexplained_residual import (
     BESIDE_EFFECTS,
-    FAR_FLOORS,
-    LEAST_COLOUR,
     LEAST_COUNTS,
+    LEAST_STRENGTH,
     unexplained_residual,
+    varying_rms,
 )
 from reconcile.regression.residual import Residual, rms
 from reconcile.regression.residual_noise import noise_floor
@@ -94,13 +94,21 @@ def white_after(size_n: float) -> list[Residual]:
 
 def test_a_white_force_far_above_the_noise_is_no_noise() -> None:
     noise_n = noise_floor([residual()], ResidualChannel.FORCE, MASS_KG).rms
-    near, far = white_after(0.5 * FAR_FLOORS * noise_n), white_after(2.0 * FAR_FLOORS * noise_n)
+    least_floors = LEAST_STRENGTH[ResidualChannel.FORCE]
+    near, far = white_after(0.4 * least_floors * noise_n), white_after(4.0 * least_floors * noise_n)
     for left in (near, far):
-        assert whiteness(left, [left[0].after]).q < LEAST_COLOUR * LAGS
+        assert whiteness(left, [left[0].after]).q < 2.0 * LAGS
     assert unexplained(near, alone=True, negligible_rms=0.1 * noise_n) is None
     found = unexplained(far, alone=True, negligible_rms=0.1 * noise_n)
     assert found is not None
     assert found.effect == "unknown"
+
+
+def test_beside_a_constant_force_a_residual_is_no_misfit() -> None:
+    beside = residual_after(AMPLITUDE_N)
+    constant = [one._replace(refitted=one.refitted + 100.0 * AMPLITUDE_N) for one in beside]
+    assert varying_rms(constant) == pytest.approx(varying_rms(beside))
+    assert unexplained(constant) is not None
 
 
 def test_a_deviation_of_some_counts_is_no_unexplained_residual() -> None:

@@ -34,6 +34,7 @@ def concealable(j: Joint, gen: np.random.Generator, fastest: float) -> dict[str,
         3.0 * 9.0 ** u["g"],
     )
     teeth = float(gen.choice([2, 4, 6, 12]))
+    harmonic = teeth / j.gear
     detent, uneven = j.dry * (0.15 + 0.35 * u["h"]), 0.03 + 0.08 * u["i"]
     late, lag = int(gen.integers(2, 7)), 0.0015 * 4.0 ** u["j"]
     made = {
@@ -55,8 +56,11 @@ def concealable(j: Joint, gen: np.random.Generator, fastest: float) -> dict[str,
             j._replace(hum=hum, hum_hz=hertz),
             {"amplitude": hum, "frequency_hz": hertz},
         ),
-        "cogging": (j._replace(detent=detent, teeth=teeth), {"amplitude": detent, "harmonic": teeth}),
-        "torque_ripple": (j._replace(uneven=uneven, teeth=teeth), {"amplitude": uneven, "harmonic": teeth}),
+        "cogging": (j._replace(detent=detent, teeth=teeth), {"amplitude": detent, "harmonic": harmonic}),
+        "torque_ripple": (
+            j._replace(uneven=uneven, teeth=teeth),
+            {"amplitude": uneven, "harmonic": harmonic},
+        ),
         "presliding_hysteresis": (j._replace(bristle_rad=j.bristle_rad * (12.0 + 40.0 * u["c"])), {}),
         "transport_delay": (j._replace(late=late), {"time_s": late * TICK_S}),
         "current_loop_lag": (j._replace(lag_s=lag), {"time_s": lag}),
