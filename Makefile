@@ -15,7 +15,7 @@ PINNED_AND_OURS := --constraint constraints.txt --editable '.[dev]'
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
-.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi tune-random soak load mutation campaign hostile fuzz audit site tutorials test-image test-history test-fleet notebooks budget release hashes clean
+.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi bench-real-time tune-random soak load mutation campaign hostile fuzz audit site tutorials test-image test-history test-fleet notebooks budget release hashes clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -125,6 +125,9 @@ bench-real: setup  ## reconcile and rivals on measured axes, each recording left
 bench-fleet: setup  ## axes a minute of reconcile fleet against workers; writes bench-fleet.json
 	$(BIN)/python -m tests.campaigns.bench.fleet_main --json bench-fleet.json
 
+bench-real-time: setup  ## ten runs of ten minutes at 1 kHz with the page in a browser (2 hours); writes bench-real-time.json
+	$(BIN)/python -m tests.campaigns.bench.real_time_main --json bench-real-time.json
+
 bench-hmi: setup  ## what the operator's bench costs the cycle, nobody looking and ten pages; writes bench-hmi.json
 	$(BIN)/python -m tests.campaigns.bench.hmi_main --json bench-hmi.json
 
@@ -151,4 +154,4 @@ fuzz: setup  ## coverage-guided fuzzing of every parser, so many seconds each (S
 	$(BIN)/python -m tests.campaigns.hostile.fuzz --seconds $(SECONDS) --json fuzz.json
 
 clean:  ## remove the environment and everything that was made
-	rm -rf $(VENV) out bench.json bench-reconcile.json bench-real.json bench-fleet.json bench-hmi.json campaign.json soak.json load.json mutation.json hostile.json fuzz.json image.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out bench.json bench-reconcile.json bench-real.json bench-fleet.json bench-hmi.json bench-real-time.json campaign.json soak.json load.json mutation.json hostile.json fuzz.json image.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
