@@ -45,7 +45,7 @@ class AxisWatch:
         if not self._switches:
             return ""
         where = f"axis {self._name} stands at its {_side(self._switches)} limit switch"
-        return f"{where}: jog it away, slowly, and find out why home is not where it was"
+        return f"{where}: jog it away, slowly, and find out why its home position has shifted"
 
     def findings(self, axis: Any) -> list[AxisEvent]:
         """Return the events that the last cycle found, from the axis's `CycleRecord`."""
@@ -59,15 +59,15 @@ class AxisWatch:
         deviation_text = (
             f"{deviation_m * 1e3:.3f} mm apart, more than {law['limits']['deviation_m'] * 1e3:g} mm"
         )
-        saturation_text = f"force at its limit for {self._saturation_ms:g} ms without a break"
+        saturation_text = f"force saturated for {self._saturation_ms:g} ms"
         texts = {
             BEYOND: f"at {axis['violation_m'] * 1e3:.3f} mm, beyond limits.position_mm",
             FOLLOWING_ERROR: f"following error of {error_mm:.3f} mm exceeds {limit_mm:g} mm",
             BAD_COMMAND: "the set point is not a number",
             RUNAWAY: f"{runaway_text}; check the signs of feedback and current",
             DISAGREE: f"encoder and scale are {deviation_text}; check scale and coupling",
-            SATURATED: f"{saturation_text}; is something in its way?",
-            RUNAWAY_BRAKED: "gets faster while its drive brakes; check the feedback's sign",
+            SATURATED: f"{saturation_text}; check for an obstruction",
+            RUNAWAY_BRAKED: "accelerates while its drive brakes; check the sign of the feedback",
         }
         events = [(event, texts[bit]) for bit, event in EVENT_OF.items() if bits & bit]
         if drive:

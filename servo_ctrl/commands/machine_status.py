@@ -24,7 +24,7 @@ class DriveStatus(NamedTuple):
     phase: str
     """Phase of its sequence, from `cyclic.drive_phases.PHASE_TEXTS`, such as "servo", "off" or "lost"."""
     state: str
-    """State of CiA 402 such as "operation enabled", a value of `cyclic.cia402.DriveState`; "not heard" if its
+    """State of CiA 402 such as "operation enabled", a value of `cyclic.cia402.DriveState`; "not responding" if its
     inputs no longer arrive."""
     statusword: int
     error_code: int | None

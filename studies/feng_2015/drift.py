@@ -133,8 +133,8 @@ async def _operate(
     axis = status.axes[place]
     if axis.learned is None:
         raise PanelError("learning has ended without functions")
-    await _produce_until(panel, on_event, lambda due_mask: not due_mask & mask, "learning is due no more")
-    on_event("learning is due no more")
+    await _produce_until(panel, on_event, lambda due_mask: not due_mask & mask, "learning is no longer due")
+    on_event("learning is no longer due")
     return learning_begin_s, status.cycles * config.period_s, (axis.learned, axis.version)
 
 

@@ -118,7 +118,7 @@ async def test_simulator_that_dies_is_noticed_within_the_input_timeout(
     simulator = bench.simulate(xy_table)
     report, columns = await run_circle(bench, xy_table, tmp_path, simulator.kill)
     assert report.failed
-    assert report.reason.endswith(": its cyclic inputs do not come any more")
+    assert report.reason.endswith(": its TPDOs are no longer received")
     assert len(report.events) == 4
     assert len(columns["cycle"]) == report.cycles
 

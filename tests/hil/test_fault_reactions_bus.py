@@ -33,7 +33,7 @@ def test_node_that_dies_stops_the_other_axis(which: str) -> None:
 def test_drive_that_recovers_from_bus_off_sends_an_emergency_and_stays_stopped() -> None:
     bench = FaultBench(XY_TABLE, f"mute_node:y@{FAULT_TIME_S},duration_s=0.02").run(LAST_CYCLE)
     assert bench.noted(Event.LOST_TPDO) - FAULT_CYCLE <= 2
-    assert any("EMCY 8140h, recovered from bus-off" in text for text in bench.machine.events.kept)
+    assert any("EMCY 8140h, recovered from bus off" in text for text in bench.machine.events.kept)
     assert bench.at_rest(0)
     assert bench.at_rest(1)
 
@@ -106,7 +106,7 @@ def test_second_node_of_the_same_id_makes_the_drives_brake() -> None:
 def test_sdo_write_of_another_client_stops_the_axes(request_hex: str, what: str) -> None:
     bench, cycle = injected(0x601, bytes.fromhex(request_hex))
     assert_reaction_in_time(bench, Event.OBJECT_CHANGED, since=cycle)
-    assert f"axis.x.drive (node 1): somebody else writes {what}" in bench.machine.reason
+    assert f"axis.x.drive (node 1): another participant writes {what}" in bench.machine.reason
 
 
 @pytest.mark.parametrize("request_hex", ["40 65 60 00 00 00 00 00", "2b 65 60 00 00 00 00 00"])

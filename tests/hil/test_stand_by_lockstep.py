@@ -192,7 +192,7 @@ async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
     fault: MachineStatus = noted["fault"]
     assert "axis.y.drive (node 2)" in fault.reason
     y = fault.drives[1]
-    assert (y.phase, y.state, y.error_code, y.ready) == ("lost", "not heard", 0x8130, False)
+    assert (y.phase, y.state, y.error_code, y.ready) == ("lost", "not responding", 0x8130, False)
     assert fault.drives[0].error_code is None
     assert noted["asked"].endswith("has left NMT operational and is started again; enable once more")
     recovered: MachineStatus = noted["recovered"]
@@ -235,6 +235,6 @@ async def test_a_simulator_killed_in_motion_and_started_again_is_enabled_from_st
     operator = Operator(monkeypatch, script)
     report, _columns = await operate(bench, machine_dir, tmp_path / "r", operator)
     assert not report.failed
-    assert noted[0].endswith("its cyclic inputs do not come any more")
+    assert noted[0].endswith("its TPDOs are no longer received")
     lost = "its drive was set up again and has lost its reference; it homes again"
     assert [axis in "".join(noted) for axis in (f"axis x: {lost}", f"axis y: {lost}")] == [True, True]

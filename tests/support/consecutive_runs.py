@@ -79,7 +79,7 @@ class ConsecutiveRuns:
         """One run with standby, from boot to its end. Raises what the script or the run raises."""
         stand = self.stand
         operator = _Operator(stand, script())
-        stand.assembly, stand.on_tick = None, operator.act
+        stand.on_tick = operator.act
         options: dict[str, Any] = {"stand_by": True, "learned_dir": self._folder / "learned"}
         pacing: Any = stand.pacing
         machine = run_machine(stand.machine.controller, program, BUS, pacing, recording, **options)

@@ -32,7 +32,7 @@ class RecoveryRow(NamedTuple):
     """A text of the machine file, and its replacement."""
 
 
-MISSING = "inputs do not come"
+MISSING = "TPDOs are no longer received"
 TOLERANT = ("following_error_mm = 1.0", "following_error_mm = 50.0")
 ROWS = (
     RecoveryRow("inputs missing", MISSING, scripts.missing_inputs, SWITCH_ON, scripts.repair_bus),
@@ -87,7 +87,7 @@ ROWS = (
     ),
     RecoveryRow(
         "current saturated",
-        "at its limit",
+        "force saturated",
         partial(scripts.broken, module=jammed_axis, section="coulomb_friction", then=120),
         SWITCH_ON,
         scripts.repair_axis,
@@ -98,7 +98,7 @@ ROWS = (
     RecoveryRow("duplicate node", "twice", scripts.duplicate_node, SWITCH_ON, scripts.repair_bus),
     RecoveryRow("PDO of another length", "bytes", scripts.short_pdo, SWITCH_ON, scripts.repair_bus),
     RecoveryRow("PDO of another length", "bytes", scripts.short_pdo, NEW_RUN, scripts.repair_bus),
-    RecoveryRow("object of a node changed", "somebody else writes", scripts.foreign_sdo_write, SWITCH_ON),
+    RecoveryRow("object of a node changed", "another participant writes", scripts.foreign_sdo_write, SWITCH_ON),
     RecoveryRow("frames lost on the bus", "overrun", scripts.overrun, SWITCH_ON),
     RecoveryRow("bus off", "bus-off", scripts.bus_off, SWITCH_ON, scripts.bus_restarts),
     RecoveryRow("bus off", "bus-off", scripts.bus_off, NEW_RUN, scripts.bus_restarts),

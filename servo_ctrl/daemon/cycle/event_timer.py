@@ -34,4 +34,4 @@ class EventTimer:
         if not self._limit or silent <= self._limit or self._missing:
             return ""
         self._missing = True
-        return f"{self._name}: has not come for {silent} cycles, its event timer says otherwise"
+        return f"{self._name}: not received for {silent} cycles, longer than its event timer"

@@ -116,17 +116,17 @@ class MachineController(MachineState):
         self._drives.lose(node)
         if self.nodes is not None:
             self.nodes.give_up(node)
-        self.event(Event.LOST_TPDO, f"{self._node_names[node]}: its cyclic inputs do not come any more")
+        self.event(Event.LOST_TPDO, f"{self._node_names[node]}: its TPDOs are no longer received")
         return True
 
     def duplicate_input(self, node: int) -> None:
         """Stop, because another participant sends inputs of a node too."""
-        text = "answers a SYNC twice: two nodes have its id, or somebody sends in its name"
+        text = "answers a SYNC twice: two nodes share its node id, or another participant sends its TPDOs"
         self.event(Event.DUPLICATE_NODE, f"{self._node_names[node]}: {text}")
 
     def wrong_input_length(self, node: int, size: int) -> None:
         """Stop, because a TPDO of a node has a `size` in bytes that contradicts its mapping."""
-        text = f"a TPDO of {size} bytes, which is not its mapping"
+        text = f"a TPDO of {size} bytes, which contradicts its mapping"
         self.event(Event.WRONG_PDO, f"{self._node_names[node]}: {text}")
 
     def object_changed(self, node: int, text: str) -> None:
@@ -198,7 +198,7 @@ class MachineController(MachineState):
         """Accept nodes that were given up and respond again; in standby nothing moves."""
         for node in self.nodes.returned(self._missing.lost) if self.nodes is not None else ():
             self._missing.lost.remove(node)
-            self.note(f"{self._node_names[node]}: its cyclic inputs come again")
+            self.note(f"{self._node_names[node]}: its TPDOs are received again")
             self._drives.accept_again(node)
 
     def _end_setting_up(self) -> None:

@@ -22,7 +22,7 @@ EVENT_AGAIN_S = 1.0
 """A text that was absent this long is a new event; chosen."""
 DISTURBANCE_S = 0.1
 """Bounds the time after missed ticks or inputs in which an axis may oscillate because of them; chosen."""
-DISTURBANCE_REMARK = "; ticks or inputs were missing just before: look at computer and bus first"
+DISTURBANCE_REMARK = "; ticks or TPDOs were missing just before: check computer and bus first"
 
 
 class MachineState:

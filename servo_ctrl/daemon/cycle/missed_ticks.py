@@ -37,7 +37,7 @@ class MissedTicks:
         self.total += missed
         in_block = self._in_block.add(cycle, missed)
         if missed * self._period_s > GAP_TOLERATED_S:
-            return f"{missed} ticks were missed at one go: this computer is too busy"
+            return f"{missed} consecutive ticks were missed: this computer is too busy"
         if in_block > self._allowed:
             self._in_block.clear()
             return f"more than {self._allowed} of {BLOCK_CYCLES} ticks were missed: this computer is too busy"

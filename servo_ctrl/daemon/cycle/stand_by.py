@@ -6,7 +6,7 @@ from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.watch import HeartbeatWatch
 from servo_ctrl.daemon.cycle.cycle import Cycle
 
-SWITCH_ON = "see to its supply and its cable; Enable sets it up again once it is heard"
+SWITCH_ON = "check its supply and its cable; Enable sets it up again once it responds"
 EMCY_BYTES = 8
 
 
@@ -48,7 +48,7 @@ class StandbyNodes:
         """Return why nodes can be neither used nor booted, else ""; `lost`: inputs that were given up."""
         for node in (self._sender[index] for index in lost):
             if not self._watch.is_responding(node):
-                return f"{self._names[node]}: its cyclic inputs do not come, and nothing else; {SWITCH_ON}"
+                return f"{self._names[node]}: neither TPDOs nor heartbeats are received; {SWITCH_ON}"
         for node in range(self._watch.nodes):
             if silence := self._watch.silence(node):
                 return f"{self._names[node]}: {silence}; {SWITCH_ON}"

@@ -28,7 +28,7 @@ from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.set_points.jog import Jog, JogLimits
 from servo_ctrl.units import MM
 
-NOT_RESPONDING = "not heard"
+NOT_RESPONDING = "not responding"
 """Published state of a drive that no longer responds."""
 _ACCEPTED = CommandResult()
 

@@ -80,9 +80,9 @@ class AxisLearning(ABC):
         except ValueError as error:
             self._consecutive_failures += 1
             if self._consecutive_failures > REPEATS_MAX:
-                failures = f"{self._consecutive_failures} {self.stroke_noun}s in a row are spoilt"
+                failures = f"{self._consecutive_failures} consecutive {self.stroke_noun}s are invalid"
                 raise LearningError(f"axis {self.name}: {failures}: {error}; {ADVICE}") from None
-            return f"axis {self.name}: a {self.stroke_noun} is made again: {error}"
+            return f"axis {self.name}: a {self.stroke_noun} is repeated: {error}"
         self._consecutive_failures = 0
         self._advance(result)
         return ""

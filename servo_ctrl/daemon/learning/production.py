@@ -53,5 +53,5 @@ class Production:
             compared = f"J {mean_um:.1f} um over {required_um:.1f} um, {self._due_after} reversals in a row"
             self._note(f"axis {self._names[axis]}: learning is due: {compared}")
         else:
-            self._note(f"axis {self._names[axis]}: learning is due no more: J {mean_um:.1f} um")
+            self._note(f"axis {self._names[axis]}: learning is no longer due: J {mean_um:.1f} um")
         self._publisher.due(self._names[axis], due)

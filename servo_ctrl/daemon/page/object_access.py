@@ -76,7 +76,7 @@ class ObjectAccess:
         if any(mapped.address == address for pdo in plan.pdos for mapped in pdo.codec.objects):
             return f"{name} is sent every cycle"
         if any(variable.index in indices for indices in CYCLE_PARAMETERS):
-            return f"{name} is what the cycle is set up by"
+            return f"{name} configures the cyclic communication"
         stage = self._machine.stage
         if stage not in AT_REST:
             state = stage.words

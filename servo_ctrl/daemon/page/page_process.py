@@ -24,7 +24,7 @@ KEEPER_PAUSE_S = 1.0
 """Pause before the keeper is restarted."""
 KEEPER_RESTARTS_MAX = 8
 """Bounds the restarts of the keeper in a run: whoever kills it more often wants no page."""
-KEEPER_ENDED = "the keeper of the page has ended"
+KEEPER_ENDED = "the supervisor of the page's process has ended"
 NICENESS = 10
 """Niceness of the page: every other process, above all the cycle, runs first. All numbers are chosen."""
 

@@ -31,7 +31,7 @@ def changes_noted(
         while first and not over.wait(POLL_S):
             for path in [path for path, before in first.items() if _identity(path) != before]:
                 del first[path]
-                text = f"{path} was changed under way: the run goes on with what it has read"
+                text = f"{path} was changed during the run, which continues with the content that it has read"
                 with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
                     loop.call_soon_threadsafe(note, text)
 

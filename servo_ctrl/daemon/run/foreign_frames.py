@@ -26,7 +26,7 @@ def report_masters(
 ) -> None:
     """Call `report` from now on for every received frame that only this controller may send."""
     node_id = config.controller.node_id
-    ours = {SYNC_COB_ID: "SYNC", 0x700 + node_id: f"heartbeats of node {node_id}, which is ours"}
+    ours = {SYNC_COB_ID: "SYNC", 0x700 + node_id: f"heartbeats with this controller's node id {node_id}"}
     for plan in plans:
         for pdo in plan.pdos:
             if pdo.communication < FIRST_TPDO:
@@ -74,4 +74,4 @@ class _WriteWatch:
     def _report_write(self, index: int, subindex: int) -> None:
         variable = self._plan.eds.variables.get((index, subindex))
         name = f" ({variable.name})" if variable is not None else ""
-        self._report(f"{self._plan.name}: somebody else writes {index:04X}h:{subindex:02X}{name}")
+        self._report(f"{self._plan.name}: another participant writes {index:04X}h:{subindex:02X}{name}")

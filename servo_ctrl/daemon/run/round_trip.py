@@ -55,7 +55,7 @@ def verdict(period_ms: float, times: Lateness, late: int) -> str:
     cycles = times.count + late
     if late <= LATE_SHARE * cycles:
         return ""
-    figures = f"of {cycles} cycles {late} had not all inputs before the next SYNC"
+    figures = f"of {cycles} cycles {late} lacked inputs at the next SYNC"
     if times.count:
         figures += f"; the longest other round trip took {times.percentile_us(1.0) * 1e-3:.1f} ms"
-    return f"this computer and its bus do not hold {period_ms:g} ms: {figures}; {ADVICE}"
+    return f"this computer and its bus do not keep a period of {period_ms:g} ms: {figures}; {ADVICE}"

@@ -9,12 +9,12 @@ TEST_S = 2.0
 LATE_SHARE = 1e-3
 """Share of the ticks that may be late by a period; chosen."""
 MULTIPLES = (1, 2, 5, 10, 20)
-"""Multiples of the period, of which the message names the shortest that is held; chosen."""
+"""Multiples of the period, of which the message names the shortest that is kept; chosen."""
 ADVICE = "give it less to do, use --fifo, or set a longer bus.sync_period_us"
 
 
 async def objection(period_ns: int) -> str:
-    """Tick for two seconds like the cycle; return why the computer does not hold the period, else ""."""
+    """Tick for two seconds like the cycle; return why the computer does not keep the period, else ""."""
     clock = TimerfdClock(period_ns, _nothing)
     clock.start(asyncio.get_running_loop())
     try:
@@ -31,12 +31,14 @@ def verdict(period_ms: float, lateness: Lateness, missed: int) -> str:
     ticks = lateness.count + missed
     figures = f"of {ticks} ticks {missed} were missed, the latest was served {latest_ms:.1f} ms late"
     if latest_ms >= gap_ms:
-        return f"this computer stands still for {gap_ms:g} ms and more: {figures}; {ADVICE}"
-    held_ms = [multiple * period_ms for multiple in MULTIPLES if usual_ms < multiple * period_ms]
-    if held_ms and held_ms[0] == period_ms:
+        return f"this computer stalls for {gap_ms:g} ms and more: {figures}; {ADVICE}"
+    kept_ms = [multiple * period_ms for multiple in MULTIPLES if usual_ms < multiple * period_ms]
+    if kept_ms and kept_ms[0] == period_ms:
         return ""
-    held = f"holds {held_ms[0]:g} ms, not {period_ms:g} ms" if held_ms else f"does not hold {period_ms:g} ms"
-    return f"this computer {held}: {figures}; {ADVICE}"
+    kept = f"does not keep a period of {period_ms:g} ms"
+    if kept_ms:
+        kept = f"keeps a period of {kept_ms[0]:g} ms, not {period_ms:g} ms"
+    return f"this computer {kept}: {figures}; {ADVICE}"
 
 
 def _nothing(_elapsed: int) -> None:

@@ -212,7 +212,7 @@ class Services:
             async with asyncio.timeout(FINISH_LIMIT_S):
                 await self.worker.finish()
         except TimeoutError:
-            text = f"what was still to be stored was not, within {FINISH_LIMIT_S:g} s: the disk hangs"
+            text = f"learned results were not stored within {FINISH_LIMIT_S:g} s: the disk does not respond"
             self.machine.note(text)
 
     def _adapt(self, index: int, report: ReversalReport, trace_m: Array) -> None:

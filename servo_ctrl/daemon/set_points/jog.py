@@ -66,7 +66,7 @@ class Jog:
         The distance bounds the motion, so it needs no renewal; a jog of the same axis replaces it.
         """
         if self._target_m_s[axis] or self._velocity_m_s[axis]:
-            return "the axis is on its way; wait for its end"
+            return "the axis is moving; wait until it has stopped"
         limits, start_m = self._limits[axis], self._position_m[axis]
         end_m = start_m + distance_m
         if not limits.lowest_m <= end_m <= limits.highest_m:

@@ -28,7 +28,7 @@ NMT_STATES = {
     "pre_operational": word("pre-operational"),
     "stopped": word("stopped"),
     "booting": word("booting"),
-    "unknown": word("not heard yet"),
+    "unknown": word("no heartbeat yet"),
 }
 ERROR_REGISTER = (
     word("generic"),
@@ -189,7 +189,7 @@ def node_rows(nodes: Sequence[NodeStatus]) -> list[tuple[str, str, str, str]]:
     rows = []
     for node in nodes:
         age_s = node.heartbeat_age_s
-        heartbeat = tr("none heard") if math.isnan(age_s) else tr("{age_s:.2f} s ago", age_s=age_s)
+        heartbeat = tr("none received") if math.isnan(age_s) else tr("{age_s:.2f} s ago", age_s=age_s)
         notable = node.nmt_state != "operational" or age_s > LATE_HEARTBEAT_S
         state = tr(NMT_STATES.get(node.nmt_state, node.nmt_state))
         rows.append((node.name, str(node.node_id), f"{WARNING if notable else CHECK} {state}", heartbeat))

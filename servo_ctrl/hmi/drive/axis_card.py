@@ -109,7 +109,7 @@ def homed_text(drive: DriveStatus | None) -> str:
 def shown_drive(drive: DriveStatus | None) -> tuple[str, Tone]:
     """The state of the drive in words with a sign, and its tone."""
     if drive is None:
-        return tr("… not heard"), "calm"
+        return tr("… no status yet"), "calm"
     if drive.phase == "lost":
         return tr("✖ lost"), "bad"
     if drive.state.startswith("fault"):

@@ -42,7 +42,7 @@ NODE_SILENT = Advice(
     word("A node is not in operation"), word("Has it power? Check its bus cable; see page Bus.")
 )
 
-BUSY = Advice(word("It was too busy to lead the axes"), REMEDY)
+BUSY = Advice(word("It was too busy to control the axes"), REMEDY)
 
 
 def advice_for_code(code: int) -> Advice:
@@ -61,7 +61,7 @@ def faults_in(status: MachineStatus) -> Iterator[Fault]:
     stopped_by_itself = status.stage.stopped and is_fault(status.reason)
     if stopped_by_itself and missed_share(status) >= TOO_MANY:
         missed = tr(
-            "{missed} of {cycles} ticks were missed; likely the cause of what stands below",
+            "{missed} of {cycles} ticks were missed; likely the cause of the faults below",
             missed=status.missed_ticks,
             cycles=status.cycles,
         )

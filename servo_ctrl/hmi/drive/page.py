@@ -34,7 +34,7 @@ NODE_STATES = {
     "pre_operational": word("waits (pre-operational)"),
     "stopped": word("stopped"),
     "booting": word("starts"),
-    "unknown": word("not heard yet"),
+    "unknown": word("no heartbeat yet"),
 }
 """By the NMT state of CiA 301."""
 

@@ -185,5 +185,5 @@ def _reason_of(error: Exception) -> str:
         case EOFError():
             return "the controller has ended the connection"
         case TimeoutError():
-            return "the controller is silent"
+            return "the controller sends no status"
     return str(error)

@@ -154,7 +154,7 @@ FAULTS = (
         "inputs missing",
         inputs_lost,
         "inputs missing",
-        ("cyclic inputs do not come",),
+        ("TPDOs are no longer received",),
         states=WIRED,
         blind_s=0.025,
         reported_within_cycles=24,

@@ -86,7 +86,7 @@ FAULTS = (
     Fault(
         "node silent while booting",
         node_silent,
-        words=("its cyclic inputs do not come",),  # of a node whose boot was complete by then
+        words=("its TPDOs are no longer received",),  # of a node whose boot was complete by then
         states=("booting",),
         sdo_timeout_s=0.2,
         blind_s=0.09,
@@ -98,7 +98,7 @@ FAULTS = (
         "node silent",
         node_silent,
         "inputs missing",
-        ("cyclic inputs do not come",),
+        ("TPDOs are no longer received",),
         states=WIRED,
         blind_s=0.09,
         physical=True,
@@ -120,7 +120,7 @@ FAULTS = (
         "simulator killed",
         simulator_killed,
         "inputs missing",
-        ("cyclic inputs do not come",),
+        ("TPDOs are no longer received",),
         states=WIRED,
         kills="nodes",
         reported_within_cycles=24,
@@ -129,7 +129,7 @@ FAULTS = (
         "object of a node changed",
         object_changed,
         "object of a node changed",
-        ("somebody else writes",),
+        ("another participant writes",),
         states=WIRED,
     ),
 )

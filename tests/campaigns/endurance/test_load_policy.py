@@ -60,7 +60,7 @@ async def test_late_ticks_are_counted_and_past_a_set_number_the_axes_are_stopped
     async with rig("lockstep") as table, station("counting_station", str(table.socket)) as observer:
         for name, script, missed, reason in (
             ("few", lambda cycle: GAPS.get(cycle, 1), 4 + 10 + 20, ""),
-            ("long", lambda cycle: 22 if cycle == 800 else 1, 21, "21 ticks were missed at one go"),
+            ("long", lambda cycle: 22 if cycle == 800 else 1, 21, "21 consecutive ticks were missed"),
             ("half", lambda cycle: 1 + (cycle > 600), 301, "more than 300 of 1000 ticks were missed"),
         ):
             use_clock_script(script)

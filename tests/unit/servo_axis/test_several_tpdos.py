@@ -106,4 +106,4 @@ def test_an_overdue_event_timer_is_reported_once() -> None:
     timer = EventTimer("axis.x.drive, TPDO 2", Timed(), 1e-3, Count())  # type: ignore[arg-type]  # all it uses
     texts = [timer.advance(cycle) for cycle in range(40)]
     assert [cycle for cycle, text in enumerate(texts) if text] == [31]
-    assert "has not come for 31 cycles" in texts[31]
+    assert "not received for 31 cycles" in texts[31]

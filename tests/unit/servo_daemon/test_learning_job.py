@@ -102,7 +102,7 @@ def test_stroke_with_missing_samples_is_repeated_a_bounded_number_of_times(
     made.play(AT_AN_ERROR)
     made.play(skip=5)
     problem = "a position sample is missing in the stroke"
-    assert made.machine.notes == [f"axis x: a stroke is made again: {problem}"]
+    assert made.machine.notes == [f"axis x: a stroke is repeated: {problem}"]
     learning = made.status.learning
     assert learning.planned
     assert (made.machine.stage, learning.strokes_done) == (Stage.RUNNING, 0)
@@ -110,7 +110,7 @@ def test_stroke_with_missing_samples_is_repeated_a_bounded_number_of_times(
         made.play(AT_AN_ERROR)
         made.play(skip=5)
     assert made.status.learning.state is LearningState.FAILED
-    assert made.status.learning.reason.startswith(f"axis x: 6 strokes in a row are spoilt: {problem}; run ")
+    assert made.status.learning.reason.startswith(f"axis x: 6 consecutive strokes are invalid: {problem}; run ")
 
 
 def test_missed_ticks_elsewhere_in_a_stroke_do_no_harm(stand: Callable[..., LearningStand]) -> None:

@@ -123,7 +123,7 @@ def test_absent_node_is_lost_and_the_others_brake(stand: Callable[..., Stand]) -
     made.run(2000)
     assert (made.machine.stage, made.machine.reason) == (
         Stage.OFF,
-        "dx: its cyclic inputs do not come any more",
+        "dx: its TPDOs are no longer received",
     )
     assert made.drives[1].statusword == 0x0240
     assert made.drives[0].controlwords[-1] == 0x02, "it may hear us although we do not hear it"
@@ -149,7 +149,7 @@ def test_long_gap_stops_the_machine(stand: Callable[..., Stand]) -> None:
     made = stand().start()
     made.run(1, elapsed=40)
     assert made.machine.stage is Stage.STOPPING
-    assert made.machine.reason == "39 ticks were missed at one go: this computer is too busy"
+    assert made.machine.reason == "39 consecutive ticks were missed: this computer is too busy"
 
 
 def test_hours_without_ticks_cost_no_time(stand: Callable[..., Stand]) -> None:

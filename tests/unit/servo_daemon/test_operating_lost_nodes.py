@@ -54,12 +54,12 @@ def test_lost_node_may_return(enabled: Operate) -> None:
     made.absent = {2}
     made.run(30)
     assert made.machine.stage is Stage.STANDBY
-    assert made.status.reason == "dy: its cyclic inputs do not come any more"
-    assert (made.status.drives[1].phase, made.status.drives[1].state) == ("lost", "not heard")
+    assert made.status.reason == "dy: its TPDOs are no longer received"
+    assert (made.status.drives[1].phase, made.status.drives[1].state) == ("lost", "not responding")
     nodes.answering, made.absent = {2}, set()
     made.run(5)
     assert made.status.drives[1].state == "switch on disabled"
-    assert made.machine.events.kept[-1] == "dy: its cyclic inputs come again"
+    assert made.machine.events.kept[-1] == "dy: its TPDOs are received again"
     nodes.problem = "it is silent"
     assert made.ask(Command.ENABLE).reason == "it is silent"
     nodes.problem = ""

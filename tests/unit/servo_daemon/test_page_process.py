@@ -98,7 +98,7 @@ async def test_a_killed_keeper_is_noted_and_started_again_beside_the_cycle(tmp_p
         assert not alive(first)
         second = pids(file)[1]
         assert os.getpriority(os.PRIO_PROCESS, second) == min(19, os.nice(0) + NICENESS)
-    assert notes == ["the keeper of the page has ended (status -9), again in 1 s"]
+    assert notes == ["the supervisor of the page's process has ended (status -9), again in 1 s"]
     assert not alive(second)
 
 

@@ -44,8 +44,8 @@ def test_inputs_after_the_next_sync_are_reported() -> None:
         watch.now_ns += 9_000_000
         trial.cycle_complete(inputs)
     assert len(notes) == 1
-    expected = "of 4 cycles 2 had not all inputs before the next SYNC; the longest other round trip took 9.0"
-    assert notes[0].startswith(f"this computer and its bus do not hold 500 ms: {expected} ms;")
+    expected = "of 4 cycles 2 lacked inputs at the next SYNC; the longest other round trip took 9.0"
+    assert notes[0].startswith(f"this computer and its bus do not keep a period of 500 ms: {expected} ms;")
 
 
 @pytest.mark.parametrize(("late", "held"), [(2, True), (3, False)])
@@ -58,7 +58,7 @@ def test_one_cycle_of_a_thousand_may_be_late(late: int, held: bool) -> None:
 
 def test_a_bus_without_any_answer_is_reported_without_a_measured_round_trip() -> None:
     text = verdict(1.0, Lateness(), 2000)
-    assert "of 2000 cycles 2000 had not all inputs before the next SYNC; give it less" in text
+    assert "of 2000 cycles 2000 lacked inputs at the next SYNC; give it less" in text
 
 
 def test_a_cycle_shows_its_trial_each_sync_and_lets_it_go() -> None:

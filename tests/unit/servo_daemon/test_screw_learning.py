@@ -163,13 +163,13 @@ def test_travel_with_missing_samples_is_repeated_a_bounded_number_of_times(
         return [command_m, *others, np.where(np.abs(command_m) < 1e-3, np.nan, scale_m)]
 
     monkeypatch.setattr(Collector, "columns", holes)
-    note = "axis x: a travel is made again: on the way up nothing was read"
+    note = "axis x: a travel is repeated: on the way up nothing was read"
     for _ in range(REPEATS_MAX):
         stand.play()
         assert stand.machine.notes[-1].startswith(note)
     stand.play()
     assert stand.status.learning.state is LearningState.FAILED
-    assert "6 travels in a row are spoilt" in stand.status.learning.reason
+    assert "6 consecutive travels are invalid" in stand.status.learning.reason
 
 
 def test_readings_that_cannot_be_used_end_the_run(make_stand: MakeStand) -> None:

@@ -16,7 +16,7 @@ def test_a_step_is_exact_bounded_and_within_the_travel(enabled: Operate) -> None
     for way_m in (1e-6, 1e-4, 1e-2, -1e-3):
         start_m = made.machine.set_points_m()[0]
         assert made.handler.jog_step("x", way_m).accepted
-        assert made.handler.jog_step("x", way_m).reason == "the axis is on its way; wait for its end"
+        assert made.handler.jog_step("x", way_m).reason == "the axis is moving; wait until it has stopped"
         run_out(made)
         assert made.machine.set_points_m()[0] - start_m == pytest.approx(way_m, abs=1e-15)
     steps = np.diff(made.commanded_m(), axis=0)

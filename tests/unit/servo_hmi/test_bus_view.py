@@ -61,10 +61,10 @@ def test_an_unusual_figure_is_notable(field: str, value: float, key: str) -> Non
     ("state", "age_s", "odd", "heartbeat"),
     [
         ("operational", 0.05, False, "0.05 s ago"),
-        ("operational", math.nan, False, "none heard"),
+        ("operational", math.nan, False, "none received"),
         ("operational", 2.5, True, "2.50 s ago"),
         ("pre_operational", 0.1, True, "0.10 s ago"),
-        ("unknown", math.nan, True, "none heard"),
+        ("unknown", math.nan, True, "none received"),
     ],
 )
 def test_a_node_that_is_not_operational_or_late_is_marked(
