@@ -78,7 +78,7 @@ def judge(axis: Any, kept: Array) -> None:
 
 @kernel
 def supervise_braking(axis: Any) -> None:
-    """Judge one cycle of an axis that its drive brakes; a position that did not come is left out."""
+    """Judge one cycle of an axis that its drive brakes; a missing position is left out."""
     velocity_m_s = (axis["inputs"]["motor_m"] - axis["braked_m"]) / axis["route"]["period_s"]
     axis["braked_m"] = axis["inputs"]["motor_m"]
     if math.isnan(velocity_m_s):

@@ -21,7 +21,7 @@ from servo_ctrl.recording.reader import Recording, load_recording
 
 
 class RunError(ServoCtrlError):
-    """The run did not come to its end."""
+    """The run ended early."""
 
 
 class SimulatedRun(NamedTuple):

@@ -84,8 +84,8 @@ def read_run(directory: Path) -> RecordedRun:
     )
     if not any(np.isfinite(axis.error_m).any() for axis in run.axes):
         raise RecordingError(
-            f"{directory}: nothing to report on: no axis was led and measured in any of the "
-            f"{len(run.time_s)} rows; the machine did not come as far as its program"
+            f"{directory}: nothing to report on: no axis was controlled and measured in any of the "
+            f"{len(run.time_s)} rows; the run ended before its program"
             + (f" ({header.reason})" if header.reason else "")
         )
     return run

@@ -19,11 +19,11 @@ MOST_EVENTS = 200
 def verdict(header: RecordingHeader) -> tuple[str, bool, str]:
     """Return the verdict in one or two words, whether it is good, and its reason."""
     if not header.finished:
-        return "torn off", False, "The recording was not closed: the controller or its computer stopped."
+        return "not closed", False, "The recording was not closed: the controller or its computer stopped."
     if header.completed:
         return "completed", True, "The program was run to its end."
     reason = with_signs(header.reason) or "no reason was recorded"
-    return "stopped", False, f"It did not come to its end: {reason}."
+    return "stopped", False, f"It ended early: {reason}."
 
 
 def run_sections(run: RecordedRun) -> list[ReportSection]:
@@ -72,11 +72,11 @@ def _facts(run: RecordedRun) -> ReportTable:
         ("axes", ", ".join(header.axes)),
         ("program", header.program or "none"),
         ("steps run", f"{len(ran)} of {len(header.segments)}"),
-        ("begun", _when(header.started)),
+        ("started", _when(header.started)),
         ("duration", f"{duration_s:.3f} s of machine time, {len(run.time_s)} rows"),
         ("cycle", f"{header.period_s * 1e3:g} ms, {header.pacing}"),
         ("missed ticks", _count(header.missed_ticks, gaps)),
-        ("inputs that did not come", _count(header.missing_inputs, None)),
+        ("missing inputs", _count(header.missing_inputs, None)),
         ("software", header.software),
         ("recording", str(run.directory)),
     )

@@ -52,6 +52,6 @@ def _change(context: FaultContext, path: Path, old: str, new: str) -> None:
 
 
 FAULTS = (
-    Fault("machine file changed", machine_file_changed, None, ("was changed under way",), states=WIRED),
-    Fault("EDS changed", eds_changed, None, ("was changed under way",), states=WIRED),
+    Fault("machine file changed", machine_file_changed, None, ("was changed during the run",), states=WIRED),
+    Fault("EDS changed", eds_changed, None, ("was changed during the run",), states=WIRED),
 )
