@@ -24,8 +24,8 @@ class DriveStatus(NamedTuple):
     phase: str
     """Phase of its sequence, from `cyclic.drive_phases.PHASE_TEXTS`, such as "servo", "off" or "lost"."""
     state: str
-    """State of CiA 402 such as "operation enabled", a value of `cyclic.cia402.DriveState`; "not responding" if its
-    inputs no longer arrive."""
+    """State of CiA 402 such as "operation enabled", a value of `cyclic.cia402.DriveState`; "not responding"
+    if its TPDOs are no longer received."""
     statusword: int
     error_code: int | None
     """Error code of its last emergency message since it was enabled; None without one or after a reset."""

@@ -68,7 +68,7 @@ class Report(NamedTuple):
 
     title: str
     verdict: str
-    """One or two words: completed, stopped, torn off."""
+    """One or two words: completed, stopped, not closed."""
     good: bool
     sentence: str
     """The reason for the verdict."""

@@ -42,7 +42,10 @@ def test_full_disk_clock_step_and_changed_file_are_reported_and_stop_nothing(
         write_part(*args)
 
     monkeypatch.setattr(recorder, "write_part", written)
-    changed = f"{tmp_path / 'controller.toml'} was changed during the run, which continues with the content that it has read"
+    changed = (
+        f"{tmp_path / 'controller.toml'} was changed during the run, "
+        "which continues with the content that it has read"
+    )
 
     def noted(text: str) -> bool:
         return any(event.startswith(text) for event in table.machine.events.kept)

@@ -98,7 +98,9 @@ ROWS = (
     RecoveryRow("duplicate node", "twice", scripts.duplicate_node, SWITCH_ON, scripts.repair_bus),
     RecoveryRow("PDO of another length", "bytes", scripts.short_pdo, SWITCH_ON, scripts.repair_bus),
     RecoveryRow("PDO of another length", "bytes", scripts.short_pdo, NEW_RUN, scripts.repair_bus),
-    RecoveryRow("object of a node changed", "another participant writes", scripts.foreign_sdo_write, SWITCH_ON),
+    RecoveryRow(
+        "object of a node changed", "another participant writes", scripts.foreign_sdo_write, SWITCH_ON
+    ),
     RecoveryRow("frames lost on the bus", "overrun", scripts.overrun, SWITCH_ON),
     RecoveryRow("bus off", "bus-off", scripts.bus_off, SWITCH_ON, scripts.bus_restarts),
     RecoveryRow("bus off", "bus-off", scripts.bus_off, NEW_RUN, scripts.bus_restarts),

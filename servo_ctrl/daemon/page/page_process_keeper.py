@@ -38,7 +38,9 @@ def main() -> int:
         consecutive = 1 if time.monotonic() - began_s > STEADY_S else consecutive + 1
         pause_s = FIRST_PAUSE_S if consecutive == 1 else min(2.0 * pause_s, LONGEST_PAUSE_S)
         again = consecutive <= RESTARTS_MAX
-        what = f"again in {pause_s:g} s" if again else f"{consecutive} times in a row: it is not started again"
+        what = (
+            f"again in {pause_s:g} s" if again else f"{consecutive} times in a row: it is not started again"
+        )
         print(f"{ENDED} (status {status}), {what}", flush=True)  # noqa: T201  # the controller reads it
         if _input_ends(pause_s if again else None):
             return 0

@@ -110,7 +110,8 @@ def test_stroke_with_missing_samples_is_repeated_a_bounded_number_of_times(
         made.play(AT_AN_ERROR)
         made.play(skip=5)
     assert made.status.learning.state is LearningState.FAILED
-    assert made.status.learning.reason.startswith(f"axis x: 6 consecutive strokes are invalid: {problem}; run ")
+    failed = f"axis x: 6 consecutive strokes are invalid: {problem}; run "
+    assert made.status.learning.reason.startswith(failed)
 
 
 def test_missed_ticks_elsewhere_in_a_stroke_do_no_harm(stand: Callable[..., LearningStand]) -> None:

@@ -37,7 +37,8 @@ def test_the_shortest_period_that_is_kept_is_named(late_us: int, kept_ms: int) -
 
 
 def test_a_shorter_cycle_may_have_none() -> None:
-    assert verdict(0.25, lateness(*[6000] * 10), 200).startswith("this computer does not keep a period of 0.25 ms:")
+    text = verdict(0.25, lateness(*[6000] * 10), 200)
+    assert text.startswith("this computer does not keep a period of 0.25 ms:")
 
 
 def test_a_gap_in_which_axes_would_be_stopped_is_announced_first() -> None:

@@ -218,4 +218,4 @@ def test_the_end_of_a_run_comes_first(tmp_path: Path) -> None:
         run = read_run(write_recording(tmp_path / name, columns, **header))
         words.append(verdict(run.header)[:2])
         assert report_of(run).verdict == words[-1][0]
-    assert words == [("completed", True), ("stopped", False), ("torn off", False)]
+    assert words == [("completed", True), ("stopped", False), ("not closed", False)]
