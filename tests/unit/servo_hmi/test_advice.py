@@ -42,8 +42,10 @@ def test_every_code_that_the_controller_knows_has_advice(code: int) -> None:
         "axis x: runs away from its set point, against 120 N; check the signs of feedback and current",
         "axis x: accelerates while its drive brakes; check the sign of the feedback",
         "axis x: force saturated for 200 ms; check for an obstruction",
-        "axis.x.drive: answers a SYNC twice: two nodes share its node id, "
-        "or another participant sends its TPDOs",
+        (
+            "axis.x.drive: answers a SYNC twice: two nodes share its node id, "
+            "or another participant sends its TPDOs"
+        ),
         "axis.x.drive (node 1): a TPDO of 3 bytes, which contradicts its mapping",
         "axis.x.drive (node 1): another participant writes 6065h:00 (following_error_window)",
     ],
@@ -62,8 +64,10 @@ def test_different_reasons_have_different_advice() -> None:
             "axis x: encoder and scale are -9.032 mm apart, more than 0.5 mm; check scale and coupling",
             "axis x: runs away from its set point, against 120 N; check the signs of feedback and current",
             "axis x: force saturated for 200 ms; check for an obstruction",
-            "axis.x.drive: answers a SYNC twice: two nodes share its node id, "
-            "or another participant sends its TPDOs",
+            (
+                "axis.x.drive: answers a SYNC twice: two nodes share its node id, "
+                "or another participant sends its TPDOs"
+            ),
             "axis.x.drive (node 1): a TPDO of 3 bytes, which contradicts its mapping",
             "axis.x.drive (node 1): another participant writes 6065h:00 (following_error_window)",
             "axis.x.drive (node 1): has restarted, its configuration is gone",
