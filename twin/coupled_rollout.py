@@ -1,7 +1,7 @@
-"""All axes of a machine in the batch twin, cycle by cycle side by side: contour control needs two at once.
+"""All axes of a machine in the batch twin, simultaneously cycle by cycle: contour control couples two axes.
 
 Plant, inputs, laws and rows of an axis are those of `axis_rollout`; between the inputs of all axes and their
-laws stands the coupling of the daemon's cycle (`cyclic.contour_coupling`).
+laws the coupling of the daemon's cycle is computed (`cyclic.contour_coupling`).
 """
 
 from typing import Any
@@ -21,17 +21,17 @@ from servo_ctrl.cyclic.axis_record import cycle_records
 from servo_ctrl.cyclic.axis_step import AXIS_COLUMNS, REFERENCE_COLUMNS
 from servo_ctrl.cyclic.contour_coupling import contour_records, couple_axes
 from twin.axis_rollout import (
-    BITS,
+    EVENT_BITS,
     ROW,
     Rows,
-    answer,
+    connect_axis,
+    control_axis,
     events_of,
-    latch,
-    nothing_found,
+    latch_inputs,
+    no_events,
     switching_on,
-    wired_axis,
 )
-from twin.wiring import substeps_of
+from twin.bus_scaling import substeps_of
 
 
 def coupled_rows(
@@ -42,39 +42,41 @@ def coupled_rows(
     reference: dict[str, Array],
     off_cycles: int,
 ) -> tuple[dict[str, Rows], dict[str, dict[Event, int]]]:
-    """Return rows (n,) and findings of each axis; see `rollout`.
+    """Return rows (n,) and events of each axis, for set points `reference[axis]` (n, 4); see `rollout`.
 
     Raises:
         ValueError: as `AxisRollout`.
 
     """
     names = list(machine.axes)
-    wired = [wired_axis(machine, plant_config, name, params[name], plant) for name in names]
-    places: Index = np.array([index for index, _, _ in wired])
-    parts = [own for _, _, own in wired]
-    records, tables, kept = cycle_records(parts)
+    connected = [connect_axis(machine, plant_config, name, params[name], plant) for name in names]
+    parts = [own for _, _, own in connected]
+    records, tables, supervision_memory = cycle_records(parts)
     store(records["sequence"], [switching_on(own) for own in parts])
-    commands = np.ascontiguousarray(np.concatenate([reference[name] for name in names], axis=1))
-    rows = np.full((len(names), len(commands), AXIS_COLUMNS), np.nan)
-    found_at = np.stack([nothing_found() for _ in names])
+    set_points = np.ascontiguousarray(np.concatenate([reference[name] for name in names], axis=1))
+    rows = np.full((len(names), len(set_points), AXIS_COLUMNS), np.nan)
+    event_cycles = np.stack([no_events() for _ in names])
     _run_axes(
-        records,
-        contour_records(couplings(machine)),
-        tables,
-        kept,
-        tuple(wires for _, wires, _ in wired),
-        places,
-        *(plant.params, plant.state, plant.setpoint),
-        *(substeps_of(machine, plant_config), plant_config.dt_s),
-        commands,
-        off_cycles,
-        rows,
-        BITS,
-        found_at,
+        axes=records,
+        contours=contour_records(couplings(machine)),
+        tables=tables,
+        supervision_memory=supervision_memory,
+        scalings=tuple(scaling for _, scaling, _ in connected),
+        plant_index=np.array([index for index, _, _ in connected]),
+        p=plant.params,
+        s=plant.state,
+        sp=plant.setpoint,
+        substeps=substeps_of(machine, plant_config),
+        dt_s=plant_config.dt_s,
+        reference=set_points,
+        off_cycles=off_cycles,
+        rows=rows,
+        event_bits=EVENT_BITS,
+        event_cycles=event_cycles,
     )
     return (
         {name: own.view(ROW)[:, 0] for name, own in zip(names, rows, strict=True)},
-        {name: events_of(own) for name, own in zip(names, found_at, strict=True)},
+        {name: events_of(own) for name, own in zip(names, event_cycles, strict=True)},
     )
 
 
@@ -83,9 +85,9 @@ def _run_axes(
     axes: Any,
     contours: Any,
     tables: Pool,
-    kept: Array,
-    wires: Any,
-    places: Index,
+    supervision_memory: Array,
+    scalings: Any,
+    plant_index: Index,
     p: Any,
     s: Any,
     sp: Any,
@@ -94,31 +96,37 @@ def _run_axes(
     reference: Array,
     off_cycles: int,
     rows: Array,
-    bits: Any,
-    found_at: Index,
+    event_bits: Any,
+    event_cycles: Index,
 ) -> None:
-    """Fill `rows` (axes, n, columns) and `found_at` (axes, bits)."""
+    """Fill `rows` (axes, n, columns) and `event_cycles` (axes, bits).
+
+    `axes` (axes,) and `contours` (couplings,) are records of the controller; `plant_index` (axes,) is the
+    index of each axis in the plant's records `p`, `s` and `sp`; `reference` is (n, 4 * axes).
+    """
     origins = np.zeros(len(axes), np.int64)
     for k in range(len(reference)):
-        power = k >= off_cycles
+        powered = k >= off_cycles
         for axis in range(len(axes)):
-            at = places[axis]
-            advance_axis(p[at], s[at], sp[at], substeps, dt_s)
-            origins[axis] = latch(axes[axis], wires[axis], p[at], s[at], sp[at], power, origins[axis])
+            i = plant_index[axis]
+            advance_axis(p[i], s[i], sp[i], substeps, dt_s)
+            origins[axis] = latch_inputs(
+                axes[axis], scalings[axis], p[i], s[i], sp[i], powered=powered, origin=origins[axis]
+            )
         couple_axes(contours, axes, reference[k], REFERENCE_COLUMNS, True)
         for axis in range(len(axes)):
             first = axis * REFERENCE_COLUMNS
-            answer(
+            control_axis(
                 axes[axis],
                 tables,
-                kept[axis],
-                wires[axis],
-                sp[places[axis]],
-                reference[k, first : first + REFERENCE_COLUMNS],
-                k,
-                power,
-                origins[axis],
-                rows[axis, k],
-                bits,
-                found_at[axis],
+                supervision_memory[axis],
+                scalings[axis],
+                sp[plant_index[axis]],
+                reference=reference[k, first : first + REFERENCE_COLUMNS],
+                cycle=k,
+                powered=powered,
+                origin=origins[axis],
+                row=rows[axis, k],
+                event_bits=event_bits,
+                event_cycles=event_cycles[axis],
             )

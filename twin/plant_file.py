@@ -8,7 +8,10 @@ from servo_ctrl.errors import ConfigError
 
 
 def load_plant(path: Path) -> PlantConfig:
-    """Read a plant file, or the plant.toml of a directory. Raises servo_ctrl's ConfigError."""
+    """Read a plant file, or the plant.toml of a directory.
+
+    Raises ConfigError of servo_ctrl: the file cannot be read, or a key is unknown, missing or out of bounds.
+    """
     try:
         return hil_sim.config.load_plant(path)
     except hil_sim.config.ConfigError as error:

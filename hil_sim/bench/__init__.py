@@ -1,4 +1,4 @@
-"""A simulated machine as a context manager, and as a plugin of pytest: HIL tests of anybody's controller.
+"""A simulated machine as a context manager and as a pytest plugin, for HIL tests of any controller.
 
-May enter: what starts the simulator as a process of its own and hands out its bus.
+Only code that starts the simulator as a separate process and provides its bus may enter.
 """

@@ -12,19 +12,20 @@ from typing import Literal, Self
 
 from shipped_files import shipped
 
-READY_LIMIT_S, STOP_LIMIT_S = 120.0, 10.0
-"""Bounds of start and stop, s: a first start compiles the plant's kernels. Chosen."""
+START_LIMIT_S, STOP_LIMIT_S = 120.0, 10.0
+"""Bound the durations of start and stop, s; the first start compiles the plant's kernels. Chosen."""
 READY = "on the bus"
+"""Part of the line that the simulator prints once its nodes answer."""
 
 
 class BenchError(RuntimeError):
-    """The simulator did not start; the message has its output."""
+    """The simulator did not start; the message contains its output."""
 
 
 class Bench:
     """A simulated machine on its own bus during a `with` block.
 
-    `machine`: a directory with plant.toml, a plant file, or the name of a machine that is shipped. With
+    `machine`: a directory with plant.toml, a plant file, or the name of a shipped machine. With
     "lockstep" each SYNC on the bus advances simulated time, with "realtime" the wall clock does. `faults`
     are those of `hil-sim run --fault`.
     """
@@ -44,11 +45,11 @@ class Bench:
 
     @property
     def bus(self) -> str:
-        """INTERFACE:CHANNEL, as the command lines take it."""
+        """INTERFACE:CHANNEL, as the option `--bus` of the command lines expects it."""
         return f"localcan:{self.channel}"
 
     def __enter__(self) -> Self:
-        """Start the simulator. Raises BenchError when it is not ready within its bound."""
+        """Start the simulator. Raises BenchError if it is not ready within START_LIMIT_S."""
         with contextlib.ExitStack() as opened:
             folder = opened.enter_context(tempfile.TemporaryDirectory(prefix="hil-sim-"))
             self.channel = str(Path(folder) / "can.sock")
@@ -60,19 +61,20 @@ class Bench:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Stop the simulator, in any case within its bound."""
+        """Stop the simulator; kill it if it has not ended after STOP_LIMIT_S."""
         self._open.close()
         self.channel = ""
 
 
 @contextlib.contextmanager
 def _simulator(command: list[str]) -> Iterator[None]:
+    """Run the simulator as a process while the context is open."""
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     printed: list[str] = []
     ready = threading.Event()
 
     def drain() -> None:
-        """Keep the pipe empty: a full one would stop the simulator."""
+        """Read all output: a full pipe would block the simulator."""
         for line in process.stdout or ():
             if not ready.is_set():
                 printed.append(line.strip())
@@ -83,7 +85,7 @@ def _simulator(command: list[str]) -> Iterator[None]:
     reader = threading.Thread(target=drain, daemon=True)
     reader.start()
     try:
-        if not ready.wait(READY_LIMIT_S) or READY not in "".join(printed[-1:]):
+        if not ready.wait(START_LIMIT_S) or READY not in "".join(printed[-1:]):
             raise BenchError(f"hil-sim did not start: {' | '.join(printed[-3:]) or 'it printed nothing'}")
         yield
     finally:

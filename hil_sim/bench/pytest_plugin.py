@@ -1,6 +1,6 @@
-"""HIL tests of one's own controller: `pytest --hil xy_table`.
+"""Pytest plugin for HIL tests of any controller: `pytest --hil xy_table`.
 
-A test that takes `hil_bench` gets a fresh machine; it is skipped where no machine is named.
+A test with the fixture `hil_bench` gets a fresh machine; it is skipped without the option `--hil`.
 """
 
 from collections.abc import Iterator
@@ -11,13 +11,13 @@ from hil_sim.bench.bench import Bench
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add `--hil`."""
+    """Add the option `--hil`."""
     parser.addoption("--hil", metavar="MACHINE", help="Machine directory, or the name of a shipped machine.")
 
 
 @pytest.fixture
 def hil_bench(request: pytest.FixtureRequest) -> Iterator[Bench]:
-    """Serve the bus of the machine of `--hil` during a test, in lockstep."""
+    """Start the machine of `--hil` for one test, in lockstep; skip the test without the option."""
     machine = request.config.getoption("--hil")
     if machine is None:
         pytest.skip("no machine is named: --hil MACHINE")

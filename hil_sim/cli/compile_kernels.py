@@ -1,4 +1,4 @@
-"""`hil-sim compile`: the compiled kernels of the plant, made before its first start."""
+"""`hil-sim compile`: compiles the kernels of the plant before its first start."""
 
 import typer
 
@@ -6,7 +6,7 @@ from hil_sim.cli.options import MachineOption
 
 
 def compile_kernels(machine: MachineOption) -> None:
-    """Compile the kernels of a plant into the cache on the disk; its next start loads them in a second."""
+    """Compile the kernels of a plant into the cache on disk; the next start only loads them."""
     from hil_sim.config import ConfigError, load_plant
     from hil_sim.runner.bench import SimulatedMachine
 

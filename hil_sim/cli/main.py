@@ -11,8 +11,8 @@ from shipped_files.plain_help import PlainCommand, PlainGroup
 app = typer.Typer(name="hil-sim", no_args_is_help=True, cls=PlainGroup, add_completion=True)
 
 
-def _tell_version(wanted: bool) -> None:
-    if wanted:
+def _show_version(requested: bool) -> None:
+    if requested:
         from importlib.metadata import version
 
         typer.echo(f"hil-sim {version('servo-ctrl')}")
@@ -23,7 +23,7 @@ def _tell_version(wanted: bool) -> None:
 def commands(
     _version: Annotated[
         bool,
-        typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version."),
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit."),
     ] = False,
 ) -> None:
     """Hardware-in-the-loop bench: servo drives (CiA 402) and linear scales (CiA 406) on a CAN bus."""

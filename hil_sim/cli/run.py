@@ -1,4 +1,4 @@
-"""`hil-sim run`: put the nodes of a machine on the bus and simulate them until a signal ends it."""
+"""`hil-sim run`: simulates the nodes of a machine on the bus until a signal ends it."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -10,7 +10,7 @@ from hil_sim.cli.options import MachineOption
 
 
 class Pacing(StrEnum):
-    """What makes simulated time pass."""
+    """What advances simulated time."""
 
     LOCKSTEP = "lockstep"
     REALTIME = "realtime"
@@ -29,7 +29,7 @@ def run(
     ] = Pacing.LOCKSTEP,
     state_dir: Annotated[
         Path | None,
-        typer.Option(help="Where nodes keep stored parameters (object 1010h). Without it: in memory only."),
+        typer.Option(help="Directory for stored parameters of the nodes (object 1010h). Default: memory."),
     ] = None,
     fifo: Annotated[
         bool, typer.Option("--fifo", help="SCHED_FIFO and locked memory; needs permission (root, or limits).")
@@ -38,15 +38,15 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="KIND:AXIS@SECONDS[,KEY=NUMBER]",
-            help="What breaks under way and when, seconds since power-up: broken_scale:x@3.2. Repeatable.",
+            help="A fault and its time in seconds since power-up, e.g. broken_scale:x@3.2. Repeatable.",
         ),
     ] = None,
 ) -> None:
     """Simulate a machine's drives and scales on a CAN bus.
 
-    The plant file names the nodes and their EDS files. Once they are on the bus they boot, answer SDO and
-    wait for an NMT start; a line says so. SIGINT or SIGTERM ends the simulation. A bus on a socket (localcan)
-    is served here where nobody serves it yet, for all who open it.
+    The plant file names the nodes and their EDS files. The nodes boot, answer SDO and wait for an NMT start;
+    a line on standard output reports them. SIGINT or SIGTERM ends the simulation. On a localcan bus this
+    process becomes the server of the socket if there is none yet.
 
     A machine may have more than one plant file: machines/xy_table/plant_lubrication_loss.toml is the X-Y
     table whose x axis runs dry after a minute.

@@ -1,4 +1,4 @@
-"""PlantConfig -> the records that the compiled plant reads."""
+"""Converts a PlantConfig to the records that the compiled plant reads."""
 
 from typing import Any, NamedTuple
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from hil_sim.config.model import AxisPlant, PlantConfig
 from hil_sim.physics.sensor import encoder, scale
-from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, fill, power_up
+from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, write_params, power_up
 
 
 class Plant(NamedTuple):
@@ -19,7 +19,7 @@ class Plant(NamedTuple):
 
 
 def build_plant(config: PlantConfig) -> Plant:
-    """A plant at power-up: standing at its start position, power off, current limit at the peak."""
+    """Return a plant at power-up: standstill at the start position, power off, limit at the peak current."""
     params = np.zeros(len(config.axes), AXIS_PARAMS)
     setpoint = np.zeros(len(config.axes), SETPOINT)
     for index, axis in enumerate(config.axes.values()):
@@ -30,7 +30,7 @@ def build_plant(config: PlantConfig) -> Plant:
 
 def fill_axis(record: Any, axis: AxisPlant) -> None:
     """Write one axis into its AXIS_PARAMS record."""
-    fill(
+    write_params(
         record["mechanics"],
         Mechanics(
             lead_m=axis.lead_m,
@@ -40,15 +40,15 @@ def fill_axis(record: Any, axis: AxisPlant) -> None:
             start_m=axis.table.start_mm * 1e-3,
         ),
     )
-    fill(record["amplifier"], axis.amplifier)
-    fill(
+    write_params(record["amplifier"], axis.amplifier)
+    write_params(
         record["encoder"],
         encoder.Params(axis.lead_m / axis.encoder.counts_per_rev, axis.encoder.index_mm * 1e-3),
     )
     if axis.scale:
-        fill(
+        write_params(
             record["scale"],
             scale.Params(axis.scale.resolution_um * 1e-6, axis.scale.reference_mark_mm * 1e-3),
         )
     for name, values in axis.effects.items():
-        fill(record[name], values)
+        write_params(record[name], values)

@@ -1,4 +1,4 @@
-"""Checks across sections of a plant file: effects that need one another, stiffness against the substep."""
+"""Checks across sections of a plant file: required and exclusive sections, stiffness against the substep."""
 
 import math
 from collections.abc import Iterator
@@ -9,17 +9,17 @@ from hil_sim.physics.kinds import AxisContext, Kind
 from hil_sim.physics.registry import EFFECTS, of_kind
 from kernels.quantities import section_of
 
-ON_THE_SCALE = of_kind(Kind.SCALE_READING, Kind.CROSS_READING)
+SCALE_EFFECTS = of_kind(Kind.SCALE_READING, Kind.CROSS_READING)
 BY_SECTION = {section_of(effect): effect for effect in EFFECTS}
 CONTACTS = of_kind(Kind.PRESLIDING)
 
 
 def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
-    """Every (section, reason) for which an axis cannot be simulated with substeps of `dt_s` (s)."""
+    """Yield every (section, reason) for which an axis cannot be simulated with substeps of `dt_s` (s)."""
     effects, table_kg = axis.effects, axis.table.mass_kg
     coupled_kg = 0.0 if "drive_compliance" in effects else axis.motor_mass_kg
     context = AxisContext(effects=effects, moved_kg=table_kg + coupled_kg, dt_s=dt_s)
-    yield from _missing_or_twice(axis)
+    yield from _missing_or_exclusive(axis)
     for name, effect in BY_SECTION.items():
         if name not in effects:
             continue
@@ -33,14 +33,14 @@ def problems_of(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
     yield from _too_stiff(axis, context)
 
 
-def _missing_or_twice(axis: AxisPlant) -> Iterator[tuple[str, str]]:
-    """Sections that need another one, and sections that exclude each other."""
+def _missing_or_exclusive(axis: AxisPlant) -> Iterator[tuple[str, str]]:
+    """Yield sections that need another one, and sections that exclude each other."""
     effects = axis.effects
     for name, effect in BY_SECTION.items():
         needed = getattr(effect, "NEEDS", name)
         if name in effects and needed not in effects:
             yield name, f"needs the section {needed}"
-    for effect in ON_THE_SCALE:
+    for effect in SCALE_EFFECTS:
         if section_of(effect) in effects and axis.scale is None:
             yield section_of(effect), "needs the section scale"
     contacts = [section_of(effect) for effect in CONTACTS if section_of(effect) in effects]
@@ -49,7 +49,7 @@ def _missing_or_twice(axis: AxisPlant) -> Iterator[tuple[str, str]]:
 
 
 def _current_loop(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
-    """Exactly one current loop, and a proportional gain that does not oscillate from substep to substep."""
+    """Require exactly one current loop, and a proportional gain that is stable at the substep."""
     gain_v_a = axis.amplifier.current_gain_v_a
     if (gain_v_a > 0.0) == (axis.amplifier.current_bandwidth_hz > 0.0):
         yield "amplifier", "give either current_bandwidth_hz or current_gain_v_a"
@@ -59,13 +59,16 @@ def _current_loop(axis: AxisPlant, dt_s: float) -> Iterator[tuple[str, str]]:
         yield "amplifier.current_gain_v_a", "needs the section winding"
         return
     winding = axis.effects["winding"]
-    kept = math.exp(-winding.resistance_v_a * dt_s / winding.inductance_h)
-    if kept < gain_v_a / winding.resistance_v_a * (1.0 - kept):
+    decay = math.exp(-winding.resistance_v_a * dt_s / winding.inductance_h)
+    if decay < gain_v_a / winding.resistance_v_a * (1.0 - decay):  # the pole of the loop would be negative
         yield "amplifier.current_gain_v_a", "too high for the winding at this substep"
 
 
 def _too_stiff(axis: AxisPlant, context: AxisContext) -> Iterator[tuple[str, str]]:
-    """Semi-implicit Euler holds k dt^2 + 2 c dt < 4 m; a quarter keeps the error of the frequency small."""
+    """Require k dt^2 + 2 c dt < m.
+
+    Semi-implicit Euler is stable up to 4 m; a quarter keeps the frequency error small.
+    """
     effects, dt_s = axis.effects, context.dt_s
     motor_kg, table_kg = axis.motor_mass_kg, axis.table.mass_kg
     presliding_n_m = math.fsum(

@@ -1,7 +1,7 @@
-"""The tables of docs/plant.md, made from the effects' own declarations.
+"""Generates the tables of docs/plant.md from the declarations of the effects.
 
-`python -m hil_sim.config.effect_tables docs/plant.md` rewrites what stands between its marks; a test holds
-the document against `filled`.
+`python -m hil_sim.config.effect_tables docs/plant.md` rewrites the text between its marks; a test compares
+the document with `filled`.
 """
 
 import re
@@ -20,12 +20,15 @@ _MARKED = re.compile(r"(<!-- effect: (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def filled(document: str) -> str:
-    """The document with the table of every marked effect rewritten; raises KeyError for an unknown mark."""
+    """Return the document with the table of every marked effect rewritten.
+
+    Raises KeyError for a mark of an unknown effect.
+    """
     return _MARKED.sub(lambda found: found[1] + described(SECTIONS[found[2]]) + found[3], document)
 
 
 def described(effect: ModuleType) -> str:
-    """The first sentence of an effect's file, and a Markdown table of its keys."""
+    """Return the first line of an effect's docstring, and a Markdown table of its keys."""
     sentence = (effect.__doc__ or "").partition("\n")[0]
     defaults = effect.Params._field_defaults
     rows = [_row(field, defaults.get(field.name)) for field in fields_of(effect.Params)]

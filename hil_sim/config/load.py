@@ -1,4 +1,4 @@
-"""plant.toml -> PlantConfig. Every error names the file and the key."""
+"""Reads plant.toml into a PlantConfig; every error names the file and the key."""
 
 import math
 import tomllib
@@ -17,13 +17,13 @@ from kernels.complaints import plain_complaint
 from kernels.quantities import AXIS, fields_of, section_of
 
 SENSORS = {section_of(module) for module in of_kind(Kind.SENSOR)}
-"""Sections of their own, with their place on the bus."""
+"""Effects whose sections (encoder, scale) also have other keys, so that `model` declares them."""
 EFFECT_PARAMS = {section_of(module): module.Params for module in EFFECTS if section_of(module) not in SENSORS}
-NO_OTHERS: Mapping[str, int] = {}
+NO_OTHER_AXES: Mapping[str, int] = {}
 MOTIONS = ("linear", "rotary")
-"""What an axis may be; the laws ask for neither: on a rotary one 1 m stands for 1 rad, 1 N for 1 N m."""
+"""Values of `motion`. The laws are equal for both: on a rotary axis 1 m stands for 1 rad, 1 N for 1 N m."""
 FORMAT = 1
-"""Of plant files; raised when a key changes its meaning."""
+"""Format number of plant files; it rises when a key changes its meaning."""
 
 
 class ConfigError(Exception):
@@ -36,8 +36,8 @@ class ConfigError(Exception):
         self.reason = reason
 
 
-OTHER_KINDS = {"machine": "a controller file", "bus": "a controller file", "step": "a program"}
-"""Another kind of file, by a section that a plant file never has."""
+OTHER_FILE_KINDS = {"machine": "a controller file", "bus": "a controller file", "step": "a program"}
+"""Kinds of other files, by a section that a plant file never has."""
 
 
 def load_plant(path: Path) -> PlantConfig:
@@ -52,15 +52,15 @@ def load_plant(path: Path) -> PlantConfig:
         content = tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(file, "", error.strerror or "cannot be read") from error
-    except (ValueError, RecursionError) as error:  # no UTF-8, no TOML; a number or a nesting without end
+    except (ValueError, RecursionError) as error:  # no UTF-8, no TOML, a huge number, too deep nesting
         raise ConfigError(file, "", f"not TOML: {error}") from error
     _check_format(file, content.pop("format", None))
     plant = _table(file, "plant", content.pop("plant", {}))
     axes = _table(file, "axis", content.pop("axis", {}))
     for key in content:
-        if key in OTHER_KINDS:
+        if key in OTHER_FILE_KINDS:
             raise ConfigError(
-                file, "", f"this is {OTHER_KINDS[key]}, --machine wants a directory with plant.toml"
+                file, "", f"this is {OTHER_FILE_KINDS[key]}, --machine wants a directory with plant.toml"
             )
         raise ConfigError(file, key, "unknown key")
     numbers = {name: number for number, name in enumerate(axes)}
@@ -77,7 +77,7 @@ def load_plant(path: Path) -> PlantConfig:
 
 
 def _check_format(file: Path, found: object) -> None:
-    """A file without the key is of the first format."""
+    """Refuse another format number; a file without the key has the first format."""
     if found is not None and (type(found) is not int or found != FORMAT):
         raise ConfigError(
             file,
@@ -87,7 +87,7 @@ def _check_format(file: Path, found: object) -> None:
 
 
 def _key_of(location: tuple[int | str, ...]) -> str:
-    """Where pydantic found the fault, as the file has it."""
+    """Return the key in the file for the location of an error in pydantic's model."""
     parts = [str(part) for part in location]
     if parts[:1] == ["axes"]:
         return ".".join(["axis", *parts[1:]])
@@ -101,6 +101,7 @@ def _table(file: Path, key: str, value: Any) -> dict[str, Any]:
 
 
 def _axis(file: Path, own_name: str, value: Any, numbers: dict[str, int]) -> dict[str, Any]:
+    """Return the table of an axis with effects and amplifier as `Params`, and absolute paths of EDS files."""
     key = f"axis.{own_name}"
     axis = _table(file, key, value)
     if (motion := axis.pop("motion", MOTIONS[0])) not in MOTIONS:
@@ -117,20 +118,24 @@ def _axis(file: Path, own_name: str, value: Any, numbers: dict[str, int]) -> dic
         if isinstance(axis.get(section), dict) and isinstance(axis[section].get("eds"), str):
             axis[section] = {**axis[section], "eds": (file.parent / axis[section]["eds"]).resolve()}
     drive = axis.get("drive")
-    ways = drive.get("personality") if isinstance(drive, dict) else None
-    if isinstance(drive, dict) and isinstance(ways, dict) and isinstance(ways.get("inside_eds"), str):
-        inside = (file.parent / ways["inside_eds"]).resolve()
-        axis["drive"] = {**drive, "personality": {**ways, "inside_eds": inside}}
+    personality = drive.get("personality") if isinstance(drive, dict) else None
+    if (
+        isinstance(drive, dict)
+        and isinstance(personality, dict)
+        and isinstance(personality.get("inside_eds"), str)
+    ):
+        inside_eds = (file.parent / personality["inside_eds"]).resolve()
+        axis["drive"] = {**drive, "personality": {**personality, "inside_eds": inside_eds}}
     return axis
 
 
 def read_params(
-    file: Path, key: str, params: type[Any], value: Any, others: Mapping[str, int] = NO_OTHERS
+    file: Path, key: str, params: type[Any], value: Any, others: Mapping[str, int] = NO_OTHER_AXES
 ) -> Any:
-    """A TOML table as the effect's `Params` in SI, every bound checked; `others` numbers the other axes.
+    """Return a TOML table as an effect's `Params` in SI; `others` holds the indices of the other axes.
 
     Raises:
-        ConfigError: see `load_plant`.
+        ConfigError: a key is unknown, missing or out of bounds.
 
     """
     table = _table(file, key, value)
@@ -141,23 +146,23 @@ def read_params(
                 continue
             raise ConfigError(file, f"{key}.{field.key}", "missing")
         given = table.pop(field.key)
-        here = f"{key}.{field.key}"
+        field_key = f"{key}.{field.key}"
         length = field.quantity.length
         if field.quantity.file_unit == AXIS:
-            values[field.name] = _number_of_axis(file, here, given, others)
+            values[field.name] = _axis_index(file, field_key, given, others)
         elif length:
             if not isinstance(given, list) or len(given) > length:
-                raise ConfigError(file, here, f"must be a list of at most {length} numbers")
-            numbers = [_number(file, here, item, field.quantity) for item in given]
+                raise ConfigError(file, field_key, f"must be a list of at most {length} numbers")
+            numbers = [_number(file, field_key, item, field.quantity) for item in given]
             values[field.name] = tuple(numbers + [0.0] * (length - len(numbers)))
         else:
-            values[field.name] = _number(file, here, given, field.quantity)
+            values[field.name] = _number(file, field_key, given, field.quantity)
     for unknown in table:
         raise ConfigError(file, f"{key}.{unknown}", "unknown key")
     return params(**values)
 
 
-def _number_of_axis(file: Path, key: str, given: Any, others: Mapping[str, int]) -> float:
+def _axis_index(file: Path, key: str, given: Any, others: Mapping[str, int]) -> float:
     if not isinstance(given, str) or given not in others:
         raise ConfigError(
             file, key, f"must be the name of another axis: {', '.join(others) or 'there is none'}"

@@ -1,4 +1,4 @@
-"""Schema of plant.toml: one table per axis, lengths in millimetres and micrometres."""
+"""Schema of plant.toml: one table per axis; units are in the names of the keys."""
 
 import math
 from pathlib import Path
@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-UNNAMED = 255
-"""The node id of a device that has none."""
+UNCONFIGURED_NODE_ID = 255
+"""Node id of a device until LSS assigns one (CiA 305)."""
 NodeId = Annotated[int, Field(ge=1, le=127)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -24,48 +24,48 @@ class BusNode(Section):
     """A device's place on the bus. `eds` is relative to the plant file in TOML, absolute once loaded."""
 
     node_id: NodeId | Literal[255]
-    """255: none, LSS gives it one."""
+    """255: unconfigured, LSS assigns one."""
     eds: Path
 
 
 class Personality(Section):
-    """How the drive of an axis differs from the bench's own: the ways of a family of real drives."""
+    """How the drive of an axis differs from the standard one: the behaviour of a family of real drives."""
 
     inside_eds: Path
-    """What it has inside; its own EDS is what it shows, and what that leaves out no client finds."""
+    """Describes all objects of the drive. Clients can access only those that its own `eds` describes."""
     velocity_counts_s: Positive = 1.0
-    """One unit of its velocities, counts/s."""
+    """Unit of its velocity objects, counts/s."""
     acceleration_counts_s2: Positive = 1.0
-    """One unit of its accelerations, counts/s^2."""
+    """Unit of its acceleration objects, counts/s^2."""
     needs_mode: bool = False
-    """Whether it enables operation only with a mode of operation."""
+    """Whether it enables operation only after a mode of operation is selected."""
     mode_switch_enabled: bool = True
-    """Whether it takes another mode in operation enabled."""
+    """Whether it accepts another mode of operation in operation enabled."""
     mode_switch_with_halt: bool = True
-    """Whether it takes another mode while the halt bit is set."""
+    """Whether it accepts another mode of operation while the halt bit is set."""
     homing_reached_bit: bool = True
-    """Whether statusword bit 10 (target reached) reports the end of homing, beside bit 12."""
+    """Whether statusword bit 10 (target reached) reports the end of homing, besides bit 12."""
     no_homing_method: bool = True
-    """Whether 6098h takes 0."""
+    """Whether homing method 6098h accepts 0, no homing."""
     sdo_delay_ms: NonNegative = 0.0
-    """How long it takes over an SDO answer, wall clock."""
+    """Delay of its SDO responses, in wall-clock time."""
 
 
 class DriveNode(BusNode):
-    """The amplifier's place on the bus, and its ways."""
+    """The amplifier's place on the bus, and how it differs from the standard drive."""
 
     personality: Personality | None = None
 
 
 class Scale(BusNode):
-    """The grating scale: its place on the bus, its step and its reference mark."""
+    """The grating scale: its place on the bus, measuring step and reference mark."""
 
     resolution_um: Positive
     reference_mark_mm: Number = 0.0
 
 
 class Encoder(Section):
-    """The motor encoder; an index pulse lies at `index_mm` and every lead from there."""
+    """The motor encoder; an index pulse is at `index_mm`, and at every lead from there."""
 
     counts_per_rev: Annotated[int, Field(ge=1, le=2**31 - 1)]
     index_mm: Number = 0.0
@@ -98,14 +98,14 @@ class HomeSwitch(Section):
 
 
 class TouchProbeInputs(Section):
-    """Positions beyond which an input of a touch probe is active; none: it is not connected."""
+    """Positions beyond which an input of a touch probe is active; None: not connected."""
 
     first_mm: Number | None = None
     second_mm: Number | None = None
 
 
 class Brake(Section):
-    """A holding brake on the motor shaft: its torque, and how long it takes to open and to close."""
+    """A holding brake on the motor shaft: its torque, and the times to release and to set it."""
 
     torque_nm: Positive
     release_ms: NonNegative
@@ -113,7 +113,7 @@ class Brake(Section):
 
 
 class Motor(Section):
-    """Rating plate of the motor; `inertia_kg_cm2` is rotor, coupling and screw."""
+    """Rating plate of the motor; `inertia_kg_cm2` is that of rotor, coupling and screw."""
 
     rated_torque_mnm: Annotated[int, Field(ge=1, le=2**32 - 1)]
     rated_current_ma: Annotated[int, Field(ge=1, le=2**32 - 1)]
@@ -128,7 +128,7 @@ class Transmission(Section):
 
 
 class Table(Section):
-    """The moving mass and where it stands at power-up."""
+    """The moving mass and its position at power-up."""
 
     mass_kg: Positive
     start_mm: Number = 0.0
@@ -162,7 +162,7 @@ class AxisPlant(Section):
 
     @property
     def motor_mass_kg(self) -> float:
-        """Rotating inertia as a mass at the screw."""
+        """Rotating inertia as a mass at the screw (kg)."""
         return self.motor.inertia_kg_cm2 * 1e-4 * (2.0 * math.pi / self.lead_m) ** 2
 
 
@@ -172,13 +172,13 @@ class PlantConfig(Section):
     name: str
     substep_us: Annotated[float, Field(ge=1.0, le=50.0)] = 50.0
     drive_tick_ms: Annotated[int, Field(ge=1, le=100)] = 1
-    """How often the drives look at set points, limits and windows; more than 1 is for long soaks."""
+    """Period in which the drives evaluate set points, limits and windows; above 1 only for endurance runs."""
     axes: Annotated[dict[str, AxisPlant], Field(min_length=1)]
 
     @field_validator("substep_us")
     @classmethod
     def _divides_a_millisecond(cls, substep_us: float) -> float:
-        """Communication cycles and the ticks of the drives are whole substeps."""
+        """Check that communication cycles and ticks of the drives are whole numbers of substeps."""
         if 1000.0 % substep_us:
             raise ValueError("1000 us must be a whole number of substeps")
         return substep_us
@@ -188,11 +188,11 @@ class PlantConfig(Section):
         nodes = [axis.drive.node_id for axis in self.axes.values()]
         nodes += [axis.scale.node_id for axis in self.axes.values() if axis.scale]
         for node in nodes:
-            if node != UNNAMED and nodes.count(node) > 1:
+            if node != UNCONFIGURED_NODE_ID and nodes.count(node) > 1:
                 raise ValueError(f"node id {node} is used twice")
         return self
 
     @property
     def dt_s(self) -> float:
-        """Substep (s)."""
+        """Duration of a substep (s)."""
         return self.substep_us * 1e-6

@@ -16,7 +16,7 @@ from hil_sim.drive import cia402_device as cia402
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.brake_control import BrakeControl, brake_of
 from hil_sim.drive.cia402_device import State
-from hil_sim.drive.drive_dictionary import guard, hardware_values
+from hil_sim.drive.drive_dictionary import connect_objects, hardware_values
 from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.drive_states import DriveStates
 from hil_sim.drive.mode import BIT_13
@@ -28,13 +28,13 @@ from hil_sim.node.slave import Slave
 from kernels.arrays import Array
 
 TORQUE_LIMITS = ("acted_max_torque", "acted_max_current", "acted_positive_torque", "acted_negative_torque")
-"""Fields of the record with the limits that act: 6072h, 6073h, 60E0h, 60E1h, in per mille."""
+"""Fields of the record with the limits in effect: 6072h, 6073h, 60E0h, 60E1h, in per mille."""
 
 
 class Drive:
     """Amplifier with motor encoder of axis `index` of the plant.
 
-    `inside_eds` goes to the slave's dictionary: see `Dictionary`. Raises what `Slave` raises.
+    `inside_eds` describes further objects of the dictionary, see `Dictionary`. Raises what `Slave` raises.
     """
 
     profile = 402
@@ -65,7 +65,7 @@ class Drive:
             inside_eds=inside_eds,
         )
         self._states = DriveStates(self.objects, self.port, self.motion, self.brake, self.slave.emergency)
-        guard(self.slave.dictionary, self)
+        connect_objects(self.slave.dictionary, self)
 
     @property
     def state(self) -> State:
@@ -98,11 +98,11 @@ class Drive:
         self._compose_statusword()
 
     def is_idle(self) -> bool:
-        """Whether the motor has no power: parameters may be stored then."""
+        """Return whether the motor has no power, so that parameters may be stored."""
         return not self.motion.powered
 
     def manufacturer_status(self) -> int:
-        """Bit 0 motor under power, 1 homed, 2 stopping, 3 a limit switch blocks a direction."""
+        """Return bits 0 motor under power, 1 homed, 2 stopping, 3 a limit switch blocks a direction."""
         motion = self.motion
         bits = (motion.powered, motion.homed, motion.stopping, motion.limits.switched)
         return sum(1 << place for place, bit in enumerate(bits) if bit)
@@ -143,7 +143,7 @@ class Drive:
         self._states.execute(controlword, previous)
 
     def clear_set_point(self) -> None:
-        """Leave no set point in 60C1h:01, so that the same value can be written again."""
+        """Mark the set point in 60C1h:01 as used, so that the same value can be written again."""
         self.objects.interpolation_data_record = NO_SET_POINT
 
     def push_set_point(self, set_point: int) -> bool:
@@ -153,7 +153,7 @@ class Drive:
         return self.motion.interpolated.push(set_point)
 
     def apply_polarity(self) -> None:
-        """Apply the polarity 607Eh, and the torque limits again: they belong to a direction."""
+        """Apply the polarity 607Eh, and again the torque limits, which have a direction."""
         self.port.set_polarity(self.objects.polarity)
         self._limit_torque()
 
@@ -169,7 +169,7 @@ class Drive:
         self.motion.limits.motor_speed = turns_s * self.port.counts_per_rev
 
     def _torque_limits(self) -> tuple[int, int, int, int]:
-        """The limits that the objects hold, in the order of TORQUE_LIMITS."""
+        """Return the values of the objects, in the order of TORQUE_LIMITS (per mille)."""
         objects = self.objects
         directions = (objects.positive_torque_limit_value, objects.negative_torque_limit_value)
         return objects.max_torque, objects.max_current, *directions
@@ -184,18 +184,18 @@ class Drive:
 
     @property
     def follows_cycle(self) -> bool:
-        """Whether its tick is that of a cyclic mode alone, which the compiled tick of all drives serves."""
+        """Whether the drive only follows a cyclic mode: the compiled tick of all drives can serve it."""
         return bool(self.motion.cyclic_code) and not self._probes.watching and not self.brake.brake.moving
 
     def move_to(self, record: NDArray[Any], numbers: Array) -> None:
-        """Keep record (1,) and process objects (values,) in these arrays of the bench from now on."""
+        """Move record (1,) and process objects (values,) into these arrays of the bench."""
         numbers[:] = self.objects.numbers
         self.objects.move_to(numbers)
         self.port.move_to(record, self.objects.records)
 
-    def command_axis(self, dt_s: float, share: float) -> None:
-        """Command the axis for the next `dt_s`, which is a `share` of the communication cycle."""
-        self.motion.tick(dt_s, share)
+    def command_axis(self, dt_s: float, cycle_fraction: float) -> None:
+        """Command the axis for the next `dt_s`, a fraction `cycle_fraction` of the communication cycle."""
+        self.motion.tick(dt_s, cycle_fraction)
 
     def read_axis(self, dt_s: float) -> None:
         """Read the actual values and supervise the axis over the last `dt_s`."""

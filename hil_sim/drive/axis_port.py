@@ -1,7 +1,7 @@
 """The interface of one amplifier to its axis: views of the plant's records, and the drive's scaling.
 
-Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing moves. Only values
-for clients wrap at the position range 607Bh.
+Positions are user counts: motor counts times the sign of 607Eh, plus an origin that homing shifts. Only the
+values in process objects wrap at the position range 607Bh.
 """
 
 import math
@@ -17,17 +17,20 @@ from hil_sim.drive.position_range import PositionRange
 from hil_sim.plant.amplifier import OFF
 from hil_sim.plant.measured_point import velocity_field
 
-POSITION_REVERSED, VELOCITY_REVERSED, TORQUE_REVERSED = 0x80, 0x40, 0x20  # polarity 607Eh
-SCALE_SENSOR = 1  # sensor selection code 606Ah
+POSITION_REVERSED, VELOCITY_REVERSED, TORQUE_REVERSED = 0x80, 0x40, 0x20
+"""Bits of the polarity 607Eh."""
+SCALE_SENSOR = 1
+"""Value of the sensor selection code 606Ah; 0 is the motor encoder."""
 CARRIED = "carried_velocity_m_s"
 """Field of the plant's state that the scale of an axis with a structural mode measures."""
-PER_MILLE = 1000.0  # torque and current objects count in thousandths of the rated value
+PER_MILLE = 1000.0
+"""Torque and current objects are in thousandths of the rated value (CiA 402)."""
 
 
 class AxisPort:
     """Commands to and feedback from axis `index` of the plant.
 
-    It keeps its state in a `DriveRecord`, which with the process objects is the memory of the compiled tick.
+    Its state is a `DriveRecord`, which with the process objects is the memory of the compiled tick.
     """
 
     def __init__(self, config: AxisPlant, plant: Plant, index: int, objects: DriveObjects) -> None:
@@ -65,7 +68,7 @@ class AxisPort:
         self.set_polarity(0)
 
     def warm_up(self) -> None:
-        """Compile the kernels that Python calls, or load them, before the first frame; nothing moves."""
+        """Compile the kernels that Python calls, or load them from the cache; nothing moves."""
         records, objects, setpoints = self._records.copy(), self._objects.copy(), self._setpoints.copy()
         drive_readings.read_axis(records, objects, self._states, 0)
         drive_readings.inputs_of(records, self._states, 0)
@@ -82,7 +85,7 @@ class AxisPort:
         drive_step.command_position(records, setpoints, 0, 0.0, 0.0, 0.0)
 
     def move_to(self, records: NDArray[Any], objects: NDArray[Any]) -> None:
-        """Keep record and process objects in these arrays (1,) of the bench from now on."""
+        """Move record and process objects into these arrays (1,) of the bench."""
         if hasattr(self, "record"):
             records[0] = self.record
         self._records, self._objects = records, objects
@@ -100,7 +103,7 @@ class AxisPort:
 
     @property
     def position(self) -> int:
-        """Actual position at the last `read`; 6064h shows it within the range."""
+        """Actual position (user counts) at the last `read`; 6064h shows it wrapped to the range."""
         return int(self.record["position"])
 
     @property
@@ -109,12 +112,12 @@ class AxisPort:
         return int(self.record["position_sign"])
 
     @property
-    def velocity_side(self) -> int:
+    def position_change_sign(self) -> int:
         """Sign of the position change at a positive velocity, in user units."""
         return int(self.record["velocity_sign"] * self.record["position_sign"])
 
     def set_polarity(self, polarity: int) -> None:
-        """Apply the signs of 607Eh; the actual position is mirrored at the origin."""
+        """Apply the signs of 607Eh; a reversed position is mirrored at the origin."""
         store_fields(
             self.record,
             position_sign=-1 if polarity & POSITION_REVERSED else 1,
@@ -123,7 +126,7 @@ class AxisPort:
         )
 
     def read(self) -> None:
-        """Write the actual values to the process objects. Raises ValueError where the plant has diverged."""
+        """Write the actual values to the process objects. Raises ValueError if the plant has diverged."""
         if not drive_readings.read_axis(self._records, self._objects, self._states, 0):
             raise ValueError("the position of an axis is not a number: the plant is unstable")
 
@@ -132,7 +135,7 @@ class AxisPort:
         drive_step.store_demand(self._records, self._objects, 0, float(position), float(velocity))
 
     def switches(self) -> int:
-        """Digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch, bit 2 home switch."""
+        """Return digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch, bit 2 home switch."""
         return drive_readings.inputs_of(self._records, self._states, 0)
 
     def clip_position(self, wanted: float) -> float:
@@ -153,24 +156,24 @@ class AxisPort:
         """Clip a torque demand (per mille): none into a closed limit switch, none beyond speed 6080h."""
         return int(drive_limits.clip_torque(self._records, self._objects, 0, float(wanted)))
 
-    def hold(self, value: float) -> None:
+    def start_interpolation(self, value: float) -> None:
         """Start the interpolation of a cyclic mode at `value`, without a ramp."""
         store_fields(self.record, present=value, start=value, target=value, progress=1.0)
 
-    def follow_set_points(self, dt_s: float, share: float) -> None:
-        """Command the set points of the axis's cyclic mode for the next `dt_s`, a `share` of the cycle."""
-        drive_step.command_axes(self._records, self._objects, self._setpoints, dt_s, share)
+    def follow_set_points(self, dt_s: float, cycle_fraction: float) -> None:
+        """Command the set points of the cyclic mode for the next `dt_s`, `cycle_fraction` of the cycle."""
+        drive_step.command_axes(self._records, self._objects, self._setpoints, dt_s, cycle_fraction)
 
     def check_following(self, dt_s: float) -> bool:
         """Update 60F4h; return whether the following error has been too large for too long."""
         return drive_readings.check_following(self._records, self._objects, 0, dt_s)
 
     def table_position_m(self) -> float:
-        """Position of the table, against which switches and probes of the machine are placed."""
+        """Return the position of the table (m), which switches and touch probes of the machine sense."""
         return float(self._state["table_position_m"])
 
     def user_position(self, motor_counts: int) -> int:
-        """Convert motor counts to a position for clients, wrapped to the range."""
+        """Convert motor counts to a position as process objects show it, wrapped to the range."""
         return self.range.wrapped(self.origin + self.position_sign * motor_counts)
 
     def set_range(self, low: int, high: int) -> None:
@@ -186,14 +189,14 @@ class AxisPort:
         return shift
 
     def close_switch(self, *, positive: bool) -> None:
-        """Keep one of the limit switches closed from now on, wherever the table is."""
+        """Close one of the limit switches permanently, at any position of the table."""
         if positive:
             self.record["positive_m"] = -math.inf
         else:
             self.record["negative_m"] = math.inf
 
     def sensor_velocity(self, selection: int) -> int:
-        """Velocity (increments/s of the sensor, without polarity) of encoder (0) or scale (1), by 606Ah."""
+        """Return the velocity (increments/s, without polarity) of the sensor that 606Ah selects."""
         state, record = self._state, self.record
         if selection == SCALE_SENSOR:
             field = CARRIED if record["carried"] else "table_velocity_m_s"
@@ -201,11 +204,11 @@ class AxisPort:
         return round(float(state["encoder_velocity_m_s"] * record["counts_per_m"]))
 
     def motor_counts(self) -> int:
-        """Motor counts from the power-up origin, without polarity."""
+        """Return motor counts from the power-up origin, without polarity."""
         return int(self._state["encoder_counts"])
 
     def index_between(self, before: int, now: int) -> int | None:
-        """Motor counts of the first index pulse passed between `before` and `now`, if any."""
+        """Return the motor counts of the first index pulse from `before` to `now`, None without one."""
         turn = self.counts_per_rev
         if now >= before:
             first = before + 1 + (self._pulse_counts - before - 1) % turn
@@ -225,13 +228,13 @@ class AxisPort:
         self._setpoint["current_limit_a"] = self._limit_a
 
     def limit_direction(self, positive: int, negative: int) -> None:
-        """Apply the limits 60E0h and 60E1h (per mille), below those of both directions."""
+        """Apply the limits 60E0h and 60E1h (per mille) of one direction, within those of both directions."""
         limit_a = min(self._limit_a, self._peak_a)
-        cuts_a = [max(0.0, limit_a - torque * self._a_per_torque) for torque in (positive, negative)]
+        reductions_a = [max(0.0, limit_a - torque * self._a_per_torque) for torque in (positive, negative)]
         if self.record["torque_sign"] < 0:
-            cuts_a.reverse()
-        self._setpoint["current_cut_positive_a"] = cuts_a[0]
-        self._setpoint["current_cut_negative_a"] = cuts_a[1]
+            reductions_a.reverse()
+        self._setpoint["limit_reduction_positive_a"] = reductions_a[0]
+        self._setpoint["limit_reduction_negative_a"] = reductions_a[1]
 
     def command_torque(self, torque: int) -> None:
         """Command a torque (per mille of the rated torque)."""

@@ -1,11 +1,11 @@
 """Holding brake control: the brake output, bit 0 of 60FEh, in sequence with the power stage.
 
-    enable: power at standstill, release the brake, 2011h:01 ms later operation enabled
-    disable after a ramp: standstill, set the brake, 2011h:02 ms later power off
-    power off at once (transition 9, option code 0): set the brake at the same moment
+    enable: power on, hold standstill, release the brake, operation enabled after the time 2011h:01 (ms)
+    disable after a ramp: standstill, set the brake, power off after the time 2011h:02 (ms)
+    power off at once (transition 9, option code 0): set the brake at the same time
 
-With bit 0 of the mask 60FEh:02, bit 0 of 60FEh:01 drives the output instead of this sequence (1 = set), with
-the same times. Without it 60FEh:01 reads the state of the output.
+If bit 0 of the mask 60FEh:02 is set, bit 0 of 60FEh:01 (1 = brake set) drives the output instead of this
+sequence, with the same times. If not, 60FEh:01 reads the state of the output.
 """
 
 import math
@@ -32,54 +32,54 @@ def brake_of(config: AxisPlant, plant: Plant, index: int) -> HoldingBrake:
 
 
 class BrakeControl:
-    """The brake output of one drive; `wanted_set`: whether the sequence asks for a set brake."""
+    """The brake output of one drive; `commanded_set`: whether the sequence commands a set brake."""
 
     def __init__(self, objects: DriveObjects, port: AxisPort, brake: HoldingBrake, clock: Clock) -> None:
         self._objects, self._port = objects, port
         self._clock = clock
         self.brake = brake
         self.outputs = (0, 0)
-        """60FEh:01 and 02 as they were applied last."""
-        self.wanted_set = True
+        """The values of 60FEh:01 and 02 in effect."""
+        self.commanded_set = True
         self._since_us = 0
 
     def reset(self) -> None:
         """Set the brake, as after power-up."""
-        self.wanted_set = True
+        self.commanded_set = True
         self.drive_output()
 
-    def order(self, *, close: bool) -> None:
-        """Set or release the brake, as the sequence with the power stage asks."""
-        if close != self.wanted_set:
-            self.wanted_set = close
+    def command(self, *, close: bool) -> None:
+        """Set or release the brake for the sequence with the power stage."""
+        if close != self.commanded_set:
+            self.commanded_set = close
             self._since_us = self._clock.now_us
             self.drive_output()
 
     def drive_output(self) -> None:
-        """Drive the output: by 60FEh:01 where the mask says so, else by the sequence."""
+        """Drive the output: by 60FEh:01 if the mask selects it, else by the sequence."""
         objects = self._objects
         self.outputs = objects.physical_outputs, objects.bit_mask
         acted = dict(zip(("acted_physical_outputs", "acted_bit_mask"), self.outputs, strict=True))
         store_fields(self._port.record, **acted)
-        by_hand = objects.bit_mask & SET_BRAKE
-        close = bool(objects.physical_outputs & SET_BRAKE) if by_hand else self.wanted_set
+        by_object = objects.bit_mask & SET_BRAKE
+        close = bool(objects.physical_outputs & SET_BRAKE) if by_object else self.commanded_set
         self.is_set = close
         self.brake.drive(close=close, now_us=self._clock.now_us)
 
     def output_state(self) -> int:
-        """Return 60FEh:01 as clients read it: the state of the output."""
+        """Return the value that clients read from 60FEh:01: the state of the output."""
         return SET_BRAKE if self.is_set else 0
 
     def release_then(self, then: Callable[[], None]) -> Callable[[], None]:
         """Release the brake; return a function for every tick, which calls `then` after the release time."""
-        self.order(close=False)
+        self.command(close=False)
         return lambda: then() if self.released() else None
 
     def set_then(self, then: Callable[[], None]) -> Callable[[], None]:
         """Return a function for every tick after a ramp: it sets the brake, then calls `then` once set."""
 
         def at_rest() -> None:
-            self.order(close=True)
+            self.command(close=True)
             if self._elapsed(self._objects.brake_set_time):
                 then()
 
@@ -87,7 +87,7 @@ class BrakeControl:
 
     def released(self) -> bool:
         """Return whether the release time 2011h:01 is over."""
-        return not self.wanted_set and self._elapsed(self._objects.brake_release_time)
+        return not self.commanded_set and self._elapsed(self._objects.brake_release_time)
 
     def _elapsed(self, time_ms: int) -> bool:
         return self._clock.now_us - self._since_us >= 1000 * time_ms

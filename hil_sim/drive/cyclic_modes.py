@@ -12,17 +12,17 @@ class CyclicMode(Mode):
     """Follows the set points of the bus."""
 
     def enter(self) -> None:
-        """Follow from the present position or velocity."""
+        """Start to follow at the actual position."""
         self.resume(float(self.port.position))
 
     def resume(self, position: float) -> None:
-        """Follow from standstill at `position`."""
-        self.port.hold(position)
+        """Start to follow at standstill at `position`."""
+        self.port.start_interpolation(position)
         self.status = FOLLOWS_COMMAND
 
-    def tick(self, dt_s: float, share: float) -> None:
+    def tick(self, dt_s: float, cycle_fraction: float) -> None:
         """Command the set point and its offsets."""
-        self.port.follow_set_points(dt_s, share)
+        self.port.follow_set_points(dt_s, cycle_fraction)
 
 
 class CyclicTorque(CyclicMode):
@@ -31,7 +31,7 @@ class CyclicTorque(CyclicMode):
     cyclic_code = ModeCode.CYCLIC_TORQUE
 
     def leave(self) -> None:
-        """Clear the torque demand: from now on the amplifier's own loops compute it."""
+        """Clear the torque demand, which the amplifier's own loops compute in the other modes."""
         super().leave()
         self.objects.torque_demand = 0
 
@@ -42,11 +42,11 @@ class CyclicVelocity(CyclicMode):
     cyclic_code = ModeCode.CYCLIC_VELOCITY
 
     def enter(self) -> None:
-        """Follow from the present velocity."""
+        """Start to follow at the actual velocity."""
         super().resume(float(self.objects.velocity_actual_value))
 
     def resume(self, _position: float) -> None:
-        """Follow from standstill."""
+        """Start to follow at standstill."""
         super().resume(0.0)
 
 

@@ -1,4 +1,4 @@
-"""Objects of the drive that depend on the hardware, and writes that depend on the drive's state."""
+"""Values of the drive's objects that depend on the hardware, and checks and effects of SDO writes."""
 
 import math
 from collections.abc import Callable, Container
@@ -19,12 +19,12 @@ from hil_sim.drive.homing_methods import METHODS
 from hil_sim.drive.motion import Motion
 from hil_sim.drive.position_range import LINEAR, NEGATIVE, POSITIVE, SHORTEST
 from hil_sim.drive.profile_modes import JERK_LIMITED, TO_DEMAND
-from hil_sim.drive.touch_probe import FUNCTIONS
+from hil_sim.drive.touch_probe import FUNCTION_BITS
 from hil_sim.node.dictionary import Dictionary
 from hil_sim.node.sdo_abort import AbortCode, SdoAbort
 
-ACTED_ON_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073, 0x60B8, 0x60E0, 0x60E1, 0x60FE)
-"""Objects whose write by SDO takes effect before the next tick."""
+EFFECTIVE_AT_ONCE = (0x6040, 0x6060, 0x6072, 0x6073, 0x60B8, 0x60E0, 0x60E1, 0x60FE)
+"""Objects whose write by SDO takes effect at once, before the next tick."""
 BUFFER_POSITION, BUFFER_CLEAR = 4, 6
 """Subindices of 60C4h."""
 POSITIONING_OPTIONS = tuple(
@@ -32,16 +32,16 @@ POSITIONING_OPTIONS = tuple(
 )
 """Supported values of 60F2h: what a relative set-point is relative to, and the direction of a rotary axis.
 
-Bits 2 to 5 are 0: bit 5 of the controlword alone decides whether a set-point acts at once, and bit 4 alone
-makes the handshake.
+Bits 2 to 5 are 0: only bit 5 of the controlword selects whether a set-point acts at once, and only bit 4 is
+the handshake.
 """
-LARGEST_U16 = 0xFFFF
+UINT16_MAX = 0xFFFF
 POLARITY_BITS = POSITION_REVERSED | VELOCITY_REVERSED | TORQUE_REVERSED
 """Bits of 607Eh; the others are reserved."""
 
 
-class GuardedDrive(Protocol):
-    """The part of `Drive` that checks and followers of the dictionary call."""
+class DictionaryOwner(Protocol):
+    """The interface of `Drive` that checks and followers of the dictionary call."""
 
     objects: DriveObjects
     port: AxisPort
@@ -52,16 +52,16 @@ class GuardedDrive(Protocol):
         """Act on changed process objects."""
 
     def is_idle(self) -> bool:
-        """Whether the motor has no power."""
+        """Return whether the motor has no power."""
 
     last_set_point: int
-    """The set point of interpolated position that was buffered last (counts), shown by 60C1h:01."""
+    """The last buffered set point of interpolated position (counts), which 60C1h:01 shows."""
 
     def push_set_point(self, set_point: int) -> bool:
         """Buffer a set point; return whether there was room."""
 
     def clear_set_point(self) -> None:
-        """Leave no set point in 60C1h:01, so that the same value can be written again."""
+        """Mark the set point in 60C1h:01 as used, so that the same value can be written again."""
 
     def apply_polarity(self) -> None:
         """Apply the polarity 607Eh."""
@@ -91,8 +91,8 @@ def hardware_values(config: AxisPlant) -> dict[tuple[int, int], int]:
     return scale | {
         (0x2011, 1): math.ceil(times_ms[0]),
         (0x2011, 2): math.ceil(times_ms[1]),
-        (0x6072, 0): min(LARGEST_U16, peak_torque),
-        (0x6073, 0): min(LARGEST_U16, peak_current),
+        (0x6072, 0): min(UINT16_MAX, peak_torque),
+        (0x6073, 0): min(UINT16_MAX, peak_current),
         (0x6075, 0): motor.rated_current_ma,
         (0x6076, 0): motor.rated_torque_mnm,
         (0x6079, 0): round(config.amplifier.voltage_limit_v * 1e3),
@@ -125,8 +125,8 @@ def without(reserved: int) -> Check:
     return check
 
 
-def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
-    """Refuse invalid SDO writes, and have the drive act at once on those to the objects ACTED_ON_AT_ONCE."""
+def connect_objects(dictionary: Dictionary, drive: DictionaryOwner) -> None:
+    """Install the checks of SDO writes, and the actions of the drive on writes and reads."""
 
     def software_limits(subindex: int, value: int) -> None:
         objects = drive.objects
@@ -163,17 +163,17 @@ def guard(dictionary: Dictionary, drive: GuardedDrive) -> None:
     dictionary.checks[0x606A] = only_in((0, SCALE_SENSOR) if drive.port.has_scale else (0,))
     dictionary.checks[0x6086] = only_in((0, JERK_LIMITED))
     dictionary.checks[0x60F2] = only_in(POSITIONING_OPTIONS)
-    dictionary.checks[0x60B8] = without(~FUNCTIONS)
+    dictionary.checks[0x60B8] = without(~FUNCTION_BITS)
     dictionary.checks[0x60FE] = without(~SET_BRAKE)
     dictionary.readers[0x60FE] = lambda sub: drive.brake.output_state() if sub == 1 else None
-    guard_interpolation(dictionary, drive)
-    for index in ACTED_ON_AT_ONCE:
+    connect_interpolation(dictionary, drive)
+    for index in EFFECTIVE_AT_ONCE:
         dictionary.followers[index] = lambda _sub: drive.process()
 
 
-def guard_interpolation(dictionary: Dictionary, drive: GuardedDrive) -> None:
+def connect_interpolation(dictionary: Dictionary, drive: DictionaryOwner) -> None:
     """Buffer the set points written to 60C1h, and show and clear the buffer by 60C4h."""
-    motion = drive.motion  # looked up at every access, because a reset creates new modes
+    motion = drive.motion  # its mode is looked up at every access, because a reset creates new modes
 
     def buffered(_subindex: int, value: int) -> None:
         if not drive.push_set_point(value):

@@ -12,14 +12,14 @@ class Sensors(Protocol):
     """Gain of the amplifier's position loop."""
 
     def motor_counts(self) -> int:
-        """Motor counts from the power-up origin, without polarity."""
+        """Return motor counts from the power-up origin, without polarity."""
 
     def sensor_velocity(self, selection: int) -> int:
-        """Velocity of the sensor that 606Ah names."""
+        """Return the velocity (increments/s) of the sensor that 606Ah selects."""
 
 
 class DriveObjects(ProcessObjects):
-    """One attribute per object that a PDO may map or the drive acts on; the EDS has types and limits."""
+    """One attribute per object that a PDO may map or that affects the drive; the EDS has types and limits."""
 
     COMPUTED: ClassVar[dict[Address, str]] = {
         (0x6063, 0): "position_actual_internal_value",
@@ -116,16 +116,16 @@ class DriveObjects(ProcessObjects):
 
     @property
     def position_actual_internal_value(self) -> int:
-        """Increments of the motor encoder."""
+        """Position of the motor encoder (increments)."""
         return self.sensors.motor_counts() if self.sensors is not None else 0
 
     @property
     def velocity_sensor_actual_value(self) -> int:
-        """Increments/s of the sensor that 606Ah names."""
+        """Velocity of the sensor that 606Ah selects (increments/s)."""
         return self.sensors.sensor_velocity(self.sensor_selection_code) if self.sensors is not None else 0
 
     @property
     def control_effort(self) -> int:
-        """Output of the position loop: counts/s."""
+        """Output of the position loop (counts/s)."""
         gain_1_s = self.sensors.position_gain_1_s if self.sensors is not None else 0.0
         return round(gain_1_s * self.following_error_actual_value)

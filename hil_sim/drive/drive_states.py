@@ -1,7 +1,7 @@
 """Drive states: carries out the transitions of CiA 402 with power stage, brake and stop ramps.
 
-Which transition a controlword or an event causes stands in the table of `cia402_device`. This module acts on
-it: option codes 605Ah to 605Eh choose the ramp that brakes the axis first, 6007h the reaction to a lost
+Which transition a controlword or an event causes is in the table of `cia402_device`. This module carries it
+out: option codes 605Ah to 605Eh choose the ramp that brakes the axis first, 6007h the reaction to a lost
 connection.
 """
 
@@ -22,9 +22,9 @@ from hil_sim.node.emcy import EmergencyProducer
 CONNECTION_ERROR = 0x8100
 """Error code "communication, generic": the master stopped or reset the node while the motor had power."""
 NO_STATE = -1
-"""Value of the record's `acted_state` while no controlword has been executed since power-up."""
+"""Value of the record's `acted_state` until a controlword has been executed after power-up."""
 FAULT, DISABLE_VOLTAGE, QUICK_STOP = 1, 2, 3
-"""Abort connection option codes 6007h; 0 does nothing."""
+"""Values of the abort connection option code 6007h; with 0 the drive does nothing."""
 
 
 class DriveStates:
@@ -44,7 +44,7 @@ class DriveStates:
         self.power_up()
 
     def power_up(self) -> None:
-        """Return to the state in which the drive is before its self-test."""
+        """Enter not ready to switch on, the state before the self-test."""
         self.state = State.NOT_READY_TO_SWITCH_ON
         store_fields(self._port.record, acted_controlword=0, state=self.state, acted_state=NO_STATE)
         self._state_after_ramp: State | None = None  # while a ramp of 605Bh or 605Ch brakes the axis
@@ -57,7 +57,7 @@ class DriveStates:
         """Carry out the transitions that a controlword causes, then its bits for the mode of operation."""
         command = cia402.decode(controlword, previous)
         stays = stopping.quick_stop_stays(self._objects.quick_stop_option_code)
-        ramp = self._state_after_ramp is not None and not self._brake.wanted_set
+        ramp = self._state_after_ramp is not None and not self._brake.commanded_set
         if ramp and command is Command.ENABLE_OPERATION:
             self._enter(State.OPERATION_ENABLED)  # ends the ramp early
         if self._releasing and command is Command.SWITCH_ON:
@@ -75,8 +75,8 @@ class DriveStates:
     def fault(self, code: int, register: int) -> bool:
         """Report error `code` and carry out the fault reaction 605Eh.
 
-        `register` holds the bits of the error register 1001h. Returns False where the drive is in a fault
-        already: the first error stays the reported one.
+        `register` holds the bits of the error register 1001h. Returns False if the drive is in a fault
+        already: it reports only the first error.
         """
         if (self.state, Event.FAULT) not in cia402.TRANSITIONS:
             return False
@@ -135,10 +135,10 @@ class DriveStates:
         self._port.record["state"] = state
         self._state_after_ramp = None
         if state is State.OPERATION_ENABLED:
-            self._brake.order(close=False)
+            self._brake.command(close=False)
             self._motion.follow()
         elif state not in cia402.POWERED:
-            self._brake.order(close=True)
+            self._brake.command(close=True)
             self._motion.switch_off()
 
     def _enter_after(self, event: Event) -> None:
@@ -173,5 +173,5 @@ class DriveStates:
         else:
             stays = stopping.quick_stop_stays(option)
             if stays:
-                self._brake.order(close=False)  # an earlier ramp may have set it already
+                self._brake.command(close=False)  # an earlier ramp may have set it already
             self._motion.stop(ramp, None if stays else self._brake.set_then(ended))

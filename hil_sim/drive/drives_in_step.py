@@ -1,6 +1,6 @@
 """All drives of a bench in one tick: one compiled call while all of them follow set points of the bus.
 
-As soon as one drive does anything else (a ramp, homing, a profile mode), each drive computes its own tick.
+While any drive does something else (a ramp, homing, a profile mode), each drive computes its own tick.
 """
 
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ class DrivesInStep:
         self._drives, self._plant = tuple(drives), plant
         self._axes = drive_records(len(drives))
         self._objects = numbers.view(DriveObjects.record()).reshape(-1)
-        self._findings: Index = np.zeros(len(drives), np.int64)  # not 0: Python reads the axis itself
+        self._findings: Index = np.zeros(len(drives), np.int64)  # not 0: `read_axis` of that drive is called
         self._words: Index = np.array((FOLLOWING, LIMITED), np.int64)
         for index, drive in enumerate(drives):
             drive.move_to(self._axes[index : index + 1], numbers[index])
@@ -80,18 +80,18 @@ class DrivesInStep:
                 drive.process()
         return tables.fill()
 
-    def advance(self, substeps: int, substep_s: float, dt_s: float, share: float) -> bool:
+    def advance(self, substeps: int, substep_s: float, dt_s: float, cycle_fraction: float) -> bool:
         """Command the axes and advance the plant by `substeps` of `substep_s`, together `dt_s`.
 
-        `share` is `dt_s` in communication cycles. Returns whether all drives follow set points, for `read`.
+        `cycle_fraction` is `dt_s` in communication cycles. Returns `following` for `read`.
         """
         plant = self._plant
         following = self.following
         if following:
-            command_axes(self._axes, self._objects, plant.setpoint, dt_s, share)
+            command_axes(self._axes, self._objects, plant.setpoint, dt_s, cycle_fraction)
         else:
             for drive in self._drives:
-                drive.command_axis(dt_s, share)
+                drive.command_axis(dt_s, cycle_fraction)
         advance(plant.params, plant.state, plant.setpoint, substeps, substep_s)
         return following
 

@@ -1,7 +1,7 @@
 """Homing mode: its start, its end, and the home position that a search finds.
 
-The home position is found in motor counts (`homing_search`). At the end the user zero lies 607Ch to the
-positive side of it, so that 6064h there reads -607Ch.
+The home position is found in motor counts (`homing_search`). At the end the user zero is at a distance of
+607Ch on the positive side of it, so that 6064h reads -607Ch there.
 """
 
 from collections.abc import Generator
@@ -26,14 +26,14 @@ class Homing(HomingSearch):
         self._search: Generator[None, None, int] | None = None
 
     def enter(self) -> None:
-        """Hold the present position and show whether the axis is homed."""
+        """Hold the present position and report whether the axis is homed."""
         super().enter()
         self._search = None
         self.target_velocity = 0.0
         self._show_idle()
 
     def resume(self, position: float) -> None:
-        """Show the search as interrupted: a halt has ended it."""
+        """Report the search as interrupted: a halt has ended it."""
         super().resume(position)
         self._interrupt()
         if not self.status:  # this mode was selected during the halt
@@ -43,7 +43,7 @@ class Homing(HomingSearch):
         self.status = TARGET_REACHED | (ATTAINED if self.homed else 0)
 
     def leave(self) -> None:
-        """Abandon the search."""
+        """Abort the search."""
         super().leave()
         self._search = None
 

@@ -1,17 +1,17 @@
 """The homing methods of CiA 402 as tables, and four manufacturer-specific ones by current.
 
 Methods 3 to 14 home on the index pulse behind an edge of the home switch, 19 to 30 on the edge itself. Those
-by current, for axes without switches, push against a block: -1 and -2 go back to the index pulse.
+by current, for axes without switches, push against a mechanical stop: -1 and -2 return to the index pulse.
 """
 
 from typing import NamedTuple
 
 NO_HOMING = 0
-"""Method 0: no homing is required. A start moves nothing and shows whether the axis is homed."""
+"""Method 0: no homing required. A start moves nothing and reports whether the axis is homed."""
 AT_PRESENT_POSITION = (35, 37)
 """Methods that take the present position as home."""
 BY_CURRENT = {-1: (1, True), -2: (-1, True), -3: (1, False), -4: (-1, False)}
-"""Direction to the block, and whether the index pulse is home."""
+"""Direction to the mechanical stop, and whether the index pulse is home."""
 WITH_INDEX = range(1, 15)
 FIRST_WITHOUT_INDEX = 17
 

@@ -1,4 +1,4 @@
-"""The moves of homing methods: to limit switches, home switch, index pulse, or against a block.
+"""The moves of homing methods: to limit switches, home switch, index pulse, or a mechanical stop.
 
 A method is a generator: every `yield` is one tick of the drive. It sets `target_velocity`, to which the
 velocity demand ramps, and returns the home position in motor counts.
@@ -14,8 +14,8 @@ from hil_sim.drive.mode import Mode
 from hil_sim.drive.travel_limits import TravelLimits
 
 NEGATIVE_SWITCH, POSITIVE_SWITCH = 1, 2  # digital inputs 60FDh
-SEARCHED_TURNS = 1.1
-"""Bounds the search for an index pulse, of which a turn has one; the excess covers the ramp (chosen)."""
+TURNS_MAX = 1.1
+"""Bounds the search for an index pulse, in turns: one has a pulse, the excess covers the ramp; chosen."""
 
 
 class HomingFailed(Exception):  # noqa: N818  # an outcome of the search, not a program error
@@ -32,7 +32,7 @@ class HomingSearch(Mode):
         self.target_velocity = 0.0
         self._dt_s = 0.0
 
-    def tick(self, dt_s: float, _share: float) -> None:
+    def tick(self, dt_s: float, _cycle_fraction: float) -> None:
         """Ramp the velocity demand to the target and integrate the position demand."""
         self._dt_s = dt_s
         objects = self.objects
@@ -46,14 +46,14 @@ class HomingSearch(Mode):
         self.port.command_position(self.position)
 
     def search(self, method: int) -> Generator[None, None, int]:
-        """Move as homing method `method` asks; return the home position in motor counts.
+        """Carry out homing method `method`; return the home position in motor counts.
 
         Raises HomingFailed.
         """
         if method in {33, 34}:
             home = yield from self._find_index(-1 if method == 33 else 1)
         elif method in BY_CURRENT:
-            home = yield from self._find_block(*BY_CURRENT[method])
+            home = yield from self._find_stop(*BY_CURRENT[method])
         elif search_of(method) in HOME:
             home = yield from self._find_home(HOME[search_of(method)], with_index=method in WITH_INDEX)
         else:
@@ -62,7 +62,7 @@ class HomingSearch(Mode):
         return home
 
     def _find_home(self, edge: HomeEdge, *, with_index: bool) -> Generator[None, None, int]:
-        """Cross the edge of the home switch slowly, in the direction that the method asks for."""
+        """Cross the edge of the home switch slowly, in the direction of the method."""
         objects, across = self.objects, edge.direction
 
         def active() -> bool:
@@ -113,8 +113,8 @@ class HomingSearch(Mode):
         """Return the bit of 60FDh of the limit switch at the end of travel in this direction."""
         return NEGATIVE_SWITCH if direction * self.port.position_sign < 0 else POSITIVE_SWITCH
 
-    def _find_block(self, direction: int, with_index: bool) -> Generator[None, None, int]:
-        """Push against a block until the current has exceeded 2010h:01 for the time 2010h:02."""
+    def _find_stop(self, direction: int, with_index: bool) -> Generator[None, None, int]:
+        """Push against a mechanical stop until the current has exceeded 2010h:01 for the time 2010h:02."""
         objects = self.objects
         self.target_velocity = direction * objects.speed_during_search_for_switch
         ahead, above_s = self._switch_ahead(direction), 0.0
@@ -131,14 +131,14 @@ class HomingSearch(Mode):
         return self.port.motor_counts()
 
     def _find_switch(self, direction: int, *, with_index: bool) -> Generator[None, None, int]:
-        """Move to the limit switch, then slowly off it; home is where it opens, or the index pulse behind."""
-        wanted, other = self._switch_ahead(direction), self._switch_ahead(-direction)
+        """Move to the limit switch, then slowly off it; home is where it opens, or the next index pulse."""
+        searched, other = self._switch_ahead(direction), self._switch_ahead(-direction)
         objects = self.objects
         self.target_velocity = direction * objects.speed_during_search_for_switch
-        yield from self._until(lambda: bool(objects.digital_inputs & wanted), other)
+        yield from self._until(lambda: bool(objects.digital_inputs & searched), other)
         yield from self._stop()
         self.target_velocity = -direction * objects.speed_during_search_for_zero
-        yield from self._until(lambda: not objects.digital_inputs & wanted, other)
+        yield from self._until(lambda: not objects.digital_inputs & searched, other)
         if with_index:
             return (yield from self._find_index(-direction))
         return self.port.motor_counts()
@@ -155,12 +155,12 @@ class HomingSearch(Mode):
             found = port.index_between(before, now)
             if found is not None and (found - start) * direction * port.position_sign > 0:
                 return found
-            if abs(now - start) > SEARCHED_TURNS * port.counts_per_rev or self.objects.digital_inputs & ahead:
+            if abs(now - start) > TURNS_MAX * port.counts_per_rev or self.objects.digital_inputs & ahead:
                 raise HomingFailed
             before = now
 
     def _until(self, reached: Callable[[], bool], wrong: int) -> Generator[None, None, None]:
-        """Move until `reached()`. Raises HomingFailed when `wrong` closes; the axis may start on it."""
+        """Move until `reached()`. Raises HomingFailed if switch `wrong` closes; the axis may start on it."""
         was_open = False
         while not reached():
             is_open = not self.objects.digital_inputs & wrong

@@ -1,6 +1,6 @@
 """Interpolated position mode: linear interpolation between buffered set points, one per period 60C2h.
 
-A write of 60C1h appends a set point to the buffer (60C4h: a FIFO); mapped in a PDO, every frame appends one.
+A write of 60C1h appends a set point to the buffer (60C4h: a FIFO); if a PDO maps it, every frame appends one.
 While the buffer is empty the axis holds the last set point.
 """
 
@@ -12,7 +12,10 @@ from hil_sim.drive.mode import BIT_12, Mode
 from hil_sim.drive.travel_limits import TravelLimits
 
 ENABLE = 1 << 4
+"""Bit of the controlword."""
 ACTIVE = BIT_12
+PROGRESS_TOLERANCE = 1e-9
+"""Bounds the rounding of the sum of ticks in a period, in periods; chosen."""
 
 
 class InterpolatedPosition(Mode):
@@ -48,7 +51,7 @@ class InterpolatedPosition(Mode):
             self.set_points.append(set_point)
         return room
 
-    def tick(self, dt_s: float, _share: float) -> None:
+    def tick(self, dt_s: float, _cycle_fraction: float) -> None:
         """Advance the demand along the line between two set points."""
         objects = self.objects
         before = self.position
@@ -56,17 +59,16 @@ class InterpolatedPosition(Mode):
             self._progress += dt_s / (
                 objects.interpolation_time_period_value * 10.0**objects.interpolation_time_index
             )
-            while self._progress >= 1.0 - 1e-9:
-                self._from, arrived = self._to, self._progress
+            while self._progress >= 1.0 - PROGRESS_TOLERANCE:
+                self._from, progress = self._to, self._progress
                 if not self.set_points:
                     self._progress = 1.0
                     break
-                wanted = self.port.range.nearest_equivalent(self.set_points.popleft(), self._from)
-                self._to = self.limits.position(wanted)
-                self._progress = arrived - 1.0 if arrived > 1.0 else 0.0
-            share = min(1.0, self._progress)
-            wanted = self._from + (self._to - self._from) * share
-            self.position = self.limits.step(before, wanted, dt_s)
+                set_point = self.port.range.nearest_equivalent(self.set_points.popleft(), self._from)
+                self._to = self.limits.position(set_point)
+                self._progress = progress - 1.0 if progress > 1.0 else 0.0
+            demand = self._from + (self._to - self._from) * min(1.0, self._progress)
+            self.position = self.limits.step(before, demand, dt_s)
         self.velocity = (self.position - before) / dt_s
         self.port.store_demand(self.position, self.velocity)
         self.port.command_position(self.position, objects.torque_offset)

@@ -9,10 +9,10 @@ from collections import deque
 
 
 class JerkFilter:
-    """Average of the last values of a demand; `settled`: all of them are equal."""
+    """Moving average of a demand; `settled`: all values in its window are equal."""
 
     def __init__(self, value: float, acceleration: float, jerk: float, dt_s: float) -> None:
-        """Start at rest at `value`, with a window so long that the jerk stays within `jerk`.
+        """Start at standstill at `value`, with the shortest window whose jerk stays within `jerk`.
 
         Units: counts, counts/s^2, counts/s^3.
         """
@@ -24,7 +24,7 @@ class JerkFilter:
 
     @property
     def settled(self) -> bool:
-        """Whether the demand has come to rest."""
+        """Whether the demand is at standstill."""
         return self._equal >= len(self._values)
 
     def step(self, value: float) -> float:

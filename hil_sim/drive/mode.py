@@ -12,7 +12,7 @@ from hil_sim.drive.drive_objects import DriveObjects
 from hil_sim.drive.travel_limits import TravelLimits
 
 TARGET_REACHED, BIT_12, BIT_13 = 1 << 10, 1 << 12, 1 << 13
-"""Bits of the statusword; each mode has its own meaning of 12 and 13."""
+"""Bits of the statusword; the meaning of 12 and 13 depends on the mode."""
 
 
 class ModeCode(IntEnum):
@@ -46,15 +46,15 @@ class Mode:
         self.port = port
         self.limits = limits
         self.position = 0.0  # demand, user counts
-        self.velocity = 0.0  # demand, counts/s; in a position loop in the direction of the position
+        self.velocity = 0.0  # demand, counts/s; in a position loop with the sign of the position change
         self.status = 0  # bits 10, 12, 13
 
     def enter(self) -> None:
-        """Start the mode: operation has been enabled, or the mode was selected while it was."""
+        """Start the mode: operation has been enabled, or the mode was selected in operation enabled."""
         self.resume(float(self.port.position))
         self.velocity = float(self.objects.velocity_actual_value)
         if self.position_loop:
-            self.velocity *= self.port.velocity_side
+            self.velocity *= self.port.position_change_sign
 
     def leave(self) -> None:
         """End the mode: the axis no longer follows it."""
@@ -72,8 +72,8 @@ class Mode:
     def command(self, controlword: int, previous: int) -> None:
         """React to the operation mode specific bits of a new controlword."""
 
-    def tick(self, _dt_s: float, _share: float) -> None:
-        """Command the axis for the next `dt_s`, which is a `share` of the communication cycle."""
+    def tick(self, _dt_s: float, _cycle_fraction: float) -> None:
+        """Command the axis for the next `dt_s`, a fraction `cycle_fraction` of the communication cycle."""
         self.port.command_velocity(0.0)
 
     def check(self, _dt_s: float) -> None:

@@ -1,7 +1,7 @@
 """The motion of an axis under power: it follows its mode of operation, or stops on a ramp.
 
-Faults, halts and limit switches stop it. The bound method `tick` commands the axis; it is replaced only when
-the mode or the state changes.
+Faults, halts and limit switches stop it. The attribute `tick` is the method that commands the axis; it is
+replaced only if the mode or the state changes.
 """
 
 import math
@@ -85,7 +85,7 @@ class Motion:
         self._command_by(self.mode.tick, self.mode.cyclic_code)
 
     def _command_by(self, tick: Callable[[float, float], None], cyclic_code: int = NO_CYCLIC_MODE) -> None:
-        """Command the axis by `tick(dt_s, share)` from now on; `cyclic_code` is that of a cyclic mode."""
+        """Let `tick(dt_s, cycle_fraction)` command the axis; `cyclic_code` is that of a cyclic mode."""
         self.tick, self.cyclic_code = tick, cyclic_code
         self._port.record["cyclic_mode"] = cyclic_code
 
@@ -105,7 +105,7 @@ class Motion:
             self._command_by(mode.tick, mode.cyclic_code)
 
     def stop(self, ramp: Ramp, after: Callable[[], None] | None, *, in_position_loop: bool = True) -> None:
-        """Brake on `ramp`, then call `after`; None holds standstill.
+        """Brake on `ramp`, then call `after`; if it is None, hold standstill.
 
         In PP, IP and HM the position demand follows the ramp in the closed position loop, unless
         `in_position_loop` is false; in the other modes the velocity loop brakes from the actual velocity.
@@ -155,7 +155,7 @@ class Motion:
             self._resume()
 
     def _resume(self) -> None:
-        """Continue the mode from the position at which the stop ended."""
+        """Continue the mode at the position at which the stop ended."""
         ramp = self._ramp
         here = ramp.position if ramp.in_position_loop else float(self._port.position)
         self.stopping = self._halted = False
@@ -164,7 +164,7 @@ class Motion:
         self._command_by(self.mode.tick, self.mode.cyclic_code)
 
     def check(self, dt_s: float) -> bool:
-        """Supervise the axis after a tick; return whether the following error demands a fault."""
+        """Supervise the axis after a tick; return whether the following error is a fault."""
         if self.stopping:
             if self._after_stop is not None and self._ramp.done():
                 self._after_stop()
@@ -197,10 +197,10 @@ class Motion:
         self.limits.block(side, float(self._port.position))
 
     def _stopped_at_switch(self, side: int) -> None:
-        if self.limits.blocks(side):  # else the axis stopped on the near side of the edge
+        if self.limits.blocks(side):  # else the axis stopped before the edge of the switch
             self._block(side)
         self._resume()
         self.halt(self._halt_commanded)
 
-    def _idle(self, dt_s: float, share: float) -> None:
+    def _idle(self, dt_s: float, cycle_fraction: float) -> None:
         """Command nothing: the power stage is off."""

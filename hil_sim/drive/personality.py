@@ -1,7 +1,7 @@
-"""A drive with the personality of another product family: units, mode switching, statusword, SDO delay.
+"""A drive that behaves as a family of real drives: units, mode switching, statusword, SDO delay.
 
-It moves its motor as `amplifier_device` does. Clients write and read velocities and accelerations in the
-units of the family, by SDO and by PDO; inside the drive they are counts/s and counts/s^2.
+Its motion is that of `amplifier_device`. Clients write and read velocities and accelerations in the units of
+the family, by SDO and by PDO; inside the drive they are counts/s and counts/s^2.
 """
 
 import time
@@ -42,12 +42,12 @@ ACCELERATIONS = (
     "max_acceleration",
 )
 """Attributes of `DriveObjects` in counts/s^2."""
-SHOWN = "shown_"
-"""Prefix of the attribute that holds a value in the unit of the family."""
+FAMILY_UNIT = "family_unit_"
+"""Prefix of the attribute that converts a value to the unit of the family."""
 
 
 class PersonalDrive(Drive):
-    """The amplifier of an axis whose plant file gives it a personality. Raises what `Drive` raises."""
+    """The drive of an axis whose plant file has a section `personality`. Raises what `Drive` raises."""
 
     def __init__(
         self, personality: Personality, config: AxisPlant, plant: Plant, index: int, host: NodeHost
@@ -57,8 +57,8 @@ class PersonalDrive(Drive):
         super().__init__(config, plant, index, host, objects=objects, inside_eds=personality.inside_eds)
         dictionary = self.slave.dictionary
         for address, name in dictionary.attributes.items():
-            if hasattr(type(self.objects), SHOWN + name):
-                dictionary.attributes[address] = SHOWN + name
+            if hasattr(type(self.objects), FAMILY_UNIT + name):
+                dictionary.attributes[address] = FAMILY_UNIT + name
         dictionary.load_defaults(0x2000, 0xFFFF)
         homing_methods = dictionary.checks[HOMING_METHOD]
 
@@ -81,15 +81,15 @@ class PersonalDrive(Drive):
         return on_request
 
     def process(self) -> None:
-        """Act on changed process objects; a mode that the drive does not accept in its state waits."""
+        """Act on changed process objects; defer a mode of operation that the state does not allow."""
         objects, personality = self.objects, self._personality
-        wanted = objects.modes_of_operation
+        selected = objects.modes_of_operation
         enabled = self.state is State.OPERATION_ENABLED and not personality.mode_switch_enabled
         halted = bool(objects.controlword & cia402.HALT) and not personality.mode_switch_with_halt
         if enabled or halted:
             objects.modes_of_operation = objects.modes_of_operation_display
         super().process()
-        objects.modes_of_operation = wanted
+        objects.modes_of_operation = selected
 
     def _execute(self, controlword: int, previous: int) -> None:
         if self._personality.needs_mode and not self.objects.modes_of_operation_display:
@@ -104,16 +104,16 @@ class PersonalDrive(Drive):
 
 
 def _scaled_objects(personality: Personality) -> DriveObjects:
-    """Return the objects of a drive, with velocities and accelerations also in the units of the family."""
+    """Return process objects with velocities and accelerations also in the units of the family."""
     units = dict.fromkeys(VELOCITIES, personality.velocity_counts_s)
     units |= dict.fromkeys(ACCELERATIONS, personality.acceleration_counts_s2)
-    shown = {SHOWN + name: _scaled(name, unit) for name, unit in units.items()}
-    inside = {name: FractionalValue(DriveObjects.VALUES[name].address) for name in units}
-    scaled: type[DriveObjects] = type("ScaledObjects", (DriveObjects,), shown | inside)
+    converted = {FAMILY_UNIT + name: _converted(name, unit) for name, unit in units.items()}
+    fractional = {name: FractionalValue(DriveObjects.VALUES[name].address) for name in units}
+    scaled: type[DriveObjects] = type("ScaledObjects", (DriveObjects,), converted | fractional)
     return scaled()
 
 
-def _scaled(name: str, unit: float) -> property:
+def _converted(name: str, unit: float) -> property:
     """Return a property that converts attribute `name` to multiples of `unit`."""
 
     def read(objects: DriveObjects) -> int:

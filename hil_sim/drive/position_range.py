@@ -1,8 +1,8 @@
 """Position range limit 607Bh: the positions of a rotary axis wrap at the ends of the range.
 
-Positions inside the drive do not wrap. Positions for clients (6062h, 6064h, touch probes) lie in the range. A
-set point of a client is therefore equivalent to one position in each turn: the drive moves to the nearest, or
-to the next one in the direction of 60F2h.
+Positions inside the drive do not wrap; those in process objects (6062h, 6064h, touch probes) do. A set point
+is therefore equivalent to one position in each turn: the drive moves to the nearest, or to the next one in
+the direction of 60F2h.
 """
 
 import math
@@ -28,23 +28,23 @@ class PositionRange:
         self.span = 0 if (low, high) == WHOLE else high - low + 1
 
     def wrapped(self, position: int) -> int:
-        """Return a position as clients see it: within the range."""
+        """Return a position (counts) as process objects show it: within the range."""
         return drive_readings.wrapped(self.low, self.span, position)
 
-    def nearest_equivalent(self, wanted: float, here: float) -> float:
-        """Return the position nearest to `here` that clients see as `wanted`; of two, the positive one."""
-        return drive_step.nearest_equivalent(self.span, float(wanted), float(here))
+    def nearest_equivalent(self, set_point: float, here: float) -> float:
+        """Return the equivalent of `set_point` nearest to the position `here`; of two, the positive one."""
+        return drive_step.nearest_equivalent(self.span, float(set_point), float(here))
 
-    def towards(self, wanted: int, here: float, direction: int) -> float:
-        """Return the position that clients see as `wanted`, approached from `here` by the direction of 60F2h.
+    def towards(self, set_point: int, here: float, direction: int) -> float:
+        """Return the equivalent of `set_point` that lies from `here` in the direction of 60F2h.
 
-        LINEAR travels the difference of the two values that clients see, also beyond an end of the range.
+        LINEAR travels the difference of the two wrapped positions, also beyond an end of the range.
         """
         if not self.span:
-            return float(wanted)
+            return float(set_point)
         if direction == LINEAR:
-            return here + wanted - (self.low + (here - self.low) % self.span)
+            return here + set_point - (self.low + (here - self.low) % self.span)
         if direction == SHORTEST:
-            return self.nearest_equivalent(wanted, here)
-        turns = (here - wanted) / self.span
-        return wanted + self.span * (math.floor(turns) if direction == NEGATIVE else math.ceil(turns))
+            return self.nearest_equivalent(set_point, here)
+        turns = (here - set_point) / self.span
+        return set_point + self.span * (math.floor(turns) if direction == NEGATIVE else math.ceil(turns))

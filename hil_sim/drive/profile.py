@@ -1,7 +1,7 @@
-"""Trapezoidal velocity profile from any state of motion to rest at a target.
+"""Trapezoidal velocity profile from any state of motion to standstill at a target.
 
 Units: counts, counts/s, counts/s^2. With S the distance in the direction of travel, the peak velocity of
-"accelerate from v0 at a, brake at d" is vp = sqrt((2 a d S + d v0^2) / (a + d)).
+"accelerate from v0 at a, decelerate at d" is vp = sqrt((2 a d S + d v0^2) / (a + d)).
 """
 
 import math
@@ -16,7 +16,7 @@ class Phase(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """Motion from (position, velocity) to rest at `target`."""
+    """Motion from (position, velocity) to standstill at `target`."""
 
     position: float
     velocity: float
@@ -25,7 +25,7 @@ class Profile(NamedTuple):
 
     @property
     def duration_s(self) -> float:
-        """Time from start to rest."""
+        """Time from start to standstill."""
         return sum(phase.duration_s for phase in self.phases)
 
     def at(self, time_s: float) -> tuple[float, float]:
@@ -46,16 +46,16 @@ class Profile(NamedTuple):
 def plan(
     position: float, velocity: float, target: float, speed: float, acceleration: float, deceleration: float
 ) -> Profile:
-    """Plan the fastest motion to rest at `target` within `speed`; both accelerations are > 0.
+    """Plan the fastest motion to standstill at `target` within `speed`; both accelerations are > 0.
 
     A start above `speed` decelerates to it. A start too fast to stop at the target overruns it and returns.
-    With speed 0 the motion ends where braking ends, not at the target.
+    With speed 0 the motion ends after braking, not at the target.
     """
     phases: list[Phase] = []
     here, now = position, velocity
     stop = here + now * abs(now) / (2.0 * deceleration)
     direction = math.copysign(1.0, target - stop)
-    if now * direction < 0.0 or speed <= 0.0:  # moving away: come to rest first
+    if now * direction < 0.0 or speed <= 0.0:  # moving away: stop first
         phases.append(Phase(abs(now) / deceleration, -math.copysign(deceleration, now)))
         here, now = stop, 0.0
     if speed <= 0.0:

@@ -15,7 +15,7 @@ NEW_SET_POINT, CHANGE_IMMEDIATELY, RELATIVE = 1 << 4, 1 << 5, 1 << 6
 JERK_LIMITED = 3
 """Motion profile type 6086h; 0 is the linear ramp."""
 RELATIVE_OPTION, TO_TARGET, TO_DEMAND = 0x3, 0, 1
-"""Bits 0 and 1 of 60F2h: what a relative set-point is relative to; 2 is the actual position."""
+"""Bits 0 and 1 of 60F2h: base of a relative set-point; 2 is the actual position."""
 MAX_SLIPPAGE_ERROR = BIT_13
 SET_POINT_ACKNOWLEDGE = BIT_12
 SPEED_IS_ZERO = BIT_12
@@ -46,7 +46,7 @@ class SetPoint(NamedTuple):
 
 
 class ProfilePosition(Mode):
-    """PP: one set-point in motion, one buffered, by the handshake of bits 4 and 12."""
+    """PP: one active set-point, one buffered, by the handshake of bits 4 and 12."""
 
     position_loop = generates_motion = True
 
@@ -61,10 +61,10 @@ class ProfilePosition(Mode):
         self._reached = True
         self._filter: JerkFilter | None = None
         self._unfiltered: tuple[float, float] | None = None  # position and velocity at the filter's input
-        self._beyond = 0.0  # distance from the target to standstill where the set-point has an end velocity
+        self._beyond = 0.0  # distance from the target to standstill of a set-point with an end velocity
 
     def enter(self) -> None:
-        """Hold the present position; an axis in motion is braked."""
+        """Hold the present position; brake an axis in motion."""
         super().enter()
         self._current = self._buffered = None
         self._requested = False
@@ -74,7 +74,7 @@ class ProfilePosition(Mode):
         self.status = TARGET_REACHED
 
     def resume(self, position: float) -> None:
-        """Continue to the set-point that a halt interrupted, if it still exists."""
+        """Continue to the set-point that a halt interrupted, if there is one."""
         super().resume(position)
         self._profile = self._filter = self._unfiltered = None
         if self._current is not None:
@@ -86,7 +86,7 @@ class ProfilePosition(Mode):
         self._current = self._buffered = self._profile = None
 
     def command(self, controlword: int, previous: int) -> None:
-        """Take a new set-point by the handshake of bits 4 and 12."""
+        """Accept a new set-point by the handshake of bits 4 and 12."""
         requested = bool(controlword & NEW_SET_POINT)
         if requested and not previous & NEW_SET_POINT and self._buffered is None:
             objects = self.objects
@@ -102,20 +102,20 @@ class ProfilePosition(Mode):
         self._requested = requested
         self._show()
 
-    def tick(self, dt_s: float, _share: float) -> None:
+    def tick(self, dt_s: float, _cycle_fraction: float) -> None:
         """Follow the profile."""
         self._time_s += dt_s
         objects = self.objects
         if self._current is not None and self._current.speed <= 0.0 < objects.profile_velocity:
             speed = self.limits.speed(objects.profile_velocity)
-            self._start(self._current._replace(speed=speed))  # it waited for a speed
+            self._start(self._current._replace(speed=speed))  # commanded at profile velocity 0
         if self._profile is not None:
             self._follow(self._profile, dt_s)
         self.port.store_demand(self.position, self.velocity)
         self.port.command_position(self.position, objects.torque_offset)
 
     def check(self, dt_s: float) -> None:
-        """Set target reached once the demand rests and the position has been inside 6067h for 6068h."""
+        """Set target reached once the demand stands still and the position is inside 6067h for 6068h."""
         objects = self.objects
         profile = self._profile
         ended = profile is None or self._time_s >= profile.duration_s
@@ -133,19 +133,19 @@ class ProfilePosition(Mode):
         self._show()
 
     def _start(self, point: SetPoint) -> None:
-        wanted = point.target
+        target = point.target
         if point.direction is not None:
-            wanted = self.port.range.towards(int(wanted), self._stopping_position(), point.direction)
-        target = self.limits.position(wanted)
+            target = self.port.range.towards(int(target), self._stopping_position(), point.direction)
+        target = self.limits.position(target)
         self._current = point._replace(target=target, direction=None)
         position, velocity = self._unfiltered or (self.position, self.velocity)
         end_velocity = min(point.end_velocity, point.speed)
         self._beyond = math.copysign(end_velocity**2 / (2.0 * point.deceleration), target - position)
-        rest = self.limits.position(target + self._beyond) if self._beyond else target
+        standstill = self.limits.position(target + self._beyond) if self._beyond else target
         self._profile = plan(
             position,
             velocity,
-            target=rest,
+            target=standstill,
             speed=point.speed,
             acceleration=point.acceleration,
             deceleration=point.deceleration,
@@ -165,14 +165,14 @@ class ProfilePosition(Mode):
         )
 
     def _base(self) -> float:
-        """Return the position to which a relative set-point is relative, by 60F2h."""
+        """Return the base of a relative set-point by 60F2h (counts)."""
         option = self.objects.positioning_option_code & RELATIVE_OPTION
         if option == TO_TARGET:
             return self.position if self._current is None else self._current.target
         return self.position if option == TO_DEMAND else float(self.port.position)
 
     def _passes_target(self) -> bool:
-        """Whether the demand passes a set-point with an end velocity (6082h): the axis brakes beyond it."""
+        """Return whether the demand has passed a set-point with an end velocity (6082h)."""
         current = self._current
         return (
             bool(self._beyond)
@@ -181,7 +181,7 @@ class ProfilePosition(Mode):
         )
 
     def _follow(self, profile: Profile, dt_s: float) -> None:
-        """Move the demand along the profile, through the filter of jerk-limited ramps where selected."""
+        """Move the demand along the profile, through the jerk filter if 6086h selects it."""
         position, velocity = profile.at(self._time_s)
         self._unfiltered = None
         if self.objects.motion_profile_type != JERK_LIMITED and self._filter is None:
@@ -189,7 +189,7 @@ class ProfilePosition(Mode):
             return
         current = self._current
         if self._filter is None:
-            if self.velocity or current is None:  # the filter can only start at rest
+            if self.velocity or current is None:  # the filter can only start at standstill
                 self.position, self.velocity = position, velocity
                 return
             steepest = max(current.acceleration, current.deceleration)
@@ -218,9 +218,9 @@ class ProfileVelocity(Mode):
     def __init__(self, objects: DriveObjects, port: AxisPort, limits: TravelLimits) -> None:
         super().__init__(objects, port, limits)
         self._at_target = Window()
-        self._at_rest = Window()
+        self._at_standstill = Window()
 
-    def tick(self, dt_s: float, _share: float) -> None:
+    def tick(self, dt_s: float, _cycle_fraction: float) -> None:
         """Move the demand one step along its ramp."""
         objects = self.objects
         highest = self.limits.speed(objects.max_profile_velocity)
@@ -241,7 +241,7 @@ class ProfileVelocity(Mode):
         near_target = abs(objects.target_velocity - actual) <= objects.velocity_window
         slow = abs(actual) <= objects.velocity_threshold
         reached = self._at_target.update(near_target, dt_s, objects.velocity_window_time)
-        standstill = self._at_rest.update(slow, dt_s, objects.velocity_threshold_time)
+        standstill = self._at_standstill.update(slow, dt_s, objects.velocity_threshold_time)
         self.status = TARGET_REACHED * reached | SPEED_IS_ZERO * standstill
         if abs(objects.velocity_demand_value - actual) > objects.max_slippage:
             self.status |= MAX_SLIPPAGE_ERROR

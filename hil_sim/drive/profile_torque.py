@@ -7,11 +7,11 @@ class ProfileTorque(Mode):
     """PT: demand within 6072h; bit 10 once it equals the target torque."""
 
     def enter(self) -> None:
-        """Start from the actual torque."""
+        """Start at the actual torque."""
         self._start(float(self.objects.torque_actual_value))
 
     def resume(self, _position: float) -> None:
-        """Start from no torque: the axis stands still."""
+        """Start at zero torque: the axis is at standstill."""
         self._start(0.0)
 
     def _start(self, torque: float) -> None:
@@ -19,11 +19,11 @@ class ProfileTorque(Mode):
         self.status = 0
 
     def leave(self) -> None:
-        """Clear the torque demand: from now on the amplifier's own loops compute it."""
+        """Clear the torque demand, which the amplifier's own loops compute in the other modes."""
         super().leave()
         self.objects.torque_demand = 0
 
-    def tick(self, dt_s: float, _share: float) -> None:
+    def tick(self, dt_s: float, _cycle_fraction: float) -> None:
         """Advance the demand along its slope and command it."""
         objects = self.objects
         largest = objects.max_torque

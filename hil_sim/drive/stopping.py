@@ -6,8 +6,8 @@ from enum import Enum
 from hil_sim.drive.axis_port import AxisPort
 from hil_sim.drive.drive_objects import DriveObjects
 
-SETTLED_AFTER_S = 0.5
-"""Time after the end of a ramp at which the stop counts as done, even if the axis still creeps (chosen)."""
+STANDSTILL_WAIT_MAX_S = 0.5
+"""Bounds the wait for standstill after the end of a ramp, in case the axis still creeps; chosen."""
 
 
 class Ramp(Enum):
@@ -38,8 +38,7 @@ def quick_stop_stays(option_code: int) -> bool:
 class StopRamp:
     """A velocity demand (counts/s) that falls to zero at a constant deceleration (counts/s^2).
 
-    In the position loop the position demand (user counts) is its integral, so that the axis stops where the
-    ramp ends: v^2 / 2a ahead.
+    In the position loop the position demand (user counts) is its integral: the axis stops v^2 / (2 a) ahead.
     """
 
     def __init__(self, objects: DriveObjects, port: AxisPort) -> None:
@@ -49,7 +48,7 @@ class StopRamp:
         self.position = 0.0
         self.in_position_loop = False
         self._deceleration = math.inf
-        self._at_rest_s = 0.0
+        self._at_standstill_s = 0.0
 
     def begin(self, velocity: float, deceleration: float, position: float | None) -> None:
         """Brake from `velocity` (counts/s); `position` is the demand of a closed position loop, else None."""
@@ -57,16 +56,16 @@ class StopRamp:
         self._deceleration = deceleration
         self.in_position_loop = position is not None
         self.position = position if position is not None else 0.0
-        self._at_rest_s = 0.0
+        self._at_standstill_s = 0.0
 
-    def tick(self, dt_s: float, _share: float) -> None:
+    def tick(self, dt_s: float, _cycle_fraction: float) -> None:
         """Advance the demand by `dt_s` and command it."""
         before = self.velocity
         change = self._deceleration * dt_s
         if abs(before) <= change:
             self.position += 0.5 * before * abs(before) / self._deceleration
             self.velocity = 0.0
-            self._at_rest_s += dt_s
+            self._at_standstill_s += dt_s
         else:
             self.velocity = before - math.copysign(change, before)
             self.position += 0.5 * (before + self.velocity) * dt_s
@@ -79,7 +78,7 @@ class StopRamp:
 
     def done(self) -> bool:
         """Return whether the ramp has ended and the axis stands still."""
-        if self.velocity or not self._at_rest_s:
+        if self.velocity or not self._at_standstill_s:
             return False
         slow = abs(self._objects.velocity_actual_value) <= self._objects.velocity_threshold
-        return slow or self._at_rest_s > SETTLED_AFTER_S
+        return slow or self._at_standstill_s > STANDSTILL_WAIT_MAX_S

@@ -1,7 +1,7 @@
 """Touch probes 60B8h to 60BDh: positions at the edges of two inputs, or at the index pulse of the encoder.
 
-The position of an edge within a tick is interpolated between the ends of the tick, as the hardware latch of a
-drive would have captured it.
+The position of an edge within a tick is interpolated between the ends of the tick, like the position that the
+hardware latch of a drive captures.
 """
 
 from typing import NamedTuple
@@ -12,9 +12,10 @@ from hil_sim.drive.drive_objects import DriveObjects
 
 ENABLE, CONTINUOUS, INDEX_PULSE, POSITIVE_EDGE, NEGATIVE_EDGE = 0x01, 0x02, 0x04, 0x10, 0x20
 """Bits of 60B8h for the first probe; those of the second are 8 places higher."""
-FUNCTIONS = 0x3737
+FUNCTION_BITS = 0x3737
+"""Bits of 60B8h that the drive supports, of both probes."""
 ENABLED, STORED_POSITIVE, STORED_NEGATIVE = 0x01, 0x02, 0x04
-"""Bits of 60B9h likewise."""
+"""Bits of 60B9h for the first probe; those of the second are 8 places higher."""
 ANY_ENABLED = ENABLE | ENABLE << 8
 
 
@@ -26,7 +27,7 @@ class Edge(NamedTuple):
 
 
 class TouchProbes:
-    """Both probes of an axis; while `watching` is true one is enabled, and `capture` is due every tick."""
+    """Both probes of an axis; `watching`: a probe is enabled, so that every tick must call `capture`."""
 
     def __init__(self, config: AxisPlant, objects: DriveObjects, port: AxisPort) -> None:
         self._objects = objects
@@ -74,8 +75,8 @@ class TouchProbes:
         at_m = self._at_m[probe]
         if at_m is None or (before_m >= at_m) == (self._table_m >= at_m):
             return None
-        share = (at_m - before_m) / (self._table_m - before_m)
-        return Edge(round(before + share * (self._counts - before)), rising=self._table_m >= at_m)
+        fraction = (at_m - before_m) / (self._table_m - before_m)
+        return Edge(round(before + fraction * (self._counts - before)), rising=self._table_m >= at_m)
 
     def _store(self, probe: int, function: int, edge: Edge) -> None:
         stored = (STORED_POSITIVE if edge.rising else STORED_NEGATIVE) << 8 * probe

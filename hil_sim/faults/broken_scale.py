@@ -1,7 +1,7 @@
 """Broken scale: the position value stays constant while the table moves.
 
 The node continues to send its last reading without an error, as with a dirty grating or a torn tape. A
-controller that closes its loop on the scale drives the table further and further.
+controller that closes its loop on the scale drives the table away.
 Confused with: slipped_coupling, where the readings also drift apart -> here the motor follows its force.
 """
 

@@ -1,4 +1,4 @@
-"""Death of a node: from one cycle to the next it neither sends nor acts.
+"""Death of a node: it stops sending and acting from one cycle to the next.
 
 The node is the drive of the axis, whose motor then coasts, or with `scale` its linear scale.
 Confused with: a lost frame -> after a death no frame follows, not even a heartbeat.

@@ -31,7 +31,7 @@ class Fault(NamedTuple):
 
 
 def read_fault(text: str) -> Fault:
-    """Read "KIND:AXIS@SECONDS[,KEY=NUMBER...]", like "mute_node:x@3.2,duration_s=0.5". Raises FaultError."""
+    """Read "KIND:AXIS@SECONDS[,KEY=NUMBER...]", e.g. "mute_node:x@3.2,duration_s=0.5". Raises FaultError."""
     kind, colon, rest = text.partition(":")
     axis, at, rest = rest.partition("@")
     if not (colon and at and axis):
@@ -67,7 +67,7 @@ def _number(text: str, number: str) -> float:
 
 
 class Schedule:
-    """Starts and ends faults by time. Raises FaultError for a fault that an axis cannot have."""
+    """Starts and ends faults at their times. Raises FaultError for a fault that an axis cannot have."""
 
     def __init__(self, faults_scheduled: Sequence[Fault], axes: Mapping[str, FaultTarget]) -> None:
         kinds = fault_kinds() if faults_scheduled else {}
@@ -87,7 +87,7 @@ class Schedule:
         self._update()
 
     def run(self, now_us: int) -> None:
-        """Start and end all due faults."""
+        """Start and end all faults that are due at `now_us`."""
         while now_us >= self.due_us:
             _, action, target, params = self._pending.pop(0)
             action(target, params)

@@ -13,7 +13,7 @@ from kernels.quantities import Quantity
 class Params(NamedTuple):
     """Remaining share of the coupling's stiffness and damping."""
 
-    passed: Annotated[float, Quantity("", 0.0, 1.0, "share of stiffness and damping that is left")] = 1e-4
+    passed: Annotated[float, Quantity("", 0.0, 1.0, "remaining share of stiffness and damping")] = 1e-4
 
 
 def check(target: FaultTarget, _p: Params) -> None:

@@ -1,20 +1,20 @@
-"""The kinds of effects: the place in the plant where an effect acts, and its functions.
+"""The kinds of effects: where in the plant an effect acts, and the functions that it must have.
 
 An effect's module has `KIND`, `Params`, `NEUTRAL` (values without effect, or None if there are none) and the
 functions of its kind. An effect with memory also has `State`, its record in the plant's state: the defaults
 are the values at power-up; if these depend on the parameters, `powered_up(p)` returns them.
 
-`p` is a `Params` tuple in a test and a record in the plant, `s` the effect's state record, which functions
+`p` is a `Params` tuple in a test and a record in the plant; `s` is the effect's state record, which functions
 change in place. Only the functions of an effect with `State` take `s`.
 
 The plant finds the effects of a kind in the registry, so that a new effect needs no line in the plant. It
-applies them by `ORDER` (default 0), then by name: so sums keep their bits, and a current passes from the set
-point to the iron. `COMMON = True` marks effects of nearly every axis, which the plant evaluates at every
-substep; it evaluates the others only if an axis has any of their group.
+applies them by `ORDER` (default 0), then by name: a fixed order of summation keeps results equal to the bit,
+and a current passes from the amplifier to the iron core. `COMMON = True` marks effects of nearly every axis,
+which the plant evaluates at every substep; it evaluates the others only if an axis has any of their group.
 
 `NEEDS` names a section that a plant file with this effect must have; `LIST_ENDS_AT` names the list whose
-first zero ends the effect's lists. `problems(p, axis)` yields (key, reason) for values that are valid
-individually but cannot be simulated together; an empty key means the section.
+first zero ends all lists of the effect. `problems(p, axis)` yields (key, reason) for values that are each
+within their bounds but cannot be simulated together; an empty key means the section.
 """
 
 from collections.abc import Mapping
@@ -28,23 +28,23 @@ class AxisContext(NamedTuple):
     effects: Mapping[str, Any]
     """`Params` of all effects of the axis, by section."""
     moved_kg: float
-    """Mass of the table and of everything rigidly coupled to it."""
+    """Mass of the table and of everything rigidly coupled to it, kg."""
     dt_s: float
-    """Duration of a substep."""
+    """Duration of a substep, s."""
 
 
 class Role(NamedTuple):
-    """The place where a kind acts, and its functions with arguments; `turn_rad_m` is 2 pi / lead."""
+    """What a kind computes, and its functions with their arguments; `turn_rad_m` is 2 pi / lead."""
 
-    acts: str
+    output: str
     functions: tuple[tuple[str, str], ...]
-    memory: tuple[tuple[str, str], ...] = ()
-    """Functions of an effect with `State`, which advance it by `dt_s`."""
+    state_functions: tuple[tuple[str, str], ...] = ()
+    """Functions that an effect has only with `State`; they advance it by `dt_s`."""
 
 
 _ERROR = (("error_m", "p s position_m turn_rad_m"),)
 _FORCE = (("force_n", "p position_m turn_rad_m"),)
-_USE = (("advance", "p s friction_w speed_m_s dt_s"),)
+_HEAT_AND_WEAR = (("advance", "p s friction_w speed_m_s dt_s"),)
 _CONTACT = (("force_and_damping", "p s velocity_m_s level"), ("slide", "p s velocity_m_s level dt_s"))
 
 
@@ -53,19 +53,21 @@ class Kind(Enum):
 
     WINDING = Role("voltage to current", (("current_a", "p current voltage_v back_emf_v dt_s"),))
     CURRENT_PATH = Role(
-        "reported current to the one that makes force", (("passed_a", "p s current back_emf_v dt_s"),)
+        "reported current to force-producing current", (("force_producing_a", "p s current back_emf_v dt_s"),)
     )
-    FORCE_SHARE = Role("factor on the force of the current", (("share", "p position_m turn_rad_m"),))
+    FORCE_RIPPLE = Role(
+        "relative change of the force of a current", (("relative_ripple", "p position_m turn_rad_m"),)
+    )
     MOTOR_FORCE = Role("sum of forces on the motor side", _FORCE)
     TABLE_FORCE = Role("sum of forces on the table", _FORCE)
     FORCE_IN_TIME = Role("sum of forces on the table, by time", (("force_n", "p time_s"),))
     MEMORY_FORCE = Role(
-        "sum of forces on the table, by the motion before",
+        "sum of forces on the table, by the previous motion",
         (("force_n", "p s"),),
-        (("slide", "p s velocity_m_s dt_s"),),
+        (("advance", "p s velocity_m_s dt_s"),),
     )
     CHANGE_IN_TIME = Role(
-        "sums of forces on the table, levels, dampings and masses, by time",
+        "sums of forces on the table, friction levels, dampings and masses, by time",
         (
             ("force_n", "p time_s"),
             ("level_n", "p time_s"),
@@ -85,16 +87,20 @@ class Kind(Enum):
     )
     FRICTION_POSITION = Role("sum of friction levels, by the position", (("level_n", "p position_m"),))
     FRICTION_DWELL = Role(
-        "sum of friction levels, by the dwell",
+        "sum of friction levels, by the dwell time",
         (("level_n", "p s"), ("slide", "p s velocity_m_s dt_s")),
     )
     FRICTION_DIRECTION = Role("sum of friction levels, by the direction", (("level_n", "p direction"),))
     DAMPING = Role("sum of dampings", (("damping_n_s_m", "p velocity_m_s"),))
-    FRICTION_CHANGE = Role("factors on levels and damping", (("factors", "p s time_s"),), _USE)
-    PRESLIDING = Role("contact that shapes the sum of the levels; an axis has one", _CONTACT)
+    FRICTION_CHANGE = Role(
+        "factors on friction levels and damping", (("factors", "p s time_s"),), _HEAT_AND_WEAR
+    )
+    PRESLIDING = Role("contact that turns the sum of the levels into a force; one an axis", _CONTACT)
     PRESLIDING_LEVEL = Role("contact that adds a level of its own", _CONTACT)
     POSITION_ERROR = Role(
-        "sum of errors between screw and table", (*_ERROR, ("slope", "p s position_m turn_rad_m")), _USE
+        "sum of errors between screw and table",
+        (*_ERROR, ("slope", "p s position_m turn_rad_m")),
+        _HEAT_AND_WEAR,
     )
     COUPLING = Role("spring between two masses", (("force_n", "p deflection_m rate_m_s"),))
     GAP = Role("gap in front of a spring", (("deflection_m", "p gap_m"),))

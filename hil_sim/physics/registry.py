@@ -1,4 +1,4 @@
-"""Finds every effect: a module in the packages of this room with a `Params` class."""
+"""Discovers every effect: a module in the packages of this room with a `Params` class."""
 
 import pkgutil
 from importlib import import_module
@@ -9,7 +9,7 @@ from hil_sim.physics.kinds import Kind
 from kernels.quantities import section_of
 
 
-def _found() -> list[ModuleType]:
+def _discovered() -> list[ModuleType]:
     modules = []
     for package in (motor, friction, transmission, load, sensor):
         names = sorted(info.name for info in pkgutil.iter_modules(package.__path__))
@@ -17,7 +17,7 @@ def _found() -> list[ModuleType]:
     return [module for module in modules if hasattr(module, "Params")]
 
 
-EFFECTS = _found()
+EFFECTS = _discovered()
 """All effects, from motor to sensor, by name within a package."""
 
 

@@ -20,31 +20,37 @@ from hil_sim.physics.motor import winding
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
-OFF, CURRENT, VELOCITY, POSITION = 0, 1, 2, 3  # SETPOINT["loop"]
-NEGLIGIBLE_M_S = 1e-15  # less becomes zero, because denormal numbers slow the kernel down tenfold
+OFF, CURRENT, VELOCITY, POSITION = 0, 1, 2, 3
+"""Values of SETPOINT["loop"]: the outermost closed loop."""
+SPEED_MIN_M_S = 1e-15
+"""A lower speed becomes 0: denormal numbers slow the kernel down tenfold (measured). Far below any count."""
 
 
 class Params(NamedTuple):
-    """Limits and gains of the amplifier; one of the two parameters of the current loop is 0."""
+    """Limits and gains of the amplifier; exactly one parameter of the current loop is above 0."""
 
     voltage_limit_v: Annotated[float, Quantity("V", 1.0, 2e3, "largest winding voltage")]
     peak_current_a: Annotated[float, Quantity("A", 1e-3, 1e4, "largest current")]
     position_gain_1_s: Annotated[float, Quantity("1/s", 0.0, 1e4, "position loop gain")]
     velocity_gain_n_s_m: Annotated[float, Quantity("N s/m", 0.0, 1e8, "velocity loop gain")]
     velocity_integral_n_m: Annotated[float, Quantity("N/m", 0.0, 1e10, "integral gain of the velocity loop")]
-    velocity_feedforward: Annotated[float, Quantity("", 0.0, 2.0, "share of the position slope fed forward")]
-    velocity_filter_hz: Annotated[float, Quantity("Hz", 1.0, 1e6, "corner of the velocity estimate")]
+    velocity_feedforward: Annotated[float, Quantity("", 0.0, 2.0, "feedforward gain of the position slope")]
+    velocity_filter_hz: Annotated[
+        float, Quantity("Hz", 1.0, 1e6, "corner frequency of the velocity estimate")
+    ]
     current_bandwidth_hz: Annotated[float, Quantity("Hz", 1.0, 5e3, "bandwidth of the current loop")] = 0.0
-    current_gain_v_a: Annotated[float, Quantity("V/A", 1e-3, 1e4, "gain of a proportional loop Kcp")] = 0.0
+    current_gain_v_a: Annotated[
+        float, Quantity("V/A", 1e-3, 1e4, "gain Kcp of a proportional current loop")
+    ] = 0.0
 
 
 @kernel
 def estimate_velocity(p: Any, s: Any, resolution_m: float, counts: int, dt_s: float) -> None:
-    """Take the encoder counts of a substep, and low-pass their difference into `s.encoder_velocity_m_s`."""
+    """Store the encoder counts of a substep, and low-pass their difference into `s.encoder_velocity_m_s`."""
     raw_m_s = (counts - s.encoder_counts) * resolution_m / dt_s
-    corner = 2.0 * math.pi * p.velocity_filter_hz * dt_s
-    estimate_m_s = s.encoder_velocity_m_s + corner / (1.0 + corner) * (raw_m_s - s.encoder_velocity_m_s)
-    s.encoder_velocity_m_s = estimate_m_s if abs(estimate_m_s) > NEGLIGIBLE_M_S else 0.0
+    w_dt = 2.0 * math.pi * p.velocity_filter_hz * dt_s
+    estimate_m_s = s.encoder_velocity_m_s + w_dt / (1.0 + w_dt) * (raw_m_s - s.encoder_velocity_m_s)
+    s.encoder_velocity_m_s = estimate_m_s if abs(estimate_m_s) > SPEED_MIN_M_S else 0.0
     s.encoder_counts = counts
 
 
@@ -74,10 +80,13 @@ def current_reference_a(
     dt_s: float,
     span_s: float,
 ) -> float:
-    """Return the current set point (A) of the active loop after `fraction` (0..1] of the call's `span_s`."""
+    """Return the current set point (A) of the active loop after `fraction` (0..1] of the call.
+
+    `span_s` is the duration of the call, over which position and velocity set points are interpolated.
+    """
     limit_a = min(setpoint.current_limit_a, p.peak_current_a)
-    high_a = limit_a - setpoint.current_cut_positive_a
-    low_a = setpoint.current_cut_negative_a - limit_a
+    high_a = limit_a - setpoint.limit_reduction_positive_a
+    low_a = setpoint.limit_reduction_negative_a - limit_a
     if setpoint.loop == CURRENT:
         return float(max(low_a, min(high_a, setpoint.current_a + setpoint.current_offset_a)))
     velocity_m_s = setpoint.velocity_offset_m_s
@@ -89,11 +98,12 @@ def current_reference_a(
         velocity_m_s += s.velocity_setpoint_m_s + fraction * (setpoint.velocity_m_s - s.velocity_setpoint_m_s)
     error_m_s = velocity_m_s - s.encoder_velocity_m_s
     integral_n = s.velocity_integral_n + p.velocity_integral_n_m * error_m_s * dt_s
-    wanted_a = (
+    unlimited_a = (
         p.velocity_gain_n_s_m * error_m_s + integral_n
     ) / force_constant_n_a + setpoint.current_offset_a
-    limited_a = max(low_a, min(high_a, wanted_a))
-    if limited_a == wanted_a or (wanted_a - limited_a) * error_m_s < 0.0:
+    limited_a = max(low_a, min(high_a, unlimited_a))
+    # conditional integration: at the limit the integral part changes only away from it
+    if limited_a == unlimited_a or (unlimited_a - limited_a) * error_m_s < 0.0:
         s.velocity_integral_n = integral_n
     return float(limited_a)
 
@@ -105,15 +115,15 @@ def drive_current(p: Any, p_winding: Any, s: Any, reference_a: float, back_emf_v
         s.current_a = reference_a
         return
     if p.current_gain_v_a > 0.0:
-        wanted_v = p.current_gain_v_a * (reference_a - s.current_a)
-        s.voltage_v = max(-p.voltage_limit_v, min(p.voltage_limit_v, wanted_v))
+        unlimited_v = p.current_gain_v_a * (reference_a - s.current_a)
+        s.voltage_v = max(-p.voltage_limit_v, min(p.voltage_limit_v, unlimited_v))
         s.current_a = winding.current_a(p_winding, s.current_a, s.voltage_v, back_emf_v, dt_s)
         return
     bandwidth_1_s = 2.0 * math.pi * p.current_bandwidth_hz
     proportional_v_a = p_winding.inductance_h * bandwidth_1_s
     integral_gain_v_a = p_winding.resistance_v_a * bandwidth_1_s * dt_s
     error_a = reference_a - s.current_a
-    wanted_v = proportional_v_a * error_a + s.current_integral_v
-    s.voltage_v = max(-p.voltage_limit_v, min(p.voltage_limit_v, wanted_v))
-    s.current_integral_v += integral_gain_v_a * (error_a + (s.voltage_v - wanted_v) / proportional_v_a)
+    unlimited_v = proportional_v_a * error_a + s.current_integral_v
+    s.voltage_v = max(-p.voltage_limit_v, min(p.voltage_limit_v, unlimited_v))
+    s.current_integral_v += integral_gain_v_a * (error_a + (s.voltage_v - unlimited_v) / proportional_v_a)
     s.current_a = winding.current_a(p_winding, s.current_a, s.voltage_v, back_emf_v, dt_s)

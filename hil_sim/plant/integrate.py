@@ -1,4 +1,4 @@
-"""Advances all axes of a plant by a number of substeps, in place."""
+"""Advances the axes of a plant by a number of substeps, in place."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ def advance(params: Any, state: Any, setpoint: Any, substeps: int, dt_s: float) 
         advance_axis(params[axis], state[axis], setpoint[axis], substeps, dt_s)
     for axis in range(len(params)):
         p, s = params[axis], state[axis]
-        if p.cross_axis_coupling.enabled:  # all positions are now of the same instant: read again
+        if p.cross_axis_coupling.enabled:  # read again, with all positions of the same instant
             other = int(p.cross_axis_coupling.other)
             s.cross_axis_coupling.other_position_m = measured_point_m(params[other], state[other])
             s.scale_counts = readings.scale_counts(p, s) - s.scale_origin_counts
@@ -28,7 +28,10 @@ def advance(params: Any, state: Any, setpoint: Any, substeps: int, dt_s: float) 
 
 @kernel
 def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
-    """Advance one axis like `advance`, without `cross_axis_coupling`."""
+    """Advance one axis like `advance`, without `cross_axis_coupling`.
+
+    `p`, `s` and `sp` are its AXIS_PARAMS, AXIS_STATE and SETPOINT records.
+    """
     force_constant_n_a = p.mechanics.force_constant_n_a
     resolution_m = p.encoder.resolution_m
     span_s = substeps * dt_s
@@ -38,10 +41,19 @@ def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
     for index in range(substeps):
         if sp.loop != amplifier.OFF:
             reference_a = amplifier.current_reference_a(
-                p.amplifier, s, sp, resolution_m, force_constant_n_a, (index + 1) / substeps, dt_s, span_s
+                p.amplifier,
+                s,
+                sp,
+                resolution_m=resolution_m,
+                force_constant_n_a=force_constant_n_a,
+                fraction=(index + 1) / substeps,
+                dt_s=dt_s,
+                span_s=span_s,
             )
             back_emf_v = force_constant_n_a * s.motor_velocity_m_s
-            amplifier.drive_current(p.amplifier, p.winding, s, reference_a, back_emf_v, dt_s)
+            amplifier.drive_current(
+                p.amplifier, p.winding, s, reference_a=reference_a, back_emf_v=back_emf_v, dt_s=dt_s
+            )
         step.mechanics_step(p, s, has, dt_s)
         counts = encoder.counts(p.encoder, s.motor_position_m) - s.encoder_origin_counts
         if has.encoder:

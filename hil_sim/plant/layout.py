@@ -15,7 +15,7 @@ from hil_sim.physics.registry import EFFECTS, with_state
 from hil_sim.plant import amplifier
 from hil_sim.plant.measured_point import measured_point_m
 from hil_sim.plant.readings import encoder_counts, scale_counts
-from hil_sim.plant.step import nominal_error
+from hil_sim.plant.step import screw_error
 from kernels.quantities import Quantity, record_dtype, section_of
 
 
@@ -23,7 +23,7 @@ class Mechanics(NamedTuple):
     """Parameters of every axis: masses, screw, force constant, and position at power-up."""
 
     lead_m: Annotated[float, Quantity("m", 1e-5, 10.0, "travel per turn of the screw", "mm")]
-    motor_mass_kg: Annotated[float, Quantity("kg", 0.0, 1e6, "rotating inertia J (2 pi / lead)^2")]
+    motor_mass_kg: Annotated[float, Quantity("kg", 0.0, 1e6, "rotating inertia as a mass, J (2 pi / lead)^2")]
     table_mass_kg: Annotated[float, Quantity("kg", 1e-7, 1e6, "moving mass")]
     force_constant_n_a: Annotated[
         float, Quantity("N/A", 1e-6, 1e9, "motor force per current, Kt 2 pi / lead")
@@ -85,14 +85,14 @@ SETPOINT = np.dtype(
         ("velocity_offset_m_s", np.float64),
         ("current_offset_a", np.float64),
         ("current_limit_a", np.float64),
-        ("current_cut_positive_a", np.float64),  # reduction of the limit of this sign
-        ("current_cut_negative_a", np.float64),
+        ("limit_reduction_positive_a", np.float64),  # of the limit of this sign
+        ("limit_reduction_negative_a", np.float64),
     ],
     align=True,
 )
 
 
-def remember(record: Any, values: Any) -> None:
+def write_state(record: Any, values: Any) -> None:
     """Write a `State` tuple into its nested record (a view, in place)."""
     for name, value in values._asdict().items():
         record[name] = value
@@ -101,11 +101,11 @@ def remember(record: Any, values: Any) -> None:
 def state_record(effect: ModuleType) -> Any:
     """Return a separate record with the state of one effect at power-up."""
     record = np.zeros(1, state_dtype(effect.State))[0]
-    remember(record, effect.State())
+    write_state(record, effect.State())
     return record
 
 
-def fill(record: Any, values: Any) -> None:
+def write_params(record: Any, values: Any) -> None:
     """Write a `Params` tuple into its nested record (a view, in place) and enable it."""
     record["enabled"] = 1
     for name, value in values._asdict().items():
@@ -113,16 +113,16 @@ def fill(record: Any, values: Any) -> None:
 
 
 def power_up(params: NDArray[Any]) -> NDArray[Any]:
-    """Return the state (axes,) of a plant after a long rest at its start position, with zero currents."""
+    """Return the state (axes,) of a plant after a long dwell at its start position, with zero currents."""
     state = np.zeros(len(params), AXIS_STATE)
     for p, s in zip(params, state, strict=True):
         for effect in with_state(tuple(EFFECTS)):
             own = p[section_of(effect)]
             by_parameters = own["enabled"] and hasattr(effect, "powered_up")
-            remember(s[section_of(effect)], effect.powered_up(own) if by_parameters else effect.State())
+            write_state(s[section_of(effect)], effect.powered_up(own) if by_parameters else effect.State())
         start_m = p["mechanics"]["start_m"]
         s["motor_position_m"] = start_m
-        error_m, _ = nominal_error(p, s, start_m, 2.0 * math.pi / p["mechanics"]["lead_m"])
+        error_m, _ = screw_error(p, s, start_m, 2.0 * math.pi / p["mechanics"]["lead_m"])
         s["table_position_m"] = s["carried_position_m"] = start_m + error_m
     for p, s in zip(params, state, strict=True):
         if p["cross_axis_coupling"]["enabled"]:

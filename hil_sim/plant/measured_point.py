@@ -1,6 +1,6 @@
-"""The measured point of an axis, where the scale reads and a laser interferometer would read.
+"""The measured point of an axis: the table, or the mass of `structural_mode` on it.
 
-It is the table, or the mass of `structural_mode` on the table.
+There the scale reads, and there an external instrument (laser interferometer) would measure.
 """
 
 from typing import Any

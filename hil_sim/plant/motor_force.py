@@ -1,6 +1,6 @@
 """Computes the motor force on the screw from the reported current.
 
-The bus reports `current_a`, before the effects of this file.
+The drive reports `current_a` on the bus: the current before the effects composed here.
 """
 
 from typing import Any
@@ -11,7 +11,7 @@ from kernels.jit import kernel
 from kernels.unrolled import unrolled
 
 CURRENT_PATH = of_kind(Kind.CURRENT_PATH)
-SHARES = of_kind(Kind.FORCE_SHARE)
+FORCE_RIPPLES = of_kind(Kind.FORCE_RIPPLE)
 MOTOR_FORCES = of_kind(Kind.MOTOR_FORCE)
 
 
@@ -23,18 +23,21 @@ def acting_current_a(p: Any, s: Any, turn_rad_m: float, dt_s: float) -> float:
     back_emf_v = p.mechanics.force_constant_n_a * s.motor_velocity_m_s
     for effect in CURRENT_PATH:
         if p[effect].enabled:
-            current = effect.passed_a(p[effect], s[effect], current, back_emf_v, dt_s)
-    for effect in SHARES:
+            current = effect.force_producing_a(p[effect], s[effect], current, back_emf_v, dt_s)
+    for effect in FORCE_RIPPLES:
         if p[effect].enabled:
-            current *= 1.0 + effect.share(p[effect], s[effect], s.motor_position_m, turn_rad_m)
+            current *= 1.0 + effect.relative_ripple(p[effect], s[effect], s.motor_position_m, turn_rad_m)
     return float(current)
 
 
 @kernel
 @unrolled
-def motor_force_n(p: Any, s: Any, changes_current: bool, turn_rad_m: float, dt_s: float) -> float:
-    """Return the sum of the forces on the motor side (N)."""
-    current = acting_current_a(p, s, turn_rad_m, dt_s) if changes_current else s.current_a
+def motor_force_n(p: Any, s: Any, has_current_path: bool, turn_rad_m: float, dt_s: float) -> float:
+    """Return the sum of the forces on the motor side (N).
+
+    `has_current_path`: whether any effect of `acting_current_a` is present.
+    """
+    current = acting_current_a(p, s, turn_rad_m, dt_s) if has_current_path else s.current_a
     force = p.mechanics.force_constant_n_a * current
     for effect in MOTOR_FORCES:
         if p[effect].enabled:

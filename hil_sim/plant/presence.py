@@ -1,4 +1,4 @@
-"""Finds once a call which groups of less common effects an axis has, so that absent groups cost nothing."""
+"""Determines once a call which groups of less common effects an axis has: absent ones cost nothing."""
 
 from typing import Any, NamedTuple
 
@@ -7,7 +7,7 @@ from hil_sim.physics.registry import of_kind
 from kernels.jit import kernel
 from kernels.unrolled import unrolled
 
-CURRENT_PATH = of_kind(Kind.CURRENT_PATH, Kind.FORCE_SHARE)
+CURRENT_PATH = of_kind(Kind.CURRENT_PATH, Kind.FORCE_RIPPLE)
 FRICTION = of_kind(
     Kind.FRICTION_LEVEL,
     Kind.FRICTION_SPEED,

@@ -1,8 +1,8 @@
 """Friction on the table: composes levels, damping and presliding into the velocity after a substep.
 
-The levels add up, and a presliding law or the stick-or-slide rule converts their sum to a force. Changes by
-use multiply the levels and the viscous damping, but not the stiffness and damping of presliding, which belong
-to the contact's springs.
+The levels add up, and a presliding law or the stick-or-slide rule converts their sum to a force. The friction
+factors (heat, wear, lubrication) multiply the levels and the viscous damping, but not the stiffness and
+damping of presliding, which belong to the contact's springs.
 """
 
 import math
@@ -14,7 +14,8 @@ from hil_sim.physics.registry import of_kind
 from kernels.jit import kernel
 from kernels.unrolled import unrolled
 
-NEGLIGIBLE_M_S = 1e-15  # a lower speed becomes zero, because denormal numbers slow the kernel down tenfold
+SPEED_MIN_M_S = 1e-15
+"""A lower speed becomes 0: denormal numbers slow the kernel down tenfold (measured). Far below any count."""
 
 LEVELS = of_kind(Kind.FRICTION_LEVEL, common=True)
 DAMPINGS = of_kind(Kind.DAMPING, common=True)
@@ -33,7 +34,7 @@ CONTACTS_WITH_LEVEL = of_kind(Kind.PRESLIDING_LEVEL)
 
 
 class LessCommon(NamedTuple):
-    """Contributions of the less common effects; the spring is that of contacts with their own level."""
+    """Contributions of the less common effects; `spring_n` is that of contacts with their own level."""
 
     level_n: float
     damping_n_s_m: float
@@ -74,8 +75,8 @@ def less_common_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
 
 @kernel
 @unrolled
-def further_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
-    """Return the sum of the friction levels (N) by velocity (m/s), by load and by time."""
+def changing_level_n(p: Any, s: Any, velocity_m_s: float) -> float:
+    """Return the sum of the friction levels (N) by velocity, by load and by time, at a velocity (m/s)."""
     level = 0.0
     for effect in SPEED_LEVELS:
         if p[effect].enabled:
@@ -108,7 +109,7 @@ def less_common_friction(p: Any, s: Any, velocity_m_s: float, level_factor: floa
             level_n = level_factor * p[effect].level_n
             force_n, _ = effect.force_and_damping(p[effect], s[effect], velocity_m_s, level_n)
             spring += force_n
-    level_n = less_common_level_n(p, s, velocity_m_s) + further_level_n(p, s, velocity_m_s)
+    level_n = less_common_level_n(p, s, velocity_m_s) + changing_level_n(p, s, velocity_m_s)
     return LessCommon(level_n, damping, spring)
 
 
@@ -142,9 +143,10 @@ def friction_factors(p: Any, s: Any) -> tuple[float, float]:
 def slide(
     p: Any, s: Any, has_less_common: bool, mass_kg: float, velocity_m_s: float, force_n: float, dt_s: float
 ) -> float:
-    """Advance friction by `dt_s` under `force_n` (N); return the velocity (m/s) of the table afterwards.
+    """Advance friction by `dt_s` (s) under `force_n` (N); return the velocity (m/s) of the table afterwards.
 
-    `has_less_common`: whether any effect of `less_common_friction` is present.
+    Writes the mean friction force of the substep (N) to `s.friction_n`. `has_less_common`: whether any effect
+    of `less_common_friction` is present.
     """
     level_factor, damping_factor = friction_factors(p, s)
     level_n = friction_level_n(p, s, abs(velocity_m_s))
@@ -152,26 +154,26 @@ def slide(
     for effect in DAMPINGS:
         if p[effect].enabled:
             damping += effect.damping_n_s_m(p[effect], s[effect], velocity_m_s)
-    pushing_n = force_n
+    driving_n = force_n
     if has_less_common:
-        more = less_common_friction(p, s, velocity_m_s, level_factor)
-        level_n = max(0.0, level_n + more.level_n)
-        damping = max(0.0, damping + more.damping_n_s_m)
-        pushing_n -= more.spring_n
+        others = less_common_friction(p, s, velocity_m_s, level_factor)
+        level_n = max(0.0, level_n + others.level_n)
+        damping = max(0.0, damping + others.damping_n_s_m)
+        driving_n -= others.spring_n
     level_n = level_factor * level_n
     damping = damping_factor * damping
-    after_m_s, sharp = 0.0, True
+    after_m_s, rigid = 0.0, True
     for effect in CONTACTS:
         if p[effect].enabled:
-            elastic_n, extra = effect.force_and_damping(p[effect], s[effect], velocity_m_s, level_n)
-            free_m_s = velocity_m_s + (pushing_n - elastic_n) * dt_s / mass_kg
-            after_m_s, sharp = free_m_s / (1.0 + (damping + extra) * dt_s / mass_kg), False
+            elastic_n, contact_damping = effect.force_and_damping(p[effect], s[effect], velocity_m_s, level_n)
+            free_m_s = velocity_m_s + (driving_n - elastic_n) * dt_s / mass_kg
+            after_m_s, rigid = free_m_s / (1.0 + (damping + contact_damping) * dt_s / mass_kg), False
             effect.slide(p[effect], s[effect], after_m_s, level_n, dt_s)
-    if sharp:
-        free_m_s = velocity_m_s + pushing_n * dt_s / mass_kg
+    if rigid:
+        free_m_s = velocity_m_s + driving_n * dt_s / mass_kg
         sliding_m_s = coulomb_friction.stick_or_slide_m_s(free_m_s, level_n, mass_kg, dt_s)
         after_m_s = sliding_m_s / (1.0 + damping * dt_s / mass_kg)
     if has_less_common:
         slide_less_common(p, s, after_m_s, level_factor, dt_s)
     s.friction_n = force_n - mass_kg * (after_m_s - velocity_m_s) / dt_s
-    return after_m_s if abs(after_m_s) > NEGLIGIBLE_M_S else 0.0
+    return after_m_s if abs(after_m_s) > SPEED_MIN_M_S else 0.0

@@ -1,7 +1,7 @@
 """Advances one axis by one substep: composes the effects in a fixed order.
 
 The method is semi-implicit Euler: forces from the positions of step n, velocities with implicit damping,
-positions with the new velocities. An effect in the registry joins the sum of its kind.
+positions with the new velocities. An effect in the registry is part of the sum of its kind.
 
 Friction acts on the table (Xia et al., equation 5), see `sliding`; the motor's force is in `motor_force`.
 
@@ -18,7 +18,7 @@ from hil_sim.physics.registry import of_kind, with_state
 from hil_sim.physics.transmission import backlash, drive_compliance
 from hil_sim.plant.motor_force import motor_force_n
 from hil_sim.plant.presence import Presence
-from hil_sim.plant.sliding import NEGLIGIBLE_M_S, slide
+from hil_sim.plant.sliding import SPEED_MIN_M_S, slide
 from kernels.jit import kernel
 from kernels.unrolled import unrolled
 
@@ -30,7 +30,7 @@ CHANGES_IN_TIME = of_kind(Kind.CHANGE_IN_TIME)
 CHANGES_WITH_POSITION = of_kind(Kind.CHANGE_WITH_POSITION)
 MASSES = of_kind(Kind.MASS)
 POSITION_ERRORS = of_kind(Kind.POSITION_ERROR)
-CHANGED_BY_USE = with_state(of_kind(Kind.POSITION_ERROR, Kind.FRICTION_CHANGE))
+HEAT_AND_WEAR = with_state(of_kind(Kind.POSITION_ERROR, Kind.FRICTION_CHANGE))
 
 
 @kernel
@@ -83,28 +83,28 @@ def added_mass_kg(p: Any, s: Any) -> float:
 
 @kernel
 @unrolled
-def remember_motion(p: Any, s: Any, dt_s: float) -> None:
+def advance_memory_forces(p: Any, s: Any, dt_s: float) -> None:
     """Advance the forces with memory by a substep of `dt_s` (s)."""
     for effect in MEMORY_FORCES:
         if p[effect].enabled:
-            effect.slide(p[effect], s[effect], s.table_velocity_m_s, dt_s)
+            effect.advance(p[effect], s[effect], s.table_velocity_m_s, dt_s)
 
 
 @kernel
-def swing(p: Any, s: Any, dt_s: float) -> float:
+def advance_carried_mass(p: Any, s: Any, dt_s: float) -> float:
     """Advance the velocity of the carried mass by `dt_s` (s); return its force (N) on the table."""
     deflection_m = s.carried_position_m - s.table_position_m
     rate_m_s = s.carried_velocity_m_s - s.table_velocity_m_s
     force = structural_mode.force_n(p.structural_mode, deflection_m, rate_m_s)
     velocity_m_s = s.carried_velocity_m_s - force * dt_s / p.structural_mode.mass_kg
-    s.carried_velocity_m_s = velocity_m_s if abs(velocity_m_s) > NEGLIGIBLE_M_S else 0.0
+    s.carried_velocity_m_s = velocity_m_s if abs(velocity_m_s) > SPEED_MIN_M_S else 0.0
     return force
 
 
 @kernel
 @unrolled
-def nominal_error(p: Any, s: Any, position_m: float, turn_rad_m: float) -> tuple[float, float]:
-    """Return the sum of the screw's position errors (m) at a motor position, and its derivative."""
+def screw_error(p: Any, s: Any, position_m: float, turn_rad_m: float) -> tuple[float, float]:
+    """Return the sum of the screw's position errors (m) at a motor position (m), and its derivative."""
     error_m = 0.0
     slope = 0.0
     for effect in POSITION_ERRORS:
@@ -116,11 +116,11 @@ def nominal_error(p: Any, s: Any, position_m: float, turn_rad_m: float) -> tuple
 
 @kernel
 @unrolled
-def advance_by_use(p: Any, s: Any, dt_s: float) -> None:
-    """Advance the effects of heat and distance by a substep of `dt_s` (s)."""
+def advance_heat_and_wear(p: Any, s: Any, dt_s: float) -> None:
+    """Advance the effects of friction heat and distance travelled by a substep of `dt_s` (s)."""
     friction_w = s.friction_n * s.table_velocity_m_s
     speed_m_s = abs(s.table_velocity_m_s)
-    for effect in CHANGED_BY_USE:
+    for effect in HEAT_AND_WEAR:
         if p[effect].enabled:
             effect.advance(p[effect], s[effect], friction_w, speed_m_s, dt_s)
 
@@ -134,12 +134,12 @@ def transmitted_force_n(p: Any, gap_m: float, rate_m_s: float) -> float:
     if deflection_m == 0.0 and p.backlash.play_m > 0.0:
         return 0.0
     force = drive_compliance.force_n(p.drive_compliance, deflection_m, rate_m_s)
-    return backlash.contact_n(p.backlash, force, deflection_m)
+    return backlash.contact_force_n(p.backlash, force, deflection_m)
 
 
 @kernel
 def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
-    """Advance positions and velocities of one axis by `dt_s` (s) under the present motor current."""
+    """Advance positions and velocities of one axis by `dt_s` (s) at the present motor current."""
     m = p.mechanics
     turn_rad_m = 2.0 * math.pi / m.lead_m
     motor_n = motor_force_n(p, s, has.current_path, turn_rad_m, dt_s)
@@ -149,29 +149,45 @@ def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
         load_n += less_common_load_force_n(p, s, turn_rad_m)
         table_kg += added_mass_kg(p, s)
     if p.structural_mode.enabled:
-        load_n += swing(p, s, dt_s)
+        load_n += advance_carried_mass(p, s, dt_s)
     if p.drive_compliance.enabled:
-        error_m, slope = nominal_error(p, s, s.motor_position_m, turn_rad_m)
+        error_m, slope = screw_error(p, s, s.motor_position_m, turn_rad_m)
         gap_m = s.motor_position_m + error_m - s.table_position_m
         rate_m_s = s.motor_velocity_m_s * (1.0 + slope) - s.table_velocity_m_s
         s.transmitted_n = transmitted_force_n(p, gap_m, rate_m_s)
         s.motor_velocity_m_s += (motor_n - s.transmitted_n * (1.0 + slope)) * dt_s / m.motor_mass_kg
         table_n = s.transmitted_n + load_n
-        s.table_velocity_m_s = slide(p, s, has.friction, table_kg, s.table_velocity_m_s, table_n, dt_s)
+        s.table_velocity_m_s = slide(
+            p,
+            s,
+            has_less_common=has.friction,
+            mass_kg=table_kg,
+            velocity_m_s=s.table_velocity_m_s,
+            force_n=table_n,
+            dt_s=dt_s,
+        )
         s.motor_position_m += dt_s * s.motor_velocity_m_s
         s.table_position_m += dt_s * s.table_velocity_m_s
     else:
-        # one mass; the balance of forces neglects the slope, about 1e-4
+        # one mass; the force balance neglects the slope of the screw error, about 1e-4
         mass_kg = m.motor_mass_kg + table_kg
-        velocity_m_s = slide(p, s, has.friction, mass_kg, s.motor_velocity_m_s, motor_n + load_n, dt_s)
+        velocity_m_s = slide(
+            p,
+            s,
+            has_less_common=has.friction,
+            mass_kg=mass_kg,
+            velocity_m_s=s.motor_velocity_m_s,
+            force_n=motor_n + load_n,
+            dt_s=dt_s,
+        )
         s.transmitted_n = motor_n - m.motor_mass_kg * (velocity_m_s - s.motor_velocity_m_s) / dt_s
         s.motor_velocity_m_s = velocity_m_s
         s.motor_position_m += dt_s * velocity_m_s
-        error_m, slope = nominal_error(p, s, s.motor_position_m, turn_rad_m)
+        error_m, slope = screw_error(p, s, s.motor_position_m, turn_rad_m)
         s.table_position_m = s.motor_position_m + error_m
         s.table_velocity_m_s = velocity_m_s * (1.0 + slope)
     if p.structural_mode.enabled:
         s.carried_position_m += dt_s * s.carried_velocity_m_s
     if has.load:
-        remember_motion(p, s, dt_s)
-    advance_by_use(p, s, dt_s)
+        advance_memory_forces(p, s, dt_s)
+    advance_heat_and_wear(p, s, dt_s)

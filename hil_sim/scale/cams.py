@@ -6,22 +6,23 @@ from hil_sim.node.dictionary import Dictionary
 
 STATE, ENABLE, POLARITY = 0x6300, 0x6301, 0x6302
 LOW, HIGH, HYSTERESIS = 0x6310, 0x6320, 0x6330
+"""Objects of the first cam; the others follow."""
 CAMS, CHANNEL = 8, 1
 
 
 class Cams:
-    """Cams of the one channel; `on_change` is called when a client has changed one of their objects."""
+    """The cams of one channel; `on_change` is called after a client has written one of their objects."""
 
     def __init__(self, dictionary: Dictionary, on_change: Callable[[], None]) -> None:
         self._value = dictionary.value
         self._limits: list[tuple[int, int, int, int]] = []  # bit, low, high, hysteresis of the enabled cams
         self._polarity = 0
         self._inside = 0
-        own = (ENABLE, POLARITY, *(first + cam for first in (LOW, HIGH, HYSTERESIS) for cam in range(CAMS)))
-        for index in own:
+        per_cam = (first + cam for first in (LOW, HIGH, HYSTERESIS) for cam in range(CAMS))
+        for index in (ENABLE, POLARITY, *per_cam):
             dictionary.followers[index] = lambda _sub: on_change()
 
-    def follow(self) -> None:
+    def apply_objects(self) -> None:
         """Apply the objects; a cam that becomes enabled starts inactive."""
         value = self._value
         enabled = value(ENABLE, CHANNEL)
@@ -34,7 +35,7 @@ class Cams:
         ]
 
     @property
-    def on(self) -> bool:
+    def any_enabled(self) -> bool:
         """Whether any cam is enabled."""
         return bool(self._limits)
 

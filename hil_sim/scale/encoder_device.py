@@ -14,13 +14,16 @@ from hil_sim.scale.cams import Cams
 from hil_sim.scale.scale_objects import ScaleObjects
 from kernels.arrays import Array
 
-REVERSED = 1 << 3  # measuring direction in the operating parameters 6000h: counts the other way
-ACCELERATION_UNIT_M_S2 = 1e-3  # 1 mm/s^2
-OPERATING_TIME_US = 360_000_000  # unit of 6508h, 0.1 h
+REVERSED = 1 << 3
+"""Bit "measuring direction" of the operating parameters 6000h: counts fall in positive direction."""
+ACCELERATION_UNIT_M_S2 = 1e-3
+"""Unit of the acceleration value 6040h."""
+OPERATING_TIME_UNIT_US = 360_000_000
+"""Unit of the operating time 6508h, 0.1 h."""
 
 
 class LinearScale:
-    """Scale head at the measured point of axis `index` of the plant.
+    """Reading head at the measured point of axis `index` of the plant.
 
     Raises:
         ValueError: the axis has no scale; and what `Slave` raises.
@@ -54,9 +57,9 @@ class LinearScale:
         dictionary = self.slave.dictionary
         dictionary.followers[0x6003] = lambda _sub: self._preset(self.objects.preset_value)
         dictionary.followers[0x6010] = lambda _sub: self._preset(self.objects.preset_value_channel_1)
-        dictionary.readers[0x6508] = lambda _sub: self._clock.now_us // OPERATING_TIME_US
+        dictionary.readers[0x6508] = lambda _sub: self._clock.now_us // OPERATING_TIME_UNIT_US
         dictionary.readers[0x650B] = lambda _sub: self.slave.identity()[-1]
-        self._cams = Cams(dictionary, self._follow_cams)
+        self._cams = Cams(dictionary, self._apply_cams)
         dictionary.checks[0x6000] = _check_parameters
         dictionary.followers[0x6000] = lambda _sub: self._reverse_direction()
         dictionary.readers[0x6500] = lambda _sub: self.objects.operating_parameters
@@ -67,17 +70,17 @@ class LinearScale:
     # --- services for the slave ----------------------------------------------------------------------
 
     def factory_settings(self) -> None:
-        """Write the measuring step of the grating."""
+        """Write the measuring step of the grating (nm)."""
         self.slave.dictionary.put(0x6005, 1, self._resolution_nm)
         self.slave.dictionary.put(0x6501, 0, self._resolution_nm)
 
     def reset(self) -> None:
-        """Power up: the position counts from here, the head has passed no reference mark."""
+        """Power up: the position starts at 0, the head has passed no reference mark."""
         self.record["offset"], self.record["sign"] = 0, self._chosen_sign()
-        self._follow_cams()
+        self._apply_cams()
 
     def process(self) -> None:
-        """Do nothing: a scale has no commands by PDO."""
+        """Do nothing: a scale receives no PDOs."""
 
     def connection_lost(self, code: int) -> None:
         """Do nothing: a scale continues to measure."""
@@ -102,7 +105,7 @@ class LinearScale:
         self.record["frozen"] = frozen
 
     def move_to(self, record: NDArray[Any], numbers: Array) -> None:
-        """Keep record (1,) and process objects (values,) in these arrays of the bench from now on."""
+        """Move record (1,) and process objects (values,) into these arrays of the bench."""
         numbers[:] = self.objects.numbers
         self.objects.move_to(numbers)
         record[0] = self.record
@@ -114,12 +117,12 @@ class LinearScale:
         self.switch_cams()
 
     def switch_cams(self) -> None:
-        """Update the cam state register from the position; without an enabled cam nothing changes."""
+        """Update the cam state register from the position if any cam is enabled."""
         if self.has_cams and not self.frozen:
             self.objects.cam_state_channel_1 = self._cams.state(self.objects.position_value)
 
     def acceleration(self) -> int:
-        """Return the mean acceleration since the last call (mm/s^2); a PDO calls in every cycle."""
+        """Return the mean acceleration since the last call (mm/s^2); a mapped PDO calls in every cycle."""
         now_us = self._clock.now_us
         if now_us != self._read_us:
             velocity_m_s = int(self.record["sign"]) * float(self._state[self._velocity_field])
@@ -129,15 +132,15 @@ class LinearScale:
             self._read_us, self._read_m_s = now_us, velocity_m_s
         return self._acceleration
 
-    def _follow_cams(self) -> None:
+    def _apply_cams(self) -> None:
         """Apply the objects of the cams."""
-        self._cams.follow()
-        self.has_cams = self._cams.on
+        self._cams.apply_objects()
+        self.has_cams = self._cams.any_enabled
         self.objects.cam_state_channel_1 = 0
         self.read_axis()
 
     def _preset(self, value: int) -> None:
-        """Make the present position read `value`."""
+        """Set the offset so that the present position reads `value` (counts)."""
         record = self.record
         record["offset"] = self.objects.offset_value = value - int(record["sign"] * record["raw"])
         self.read_axis()
@@ -155,6 +158,6 @@ class LinearScale:
 
 
 def _check_parameters(_subindex: int, value: int) -> None:
-    """Refuse all but the measuring direction: code sequence and scaling are for other encoders."""
+    """Refuse all bits but the measuring direction: code sequence and scaling are for other encoders."""
     if value not in {0, REVERSED}:
         raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)

@@ -7,7 +7,7 @@ from hil_sim.node.process_objects import Address, ProcessObjects, cia
 OUT_OF_RANGE, OVERFLOW, UNDERFLOW = 1, 2, 4
 """Bits of the area state register 6400h."""
 POSITION_ERROR = 1
-"""Alarm, 6503h."""
+"""Bit of the alarms 6503h."""
 
 
 class Head(Protocol):
@@ -18,7 +18,7 @@ class Head(Protocol):
 
 
 class ScaleObjects(ProcessObjects):
-    """One attribute per object; the EDS has types, limits and defaults."""
+    """One attribute per object that a PDO may map or that affects the scale; the EDS has types and limits."""
 
     COMPUTED: ClassVar[dict[Address, str]] = {
         (0x6040, 1): "acceleration_value_channel_1",

@@ -1,4 +1,4 @@
-"""All scales of a bench in one compiled tick; their process objects and records share one memory."""
+"""All scales of a bench in one compiled tick; their process objects and records are in shared arrays."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,7 +11,7 @@ from kernels.arrays import Array
 
 
 class ScalesInStep:
-    """The scales of a plant; their process objects move into `numbers` (scales, values)."""
+    """The scales of a plant; moves their process objects into `numbers` (scales, values)."""
 
     def __init__(self, scales: Sequence[LinearScale], plant: Plant, numbers: Array) -> None:
         self._scales, self._plant = tuple(scales), plant
@@ -27,11 +27,11 @@ class ScalesInStep:
 
     @property
     def without_cams(self) -> bool:
-        """Whether no scale switches cams, so that reading the heads is all of its tick."""
+        """Whether no scale switches cams, so that the tick only reads the heads."""
         return not any(scale.has_cams for scale in self._scales)
 
     def read(self) -> None:
-        """Read all heads."""
+        """Read all heads and switch the cams."""
         read_scales(self._records, self._objects, self._plant.state)
         for scale in self._scales:
             scale.switch_cams()

@@ -10,7 +10,7 @@ from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, T
 from reconcile.catalogue.periodic import RIPPLES_A_TURN, Wave, covered, harmonics_of_the_joint, over_turns
 
 HARMONICS = (*range(1, 13), 14, 16, 18, 20, 24, 28, 30, 36, 42, 48, 60, 72, 84, 96)
-WAVE = Wave("harmonic", "1/turn", "amplitude_n", "N", most=physics.TERMS)
+WAVE = Wave("harmonic", "1/turn", "amplitude_n", "N", most=physics.HARMONICS_MAX)
 
 
 def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:

@@ -37,7 +37,7 @@ def _shapes(datasets: Sequence[RegressionData]) -> list[ShapeParameters]:
 
 def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
     m, (distance_m, exponent) = data.motion, shape
-    deflection_m = presliding_elements.reach_m(distance_m, exponent)
+    deflection_m = presliding_elements.element_distance_m(distance_m, exponent)
     return (dahl_deflection(m.position_m, deflection_m, exponent) - m.direction)[:, None]
 
 
@@ -52,10 +52,10 @@ def _to_plant(found: IdentifiedTerms, notes: list[str]) -> PlantValues:
     if _plant_effect(found) == ENTRY.name:
         return dict(found.terms[0])
     ordered = sorted(found.terms, key=lambda term: term["level_n"], reverse=True)
-    kept, left = ordered[: presliding_elements.ELEMENTS], ordered[presliding_elements.ELEMENTS :]
+    kept, left = ordered[: presliding_elements.ELEMENTS_MAX], ordered[presliding_elements.ELEMENTS_MAX :]
     notes += [
         f"{ENTRY.name}: {term['level_n']:.3g} N over {term['way_m'] * 1e6:.3g} um is left out, the plant "
-        f"takes {presliding_elements.ELEMENTS} elements"
+        f"takes {presliding_elements.ELEMENTS_MAX} elements"
         for term in left
     ]
     level_n = sum(term["level_n"] for term in kept)

@@ -8,7 +8,7 @@ from reconcile.catalogue.kinds import EITHER, RegressionData, ShapeParameters, T
 from reconcile.catalogue.periodic import RIPPLES_A_TURN, Wave, covered, harmonics_of_the_joint, over_turns
 
 HARMONICS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 18, 20, 24, 30, 36, 42, 48)
-WAVE = Wave("harmonic", "1/turn", "amplitude", "", most=physics.TERMS)
+WAVE = Wave("harmonic", "1/turn", "amplitude", "", most=physics.HARMONICS_MAX)
 """Its amplitude is a share of the force."""
 
 

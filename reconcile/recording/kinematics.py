@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from hil_sim.physics.friction.presliding_elements import deflected
+from hil_sim.physics.friction.presliding_elements import deflection_after
 from kernels.arrays import Array
 from kernels.jit import kernel
 
@@ -113,7 +113,7 @@ def dahl_deflection(position_m: Array, deflection_m: float, exponent: float = 1.
     """Return Dahl's deflection (n,), -1 to 1, exact: dz/dx = (1 - z sign(dx))^exponent / deflection_m."""
     z = np.zeros(len(position_m))
     for i in range(1, len(position_m)):
-        z[i] = deflected(z[i - 1], position_m[i] - position_m[i - 1], deflection_m, exponent)
+        z[i] = deflection_after(z[i - 1], position_m[i] - position_m[i - 1], deflection_m, exponent)
     return z
 
 

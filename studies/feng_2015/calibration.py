@@ -122,7 +122,7 @@ def with_values(
     slip_m = np.geomspace(values["first_slip_um"], values["last_slip_um"], ELEMENTS) * 1e-6
     share = (slip_m / slip_m[-1]) ** np.log(values["shape"])
     share /= share.sum()
-    unused = (0.0,) * (presliding_gms.ELEMENTS - ELEMENTS)
+    unused = (0.0,) * (presliding_gms.ELEMENTS_MAX - ELEMENTS)
     effects["presliding_gms"] = effects["presliding_gms"]._replace(
         share=(*share.tolist(), *unused),
         stiffness_n_m=(*(share * breakaway_n / slip_m).tolist(), *unused),

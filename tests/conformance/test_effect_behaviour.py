@@ -29,17 +29,17 @@ def test_force_in_time_is_finite(effect: ModuleType, data: Any, time_s: float) -
     assert math.isfinite(effect.force_n(data.draw(parameters(effect)), time_s))
 
 
-@of_kind(Kind.FORCE_SHARE)
+@of_kind(Kind.FORCE_RIPPLE)
 @FEW
 @given(data=st.data(), position=POSITION_M, turn=TURN_RAD_M)
-def test_share_of_the_force_repeats_every_turn(
+def test_ripple_of_the_force_repeats_every_turn(
     effect: ModuleType, data: Any, position: float, turn: float
 ) -> None:
     p = data.draw(parameters(effect))
     p = p._replace(harmonic=tuple(round(order) % 50 for order in p.harmonic))
-    share = effect.share(p, position, turn)
-    assert math.isfinite(share)
-    assert share == pytest.approx(effect.share(p, position + 2.0 * math.pi / turn, turn), abs=1e-5)
+    ripple = effect.relative_ripple(p, position, turn)
+    assert math.isfinite(ripple)
+    assert ripple == pytest.approx(effect.relative_ripple(p, position + 2.0 * math.pi / turn, turn), abs=1e-5)
 
 
 @of_kind(Kind.CURRENT_PATH)
@@ -56,7 +56,7 @@ def test_no_more_current_flows_than_commanded_or_driven_by_the_back_emf(
     asked = max(abs(current) for current in currents)
     driven = abs(emf) / p.resistance_v_a if "resistance_v_a" in p._fields else 0.0
     for current in currents:
-        passed = effect.passed_a(p, *s, current, emf, DT_S)
+        passed = effect.force_producing_a(p, *s, current, emf, DT_S)
         assert abs(passed) <= max(asked, driven) * (1.0 + 1e-12)
 
 
@@ -188,8 +188,8 @@ def test_a_force_with_a_memory_is_zero_at_power_up_and_dies_away_at_rest(
     p, [s] = data.draw(parameters(effect)), own_state(effect)
     assert effect.force_n(p, s) == 0.0
     for velocity in moves:
-        effect.slide(p, s, velocity, DT_S)
+        effect.advance(p, s, velocity, DT_S)
         assert math.isfinite(effect.force_n(p, s))
     before = abs(effect.force_n(p, s))
-    effect.slide(p, s, 0.0, DT_S)
+    effect.advance(p, s, 0.0, DT_S)
     assert abs(effect.force_n(p, s)) <= before

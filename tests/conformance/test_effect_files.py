@@ -43,7 +43,7 @@ def test_every_parameter_has_unit_bounds_and_meaning_and_is_in_the_symbols(effec
 def test_effect_has_the_functions_of_its_kind(effect: ModuleType) -> None:
     assert isinstance(effect.KIND, Kind)
     role, remembers = effect.KIND.value, hasattr(effect, "State")
-    for name, arguments in (*role.functions, *(role.memory if remembers else ())):
+    for name, arguments in (*role.functions, *(role.state_functions if remembers else ())):
         signature = inspect.signature(getattr(effect, name).py_func)
         expected = [a for a in arguments.split() if a != "s" or remembers]
         assert [a.lstrip("_") for a in signature.parameters] == expected, name

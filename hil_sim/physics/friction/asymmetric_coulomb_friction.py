@@ -4,9 +4,9 @@ Law: level += h sgn(v), so that Fc+ = Fc + h and Fc- = Fc - h; at rest level += 
     direction. The sum of the levels is never below zero.
 Source: mismatch catalogue, entry asymmetric_coulomb_friction (Fc+ / Fc-); Armstrong-Helouvry, Dupont,
     Canudas de Wit (1994); on the EMPS axis, Janot, Gautier, Brunot (2019), from the wear of the screw.
-Symbols: h `half_difference_n` half of Fc+ less Fc- N; v sliding velocity m/s.
-Valid: sliding, with causes that need sliding (a lip of a seal, a worn flank); that the contact at rest has
-    no direction and holds with the higher level is chosen.
+Symbols: h `half_difference_n` half of Fc+ minus Fc- N; v sliding velocity m/s.
+Valid: sliding, for causes that act only in sliding (a seal lip, a worn flank). At rest the contact has no
+    direction and holds with the higher level (chosen).
 Confused with: constant_force, identical while moving -> breakaway from rest in both directions: a constant
     force shifts the two breakaway forces apart, here they are equal.
 """
@@ -24,7 +24,7 @@ NEEDS = "coulomb_friction"
 class Params(NamedTuple):
     """Half of the difference, signed."""
 
-    half_difference_n: Annotated[float, Quantity("N", -1e4, 1e4, "half of Fc+ less Fc-, h")]
+    half_difference_n: Annotated[float, Quantity("N", -1e4, 1e4, "half of Fc+ minus Fc-, h")]
 
 
 NEUTRAL = Params(half_difference_n=0.0)

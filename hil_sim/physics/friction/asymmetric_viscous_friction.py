@@ -3,7 +3,7 @@
 Law: F += h |v|, so that Fv+ = Fv + h and Fv- = Fv - h; the sum of the dampings is never below zero.
 Source: mismatch catalogue, entry asymmetric_viscous_friction (Fv+ / Fv-); Armstrong-Helouvry, Dupont,
     Canudas de Wit (1994).
-Symbols: F friction force N; h `half_difference_n_s_m` half of Fv+ less Fv- N s/m; v velocity m/s.
+Symbols: F friction force N; h `half_difference_n_s_m` half of Fv+ minus Fv- N s/m; v velocity m/s.
 Valid: as viscous_friction.
 Confused with: asymmetric_coulomb_friction -> move at several speeds: its difference is equal at all speeds.
 """
@@ -21,7 +21,7 @@ NEEDS = "viscous_friction"
 class Params(NamedTuple):
     """Half of the difference, signed."""
 
-    half_difference_n_s_m: Annotated[float, Quantity("N s/m", -1e5, 1e5, "half of Fv+ less Fv-, h")]
+    half_difference_n_s_m: Annotated[float, Quantity("N s/m", -1e5, 1e5, "half of Fv+ minus Fv-, h")]
 
 
 NEUTRAL = Params(half_difference_n_s_m=0.0)

@@ -6,7 +6,7 @@ Source: Xia et al., equations (5) and (8), the terms F and Fc; the time step is 
     dt.
 Symbols: F friction force N; Fc `coulomb_n` N; v sliding velocity m/s; m mass kg; dt time step s.
 Valid: dry or boundary-lubricated guides above presliding displacements (> 10-100 um after a reversal).
-Confused with: constant_force, equal in one direction -> move in both directions: friction is odd in v;
+Confused with: constant_force, identical in one direction -> move in both directions: friction is odd in v;
     presliding_hysteresis -> strokes below 10 um show a spring, pure Coulomb friction does not move.
 """
 

@@ -1,10 +1,10 @@
-"""Table of friction over velocity: each direction has a curve of its own, which has no law or no name.
+"""Table of friction over velocity: a measured curve without a known law, separate for each direction.
 
 Law: level += s T(v), T linear between points evenly spaced from v1 to v2, constant beyond them; s the
-    direction of motion; the sum of the levels is never below zero.
+    direction of motion. The sum of the levels is never below zero.
 Source: a look-up table; friction is measured speed by speed (Armstrong-Helouvry 1991).
 Symbols: T `force_n` N, additional motor force at a velocity, its first `points` values; v velocity m/s; v1
-    `first_m_s` m/s, of the fastest motion backwards; v2 `last_m_s` m/s.
+    `first_m_s` m/s, the fastest motion backwards; v2 `last_m_s` m/s.
 Valid: at the speeds where it was identified. At rest it holds with the higher value of both directions.
 Confused with: asymmetric_viscous_friction, quadratic_viscous_friction, stribeck_friction -> these have laws;
     friction_over_speed -> equal in both directions, with fine resolution at low speeds.
@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import AxisContext, Kind
-from hil_sim.physics.lookup import POINTS, interpolated, share_of
+from hil_sim.physics.lookup import POINTS_MAX, interpolated, relative_position
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
@@ -27,13 +27,13 @@ class Params(NamedTuple):
 
     first_m_s: Annotated[float, Quantity("m/s", -100.0, 100.0, "velocity v1 of the first point", "mm/s")]
     last_m_s: Annotated[float, Quantity("m/s", -100.0, 100.0, "velocity v2 of the last point", "mm/s")]
-    points: Annotated[float, Quantity("", 2.0, POINTS, "number of points")]
+    points: Annotated[float, Quantity("", 2.0, POINTS_MAX, "number of points")]
     force_n: Annotated[
-        tuple[float, ...], Quantity("N", -1e4, 1e4, "force T that the motor needs", length=POINTS)
+        tuple[float, ...], Quantity("N", -1e4, 1e4, "force T that the motor needs", length=POINTS_MAX)
     ]
 
 
-NEUTRAL = Params(first_m_s=-1.0, last_m_s=1.0, points=2.0, force_n=(0.0,) * POINTS)
+NEUTRAL = Params(first_m_s=-1.0, last_m_s=1.0, points=2.0, force_n=(0.0,) * POINTS_MAX)
 
 
 def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
@@ -45,7 +45,7 @@ def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
 @kernel
 def level_n(p: Any, velocity_m_s: float) -> float:
     """Return the addition to the friction level (N) at a velocity (m/s)."""
-    force = interpolated(p.force_n, p.points, share_of(velocity_m_s, p.first_m_s, p.last_m_s))
+    force = interpolated(p.force_n, p.points, relative_position(velocity_m_s, p.first_m_s, p.last_m_s))
     if velocity_m_s == 0.0:
         return abs(force)
     return force if velocity_m_s > 0.0 else -force

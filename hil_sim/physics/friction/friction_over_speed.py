@@ -1,4 +1,4 @@
-"""Table of friction over speed, alike in both directions: a curve that has no law or no name.
+"""Table of friction over speed: a measured curve without a known law, the same in both directions.
 
 Law: level += T(|v|), T linear over the logarithm of the speed between points evenly spaced over it from v1
     to v2, constant beyond them; the sum of the levels is never below zero.
@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import AxisContext, Kind
-from hil_sim.physics.lookup import POINTS, interpolated, share_of
+from hil_sim.physics.lookup import POINTS_MAX, interpolated, relative_position
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
@@ -27,13 +27,13 @@ class Params(NamedTuple):
 
     first_m_s: Annotated[float, Quantity("m/s", 1e-9, 100.0, "speed v1 of the first point", "mm/s")]
     last_m_s: Annotated[float, Quantity("m/s", 1e-9, 100.0, "speed v2 of the last point", "mm/s")]
-    points: Annotated[float, Quantity("", 2.0, POINTS, "number of points")]
+    points: Annotated[float, Quantity("", 2.0, POINTS_MAX, "number of points")]
     level_n: Annotated[
-        tuple[float, ...], Quantity("N", -1e4, 1e4, "friction T that a point has more", length=POINTS)
+        tuple[float, ...], Quantity("N", -1e4, 1e4, "additional friction T at a point", length=POINTS_MAX)
     ]
 
 
-NEUTRAL = Params(first_m_s=1e-3, last_m_s=1.0, points=2.0, level_n=(0.0,) * POINTS)
+NEUTRAL = Params(first_m_s=1e-3, last_m_s=1.0, points=2.0, level_n=(0.0,) * POINTS_MAX)
 
 
 def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
@@ -45,6 +45,6 @@ def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
 @kernel
 def level_n(p: Any, velocity_m_s: float) -> float:
     """Return the addition to the friction level (N) at a velocity (m/s)."""
-    place = math.log(max(abs(velocity_m_s), p.first_m_s))
-    share = share_of(place, math.log(p.first_m_s), math.log(p.last_m_s))
-    return interpolated(p.level_n, p.points, share)
+    log_speed = math.log(max(abs(velocity_m_s), p.first_m_s))
+    relative = relative_position(log_speed, math.log(p.first_m_s), math.log(p.last_m_s))
+    return interpolated(p.level_n, p.points, relative)

@@ -1,4 +1,4 @@
-"""Table of friction over position: what was measured along the travel and has no law or no name.
+"""Table of friction over position: a measured curve along the travel without a known law.
 
 Law: level += T(x), T linear between points evenly spaced from x1 to x2, constant beyond them; the sum of
     the levels is never below zero.
@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import AxisContext, Kind
-from hil_sim.physics.lookup import POINTS, interpolated, share_of
+from hil_sim.physics.lookup import POINTS_MAX, interpolated, relative_position
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
@@ -27,13 +27,13 @@ class Params(NamedTuple):
 
     first_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x1 of the first point", "mm")]
     last_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x2 of the last point", "mm")]
-    points: Annotated[float, Quantity("", 2.0, POINTS, "number of points")]
+    points: Annotated[float, Quantity("", 2.0, POINTS_MAX, "number of points")]
     level_n: Annotated[
-        tuple[float, ...], Quantity("N", -1e4, 1e4, "friction T that a point has more", length=POINTS)
+        tuple[float, ...], Quantity("N", -1e4, 1e4, "additional friction T at a point", length=POINTS_MAX)
     ]
 
 
-NEUTRAL = Params(first_m=-0.1, last_m=0.1, points=2.0, level_n=(0.0,) * POINTS)
+NEUTRAL = Params(first_m=-0.1, last_m=0.1, points=2.0, level_n=(0.0,) * POINTS_MAX)
 
 
 def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
@@ -45,4 +45,4 @@ def problems(p: Params, _axis: AxisContext) -> Iterator[tuple[str, str]]:
 @kernel
 def level_n(p: Any, position_m: float) -> float:
     """Return the addition to the friction level (N) at a position (m)."""
-    return interpolated(p.level_n, p.points, share_of(position_m, p.first_m, p.last_m))
+    return interpolated(p.level_n, p.points, relative_position(position_m, p.first_m, p.last_m))

@@ -1,4 +1,4 @@
-"""Load-dependent friction: gears, screws and bearings rub more, the more force they transmit.
+"""Load-dependent friction: friction of gears, screws and bearings grows with the force that they transmit.
 
 Law: level += mu |Ft - (1 - a) Ff|.
 Source: Duclusaud, Passault, Padois, Ly (2025), Extended friction models for the physics simulation of servo
@@ -23,7 +23,7 @@ NEEDS = "coulomb_friction"
 
 
 class Params(NamedTuple):
-    """The coefficient, and what counts as load."""
+    """The coefficient, and the part of friction that counts as load."""
 
     load_share: Annotated[float, Quantity("", 0.0, 0.9, "share mu of the load")]
     friction_share: Annotated[float, Quantity("", 0.0, 1.0, "share a of the friction that is load")] = 0.0

@@ -1,4 +1,4 @@
-"""LuGre presliding: the contact's asperities as one bristle that bends, creeps and slips.
+"""LuGre presliding: the contact's asperities as one bristle that deflects, creeps and slips.
 
 Law: dz/dt = v - sigma0 |v| z / g(v),  F = sigma0 z + sigma1 dz/dt.
     For constant v and g the bristle is solved exactly: z = zs + (z0 - zs) exp(-sigma0 |v| dt / g), zs = g
@@ -23,7 +23,8 @@ from kernels.quantities import Quantity
 
 KIND = Kind.PRESLIDING
 NEEDS = "coulomb_friction"
-NEGLIGIBLE_N = 1e-9  # a smaller friction level counts as none
+LEVEL_MIN_N = 1e-9
+"""A lower friction level counts as none, which prevents a division by zero; chosen."""
 
 
 class Params(NamedTuple):
@@ -54,19 +55,19 @@ def force_and_damping(p: Any, s: Any, velocity_m_s: float, level: float) -> tupl
 
     The damping is never negative, so that the bristle adds no energy to the table at any sigma1.
     """
-    if level < NEGLIGIBLE_N:
+    if level < LEVEL_MIN_N:
         return 0.0, 0.0
-    share = p.stiffness_n_m * s.bristle_m / level
-    creep = 1.0 - math.copysign(share, share * velocity_m_s)
+    relative = p.stiffness_n_m * s.bristle_m / level
+    creep = 1.0 - math.copysign(relative, relative * velocity_m_s)
     return float(p.stiffness_n_m * s.bristle_m), float(p.bristle_damping_n_s_m * max(0.0, creep))
 
 
 @kernel
 def slide(p: Any, s: Any, velocity_m_s: float, level: float, dt_s: float) -> None:
-    """Bend the bristle `s.bristle_m` (m) for `dt_s` at constant velocity and level."""
-    if level < NEGLIGIBLE_N:
+    """Advance the deflection `s.bristle_m` (m) by `dt_s` at constant velocity and level."""
+    if level < LEVEL_MIN_N:
         s.bristle_m = 0.0
         return
-    reach_m = level / p.stiffness_n_m
-    final_m = math.copysign(reach_m, velocity_m_s)
-    s.bristle_m = final_m + (s.bristle_m - final_m) * math.exp(-abs(velocity_m_s) * dt_s / reach_m)
+    slip_m = level / p.stiffness_n_m
+    steady_m = math.copysign(slip_m, velocity_m_s)
+    s.bristle_m = steady_m + (s.bristle_m - steady_m) * math.exp(-abs(velocity_m_s) * dt_s / slip_m)

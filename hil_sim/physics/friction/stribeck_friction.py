@@ -1,4 +1,4 @@
-"""Stribeck friction: what friction at rest has above the kinetic level, lost as the lubricant film builds up.
+"""Stribeck friction: friction above the kinetic level at low speed, before a lubricant film forms.
 
 Law: level += (Fs - Fc) exp(-(v / vs)^2).
 Source: Xia et al., equation (8), the term in Fs - Fc. If it is negative, down to -Fc, friction falls towards
@@ -21,13 +21,16 @@ from kernels.quantities import Quantity
 KIND = Kind.FRICTION_LEVEL
 NEEDS = "coulomb_friction"
 COMMON = True
-NEGLIGIBLE_EXPONENT = 36.0  # exp(-36) is below one part in 2^51, so the exponential may be skipped
+EXPONENT_MAX = 36.0
+"""Beyond it the exponential is skipped: exp(-36) is below one part in 2^51 of the level."""
 
 
 class Params(NamedTuple):
     """Height and width of the low-speed bump, or dip."""
 
-    stribeck_n: Annotated[float, Quantity("N", -1e4, 1e4, "breakaway force above the kinetic, Fs - Fc")]
+    stribeck_n: Annotated[
+        float, Quantity("N", -1e4, 1e4, "breakaway force above the kinetic friction, Fs - Fc")
+    ]
     stribeck_m_s: Annotated[float, Quantity("m/s", 1e-6, 1.0, "Stribeck speed vs", "mm/s")]
 
 
@@ -46,4 +49,4 @@ def level_n(p: Any, speed_m_s: float) -> float:
     """Return the friction level above the kinetic one (N) at a sliding speed |v| (m/s)."""
     ratio = speed_m_s / p.stribeck_m_s
     exponent = ratio * ratio
-    return float(p.stribeck_n * math.exp(-exponent)) if exponent < NEGLIGIBLE_EXPONENT else 0.0
+    return float(p.stribeck_n * math.exp(-exponent)) if exponent < EXPONENT_MAX else 0.0

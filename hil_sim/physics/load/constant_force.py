@@ -1,4 +1,4 @@
-"""Constant force: gravity on an inclined or vertical axis, a counterbalance, an amplifier's offset.
+"""Constant force: gravity on an inclined or vertical axis, a counterbalance, an offset of the amplifier.
 
 Law: F = F0.
 Source: the offset of the EMPS reference model (Janot, Gautier, Brunot 2019); gravity m g sin(slope).

@@ -1,4 +1,4 @@
-"""Table of force over position: what was measured along the travel and has no law or no name.
+"""Table of force over position: a measured curve along the travel without a known law.
 
 Law: F = T(x), T linear between points evenly spaced from x1 to x2, constant beyond them.
 Source: a look-up table, as drives hold them for compensation.
@@ -6,7 +6,7 @@ Symbols: F force on the table N, positive towards positive positions; x table po
     x2 `last_m` m; T `force_n` N, its first `points` values.
 Valid: along the travel where it was identified. It depends only on the position, so it adds no energy over a
     closed path.
-Confused with: friction_table -> move back and forth over the same travel: a force is equal both ways.
+Confused with: friction_table -> move back and forth over the same travel: a force has no direction.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import Annotated, Any, NamedTuple
 
 from hil_sim.physics.kinds import AxisContext, Kind
-from hil_sim.physics.lookup import POINTS, interpolated, share_of
+from hil_sim.physics.lookup import POINTS_MAX, interpolated, relative_position
 from kernels.jit import kernel
 from kernels.quantities import Quantity
 
@@ -26,11 +26,13 @@ class Params(NamedTuple):
 
     first_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x1 of the first point", "mm")]
     last_m: Annotated[float, Quantity("m", -10.0, 10.0, "position x2 of the last point", "mm")]
-    points: Annotated[float, Quantity("", 2.0, POINTS, "number of points")]
-    force_n: Annotated[tuple[float, ...], Quantity("N", -1e4, 1e4, "force T at each point", length=POINTS)]
+    points: Annotated[float, Quantity("", 2.0, POINTS_MAX, "number of points")]
+    force_n: Annotated[
+        tuple[float, ...], Quantity("N", -1e4, 1e4, "force T at each point", length=POINTS_MAX)
+    ]
 
 
-NEUTRAL = Params(first_m=-0.1, last_m=0.1, points=2.0, force_n=(0.0,) * POINTS)
+NEUTRAL = Params(first_m=-0.1, last_m=0.1, points=2.0, force_n=(0.0,) * POINTS_MAX)
 
 
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
@@ -47,4 +49,4 @@ def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
 @kernel
 def force_n(p: Any, position_m: float, _turn_rad_m: float) -> float:
     """Return the force on the table (N)."""
-    return interpolated(p.force_n, p.points, share_of(position_m, p.first_m, p.last_m))
+    return interpolated(p.force_n, p.points, relative_position(position_m, p.first_m, p.last_m))

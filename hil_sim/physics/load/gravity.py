@@ -1,4 +1,4 @@
-"""Gravity on a rotary axis: a centre of mass off the axis pulls with the sine of its angle.
+"""Gravity on a rotary axis: an off-axis centre of mass exerts a moment with the sine of its angle.
 
 Law: F = A sin(k x + p).
 Source: the moment of a weight about an axis, m g r sin(angle); the pendulum.
@@ -25,7 +25,7 @@ class Params(NamedTuple):
 
     amplitude_n: Annotated[float, Quantity("N", -1e6, 1e6, "amplitude A")]
     phase_rad: Annotated[float, Quantity("rad", -7.0, 7.0, "phase p at the position zero", "deg")]
-    angle_rad_m: Annotated[float, Quantity("rad/m", 1e-3, 1e3, "angle by the coordinate k")] = 1.0
+    angle_rad_m: Annotated[float, Quantity("rad/m", 1e-3, 1e3, "angle per coordinate k")] = 1.0
 
 
 NEUTRAL = Params(amplitude_n=0.0, phase_rad=0.0)

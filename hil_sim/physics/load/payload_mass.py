@@ -1,4 +1,4 @@
-"""Payload: mass on the table that the machine's data do not know of.
+"""Payload: additional mass on the table.
 
 Law: m = m_table + mp.
 Source: mismatch catalogue, entry payload_mass; Newton's second law.

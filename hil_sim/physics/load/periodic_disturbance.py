@@ -1,11 +1,11 @@
-"""Periodic disturbance: a force from outside, fixed in time: a pump, a fan, an unbalanced spindle.
+"""Periodic disturbance: an external force, periodic in time, as of a pump, a fan or an unbalanced spindle.
 
 Law: F = A sin(2 pi f t + p).
 Source: mismatch catalogue, entry periodic_disturbance, A sin(2 pi f t).
 Symbols: F force on the table N; A `amplitude_n` N; f `frequency_hz` Hz; p `phase_rad` at power-up rad; t time
     since power-up s.
 Valid: a source that the axis does not influence.
-Confused with: cogging, fixed in space -> change the speed: the frequency of cogging follows, this one stays.
+Confused with: cogging, periodic in position -> change the speed: only the frequency of cogging changes.
 """
 
 import math

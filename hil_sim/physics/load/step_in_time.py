@@ -1,4 +1,4 @@
-"""Step in time: at one moment force, friction, damping or mass changes, and stays changed.
+"""Step in time: force, friction, damping or mass changes once and permanently.
 
 Law: F = dF h, level += dL h, damping += dB h, m += dm h; h = -1/2 before t0 and +1/2 from t0 on, so that the
     other sections hold the mean of the values before and after.
@@ -36,33 +36,34 @@ NEUTRAL = Params(moment_s=0.0)
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
     """Yield a problem unless the mass stays positive."""
     if 0.5 * abs(p.mass_kg) >= axis.moved_kg:
-        yield "mass_kg", f"is more than twice what moves ({axis.moved_kg:g} kg)"
+        yield "mass_kg", f"must be below twice the moving mass of {axis.moved_kg:g} kg"
 
 
 @kernel
-def _half(p: Any, time_s: float) -> float:
+def _step(p: Any, time_s: float) -> float:
+    """Return h: the step from -1/2 to +1/2 at t0."""
     return 0.5 if time_s >= p.moment_s else -0.5
 
 
 @kernel
 def force_n(p: Any, time_s: float) -> float:
     """Return the force on the table (N) at a time since power-up (s)."""
-    return float(p.force_n * _half(p, time_s))
+    return float(p.force_n * _step(p, time_s))
 
 
 @kernel
 def level_n(p: Any, time_s: float) -> float:
     """Return the addition to the friction level (N)."""
-    return float(p.level_n * _half(p, time_s))
+    return float(p.level_n * _step(p, time_s))
 
 
 @kernel
 def damping_n_s_m(p: Any, time_s: float) -> float:
     """Return the addition to the damping (N s/m)."""
-    return float(p.damping_n_s_m * _half(p, time_s))
+    return float(p.damping_n_s_m * _step(p, time_s))
 
 
 @kernel
 def added_kg(p: Any, time_s: float) -> float:
     """Return the addition to the mass on the table (kg)."""
-    return float(p.mass_kg * _half(p, time_s))
+    return float(p.mass_kg * _step(p, time_s))

@@ -1,7 +1,7 @@
-"""Structural mode: a mass carried elastically on the table, which swings on after every jump of acceleration.
+"""Structural mode: a mass carried elastically on the table, which rings after every step of acceleration.
 
 Law: mc xc'' = -F, and +F on the table, with F = mc (w^2 d + 2 zeta w d'), d = xc - x, w = 2 pi f.
-Source: the oscillator of one degree of freedom on a moving base; a jump of its acceleration by a leaves an
+Source: the oscillator of one degree of freedom on a moving base; a step of its acceleration by a leaves an
     amplitude of a / w^2 that decays with zeta w. Its excitation by trapezoidal motion is what Wang et al.
     2014, section 3, smooth; residual vibration of moved structures: Singer and Seering (1990).
 Symbols: mc `mass_kg` kg, besides the table's; f `frequency_hz` Hz, with the table held; zeta

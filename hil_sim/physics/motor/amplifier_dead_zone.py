@@ -31,7 +31,7 @@ NEUTRAL = Params(threshold_a=0.0)
 
 
 @kernel
-def passed_a(p: Any, current: float, _back_emf_v: float, _dt_s: float) -> float:
+def force_producing_a(p: Any, current: float, _back_emf_v: float, _dt_s: float) -> float:
     """Return the force-producing current (A)."""
     if abs(current) <= p.threshold_a:
         return 0.0

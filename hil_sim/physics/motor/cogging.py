@@ -1,4 +1,4 @@
-"""Cogging: the magnets seek the teeth, a force fixed in space whatever the current.
+"""Cogging: the magnets align with the teeth, a force over position that is independent of the current.
 
 Law: F = sum_k A_k sin(n_k phi + p_k).
 Source: mismatch catalogue, entry cogging (sum A_k sin(k 2 pi x / lead + phase)); Fourier form of the detent
@@ -18,19 +18,26 @@ from kernels.jit import kernel
 from kernels.quantities import Quantity
 
 KIND = Kind.MOTOR_FORCE
-TERMS = 6
+HARMONICS_MAX = 6
+"""Bounds the number of harmonics, which is the length of the record; chosen."""
 LIST_ENDS_AT = "amplitude_n"
 
 
 class Params(NamedTuple):
     """Up to six harmonics; the list ends at the first amplitude of zero."""
 
-    harmonic: Annotated[tuple[float, ...], Quantity("", 0.0, 1e4, "periods per turn n_k", length=TERMS)]
-    amplitude_n: Annotated[tuple[float, ...], Quantity("N", -1e3, 1e3, "amplitude A_k", length=TERMS)]
-    phase_rad: Annotated[tuple[float, ...], Quantity("rad", -7.0, 7.0, "phase p_k", "deg", length=TERMS)]
+    harmonic: Annotated[
+        tuple[float, ...], Quantity("", 0.0, 1e4, "periods per turn n_k", length=HARMONICS_MAX)
+    ]
+    amplitude_n: Annotated[tuple[float, ...], Quantity("N", -1e3, 1e3, "amplitude A_k", length=HARMONICS_MAX)]
+    phase_rad: Annotated[
+        tuple[float, ...], Quantity("rad", -7.0, 7.0, "phase p_k", "deg", length=HARMONICS_MAX)
+    ]
 
 
-NEUTRAL = Params(harmonic=(1.0,) * TERMS, amplitude_n=(0.0,) * TERMS, phase_rad=(0.0,) * TERMS)
+NEUTRAL = Params(
+    harmonic=(1.0,) * HARMONICS_MAX, amplitude_n=(0.0,) * HARMONICS_MAX, phase_rad=(0.0,) * HARMONICS_MAX
+)
 
 
 @kernel
@@ -38,7 +45,7 @@ def force_n(p: Any, position_m: float, turn_rad_m: float) -> float:
     """Return the force on the motor side (N)."""
     force = 0.0
     turn_rad = position_m * turn_rad_m
-    for k in range(TERMS):
+    for k in range(HARMONICS_MAX):
         if p.amplitude_n[k] == 0.0:
             break
         force += p.amplitude_n[k] * math.sin(p.harmonic[k] * turn_rad + p.phase_rad[k])

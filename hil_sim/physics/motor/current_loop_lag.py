@@ -6,8 +6,8 @@ Source: mismatch catalogue, entry current_loop_lag (first order, 0.2-8 ms); a cl
 Symbols: i commanded current, which the amplifier reports, A; i' force-producing current A; tau `time_s` s.
 Valid: an amplifier that reports its set point, or a current measured before eddy currents in solid iron.
     The reported current already contains the lag of a modelled winding.
-Confused with: transport_delay -> apply a jump of the current: a lag responds at once but slowly, a delay late
-    but sharply.
+Confused with: transport_delay -> apply a step of the current: a lag responds at once but slowly, a delay late
+    but abruptly.
 """
 
 import math
@@ -37,7 +37,7 @@ NEUTRAL = Params(time_s=0.0)
 
 
 @kernel
-def passed_a(p: Any, s: Any, current: float, _back_emf_v: float, dt_s: float) -> float:
+def force_producing_a(p: Any, s: Any, current: float, _back_emf_v: float, dt_s: float) -> float:
     """Return the force-producing current (A) after `dt_s` (s) at constant `current`."""
     s.lagged_a = current + (s.lagged_a - current) * math.exp(-dt_s / p.time_s)
     return float(s.lagged_a)

@@ -5,8 +5,8 @@ Source: mismatch catalogue, entry transport_delay, exp(-s tau): calculation, tra
     modulation.
 Symbols: i commanded current, which the amplifier reports, A; i' force-producing current A; tau `delay_s` s.
 Valid: up to 512 substeps, which the check of the plant file enforces.
-Confused with: current_loop_lag -> apply a jump of the current: a delay shifts it, a lag gives a slope; the
-    half-sample hold of a recording, which is no physics -> a physical delay does not change with the
+Confused with: current_loop_lag -> apply a step of the current: a delay shifts it, a lag gives a slope; the
+    half-sample delay of a zero-order hold, which is no physics -> a physical delay does not change with the
     controller's cycle.
 """
 
@@ -19,8 +19,8 @@ from kernels.quantities import Quantity
 
 KIND = Kind.CURRENT_PATH
 ORDER = 4  # between drive and motor
-LONGEST = 512
-"""Longest delay, in substeps."""
+DELAY_MAX = 512
+"""Bounds the delay, in substeps: the length of the state's buffer; 25.6 ms at 50 us, chosen."""
 
 
 class Params(NamedTuple):
@@ -30,9 +30,9 @@ class Params(NamedTuple):
 
 
 class State(NamedTuple):
-    """The delayed currents, one a substep, and the index of the oldest."""
+    """The delayed currents (A), one a substep, and the index of the oldest."""
 
-    delayed_a: tuple[float, ...] = (0.0,) * LONGEST
+    delayed_a: tuple[float, ...] = (0.0,) * DELAY_MAX
     oldest: int = 0
 
 
@@ -41,17 +41,17 @@ NEUTRAL = Params(delay_s=0.0)
 
 def problems(p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
     """Yield a problem if the delay exceeds the state's length."""
-    if p.delay_s > LONGEST * axis.dt_s:
-        yield "delay_ms", f"more than {LONGEST} substeps"
+    if p.delay_s > DELAY_MAX * axis.dt_s:
+        yield "delay_ms", f"more than {DELAY_MAX} substeps"
 
 
 @kernel
-def passed_a(p: Any, s: Any, current: float, _back_emf_v: float, dt_s: float) -> float:
+def force_producing_a(p: Any, s: Any, current: float, _back_emf_v: float, dt_s: float) -> float:
     """Return the force-producing current (A)."""
     steps = int(p.delay_s / dt_s + 0.5)
     if steps == 0:
         return current
-    due = float(s.delayed_a[s.oldest])
+    delayed_a = float(s.delayed_a[s.oldest])
     s.delayed_a[s.oldest] = current
     s.oldest = (s.oldest + 1) % steps
-    return due
+    return delayed_a

@@ -36,8 +36,8 @@ def problems(_p: Params, axis: AxisContext) -> Iterator[tuple[str, str]]:
 
 
 @kernel
-def passed_a(p: Any, current: float, back_emf_v: float, _dt_s: float) -> float:
-    """Return the current (A) that the voltage allows."""
+def force_producing_a(p: Any, current: float, back_emf_v: float, _dt_s: float) -> float:
+    """Return the force-producing current (A) within the limits of the voltage."""
     lowest = (-p.voltage_limit_v - back_emf_v) / p.resistance_v_a
     highest = (p.voltage_limit_v - back_emf_v) / p.resistance_v_a
     return float(max(lowest, min(highest, current)))

@@ -1,4 +1,4 @@
-"""Eccentricity of the motor encoder: a disc off its axis reads ahead and behind once a turn.
+"""Eccentricity of the motor encoder: an off-centre disc causes a reading error of one period per turn.
 
 Law: e = A sin(phi + p).
 Source: mismatch catalogue, entry encoder_eccentricity; reading of an eccentric graduation, A = lead / (2

@@ -1,4 +1,4 @@
-"""Cyclic error of the scale: interpolation within one grating period is not even.
+"""Cyclic error of the scale: the interpolation within one grating period is not uniform.
 
 Law: e = A sin(2 pi x / g + p).
 Source: mismatch catalogue, entry scale_cyclic_error, e sin(2 pi x / p); Heydemann (1981), offset,

@@ -1,4 +1,4 @@
-"""Cumulative lead error: every turn of the screw is too long by the same share.
+"""Cumulative lead error: the lead of every turn deviates by the same ratio.
 
 Law: e = c x.
 Source: mismatch catalogue, entry lead_error_cumulative, x (1 + c); e_p of ISO 3408-3 for positioning ball

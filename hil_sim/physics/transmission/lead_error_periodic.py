@@ -1,4 +1,4 @@
-"""Periodic lead error: the screw wobbles once a turn, or a few times.
+"""Periodic lead error: the lead deviates with one or a few periods per turn of the screw.
 
 Law: e = A sin(n phi + p).
 Source: mismatch catalogue, entry lead_error_periodic, amplitude sin(2 pi x / lead + phase); V_2pi of ISO

@@ -1,4 +1,4 @@
-"""Thermal expansion: the screw grows with its temperature, away from its fixed bearing.
+"""Thermal expansion: the screw expands with its temperature, away from its fixed bearing.
 
 Law: e = alpha (T - T0) (x - x0);  C dT/dt = q P - (T - Ta) / R.
 Source: mismatch catalogue, entry thermal_expansion, alpha L dT; the lumped heat balance is Newton's law of
@@ -27,12 +27,10 @@ class Params(NamedTuple):
     fixed_end_m: Annotated[float, Quantity("m", -10.0, 10.0, "position of the fixed bearing x0", "mm")]
     reference_k: Annotated[float, Quantity("K", 200.0, 400.0, "temperature of the nominal lead T0", "degC")]
     start_k: Annotated[float, Quantity("K", 200.0, 400.0, "temperature at power-up", "degC")]
-    ambient_k: Annotated[
-        float, Quantity("K", 233.15, 393.15, "temperature of the surroundings Ta, of machines", "degC")
-    ]
+    ambient_k: Annotated[float, Quantity("K", 233.15, 393.15, "temperature of the surroundings Ta", "degC")]
     heat_capacity_j_k: Annotated[float, Quantity("J/K", 1.0, 1e6, "heat capacity of the screw C")]
     resistance_k_w: Annotated[float, Quantity("K/W", 1e-2, 1e3, "thermal resistance to the surroundings R")]
-    heat_share: Annotated[float, Quantity("", 0.0, 1.0, "share of the friction power heating the screw q")]
+    heat_share: Annotated[float, Quantity("", 0.0, 1.0, "share q of the friction power that heats the screw")]
 
 
 class State(NamedTuple):

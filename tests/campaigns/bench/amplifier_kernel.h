@@ -23,7 +23,7 @@ static void enter_loop(AxisPlantState *s, const SetPoint *sp, double force_const
 static double current_reference_a(const AxisPlant *p, AxisPlantState *s, const SetPoint *sp, double resolution_m,
                                   double force_constant_n_a, double fraction, double dt_s, double span_s) {
     double limit_a = lesser(sp->current_limit_a, p->amplifier.peak_current_a);
-    double high_a = limit_a - sp->current_cut_positive_a, low_a = sp->current_cut_negative_a - limit_a;
+    double high_a = limit_a - sp->limit_reduction_positive_a, low_a = sp->limit_reduction_negative_a - limit_a;
     if (sp->loop == LOOP_CURRENT)
         return greater(low_a, lesser(high_a, sp->current_a + sp->current_offset_a));
     double velocity_m_s = sp->velocity_offset_m_s;

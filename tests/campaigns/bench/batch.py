@@ -27,7 +27,7 @@ from tests.campaigns.bench.c_records import declarations, record_of
 from tests.campaigns.bench.outcome import Ratio, Section, Skip
 from twin.axis_rollout import COLUMNS, AxisRollout
 from twin.rollout import rollout
-from twin.wiring import substeps_of
+from twin.bus_scaling import substeps_of
 
 HERE = Path(__file__).parent
 FLAGS = ("-O2", "-std=c11", "-fPIC", "-shared", "-Wall", "-Werror")
@@ -55,7 +55,7 @@ def run_c(library: ctypes.CDLL, case: Case, axes: list[AxisCase]) -> list[Array]
         rows = np.full((len(axis.reference), len(COLUMNS)), np.nan)
         records = [
             record_of(axis.params),
-            record_of(axis.wires),
+            record_of(axis.scaling),
             *(array[axis.index] for array in (axis.plant.params, axis.plant.state, axis.plant.setpoint)),
         ]
         library.run_axis(
@@ -99,7 +99,7 @@ def compile_c(axis: AxisCase, folder: Path) -> ctypes.CDLL:
             "AxisPlantState": AXIS_STATE,
             "SetPoint": SETPOINT,
             "AxisControl": record_of(axis.params).dtype,
-            "AxisWires": record_of(axis.wires).dtype,
+            "BusScaling": record_of(axis.scaling).dtype,
         }
     )
     (folder / "batch_records.h").write_text(header)

@@ -12,7 +12,7 @@ from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
 from servo_ctrl.control.tick import AxisParams
-from twin.wiring import wires_of
+from twin.bus_scaling import bus_scaling
 
 MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 PROGRAM = MACHINE / "programs" / "circles.toml"
@@ -36,7 +36,7 @@ class AxisCase(NamedTuple):
 
     name: str
     params: AxisParams
-    wires: Any
+    scaling: Any
     plant: Plant
     index: int
     reference: Array
@@ -67,7 +67,7 @@ def axis_cases(case: Case) -> list[AxisCase]:
     plant = build_plant(case.plant)
     axes = []
     for index, (name, axis_plant) in enumerate(case.plant.axes.items()):
-        wires = wires_of(case.machine.axes[name], axis_plant)
-        plant.setpoint[index]["current_limit_a"] = wires.current_limit_a
-        axes.append(AxisCase(name, case.params[name], wires, plant, index, case.reference[name]))
+        scaling = bus_scaling(case.machine.axes[name], axis_plant)
+        plant.setpoint[index]["current_limit_a"] = scaling.current_limit_a
+        axes.append(AxisCase(name, case.params[name], scaling, plant, index, case.reference[name]))
     return axes

@@ -134,27 +134,27 @@ static int64_t integer_of(double value, double unit, double largest) {
     return isnan(multiple) ? 0 : (int64_t)lesser(greater(rint(multiple), -largest), largest);
 }
 
-static void take_effect(int64_t output, const AxisWires *wires, SetPoint *sp, const BufferedSetPoints *b) {
+static void apply_set_points(int64_t output, const BusScaling *scaling, SetPoint *sp, const BufferedSetPoints *b) {
     sp->loop = output + 1;
     if (output == OUTPUT_FORCE) {
         int64_t total = b->torque + b->torque_offset;
-        if (total < -wires->max_torque) total = -wires->max_torque;
-        if (total > wires->max_torque) total = wires->max_torque;
-        sp->current_a = (double)total * wires->drive_ampere_per_torque;
+        if (total < -scaling->max_torque) total = -scaling->max_torque;
+        if (total > scaling->max_torque) total = scaling->max_torque;
+        sp->current_a = (double)total * scaling->drive_ampere_per_torque;
         sp->current_offset_a = 0.0;
         return;
     }
-    sp->current_offset_a = (double)b->torque_offset * wires->drive_ampere_per_torque;
+    sp->current_offset_a = (double)b->torque_offset * scaling->drive_ampere_per_torque;
     if (output == OUTPUT_VELOCITY) {
-        sp->velocity_m_s = (double)b->velocity * wires->drive_metre_per_count;
+        sp->velocity_m_s = (double)b->velocity * scaling->drive_metre_per_count;
         sp->velocity_offset_m_s = 0.0;
     } else {
-        sp->position_m = (double)(b->position + b->origin) * wires->drive_metre_per_count;
-        sp->velocity_offset_m_s = (double)b->velocity_offset * wires->drive_metre_per_count;
+        sp->position_m = (double)(b->position + b->origin) * scaling->drive_metre_per_count;
+        sp->velocity_offset_m_s = (double)b->velocity_offset * scaling->drive_metre_per_count;
     }
 }
 
-void run_axis(const AxisControl *c, const AxisWires *wires, const AxisPlant *p, AxisPlantState *s, SetPoint *sp,
+void run_axis(const AxisControl *c, const BusScaling *scaling, const AxisPlant *p, AxisPlantState *s, SetPoint *sp,
               int64_t substeps, double dt_s, const double *reference, int64_t cycles, int64_t off_cycles,
               double *rows) {
     TickState state = at_rest(0.0);
@@ -165,22 +165,22 @@ void run_axis(const AxisControl *c, const AxisWires *wires, const AxisPlant *p, 
         double *row = rows + k * COLUMNS;
         const double *command = reference + k * REFERENCE_FIELDS;
         advance_axis(p, s, sp, substeps, dt_s);
-        if (engaged && !wires->immediate) take_effect(c->output, wires, sp, &buffered);
+        if (engaged && !scaling->immediate) apply_set_points(c->output, scaling, sp, &buffered);
         bool engages = !engaged && k >= off_cycles;
         if (engages) buffered.origin = s->encoder_counts;
-        double motor_m = (double)(s->encoder_counts - buffered.origin) * wires->metre_per_count;
+        double motor_m = (double)(s->encoder_counts - buffered.origin) * scaling->metre_per_count;
         double scale_m = NAN;
         if (engages) {
             engaged = true;
-            scale_offset_m = motor_m - (double)s->scale_counts * wires->scale_metre_per_count;
+            scale_offset_m = motor_m - (double)s->scale_counts * scaling->scale_metre_per_count;
             state = at_rest(motor_m);
         }
-        if (p->scale.enabled) scale_m = (double)s->scale_counts * wires->scale_metre_per_count + scale_offset_m;
+        if (p->scale.enabled) scale_m = (double)s->scale_counts * scaling->scale_metre_per_count + scale_offset_m;
         row[2] = motor_m;
         row[3] = scale_m;
-        row[6] = rint(s->current_measured_a * wires->drive_permille_per_ampere) * wires->ampere_per_permille;
+        row[6] = rint(s->current_measured_a * scaling->drive_permille_per_ampere) * scaling->ampere_per_permille;
         if (!engaged) continue;
-        Command out = axis_tick(c, &state, command, motor_m, scale_m, row[6] * wires->newton_per_ampere);
+        Command out = axis_tick(c, &state, command, motor_m, scale_m, row[6] * scaling->newton_per_ampere);
         row[0] = out.position_m;
         row[1] = command[1];
         row[4] = out.motor_velocity_m_s;
@@ -190,13 +190,13 @@ void run_axis(const AxisControl *c, const AxisWires *wires, const AxisPlant *p, 
         row[9] = out.disturbance_n;
         row[10] = out.correction_m;
         double force_n = out.force_n, offset_n = out.force_offset_n;
-        if (!wires->torque_offset_mapped) force_n += offset_n, offset_n = 0.0;
-        buffered.torque = integer_of(force_n, wires->newton_per_permille, INT16_MAX);
-        buffered.torque_offset = integer_of(offset_n, wires->newton_per_permille, INT16_MAX);
-        buffered.position = integer_of(out.position_m + out.correction_m, wires->metre_per_count, INT32_MAX);
-        buffered.velocity = integer_of(out.velocity_m_s, wires->metre_per_count, INT32_MAX);
-        double feedforward = wires->velocity_offset_mapped ? c->feedforward.velocity : 0.0;
-        buffered.velocity_offset = integer_of(feedforward * command[1], wires->metre_per_count, INT32_MAX);
-        if (wires->immediate) take_effect(c->output, wires, sp, &buffered);
+        if (!scaling->torque_offset_mapped) force_n += offset_n, offset_n = 0.0;
+        buffered.torque = integer_of(force_n, scaling->newton_per_permille, INT16_MAX);
+        buffered.torque_offset = integer_of(offset_n, scaling->newton_per_permille, INT16_MAX);
+        buffered.position = integer_of(out.position_m + out.correction_m, scaling->metre_per_count, INT32_MAX);
+        buffered.velocity = integer_of(out.velocity_m_s, scaling->metre_per_count, INT32_MAX);
+        double feedforward = scaling->velocity_offset_mapped ? c->feedforward.velocity : 0.0;
+        buffered.velocity_offset = integer_of(feedforward * command[1], scaling->metre_per_count, INT32_MAX);
+        if (scaling->immediate) apply_set_points(c->output, scaling, sp, &buffered);
     }
 }

@@ -60,7 +60,7 @@ static double cogging_n(const AxisPlant *p, double position_m, double turn_rad_m
     return force;
 }
 
-static double nominal_error(const AxisPlant *p, double position_m, double turn_rad_m, double temperature_k,
+static double screw_error(const AxisPlant *p, double position_m, double turn_rad_m, double temperature_k,
                             double *slope) {
     double error_m = 0.0;
     *slope = 0.0;
@@ -204,7 +204,7 @@ static void mechanics_step(const AxisPlant *p, AxisPlantState *s, double dt_s) {
     if (p->constant_force.enabled) load_n += p->constant_force.force_n;
     if (p->structural_mode.enabled) load_n += swing(p, s, dt_s);
     if (p->drive_compliance.enabled) {
-        error_m = nominal_error(p, s->motor_position_m, turn_rad_m, s->thermal_expansion.temperature_k, &slope);
+        error_m = screw_error(p, s->motor_position_m, turn_rad_m, s->thermal_expansion.temperature_k, &slope);
         double gap_m = s->motor_position_m + error_m - s->table_position_m;
         double rate_m_s = s->motor_velocity_m_s * (1.0 + slope) - s->table_velocity_m_s;
         s->transmitted_n = transmitted_force_n(p, gap_m, rate_m_s);
@@ -219,7 +219,7 @@ static void mechanics_step(const AxisPlant *p, AxisPlantState *s, double dt_s) {
         s->transmitted_n = motor_n - p->mechanics.motor_mass_kg * (velocity_m_s - s->motor_velocity_m_s) / dt_s;
         s->motor_velocity_m_s = velocity_m_s;
         s->motor_position_m += dt_s * velocity_m_s;
-        error_m = nominal_error(p, s->motor_position_m, turn_rad_m, s->thermal_expansion.temperature_k, &slope);
+        error_m = screw_error(p, s->motor_position_m, turn_rad_m, s->thermal_expansion.temperature_k, &slope);
         s->table_position_m = s->motor_position_m + error_m;
         s->table_velocity_m_s = velocity_m_s * (1.0 + slope);
     }

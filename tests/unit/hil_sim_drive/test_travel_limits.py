@@ -19,11 +19,11 @@ LOW, HIGH = -1000, 3000
 DT_S = 1e-3
 
 
-def limits(position: float = 0.0, velocity_side: int = 1, torque_side: int = 1) -> TravelLimits:
+def limits(position: float = 0.0, position_change_sign: int = 1, torque_side: int = 1) -> TravelLimits:
     objects: Any = DriveObjects()
     objects.min_position_limit, objects.max_position_limit = LOW, HIGH
     port = AxisPort(CONFIG.axes["x"], PLANT, 0, objects)
-    turned = (VELOCITY_REVERSED if velocity_side < 0 else 0) | (TORQUE_REVERSED if torque_side < 0 else 0)
+    turned = (VELOCITY_REVERSED if position_change_sign < 0 else 0) | (TORQUE_REVERSED if torque_side < 0 else 0)
     port.set_polarity(turned)
     port.record["position"] = position
     return TravelLimits(objects, port)
@@ -104,7 +104,7 @@ def test_velocity_is_the_largest_from_which_braking_ends_at_the_limit(
     wanted: float, position: float, deceleration: float, side: int
 ) -> None:
     """One period at v, then braking: v dt + v^2 / 2a is the remaining distance, or v the lower demand."""
-    made = limits(position, velocity_side=side)
+    made = limits(position, position_change_sign=side)
     left = HIGH - position if wanted * side > 0.0 else position - LOW
     assume(not 0.0 < left < 1e-3)  # there the root is lost in rounding
     given_v = made.velocity(wanted, deceleration, DT_S)

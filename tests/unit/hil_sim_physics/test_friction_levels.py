@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from hil_sim.config import ConfigError, load_plant
 from hil_sim.physics.friction import coulomb_friction, presliding_lugre, stribeck_friction, viscous_friction
-from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, fill, state_record
+from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, write_params, state_record
 from hil_sim.plant.sliding import slide
 
 IDEAL = Path(__file__).parents[2] / "support" / "ideal_axis.toml"
@@ -94,8 +94,8 @@ def test_coulomb_stops_a_body_in_the_time_of_uniform_deceleration_and_holds_it()
 @pytest.mark.parametrize("dip_n", [-FC_N, -0.4 * FC_N])
 def test_friction_that_falls_towards_rest_takes_energy_and_holds_what_it_can(dip_n: float) -> None:
     p, s = np.zeros(1, AXIS_PARAMS)[0], np.zeros(1, AXIS_STATE)[0]
-    fill(p["coulomb_friction"], COULOMB)
-    fill(p["stribeck_friction"], stribeck_friction.Params(dip_n, VS_M_S))
+    write_params(p["coulomb_friction"], COULOMB)
+    write_params(p["stribeck_friction"], stribeck_friction.Params(dip_n, VS_M_S))
     rest_n, mass_kg = FC_N + dip_n, 20.0
     assert slide(p, s, False, mass_kg, 0.0, 0.99 * rest_n, DT_S) == 0.0
     assert slide(p, s, False, mass_kg, 0.0, 1.01 * rest_n + 0.01, DT_S) > 0.0

@@ -63,9 +63,9 @@ def test_play_takes_its_half_width_from_the_gap() -> None:
 
 def test_contact_with_play_pushes_and_never_pulls() -> None:
     p = backlash.Params(2e-6)
-    assert backlash.contact_n(p, 10.0, 1e-6) == 10.0
-    assert backlash.contact_n(p, -10.0, 1e-6) == 0.0
-    assert backlash.contact_n(p, -10.0, -1e-6) == -10.0
+    assert backlash.contact_force_n(p, 10.0, 1e-6) == 10.0
+    assert backlash.contact_force_n(p, -10.0, 1e-6) == 0.0
+    assert backlash.contact_force_n(p, -10.0, -1e-6) == -10.0
 
 
 def test_screw_of_equation_5_in_linear_units() -> None:

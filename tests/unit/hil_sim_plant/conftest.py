@@ -12,7 +12,7 @@ from hil_sim.config import Plant
 from hil_sim.physics.sensor import encoder, scale
 from hil_sim.plant import amplifier
 from hil_sim.plant.integrate import advance
-from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, fill, power_up
+from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, write_params, power_up
 
 DT_S = 50e-6
 LEAD_M = 0.01
@@ -55,12 +55,12 @@ class Bench:
 
     def __init__(self, motor_kg: float, table_kg: float, effects: dict[str, Any]) -> None:
         params = np.zeros(1, AXIS_PARAMS)
-        fill(params["mechanics"][0], Mechanics(LEAD_M, motor_kg, table_kg, FORCE_CONSTANT_N_A, 0.0))
-        fill(params["amplifier"][0], AMPLIFIER._replace(**effects.pop("amplifier_with", {})))
-        fill(params["encoder"][0], encoder.Params(LEAD_M / 2**20, 0.0))
-        fill(params["scale"][0], scale.Params(SCALE_M, 0.0))
+        write_params(params["mechanics"][0], Mechanics(LEAD_M, motor_kg, table_kg, FORCE_CONSTANT_N_A, 0.0))
+        write_params(params["amplifier"][0], AMPLIFIER._replace(**effects.pop("amplifier_with", {})))
+        write_params(params["encoder"][0], encoder.Params(LEAD_M / 2**20, 0.0))
+        write_params(params["scale"][0], scale.Params(SCALE_M, 0.0))
         for name, values in effects.items():
-            fill(params[name][0], values)
+            write_params(params[name][0], values)
         self.plant = Plant(params, power_up(params), np.zeros(1, SETPOINT))
         self.plant.setpoint["current_limit_a"] = 10.0
 

@@ -110,7 +110,7 @@ def test_lost_force_is_that_of_the_plant(tmp_path: Path, seen: RegressionData) -
         text = f"[axis.x.{section}]\n{key}\n"
         predicted_n, effects, constant_n_a = _prediction(tmp_path, text, FORCE, seen)
         asked_a = (seen.model_force_n + predicted_n) / constant_n_a
-        passed_a = [law.passed_a(effects[section], float(a), 0.0, 0.0) for a in asked_a]
+        passed_a = [law.force_producing_a(effects[section], float(a), 0.0, 0.0) for a in asked_a]
         missing_n = seen.model_force_n - np.array(passed_a) * constant_n_a
         assert abs(missing_n[np.argmax(np.abs(seen.model_force_n))]) < 1e-9
         assert _rms(missing_n) < within * _rms(predicted_n), section

@@ -65,5 +65,5 @@ def test_what_supervision_finds_of_either_axis_ends_the_rollout() -> None:
     machine = with_gain(10.0)
     params = {name: axis_params(machine, name) for name in machine.axes}
     params["y"] = params["y"]._replace(limits=params["y"].limits._replace(following_error_m=1e-7))
-    with pytest.raises(RolloutError, match=r"axis y: .* a run over the bus stops"):
+    with pytest.raises(RolloutError, match=r"axis y: .* a run on the bus would stop"):
         rollout(machine, load_plant(MACHINE), params, circle(), off_cycles=5)

@@ -203,7 +203,7 @@ def test_the_twin_refuses_coupled_axes_with_a_reason() -> None:
     machine, plant = load_machine(MACHINE), load_plant(MACHINE)
     effects = plant.axes["y"].effects | {"cross_axis_coupling": cross_axis_coupling.Params(0.0, 50e-6)}
     axes = plant.axes | {"y": plant.axes["y"].model_copy(update={"effects": effects})}
-    with pytest.raises(ValueError, match="cross_axis_coupling: in the batch twin each axis runs by itself"):
+    with pytest.raises(ValueError, match="cross_axis_coupling: the batch twin simulates each axis alone"):
         rollout(
             machine,
             plant.model_copy(update={"axes": axes}),

@@ -109,7 +109,7 @@ def needed_n(effect: Any, p: Any, seen: RegressionData) -> Array:
     """What the motor needs for an effect along the motion, sample by sample, from its kernels alone."""
     m, force_n = seen.motion, np.zeros(len(seen.time_s))
     state = effect.State() if hasattr(effect, "State") else None
-    memory = np.zeros(1, [("lagging_m_s", np.float64)])[0] if state is not None else None
+    memory = np.zeros(1, [("damper_m_s", np.float64)])[0] if state is not None else None
     for k, (t, x, v, a) in enumerate(
         zip(seen.time_s, m.position_m, m.velocity_m_s, m.acceleration_m_s2, strict=True)
     ):
@@ -127,7 +127,7 @@ def needed_n(effect: Any, p: Any, seen: RegressionData) -> Array:
         elif effect.KIND.name == "CHANGE_WITH_POSITION":
             force_n[k] = v * effect.damping_n_s_m(p, x) + a * effect.added_kg(p, x)
         else:
-            effect.slide(p, memory, v, seen.period_s)
+            effect.advance(p, memory, v, seen.period_s)
             force_n[k] = -effect.force_n(p, memory)
     return force_n
 

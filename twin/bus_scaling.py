@@ -1,4 +1,4 @@
-"""The scalings of the integers on the bus, of both sides, and the records of an axis, for the batch twin."""
+"""Scalings of the integers that the bus would carry, on both its sides, and the constants of an axis."""
 
 import math
 from typing import NamedTuple
@@ -16,27 +16,31 @@ from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.cyclic.axis_record import AxisParts, InputPlace, Wiring
 
 IMMEDIATE_TYPES = (254, 255)
-_NOWHERE = InputPlace(0, 0, 0, signed=False)
+"""Event-driven transmission types of an RPDO: its set points take effect on reception."""
+_UNMAPPED = InputPlace(0, 0, 0, signed=False)
 NO_BUS = Wiring(
     drive=0,
     further=0,
     further_count=0,
     scale=-1,
-    statusword=_NOWHERE,
-    position=_NOWHERE,
-    current=_NOWHERE,
-    mode_shown=_NOWHERE,
-    scale_position=_NOWHERE,
+    statusword=_UNMAPPED,
+    position=_UNMAPPED,
+    current=_UNMAPPED,
+    mode_shown=_UNMAPPED,
+    scale_position=_UNMAPPED,
     metre_per_count=1.0,
     ampere_per_permille=1.0,
     newton_per_ampere=1.0,
     scale_metre_per_count=1.0,
 )
-"""Places of a bus that is not there."""
+"""No places in PDOs: the twin has no bus."""
 
 
-class Wires(NamedTuple):
-    """Scalings of the integers on the bus, as each of the two processes computes them."""
+class BusScaling(NamedTuple):
+    """Scalings of the integers on the bus, as controller and drive (`drive_*`) each compute them.
+
+    `torque` and `permille` are thousandths of rated torque and current, `unit` those of velocity objects.
+    """
 
     metre_per_count: float
     newton_per_permille: float
@@ -51,19 +55,20 @@ class Wires(NamedTuple):
     max_torque: int
     current_limit_a: float
     immediate: bool
+    """Whether set points take effect on reception, not at the next SYNC."""
     torque_offset_mapped: bool
     velocity_offset_mapped: bool
 
 
-def wires_of(control: AxisConfig, plant: AxisPlant) -> Wires:
-    """Return the scalings of one axis, with the expressions of `canopen.scaling` and of the drive's port."""
+def bus_scaling(control: AxisConfig, plant: AxisPlant) -> BusScaling:
+    """Return the scalings of one axis, equal to the bit to `canopen.scaling` and the drive's `AxisPort`."""
     unit = drive_scaling(control)
     motor = plant.motor
     max_torque, max_current = force_limit_permille(control)
     ampere_per_torque = motor.rated_torque_mnm * 1e-3 / 1000.0 / motor.torque_constant_nm_a
     velocity = drive_unit(control.drive.velocity_unit, plant.encoder.counts_per_rev)
     by_current_a = max_current * (motor.rated_current_ma * 1e-3) / 1000.0
-    return Wires(
+    return BusScaling(
         metre_per_count=unit.metre_per_count,
         newton_per_permille=unit.newton_per_permille,
         ampere_per_permille=unit.ampere_per_permille,
@@ -82,38 +87,38 @@ def wires_of(control: AxisConfig, plant: AxisPlant) -> Wires:
     )
 
 
-def parts_of(control: AxisConfig, params: AxisParams, wires: Wires) -> AxisParts:
-    """Return what the controller's record of an axis is made of, without places of a bus that is not there.
+def axis_parts(control: AxisConfig, params: AxisParams, scaling: BusScaling) -> AxisParts:
+    """Return the constants of the controller's record of an axis, without places in PDOs.
 
-    Homing is over: the axis has its zero where its drive gets power.
+    The axis needs no homing: its zero is the position at which its drive is switched on.
     """
     unit = drive_scaling(control)
     return AxisParts(
         params=params,
         units=SetPointUnits(
-            wires.newton_per_permille,
-            wires.metre_per_count,
-            wires.metre_per_s_per_unit,
-            wires.torque_offset_mapped,  # an offset without its own object is part of the set point
-            wires.velocity_offset_mapped,
+            scaling.newton_per_permille,
+            scaling.metre_per_count,
+            scaling.metre_per_s_per_unit,
+            scaling.torque_offset_mapped,  # an offset without its own object is part of the set point
+            scaling.velocity_offset_mapped,
         ),
         limits=supervision_limits(control, unit, params.period_s),
         route=drive_route(control, params.period_s)._replace(homing=False),
         wiring=NO_BUS._replace(
-            metre_per_count=wires.metre_per_count,
-            ampere_per_permille=wires.ampere_per_permille,
-            newton_per_ampere=wires.newton_per_ampere,
-            scale_metre_per_count=wires.scale_metre_per_count,
+            metre_per_count=scaling.metre_per_count,
+            ampere_per_permille=scaling.ampere_per_permille,
+            newton_per_ampere=scaling.newton_per_ampere,
+            scale_metre_per_count=scaling.scale_metre_per_count,
         ),
         bounds=axis_bounds(control, unit, params.period_s),
     )
 
 
 def substeps_of(machine: MachineConfig, plant: PlantConfig) -> int:
-    """Return the substeps of the plant in one SYNC period.
+    """Return the number of substeps of the plant in one SYNC period.
 
     Raises:
-        ValueError: it is no whole number.
+        ValueError: it is not a whole number.
 
     """
     substeps = round(machine.bus.sync_period_us / plant.substep_us)
