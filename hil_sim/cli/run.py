@@ -16,31 +16,36 @@ class Pacing(StrEnum):
     REALTIME = "realtime"
 
 
+BusOption = Annotated[
+    str, typer.Option(help="INTERFACE:CHANNEL, e.g. socketcan:vcan0 or localcan:/tmp/bus.sock.")
+]
+PacingOption = Annotated[
+    Pacing,
+    typer.Option(help="lockstep: each SYNC advances time by object 1006h. realtime: the wall clock does."),
+]
+StateDirOption = Annotated[
+    Path | None,
+    typer.Option(help="Directory for stored parameters of the nodes (object 1010h). Default: memory."),
+]
+FifoOption = Annotated[
+    bool, typer.Option("--fifo", help="SCHED_FIFO and locked memory; needs permission (root, or limits).")
+]
+FaultOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="KIND:AXIS@SECONDS[,KEY=NUMBER]",
+        help="A fault and its time in seconds since power-up, e.g. broken_scale:x@3.2. Repeatable.",
+    ),
+]
+
+
 def run(
     machine: MachineOption,
-    bus: Annotated[
-        str, typer.Option(help="INTERFACE:CHANNEL, e.g. socketcan:vcan0 or localcan:/tmp/bus.sock.")
-    ],
-    pacing: Annotated[
-        Pacing,
-        typer.Option(
-            help="lockstep: each SYNC advances time by object 1006h. realtime: the wall clock does."
-        ),
-    ] = Pacing.LOCKSTEP,
-    state_dir: Annotated[
-        Path | None,
-        typer.Option(help="Directory for stored parameters of the nodes (object 1010h). Default: memory."),
-    ] = None,
-    fifo: Annotated[
-        bool, typer.Option("--fifo", help="SCHED_FIFO and locked memory; needs permission (root, or limits).")
-    ] = False,
-    fault: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="KIND:AXIS@SECONDS[,KEY=NUMBER]",
-            help="A fault and its time in seconds since power-up, e.g. broken_scale:x@3.2. Repeatable.",
-        ),
-    ] = None,
+    bus: BusOption,
+    pacing: PacingOption = Pacing.LOCKSTEP,
+    state_dir: StateDirOption = None,
+    fifo: FifoOption = False,
+    fault: FaultOption = None,
 ) -> None:
     """Simulate a machine's drives and scales on a CAN bus.
 
@@ -64,8 +69,8 @@ def run(
     from hil_sim.runner.realtime import RealtimeError
 
     def announce(bench: SimulatedMachine) -> None:
-        nodes = ", ".join(f"{device.slave.node_id} {type(device).__name__}" for device in bench.devices)
-        typer.echo(f"hil-sim: on the bus: {nodes}")
+        nodes = ", ".join(f"{device.slave.node_id} (CiA {device.profile})" for device in bench.devices)
+        typer.echo(f"hil-sim: on the bus: nodes {nodes}")
 
     def open_port() -> CanPort:
         port = CanPort(open_bus(bus))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from hil_sim.config.model import AxisPlant, PlantConfig
 from hil_sim.physics.sensor import encoder, scale
-from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, write_params, power_up
+from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, power_up, write_params
 
 
 class Plant(NamedTuple):

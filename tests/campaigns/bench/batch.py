@@ -26,8 +26,8 @@ from tests.campaigns.bench.batch_case import AxisCase, Case, axis_cases, load_ca
 from tests.campaigns.bench.c_records import declarations, record_of
 from tests.campaigns.bench.outcome import Ratio, Section, Skip
 from twin.axis_rollout import COLUMNS, AxisRollout
-from twin.rollout import rollout
 from twin.bus_scaling import substeps_of
+from twin.rollout import rollout
 
 HERE = Path(__file__).parent
 FLAGS = ("-O2", "-std=c11", "-fPIC", "-shared", "-Wall", "-Werror")

@@ -23,7 +23,9 @@ def limits(position: float = 0.0, position_change_sign: int = 1, torque_side: in
     objects: Any = DriveObjects()
     objects.min_position_limit, objects.max_position_limit = LOW, HIGH
     port = AxisPort(CONFIG.axes["x"], PLANT, 0, objects)
-    turned = (VELOCITY_REVERSED if position_change_sign < 0 else 0) | (TORQUE_REVERSED if torque_side < 0 else 0)
+    turned = (VELOCITY_REVERSED if position_change_sign < 0 else 0) | (
+        TORQUE_REVERSED if torque_side < 0 else 0
+    )
     port.set_polarity(turned)
     port.record["position"] = position
     return TravelLimits(objects, port)

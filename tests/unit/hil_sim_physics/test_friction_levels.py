@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from hil_sim.config import ConfigError, load_plant
 from hil_sim.physics.friction import coulomb_friction, presliding_lugre, stribeck_friction, viscous_friction
-from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, write_params, state_record
+from hil_sim.plant.layout import AXIS_PARAMS, AXIS_STATE, state_record, write_params
 from hil_sim.plant.sliding import slide
 
 IDEAL = Path(__file__).parents[2] / "support" / "ideal_axis.toml"

@@ -12,7 +12,7 @@ from hil_sim.config import Plant
 from hil_sim.physics.sensor import encoder, scale
 from hil_sim.plant import amplifier
 from hil_sim.plant.integrate import advance
-from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, write_params, power_up
+from hil_sim.plant.layout import AXIS_PARAMS, SETPOINT, Mechanics, power_up, write_params
 
 DT_S = 50e-6
 LEAD_M = 0.01

@@ -47,7 +47,9 @@ def test_dead_zone_and_saturation_lose_the_force_that_was_missing(
     saturation = axis.effects["torque_constant_saturation"]
     for share in (1.0, 0.5):  # the entry's column is a cube
         asked_n = strongest_n * share * (1.0 + 0.06 * share**2)
-        acting_a = torque_constant_saturation.force_producing_a(saturation, asked_n / FORCE_CONSTANT_N_A, 0.0, 0.0)
+        acting_a = torque_constant_saturation.force_producing_a(
+            saturation, asked_n / FORCE_CONSTANT_N_A, 0.0, 0.0
+        )
         assert acting_a * FORCE_CONSTANT_N_A == pytest.approx(strongest_n * share, rel=2e-3)
     axis, _ = updated_axis(tmp_path, "amplifier_dead_zone", FORCE, [{"threshold_n": 3.0}], seen)
     zone = axis.effects["amplifier_dead_zone"]
@@ -63,7 +65,9 @@ def test_the_available_force_under_a_voltage_limit_is_that_of_the_catalogue(
     limit = axis.effects["voltage_saturation"]
     for velocity_m_s, available_n in ((0.0, 900.0), (0.1, 450.0), (-0.15, 225.0)):
         asked_a = math.copysign(800.0 if velocity_m_s else 1000.0, velocity_m_s) / FORCE_CONSTANT_N_A
-        passed_a = voltage_saturation.force_producing_a(limit, asked_a, FORCE_CONSTANT_N_A * velocity_m_s, 0.0)
+        passed_a = voltage_saturation.force_producing_a(
+            limit, asked_a, FORCE_CONSTANT_N_A * velocity_m_s, 0.0
+        )
         assert abs(passed_a) * FORCE_CONSTANT_N_A == pytest.approx(available_n)
 
 
