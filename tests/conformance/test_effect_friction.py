@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import EFFECTS
-from hil_sim.plant.layout import AXIS_PARAMS, fill
+from hil_sim.plant.layout import AXIS_PARAMS, write_params
 from hil_sim.plant.sliding import slide
 from kernels.quantities import section_of
 
@@ -94,7 +94,7 @@ def test_all_of_friction_together_never_pushes_the_table(data: Any, pushes: list
     p, s = np.zeros(1, AXIS_PARAMS)[0], at_rest()
     for effect in EFFECTS:
         if effect.KIND in OF_SLIDING:
-            fill(p[section_of(effect)], data.draw(parameters(effect)))
+            write_params(p[section_of(effect)], data.draw(parameters(effect)))
     for push_n in pushes:
         for _ in range(10):
             before_m_s = float(s["table_velocity_m_s"])

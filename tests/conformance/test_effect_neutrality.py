@@ -11,7 +11,7 @@ from hil_sim.config import build_plant, load_plant
 from hil_sim.physics.registry import EFFECTS
 from hil_sim.physics.transmission import drive_compliance
 from hil_sim.plant.integrate import advance
-from hil_sim.plant.layout import fill, power_up
+from hil_sim.plant.layout import power_up, write_params
 from kernels.quantities import section_of
 
 XY_TABLE = Path(__file__).parents[2] / "machines" / "xy_table" / "plant.toml"
@@ -22,13 +22,13 @@ def driven(effect: ModuleType, present: bool, elastic: bool) -> Any:
     plant = build_plant(config)
     for axis in plant.params:
         if elastic:
-            fill(axis["drive_compliance"], drive_compliance.Params(60e6, 3e3))
+            write_params(axis["drive_compliance"], drive_compliance.Params(60e6, 3e3))
         else:
             axis["drive_compliance"]["enabled"] = 0
             axis["backlash"]["enabled"] = 0
         axis[section_of(effect)]["enabled"] = 0
         if present:
-            fill(axis[section_of(effect)], effect.NEUTRAL)
+            write_params(axis[section_of(effect)], effect.NEUTRAL)
     plant.state[:] = power_up(plant.params)
     plant.setpoint["loop"] = 1
     for k in range(200):
