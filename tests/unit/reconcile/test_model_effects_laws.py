@@ -64,7 +64,7 @@ WAVES: dict[str, tuple[str, Callable[[Any, RegressionData, int], float]]] = {
     "torque_ripple": (
         "harmonic = [4.0, 7.0]\namplitude = [0.02, -0.01]\nphase_deg = [30.0, 250.0]\n",
         lambda p, s, i: (
-            -torque_ripple.share(p, s.motion.position_m[i], TURN_RAD_M) * float(s.model_force_n[i])
+            -torque_ripple.relative_ripple(p, s.motion.position_m[i], TURN_RAD_M) * float(s.model_force_n[i])
         ),
     ),
     "periodic_disturbance": (

@@ -44,7 +44,7 @@ def within(of: RegressionData, range_m: float) -> RegressionData:
         ("backlash", (2e-6, math.inf, 0.0), (-2e-6,), "lies between 0 and inf in nature"),
         ("presliding_hysteresis", (8e-6, 1.0), (-3.0,), "lies between 0 and inf"),
         ("cogging", (4.0,), (math.nan, 1.0), "not finite"),
-        ("torque_ripple", (6.0,), (3.61, 0.0), "amplitude A_k, a share would be 3.61"),
+        ("torque_ripple", (6.0,), (3.61, 0.0), "relative amplitude A_k would be 3.61"),
         ("transport_delay", (8e-3,), (9.0,), "delay tau would be 72 ms"),
         ("lead_error_cumulative", (), (0.02,), "would be 2e+04 um/m, and is -10000 to 10000"),
         ("periodic_disturbance", (430.0,), (1.0, 1.0), "above the 400 Hz"),
@@ -56,7 +56,7 @@ def within(of: RegressionData, range_m: float) -> RegressionData:
             "temperature_dependent_friction",
             (1.0, 0.0),
             (480.0, 0.0),
-            "hot would be 43.11, and is 0 to 20",
+            "ratio w of hot to cold friction levels would be 43.11, and is 0 to 20",
         ),
     ],
 )
