@@ -1,6 +1,6 @@
 """The simulated machine: drives (CiA 402) and linear scales (CiA 406) on a CAN bus, in front of a plant.
 
-It meets the controller on the bus alone and imports nothing of it.
+It is connected to the controller only by the bus and imports nothing of it.
 """
 
 import importlib
@@ -11,15 +11,15 @@ if TYPE_CHECKING:
 
 __all__ = ["Bench", "BenchError"]
 
-_HOMES = {
+_MODULES = {
     "Bench": "hil_sim.bench.bench",
     "BenchError": "hil_sim.bench.bench",
 }
-"""Where the public names live: loaded when first used, for importing the package must stay light."""
+"""Modules of the public names, which are imported at first use to keep the import of the package fast."""
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name."""
-    if name not in _HOMES:
+    """Import a public name. Raises AttributeError for any other."""
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(_HOMES[name]), name)
+    return getattr(importlib.import_module(_MODULES[name]), name)

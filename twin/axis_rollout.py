@@ -36,6 +36,7 @@ Rows = np.ndarray[Any, np.dtype[np.void]]
 POWERED_STATUSWORD = 0x0637
 """Operation enabled, voltage enabled, remote, target reached (CiA 402)."""
 _NEVER = -1
+"""First cycle of an event that has not occurred."""
 EVENT_BITS = tuple(EVENT_OF)
 """Bits of the events that supervision may detect."""
 

@@ -178,12 +178,12 @@ class Drive:
         limits = self._torque_limits()
         store_fields(self.port.record, **dict(zip(TORQUE_LIMITS, limits, strict=True)))
         self.port.limit_torque(*limits[:2])
-        self.port.limit_direction(*limits[2:])
+        self.port.limit_torque_direction(*limits[2:])
 
     # --- the tick ---------------------------------------------------------------------------------
 
     @property
-    def follows_cycle(self) -> bool:
+    def follows_set_points(self) -> bool:
         """Whether the drive only follows a cyclic mode: the compiled tick of all drives can serve it."""
         return bool(self.motion.cyclic_code) and not self._probes.watching and not self.brake.brake.moving
 

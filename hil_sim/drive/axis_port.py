@@ -216,7 +216,7 @@ class AxisPort:
         first = before - 1 - (before - 1 - self._pulse_counts) % turn
         return first if first >= now else None
 
-    def off(self) -> None:
+    def power_off(self) -> None:
         """Switch the power stage off: no current at any set point."""
         self._setpoint["loop"] = OFF
 
@@ -227,7 +227,7 @@ class AxisPort:
         self._limit_a = min(by_torque_a, by_current_a)
         self._setpoint["current_limit_a"] = self._limit_a
 
-    def limit_direction(self, positive: int, negative: int) -> None:
+    def limit_torque_direction(self, positive: int, negative: int) -> None:
         """Apply the limits 60E0h and 60E1h (per mille) of one direction, within those of both directions."""
         limit_a = min(self._limit_a, self._peak_a)
         reductions_a = [max(0.0, limit_a - torque * self._a_per_torque) for torque in (positive, negative)]

@@ -51,23 +51,23 @@ class DriveStates:
 
     def self_test_passed(self) -> None:
         """Carry out transition 1."""
-        self._enter_after(Event.SELF_TEST_PASSED)
+        self._handle_event(Event.SELF_TEST_PASSED)
 
     def execute(self, controlword: int, previous: int) -> None:
         """Carry out the transitions that a controlword causes, then its bits for the mode of operation."""
         command = cia402.decode(controlword, previous)
-        stays = stopping.quick_stop_stays(self._objects.quick_stop_option_code)
+        remains = stopping.remains_in_quick_stop(self._objects.quick_stop_option_code)
         ramp = self._state_after_ramp is not None and not self._brake.commanded_set
         if ramp and command is Command.ENABLE_OPERATION:
             self._enter(State.OPERATION_ENABLED)  # ends the ramp early
         if self._releasing and command is Command.SWITCH_ON:
             self._enter(State.SWITCHED_ON)
-        transition = cia402.transition(self.state, command, stays)
+        transition = cia402.transition(self.state, command, remains)
         while transition is not None:
             self._carry_out(transition)
             if self.state is not transition.target:
                 break  # a ramp comes first
-            transition = cia402.transition(self.state, command, stays)
+            transition = cia402.transition(self.state, command, remains)
         if self.state is State.OPERATION_ENABLED and self._state_after_ramp is None:
             self._motion.halt(bool(controlword & cia402.HALT))
             self._motion.mode.command(controlword, previous)
@@ -83,8 +83,8 @@ class DriveStates:
         self._objects.error_code = code
         self._emergency.report(code, register)
         ramp = stopping.FAULT_REACTION[self._objects.fault_reaction_option_code]
-        ended = partial(self._enter_after, Event.FAULT_REACTION_ENDED)
-        self._enter_after(Event.FAULT)
+        ended = partial(self._handle_event, Event.FAULT_REACTION_ENDED)
+        self._handle_event(Event.FAULT)
         if self._motion.powered and ramp is not None:
             self._motion.stop(ramp, self._brake.set_then(ended), in_position_loop=False)
         else:
@@ -109,12 +109,12 @@ class DriveStates:
         objects = self._objects
         match transition.number:
             case 4:
-                self._release_into(transition.target)
+                self._enter_after_release(transition.target)
             case 5:
                 ramp = stopping.DISABLE_OPERATION[objects.disable_operation_option_code]
-                self._brake_into(transition.target, ramp)
+                self._enter_after_ramp(transition.target, ramp)
             case 8:
-                self._brake_into(transition.target, stopping.SHUTDOWN[objects.shutdown_option_code])
+                self._enter_after_ramp(transition.target, stopping.SHUTDOWN[objects.shutdown_option_code])
             case 11:
                 self._quick_stop()
             case 15:
@@ -136,16 +136,16 @@ class DriveStates:
         self._state_after_ramp = None
         if state is State.OPERATION_ENABLED:
             self._brake.command(close=False)
-            self._motion.follow()
+            self._motion.enable()
         elif state not in cia402.POWERED:
             self._brake.command(close=True)
             self._motion.switch_off()
 
-    def _enter_after(self, event: Event) -> None:
+    def _handle_event(self, event: Event) -> None:
         """Carry out the automatic transition of an event in the drive."""
         self._enter(cia402.TRANSITIONS[self.state, event].target)
 
-    def _release_into(self, state: State) -> None:
+    def _enter_after_release(self, state: State) -> None:
         """Hold the axis while its brake is released, then enter `state`."""
         if self._releasing:
             return
@@ -154,7 +154,7 @@ class DriveStates:
         if self.state is not state:
             self._motion.hold(enter)
 
-    def _brake_into(self, state: State, ramp: Ramp | None) -> None:
+    def _enter_after_ramp(self, state: State, ramp: Ramp | None) -> None:
         """Enter `state` at the end of `ramp`; None switches the power stage off at once."""
         if ramp is None:
             self._enter(state)
@@ -166,12 +166,12 @@ class DriveStates:
         """Carry out transition 11, and transition 12 at the end of the ramp where 605Ah asks for it."""
         option = self._objects.quick_stop_option_code
         ramp = stopping.QUICK_STOP[option]
-        ended = partial(self._enter_after, Event.QUICK_STOP_ENDED)
+        ended = partial(self._handle_event, Event.QUICK_STOP_ENDED)
         self._enter(State.QUICK_STOP_ACTIVE)
         if ramp is None:
             ended()
         else:
-            stays = stopping.quick_stop_stays(option)
-            if stays:
+            remains = stopping.remains_in_quick_stop(option)
+            if remains:
                 self._brake.command(close=False)  # an earlier ramp may have set it already
-            self._motion.stop(ramp, None if stays else self._brake.set_then(ended))
+            self._motion.stop(ramp, None if remains else self._brake.set_then(ended))

@@ -64,7 +64,7 @@ class DrivesInStep:
     def following(self) -> bool:
         """Whether all drives follow set points of the bus."""
         for drive in self._drives:  # noqa: SIM110  # called in every cycle, and `all` takes twice as long
-            if not drive.follows_cycle:
+            if not drive.follows_set_points:
                 return False
         return True
 

@@ -67,24 +67,24 @@ class Motion:
     def switch_off(self) -> None:
         """Switch the power stage off: the axis coasts."""
         self.powered = self.stopping = self._halted = self._halt_commanded = False
-        self._after_stop: Callable[[], None] | None = None
+        self._on_standstill: Callable[[], None] | None = None
         self.mode.leave()
         self._following.clear()
-        self._command_by(self._idle)
-        self._port.off()
+        self._set_tick(self._idle)
+        self._port.power_off()
 
-    def follow(self) -> None:
-        """Follow the mode of operation: the drive has entered operation enabled."""
+    def enable(self) -> None:
+        """Start the mode of operation: the drive has entered operation enabled."""
         self.powered = True
         self.stopping = self._halted = False
-        self._after_stop = None
+        self._on_standstill = None
         if shift := self._port.move_into_range():
             self.limits.shift(shift)
         self.limits.keep_position_beyond(float(self._port.position))
         self.mode.enter()
-        self._command_by(self.mode.tick, self.mode.cyclic_code)
+        self._set_tick(self.mode.tick, self.mode.cyclic_code)
 
-    def _command_by(self, tick: Callable[[float, float], None], cyclic_code: int = NO_CYCLIC_MODE) -> None:
+    def _set_tick(self, tick: Callable[[float, float], None], cyclic_code: int = NO_CYCLIC_MODE) -> None:
         """Let `tick(dt_s, cycle_fraction)` command the axis; `cyclic_code` is that of a cyclic mode."""
         self.tick, self.cyclic_code = tick, cyclic_code
         self._port.record["cyclic_mode"] = cyclic_code
@@ -102,28 +102,30 @@ class Motion:
         self.read_switches()
         if self.powered and not self.stopping:
             mode.enter()
-            self._command_by(mode.tick, mode.cyclic_code)
+            self._set_tick(mode.tick, mode.cyclic_code)
 
-    def stop(self, ramp: Ramp, after: Callable[[], None] | None, *, in_position_loop: bool = True) -> None:
-        """Brake on `ramp`, then call `after`; if it is None, hold standstill.
+    def stop(
+        self, ramp: Ramp, on_standstill: Callable[[], None] | None, *, in_position_loop: bool = True
+    ) -> None:
+        """Brake on `ramp`, then call `on_standstill`; if it is None, hold standstill.
 
         In PP, IP and HM the position demand follows the ramp in the closed position loop, unless
         `in_position_loop` is false; in the other modes the velocity loop brakes from the actual velocity.
         """
-        here, velocity = self._demand(in_position_loop and ramp is not Ramp.LIMIT)
-        self._ramp.begin(velocity, self._deceleration(ramp), here)
+        position, velocity = self._demand(in_position_loop and ramp is not Ramp.LIMIT)
+        self._ramp.begin(velocity, self._deceleration(ramp), position)
         self.powered = self.stopping = True
         self._halted = False
-        self._after_stop = after
-        self._command_by(self._ramp.tick)
+        self._on_standstill = on_standstill
+        self._set_tick(self._ramp.tick)
 
-    def hold(self, after: Callable[[], None]) -> None:
-        """Hold the present position under power, and call `after` in every tick from the next on."""
+    def hold(self, on_standstill: Callable[[], None]) -> None:
+        """Hold the present position under power, and call `on_standstill` in every tick from the next on."""
         self._ramp.begin(0.0, math.inf, float(self._port.position))
         self.powered = self.stopping = True
         self._halted = False
-        self._after_stop = after
-        self._command_by(self._ramp.tick)
+        self._on_standstill = on_standstill
+        self._set_tick(self._ramp.tick)
 
     def _demand(self, in_position_loop: bool) -> tuple[float | None, float]:
         """Return the demands to brake from: position (None outside the position loop) and velocity."""
@@ -157,17 +159,17 @@ class Motion:
     def _resume(self) -> None:
         """Continue the mode at the position at which the stop ended."""
         ramp = self._ramp
-        here = ramp.position if ramp.in_position_loop else float(self._port.position)
+        position = ramp.position if ramp.in_position_loop else float(self._port.position)
         self.stopping = self._halted = False
-        self._after_stop = None
-        self.mode.resume(here)
-        self._command_by(self.mode.tick, self.mode.cyclic_code)
+        self._on_standstill = None
+        self.mode.resume(position)
+        self._set_tick(self.mode.tick, self.mode.cyclic_code)
 
     def check(self, dt_s: float) -> bool:
         """Supervise the axis after a tick; return whether the following error is a fault."""
         if self.stopping:
-            if self._after_stop is not None and self._ramp.done():
-                self._after_stop()
+            if self._on_standstill is not None and self._ramp.done():
+                self._on_standstill()
             return False
         self.mode.check(dt_s)
         return self.mode.position_loop and self._following.check(dt_s)
@@ -176,7 +178,7 @@ class Motion:
         """Return bits 10, 12 and 13 of the statusword; bit 10 shows the end of a halt or quick stop."""
         if not self.stopping:
             return self.mode.status
-        return TARGET_REACHED if self._after_stop is None and self._ramp.done() else 0
+        return TARGET_REACHED if self._on_standstill is None and self._ramp.done() else 0
 
     def read_switches(self) -> None:
         """Read the limit switches. One that closes stops the axis and blocks its side, except in homing."""

@@ -23,15 +23,15 @@ HALT: dict[int, Ramp] = {1: Ramp.SLOW_DOWN, 2: Ramp.QUICK_STOP, 3: Ramp.LIMIT, 4
 FAULT_REACTION: dict[int, Ramp | None] = {0: None, **HALT}
 """Fault reaction option code 605Eh; None switches the power stage off at once."""
 QUICK_STOP: dict[int, Ramp | None] = FAULT_REACTION | {code + 4: ramp for code, ramp in HALT.items()}
-"""Quick stop option code 605Ah; 5 to 8 stay in quick stop active."""
+"""Quick stop option code 605Ah; 5 to 8 remain in quick stop active."""
 SHUTDOWN: dict[int, Ramp | None] = {0: None, 1: Ramp.SLOW_DOWN}
 """Shutdown option code 605Bh."""
 DISABLE_OPERATION = SHUTDOWN
 """Disable operation option code 605Ch, with the codes of 605Bh."""
 
 
-def quick_stop_stays(option_code: int) -> bool:
-    """Whether the drive stays in quick stop active after the ramp of 605Ah."""
+def remains_in_quick_stop(option_code: int) -> bool:
+    """Return whether the drive remains in quick stop active after the ramp of 605Ah."""
     return option_code >= 5
 
 

@@ -52,7 +52,7 @@ def read_fault(text: str) -> Fault:
         values[field.name] = value
     at_s = _number(text, at_text)
     if at_s < 0.0:
-        raise FaultError(f"fault {text!r}: time begins at 0")
+        raise FaultError(f"fault {text!r}: the time must be 0 or later")
     return Fault(kind, axis, at_s, kinds[kind].Params(**values))
 
 

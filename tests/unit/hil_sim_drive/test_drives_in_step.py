@@ -82,7 +82,7 @@ def test_compiled_and_single_drives_send_the_same_frames(
     compiled = frames_of(mode, seed)
     assert frames_of(mode, seed, in_bursts=True) == compiled
 
-    monkeypatch.setattr(Drive, "follows_cycle", property(lambda _drive: False))
+    monkeypatch.setattr(Drive, "follows_set_points", property(lambda _drive: False))
     monkeypatch.setattr(SimulatedMachine, "_tables_of_all", lambda _bench: None)
     single = frames_of(mode, seed)
     assert compiled == single

@@ -28,7 +28,7 @@ def test_fault_is_read_with_its_axis_time_and_parameters() -> None:
         ("earthquake:x@1", "there is no 'earthquake', only broken_scale"),
         ("broken_scale:x@soon", "'soon' is not a number"),
         ("broken_scale:x@nan", "'nan' is not a number"),
-        ("broken_scale:x@-1", "time begins at 0"),
+        ("broken_scale:x@-1", "the time must be 0 or later"),
         ("broken_scale:x@1,depth=2", "broken_scale has no 'depth', only nothing"),
         ("limit_switch:x@1,side=7", "side is not within its bounds"),
         ("limit_switch:x@1,side", "'' is not a number"),
