@@ -138,23 +138,23 @@ class AxisPort:
         """Return digital inputs 60FDh: bit 0 negative, bit 1 positive limit switch, bit 2 home switch."""
         return drive_readings.inputs_of(self._records, self._states, 0)
 
-    def clip_position(self, wanted: float) -> float:
+    def clip_position(self, demand: float) -> float:
         """Clip a position demand by the limits of travel."""
-        return drive_limits.clip_position(self._records, self._objects, 0, float(wanted))
+        return drive_limits.clip_position(self._records, self._objects, 0, float(demand))
 
-    def clip_velocity(self, wanted: float, deceleration: float, dt_s: float) -> float:
+    def clip_velocity(self, demand: float, deceleration: float, dt_s: float) -> float:
         """Clip a velocity demand (counts/s) so that braking at `deceleration` ends within the limits."""
         return drive_limits.clip_velocity(
-            self._records, self._objects, 0, float(wanted), float(deceleration), dt_s
+            self._records, self._objects, 0, float(demand), float(deceleration), dt_s
         )
 
-    def clip_step(self, before: float, wanted: float, dt_s: float) -> float:
+    def clip_step(self, before: float, demand: float, dt_s: float) -> float:
         """Clip a position demand so that it follows `before` within the max motor speed 6080h."""
-        return drive_limits.clip_step(self._records, 0, float(before), float(wanted), dt_s)
+        return drive_limits.clip_step(self._records, 0, float(before), float(demand), dt_s)
 
-    def clip_torque(self, wanted: int) -> int:
+    def clip_torque(self, demand: int) -> int:
         """Clip a torque demand (per mille): none into a closed limit switch, none beyond speed 6080h."""
-        return int(drive_limits.clip_torque(self._records, self._objects, 0, float(wanted)))
+        return int(drive_limits.clip_torque(self._records, self._objects, 0, float(demand)))
 
     def start_interpolation(self, value: float) -> None:
         """Start the interpolation of a cyclic mode at `value`, without a ramp."""

@@ -66,7 +66,7 @@ class DriveStates:
         while transition is not None:
             self._carry_out(transition)
             if self.state is not transition.target:
-                break  # a ramp comes first
+                break  # after a ramp
             transition = cia402.transition(self.state, command, remains)
         if self.state is State.OPERATION_ENABLED and self._state_after_ramp is None:
             self._motion.halt(bool(controlword & cia402.HALT))

@@ -57,27 +57,27 @@ class TravelLimits:
         """Lift the block of `direction`: its limit switch is open again."""
         self._port.record[BLOCKED[direction]] = direction * math.inf
 
-    def position(self, wanted: float) -> float:
+    def position(self, demand: float) -> float:
         """Clip a position demand."""
-        return self._port.clip_position(wanted)
+        return self._port.clip_position(demand)
 
     def shift(self, by: int) -> None:
         """Shift the blocked positions by `by` counts: the origin has moved."""
         for field in BLOCKED.values():
             self._port.record[field] += by
 
-    def step(self, before: float, wanted: float, dt_s: float) -> float:
+    def step(self, before: float, demand: float, dt_s: float) -> float:
         """Clip a position demand so that it follows `before` within the max motor speed 6080h."""
-        return self._port.clip_step(before, wanted, dt_s)
+        return self._port.clip_step(before, demand, dt_s)
 
-    def speed(self, wanted: float) -> float:
+    def speed(self, demand: float) -> float:
         """Clip the speed (counts/s, >= 0) of a ramp: 607Fh, and 6080h at the motor."""
-        return min(wanted, self._objects.max_profile_velocity, self.motor_speed)
+        return min(demand, self._objects.max_profile_velocity, self.motor_speed)
 
-    def velocity(self, wanted: float, deceleration: float, dt_s: float) -> float:
+    def velocity(self, demand: float, deceleration: float, dt_s: float) -> float:
         """Clip a velocity demand (counts/s) so that braking at `deceleration` ends at the limit."""
-        return self._port.clip_velocity(wanted, deceleration, dt_s)
+        return self._port.clip_velocity(demand, deceleration, dt_s)
 
-    def torque(self, wanted: int) -> int:
+    def torque(self, demand: int) -> int:
         """Clip a torque demand (per mille): none into a closed limit switch, none beyond speed 6080h."""
-        return self._port.clip_torque(wanted)
+        return self._port.clip_torque(demand)

@@ -1,4 +1,4 @@
-"""Runaway sign: the motor pushes the other way than the amplifier assumes.
+"""Runaway sign: the motor force has the opposite sign of what the amplifier assumes.
 
 Law: the force constant changes its sign, and so does the gain of the amplifier's velocity loop, which divides
 by it, as if two motor phases, or the encoder's tracks, were exchanged. Every loop closed on the axis, in

@@ -32,14 +32,14 @@ class Fault(NamedTuple):
 
 def read_fault(text: str) -> Fault:
     """Read "KIND:AXIS@SECONDS[,KEY=NUMBER...]", e.g. "mute_node:x@3.2,duration_s=0.5". Raises FaultError."""
-    kind, colon, rest = text.partition(":")
-    axis, at, rest = rest.partition("@")
+    kind, colon, tail = text.partition(":")
+    axis, at, tail = tail.partition("@")
     if not (colon and at and axis):
         raise FaultError(f"fault {text!r}: give KIND:AXIS@SECONDS[,KEY=NUMBER...]")
     kinds = fault_kinds()
     if kind not in kinds:
         raise FaultError(f"fault {text!r}: there is no {kind!r}, only {', '.join(kinds)}")
-    at_text, *pairs = rest.split(",")
+    at_text, *pairs = tail.split(",")
     fields = {field.key: field for field in fields_of(kinds[kind].Params)}
     values = {}
     for key, _, number in (pair.partition("=") for pair in pairs):

@@ -107,6 +107,10 @@ class FaultBench:
     def flush(self) -> None:
         """Frames are on the wire as soon as they are sent."""
 
+    def read_arrived(self) -> bool:
+        """No frame waits: the cycle handles each as soon as it is sent."""
+        return False
+
     def send(self, can_id: int, payload: bytes) -> None:
         if can_id & 0x780 == 0x200:
             self.controlwords.append((self.cycle.number, can_id & 0x7F, payload[0]))
