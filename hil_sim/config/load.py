@@ -60,7 +60,7 @@ def load_plant(path: Path) -> PlantConfig:
     for key in content:
         if key in OTHER_FILE_KINDS:
             raise ConfigError(
-                file, "", f"this is {OTHER_FILE_KINDS[key]}, --machine wants a directory with plant.toml"
+                file, "", f"this is {OTHER_FILE_KINDS[key]}, --machine takes a directory with plant.toml"
             )
         raise ConfigError(file, key, "unknown key")
     numbers = {name: number for number, name in enumerate(axes)}

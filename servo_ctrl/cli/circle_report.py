@@ -18,7 +18,7 @@ def indicator_table(
     reference: Mapping[int, ReversalFigures] = MappingProxyType({}),
     caption: str | None = None,
 ) -> Table:
-    """Table of the indicators at the reversals, um; in brackets, figures of a reference by feed."""
+    """Return the table of the indicators at the reversals, um; in brackets, a reference's figures by feed."""
     radius_mm = results[0].radius_m * 1e3
     table = Table(
         title=f"Errors at the reversals, um, over {window_s * 1e3:.0f} ms, R = {radius_mm:g} mm",

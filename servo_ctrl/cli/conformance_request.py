@@ -64,7 +64,7 @@ def _configure(wire: BusWire, names: dict[int, int], rate: BitRateChange | None)
 
 
 def addresses_of(nodes: Iterable[FoundNode]) -> dict[Address, int]:
-    """Node ids by LSS address, of the nodes with a complete identity."""
+    """Return node ids by LSS address, of the nodes with a complete identity."""
     ids = {}
     for node in nodes:
         identity = (node.vendor, node.product, node.revision, node.serial)

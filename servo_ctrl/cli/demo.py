@@ -77,7 +77,7 @@ def demo(
 
 
 def newest(recording: Path, link: Path) -> Path:
-    """Have `link` lead to the last demo's recording; return it, or the recording where its name is taken."""
+    """Point `link` to the demo's last recording; return it, or the recording if the name is taken."""
     if link.is_symlink():
         link.unlink()
     elif link.exists():  # the user's own

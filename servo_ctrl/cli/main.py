@@ -64,7 +64,7 @@ app.add_typer(learned.app, name="learned")
 
 
 def main() -> None:
-    """Entry point of the console script."""
+    """Run the command line; an error is one line on standard error."""
     try:
         app()
     except ServoCtrlError as error:

@@ -81,7 +81,7 @@ def _ask_for_axes() -> "list[AxisSheet]":
         if not name.strip():
             return axes
         if not name.isidentifier():
-            typer.echo("letters, digits and _ are wanted, a letter first")
+            typer.echo("enter letters, digits and _, a letter first")
             continue
         values = {}
         for key, prompt in PROMPTS.items():

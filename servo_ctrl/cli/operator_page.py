@@ -49,12 +49,12 @@ def page_at(
 
 
 def url_of(listen: str, *, tls: bool = False) -> str:
-    """URL of the address."""
+    """Return the URL of the address."""
     return f"{'https' if tls else 'http'}://{listen}"
 
 
 def free_address(listen: str) -> str:
-    """`listen`, or the same host with a free port where the port is taken. Raises ServoCtrlError."""
+    """Return `listen`, or the same host with a free port if the port is taken. Raises ServoCtrlError."""
     host, port = address_of(listen, OPTION)
     if not occupied(host, port):
         return listen
@@ -65,7 +65,7 @@ def free_address(listen: str) -> str:
 
 
 def occupied(host: str, port: int) -> str:
-    """Say why no process can listen there, or return ""."""
+    """Return why no process can listen there, or ""."""
     try:
         with _socket(host) as probe:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

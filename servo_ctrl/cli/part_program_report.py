@@ -16,7 +16,7 @@ from servo_ctrl.motion.program import Step
 from servo_ctrl.recording.reader import load_recording
 
 SLOW_LINES_SHOWN = 5
-"""Most lines of the program that are listed as slow."""
+"""Bounds the program lines that are listed as slow; chosen."""
 
 
 def print_dry_run(
@@ -67,7 +67,7 @@ def _print_part_program(program: PartProgram, steps: Sequence[Step], result: Dry
 
 
 def _remarks(remarks: Sequence[Remark]) -> list[str]:
-    """One line per kind of remark: the words concerned, and the first program line of each."""
+    """Return one line per kind of remark: the words concerned, and the first program line of each."""
     by_text: dict[str, dict[str, list[int]]] = {}
     for line, word, text in remarks:
         by_text.setdefault(text, {}).setdefault(word, []).append(line)

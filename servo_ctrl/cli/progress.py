@@ -87,7 +87,7 @@ def _lines(console: Console) -> Show:
 
 
 def _label(progress: RunProgress) -> str:
-    """Text for the program's step; while an axis learns, its stroke, the remaining time and the best J."""
+    """Return the program's step; while an axis learns, its stroke, the remaining time and the best J."""
     learning = progress.learning
     if not learning.planned or learning.state not in ACTIVE:
         return progress.label

@@ -44,7 +44,7 @@ def as_json(status: MachineStatus) -> str:
 
 
 def learning_line(learning: LearningStatus) -> str:
-    """State and progress of a learning run, in one line."""
+    """Return state and progress of a learning run, in one line."""
     state = learning.state.name.lower()
     if not learning.planned or learning.state is LearningState.IDLE:
         return ": ".join(text for text in (state, learning.reason) if text)

@@ -109,7 +109,7 @@ def tune(
     try:
         asker = None if who is None else Who.model_validate_json(who)
     except ValidationError:
-        raise typer.BadParameter("user, role and address in JSON are wanted", param_hint="--who") from None
+        raise typer.BadParameter("expected user, role and address in JSON", param_hint="--who") from None
     config = load_machine(machine)
     as_json = progress is ProgressFormat.JSON
     console = Console(stderr=True)

@@ -79,16 +79,16 @@ def _scalar(hint: type, value: Any, place: str) -> Any:
     if hint is float and type(value) is int:
         return float(value)
     if type(value) is not hint:
-        raise MessageError(f"{place}: {hint.__name__} is wanted, not {value!r:.40}")
+        raise MessageError(f"{place}: expected {hint.__name__}, not {value!r:.40}")
     return value
 
 
 def _tuple(arguments: tuple[Any, ...], value: Any, place: str) -> tuple[Any, ...]:
     if not isinstance(value, list):
-        raise MessageError(f"{place}: a list is wanted, not {value!r:.40}")
+        raise MessageError(f"{place}: expected a list, not {value!r:.40}")
     hints = (arguments[0],) * len(value) if arguments[1:] == (...,) else arguments
     if len(hints) != len(value):
-        raise MessageError(f"{place}: {len(hints)} values are wanted, not {len(value)}")
+        raise MessageError(f"{place}: expected {len(hints)} values, not {len(value)}")
     return tuple(
         _built(hint, element, f"{place}[{number}]")
         for number, (hint, element) in enumerate(zip(hints, value, strict=True))
@@ -97,7 +97,7 @@ def _tuple(arguments: tuple[Any, ...], value: Any, place: str) -> tuple[Any, ...
 
 def _record(kind: Any, value: Any, place: str) -> Any:
     if not isinstance(value, dict):
-        raise MessageError(f"{place or kind.__name__}: an object is wanted, not {value!r:.40}")
+        raise MessageError(f"{place or kind.__name__}: expected an object, not {value!r:.40}")
     if unknown := value.keys() - set(published_names(kind)):
         raise MessageError(f"{place}.{min(unknown)}".lstrip(".") + ": unknown key")
     hints, built = type_hints(kind), {}

@@ -35,7 +35,7 @@ def contour_objection(machine: MachineConfig) -> str:
         return ""
     names = section.axes
     if names[0] == names[1] or not set(names) <= set(machine.axes):
-        return f"axes: two of {', '.join(machine.axes)} are wanted, not {names[0]} and {names[1]}"
+        return f"axes: expected two of {', '.join(machine.axes)}, not {names[0]} and {names[1]}"
     for name in names:
         if objection := _margin_objection(name, machine.axes[name]):
             return objection

@@ -47,7 +47,7 @@ def load_machine(directory_or_file: Path | str) -> MachineConfig:
         raise ConfigError(path, "", f"no such directory; machines that come with the programs: {names}")
     document, digest = _read(path)
     _check_document(path, document)
-    _refuse_other_kind(path, document, "machine", "--machine wants a directory with controller.toml")
+    _refuse_other_kind(path, document, "machine", "--machine takes a directory with controller.toml")
     _resolve_paths(document, path)
     try:
         machine = MachineConfig.model_validate({**document, "source": path, "source_sha256": digest})
@@ -72,12 +72,12 @@ def load_program(
     """
     path = Path(path)
     if path.is_dir():
-        raise ConfigError(path, "", "this is a directory, --program wants a file with steps or G-code")
+        raise ConfigError(path, "", "this is a directory, --program takes a file with steps or G-code")
     if is_part_program(path):
         return read_part_program(path, list(machine.axes), reading)
     document = read_toml(path)
     _check_document(path, document)
-    _refuse_other_kind(path, document, "step", "--program wants a file with steps, or G-code")
+    _refuse_other_kind(path, document, "step", "--program takes a file with steps, or G-code")
     try:
         program = ProgramConfig.model_validate({**document, "source": path})
     except ValidationError as error:
@@ -137,7 +137,7 @@ def _read(path: Path) -> tuple[dict[str, Any], str]:
         raise ConfigError(path, "", f"cannot be read: {error}") from None
     except (ValueError, RecursionError) as error:  # also for huge numbers and deep nesting
         what = FOREIGN_SUFFIXES.get(path.suffix.lower())
-        reason = f"this is {what}, which is not wanted here" if what else f"not valid TOML: {error}"
+        reason = f"this is {what}, which is not accepted here" if what else f"not valid TOML: {error}"
         if not what and b"\r" in content and b"\n" not in content:
             reason = "its lines end with CR alone, which is not valid TOML: save the file with LF or CR LF"
         raise ConfigError(path, "", reason) from None

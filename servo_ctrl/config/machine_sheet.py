@@ -69,7 +69,7 @@ def read_value(key: str, text: str) -> float | int | tuple[float, float]:
     text = text.strip().replace(",", ".")
     if _TYPES[key] is int:
         if not text.isdigit():
-            raise ValueError(f"{PROMPTS[key]}: a whole number is wanted, not {text!r}")
+            raise ValueError(f"{PROMPTS[key]}: expected a whole number, not {text!r}")
         return int(text)
     if _TYPES[key] is float:
         return _positive(key, text)
@@ -79,7 +79,7 @@ def read_value(key: str, text: str) -> float | int | tuple[float, float]:
     except ValueError:
         travel_mm = math.nan, math.nan
     if not dots or not -math.inf < travel_mm[0] < travel_mm[1] < math.inf:
-        raise ValueError(f"{PROMPTS[key]}: the lower end, two dots, the upper end are wanted, not {text!r}")
+        raise ValueError(f"{PROMPTS[key]}: expected the lower end, two dots, the upper end, not {text!r}")
     return travel_mm
 
 
@@ -89,7 +89,7 @@ def _positive(key: str, text: str) -> float:
     except ValueError:
         number = math.nan
     if not 0.0 < number < math.inf:
-        raise ValueError(f"{PROMPTS[key]}: a number above 0 is wanted, not {text!r}")
+        raise ValueError(f"{PROMPTS[key]}: expected a number above 0, not {text!r}")
     return number
 
 
@@ -100,7 +100,7 @@ def read_axis(text: str) -> AxisSheet:
     """
     name, *pairs = text.split() or [""]
     if not name.isidentifier():
-        raise ValueError(f"{text!r}: the name of an axis is wanted first, as x")
+        raise ValueError(f"{text!r}: expected the name of an axis first, as x")
     values = {}
     for pair in pairs:
         key, equals, value = pair.partition("=")

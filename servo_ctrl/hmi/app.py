@@ -49,7 +49,7 @@ QUASAR_LANGUAGES: dict[str, Literal["en-GB", "de-DE"]] = {"en": "en-GB", "de": "
 _LANGUAGES: WeakKeyDictionary[Client, str] = WeakKeyDictionary()
 """Of the open pages."""
 RECONNECT_S = 15.0
-"""Time that a browser may be disconnected before its page is rebuilt."""
+"""Bounds the time that a browser may be disconnected before its page is rebuilt, seconds; chosen."""
 
 
 def serve(
@@ -124,7 +124,7 @@ def _add_page(services: PageServices, path: str, module: ModuleType, titles: dic
 
 
 def _language_of_client() -> str:
-    """The language of the page in whose context code runs; English outside of any."""
+    """Return the language of the page in whose context code runs; English outside of any."""
     try:
         return _LANGUAGES.get(ui.context.client, ENGLISH)
     except RuntimeError:
@@ -132,7 +132,7 @@ def _language_of_client() -> str:
 
 
 def open_page(services: PageServices, request: Request) -> OpenPage:
-    """The page for this request, which the guard has let in."""
+    """Return the page for this request, which the guard has let in."""
     owner, browser = request.scope["bench"]
     return OpenPage(
         services=services,

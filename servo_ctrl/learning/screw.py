@@ -53,13 +53,13 @@ def learned_screw(travels_m: Sequence[Array], settings: ScrewSettings) -> ScrewL
     `after_m` is NaN until a check. Raises ValueError when the travels cannot be used.
     """
     if len(travels_m) < 2:
-        raise ValueError("at least two travels are needed, to tell the error from chance")
+        raise ValueError("at least two travels are needed, to separate the error from noise")
     deviation_m = np.array(travels_m)
     spread_m = float(np.sqrt(np.nanmean(np.var(deviation_m, axis=0, ddof=1))))
     up_m, down_m = np.mean(deviation_m, axis=0)
     both = np.isfinite(up_m) & np.isfinite(down_m)
     if not both.any():
-        raise ValueError("nowhere on the travel were both directions read")
+        raise ValueError("no position of the travel was read in both directions")
     lost_motion_m = _lost_motion_m(float(np.mean((down_m - up_m)[both])), spread_m)
     error_m = np.nanmean([up_m + 0.5 * lost_motion_m, down_m - 0.5 * lost_motion_m], axis=0)
     nodes = nodes_m(settings)
@@ -95,7 +95,7 @@ def _check_plausible(
     if largest_m > settings.limit_m:
         raise ValueError(
             f"the correction would be up to {largest_m / UM:.1f} um, {settings.limit_m / UM:g} um are "
-            "allowed; are lead, counts and resolution right?"
+            "allowed; check lead, counts and resolution"
         )
     error_rms_m = float(np.sqrt(np.var(error_m) + 0.25 * lost_motion_m**2))
     if spread_m >= error_rms_m:

@@ -122,7 +122,7 @@ def deviations_m(up: Pass, down: Pass, settings: ScrewSettings) -> Array:
         if absent.any():
             at_mm = nodes[int(np.argmax(absent))] / MM
             raise ValueError(
-                f"on the way {name} nothing was read at {at_mm:.3f} mm: samples are missing, or the motor "
+                f"on the travel {name} nothing was read at {at_mm:.3f} mm: samples are missing, or the motor "
                 "did not get there"
             )
     return deviation_m

@@ -97,7 +97,7 @@ def _terms(figures: list[tuple[RecordedAxis, Visits, Positioning]]) -> ReportTab
     )
     note = (
         "A: accuracy, R: repeatability, E: systematic deviation, M: mean bidirectional deviation, "
-        "B: reversal error; the standard wants five runs"
+        "B: reversal error; the standard requires five runs"
     )
     return ReportTable("Accuracy and repeatability", head, tuple(rows), note=note)
 

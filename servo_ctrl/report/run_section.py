@@ -141,7 +141,7 @@ def _compensation(header: RecordingHeader) -> ReportTable | None:
         "friction pulse",
         "learned waveform",
         "observer",
-        "screw and take-up",
+        "screw and lost motion",
         "sampled dual loop",
     )
     return ReportTable("Compensation in use, at the end of the run", head, rows, words=7)

@@ -141,7 +141,7 @@ def fit_modal_model(response: FrequencyResponse, period_s: float) -> ModalModel:
     if fewest < LEAST_LINES:
         raise ValueError(
             f"only {fewest} of {len(response.frequency_hz)} lines are coherent: the excitation is too weak, "
-            "or something else moves the axis"
+            "or a disturbance moves the axis"
         )
     starts = [problem.fit(np.array([1.0, periods * period_s])) for periods in START_DELAYS]
     starts.sort(key=problem.squares)
@@ -175,7 +175,7 @@ def fit_modal_model(response: FrequencyResponse, period_s: float) -> ModalModel:
         error=0.0,
     )
     if not (model.motor_1_kg > 0.0 and model.scale_1_kg > 0.0):
-        raise ValueError("the response is not that of a mass: look at the coherence, and at the signs")
+        raise ValueError("the response is not that of a mass: check the coherence and the signs")
     predictions = model.motor(problem.frequency_hz[0]), model.scale(problem.frequency_hz[1])
     misfit = np.concatenate(
         [

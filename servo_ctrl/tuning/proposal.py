@@ -104,7 +104,7 @@ def propose(
         if notched_cost < cost - NOTCH_GAIN:
             cost, values = notched_cost, notched
     if cost >= 0.5 * INFEASIBLE:
-        raise ValueError(f"no gains keep Ms at {ms:g} with this plant: look at its resonances and its delay")
+        raise ValueError(f"no gains keep Ms at {ms:g} with this plant: check its resonances and its delay")
     rounded = np.log([_rounded(value) for value in np.exp(values)])
     if search.cost(rounded) >= 0.5 * INFEASIBLE:
         rounded[:3] -= 0.01  # the rounded values violate a constraint: 1 % less gain keeps it

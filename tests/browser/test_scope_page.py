@@ -67,7 +67,7 @@ def test_a_single_picture_of_a_reversal_is_measured_and_saved(
     choose(page.get_by_test_id("scope-span-s"), "200 ms")
     choose(page.get_by_test_id("scope-kind"), "reversal of an axis")
     page.get_by_role("button", name="Single").click()
-    expect(page.get_by_test_id("scope-state")).to_have_text("taken")
+    expect(page.get_by_test_id("scope-state")).to_have_text("captured")
     page.get_by_label("Cursor A").fill("0")
     page.get_by_label("Cursor B").fill("100")
     readings = page.get_by_test_id("scope-readings")

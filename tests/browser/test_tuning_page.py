@@ -92,7 +92,7 @@ def test_a_proposal_that_was_not_proved_warns_and_a_damaged_file_is_named(
     page = visit("/tuning", width=360, dark=True)
     expect(page.get_by_test_id("no-tuning")).to_contain_text(str(tmp_path))
     write(tmp_path / "first", {**FIGURES, "proved": False})
-    page.get_by_role("button", name="Look for tunings again").click()
+    page.get_by_role("button", name="Search for tunings again").click()
     expect(page.get_by_test_id("tuning-state")).to_contain_text("not proved")
     expect(page.get_by_test_id("tuning-result")).to_contain_text("report.html")
     picture(page, "tuning-narrow")

@@ -91,7 +91,7 @@ class AxisLearning(ABC):
         """Store the learned result. Raises LearningError when it is no better than no compensation."""
         learned = None if self._run is None else self._run.learned
         if learned is None or self.stroke is not None:
-            raise LearningError(f"axis {self.name}: learning is not at its end")
+            raise LearningError(f"axis {self.name}: learning is not complete")
         if not learned.after_m < learned.before_m:
             self.discard()
             raise LearningError(

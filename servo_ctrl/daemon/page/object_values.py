@@ -31,18 +31,18 @@ def encoded(variable: EdsVariable, value: float | str | bool) -> bytes:
     try:
         data = str(value).encode("ascii") if text else bytes.fromhex(str(value))
     except ValueError:
-        raise ValueError("text in ASCII is wanted" if text else "bytes in hexadecimal are wanted") from None
+        raise ValueError("enter ASCII text" if text else "enter bytes in hexadecimal") from None
     if not 0 < len(data) <= WRITE_BYTES_MAX:
-        raise ValueError(f"1 to {WRITE_BYTES_MAX} bytes are wanted")
+        raise ValueError(f"enter 1 to {WRITE_BYTES_MAX} bytes")
     return data
 
 
 def _number(variable: EdsVariable, layout: str, value: float | str | bool) -> bytes:
     real = layout[-1] in "fd"
     if isinstance(value, str):
-        raise ValueError("a number is wanted")  # noqa: TRY004  # it is the user's mistake, not the caller's
+        raise ValueError("enter a number")  # noqa: TRY004  # it is the user's mistake, not the caller's
     if not real and not float(value).is_integer():
-        raise ValueError("a whole number is wanted")
+        raise ValueError("enter a whole number")
     low, high = variable.low, variable.high
     if (low is not None and value < low) or (high is not None and value > high):
         raise ValueError(f"{value:g} is not within {low} to {high}")

@@ -7,7 +7,8 @@ browser was closed, so that a reload or a lost connection keeps it. Any other br
 from typing import NamedTuple
 
 GRACE_S = 60.0
-"""Time without an open page after which the right ends, seconds: longer than a reload on a slow network."""
+"""Bounds the time without an open page before the right ends, seconds; chosen: longer than a reload on a
+slow network."""
 
 
 class ControlHolder(NamedTuple):
@@ -37,7 +38,7 @@ class ControlRight:
         self.last: ControlHandover = ControlHandover(None, None)
 
     def holder(self, now_s: float) -> ControlHolder | None:
-        """Who has the right now."""
+        """Return who has the right now."""
         self._expire(now_s)
         return self._holder
 

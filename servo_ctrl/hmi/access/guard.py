@@ -24,7 +24,7 @@ SESSION_COOKIE, BROWSER_COOKIE = "bench_session", "bench_browser"
 LOGIN = "/login"
 _LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 _SECRET_LENGTH = 43
-"""Characters of `secrets.token_urlsafe(32)`."""
+"""Characters of a session's secret, from `secrets.token_urlsafe(32)`."""
 _HEADERS = {
     "content-security-policy": "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
@@ -91,7 +91,7 @@ class Guard:
 
 
 def set_cookie(name: str, value: str, *, secure: bool, lifetime_s: int | None = None) -> str:
-    """The Set-Cookie value of a cookie that scripts cannot read and other sites cannot send."""
+    """Return the Set-Cookie value of a cookie that scripts cannot read and other sites cannot send."""
     answer = Response()
     answer.set_cookie(name, value, lifetime_s, secure=secure, httponly=True, samesite="strict")
     return answer.headers["set-cookie"]

@@ -17,8 +17,10 @@ from servo_ctrl.hmi.languages.texts import LANGUAGE_COOKIE, catalogue, chosen_la
 
 _LOG = logging.getLogger(__name__)
 MAX_FORM_BYTES = 1024
-"""A form with a token has some 60 bytes."""
+"""Bounds the body of the login form; chosen: a form with a token has about 60 bytes."""
 FORM_TIME_S = 5.0
+"""Bounds the time in which the form must arrive, seconds; chosen, against clients that hold connections
+open."""
 TEXTS = {
     "title": word("Operator's bench: log in"),
     "heading": word("Operator's bench"),
@@ -29,7 +31,7 @@ TEXTS = {
 
 
 def _page(request: Request, default: str | None, message: str, status: int, **values: object) -> Response:
-    """The form in the visitor's language, with a message that was marked by `word`."""
+    """Return the form in the visitor's language, with a message that was marked by `word`."""
     cookie, accepted = request.cookies.get(LANGUAGE_COOKIE), request.headers.get("accept-language", "")
     language = chosen_language(cookie, accepted, default)
     texts = {key: catalogue(language).get(text, text) for key, text in (TEXTS | {"message": message}).items()}
@@ -78,7 +80,7 @@ def add_login(app: FastAPI, access: Access, sessions: Sessions, language: str | 
 
 
 async def _token_in(request: Request) -> str:
-    """The token of the form; "" when the form is too long, too slow or has none."""
+    """Return the token of the form; "" when the form is too long, too slow or has none."""
     body = b""
     try:
         async with asyncio.timeout(FORM_TIME_S):

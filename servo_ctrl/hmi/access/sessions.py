@@ -6,17 +6,18 @@ from collections import OrderedDict
 from servo_ctrl.hmi.access.users import Access, TokenOwner
 
 SESSION_LIFETIME_S = 12 * 3600.0
-"""A shift; then the token is asked for again."""
+"""Bounds a session, seconds; chosen: a shift, after which the token is asked for again."""
 MAX_SESSIONS = 256
-"""Bounds the memory; the oldest session ends when one more begins."""
+"""Bounds the memory: the oldest session ends when one more begins; chosen."""
 FREE_FAILURES = 5
-"""Failed attempts from one address before it has to wait."""
+"""Bounds the failed attempts of an address before it has to wait; chosen."""
 MAX_DELAY_S = 300.0
-"""Longest delay before the next attempt; it doubles with each failure, from 2 s."""
+"""Bounds the delay before the next attempt, seconds; chosen. The delay doubles with each failure, from 2
+s."""
 FAILURE_MEMORY_S = 900.0
-"""Time after the last failure of an address at which its count starts again at zero."""
+"""Time after the last failure of an address at which its count restarts at zero, seconds; chosen."""
 MAX_ADDRESSES = 1024
-"""Bounds the memory; the address whose last failure is oldest is forgotten when one more fails."""
+"""Bounds the memory: the address whose last failure is oldest is dropped when one more fails; chosen."""
 
 
 class Sessions:
@@ -36,7 +37,7 @@ class Sessions:
         return secret
 
     def owner_of(self, secret: str | None, now_s: float) -> TokenOwner | None:
-        """The owner of the session, with the role they have now; None when it never began or has ended."""
+        """Return the owner of the session with their present role; None when it never began or has ended."""
         session = self._by_secret.get(secret or "")
         if session is None:
             return None
@@ -59,7 +60,7 @@ class LoginFailures:
         """Number of failures, and the time of the last."""
 
     def delay_s(self, address: str, now_s: float) -> float:
-        """Time until this address may try again; 0 when it may now."""
+        """Return the time until this address may try again, seconds; 0 when it may now."""
         count, last_s = self._by_address.get(address, (0, 0.0))
         if count < FREE_FAILURES or now_s - last_s > FAILURE_MEMORY_S:
             return 0.0

@@ -25,9 +25,9 @@ from servo_ctrl.files.whole_file import write_whole
 
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.@ -]{0,39}$"
 MAX_TOKEN_LENGTH = 200
-"""Characters; ours have 43. A longer one is refused without hashing it."""
+"""Bounds the characters of a token that is hashed; chosen: tokens of `add_token` have 43."""
 MAX_FILE_BYTES = 1 << 20
-"""Some 5000 tokens."""
+"""Bounds the access file; chosen: room for about 5000 tokens."""
 
 
 class Role(IntEnum):
@@ -124,7 +124,7 @@ class Access:
         return next((owner for owner in self._readable_owners() if (owner.name, owner.sha256) == key), None)
 
     def _readable_owners(self) -> tuple[TokenOwner, ...]:
-        """The owners; nobody while the file cannot be read."""
+        """Return the owners; nobody while the file cannot be read."""
         try:
             return self.owners()
         except ConfigError:

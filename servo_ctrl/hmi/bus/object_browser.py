@@ -177,7 +177,7 @@ class ObjectBrowser:
 
 
 def _problem(what: str, answer: LocalAnswer | None) -> str:
-    """Why the controller refused; "" when it did not, or when the request was not sent."""
+    """Return why the controller refused; "" when it did not, or when the request was not sent."""
     if answer is None or answer.accepted:
         return ""
     return f"{what}: {refusal_text(answer)}"

@@ -20,7 +20,9 @@ class IntegerType(NamedTuple):
 
 
 SIGNED = {0x2: 8, 0x3: 16, 0x4: 32, 0x10: 24, 0x12: 40, 0x13: 48, 0x14: 56, 0x15: 64}
+"""Bits of a signed integer, by the code of its data type (CiA 301, table 44)."""
 UNSIGNED = {0x5: 8, 0x6: 16, 0x7: 32, 0x16: 24, 0x18: 40, 0x19: 48, 0x1A: 56, 0x1B: 64}
+"""Bits of an unsigned integer, by the code of its data type (CiA 301, table 44)."""
 INTEGERS = (
     {0x1: IntegerType("BOOLEAN", 8, 0, 1)}
     | {
@@ -29,14 +31,17 @@ INTEGERS = (
     }
     | {code: IntegerType(f"UNSIGNED{bits}", bits, 0, (1 << bits) - 1) for code, bits in UNSIGNED.items()}
 )
-"""By the code of the data type (CiA 301, table 44)."""
+"""Integer types by the code of the data type (CiA 301, table 44)."""
 REALS = {0x8: "REAL32", 0x11: "REAL64"}
+"""Floating-point types by the code of the data type (CiA 301, table 44)."""
 TEXTS = {0x9: "VISIBLE_STRING", 0xB: "UNICODE_STRING"}
+"""Text types by the code of the data type (CiA 301, table 44)."""
 BYTES = {0xA: "OCTET_STRING", 0xC: "TIME_OF_DAY", 0xD: "TIME_DIFFERENCE", 0xF: "DOMAIN"}
+"""Types whose values are shown as bytes, by the code of the data type (CiA 301, table 44)."""
 MAX_EDS_BYTES = 4_000_000
-"""Ours have 40 thousand bytes, those of large drives a few hundred thousand."""
+"""Bounds an EDS file; chosen: those of large drives have a few hundred thousand bytes."""
 FIRST_OBJECT = 0x1000
-"""Below are data types, which no node answers for."""
+"""First index of an object (CiA 301); indices below are data types, which no node answers for."""
 RANGES = (
     (0x11FF, word("Communication")),
     (0x13FF, word("SDO parameters")),
@@ -114,7 +119,7 @@ def load_entries(eds: Path, node_id: int) -> list[ObjectEntry]:
 
 
 def tree_nodes(entries: Iterable[ObjectEntry]) -> list[dict[str, Any]]:
-    """The entries as branches of `ui.tree`: ranges of the index, and objects in them."""
+    """Return the entries as branches of `ui.tree`: ranges of the index, and objects in them."""
     nodes = []
     for name, inside in groupby(entries, lambda entry: next(r for last, r in RANGES if entry.index <= last)):
         objects = [_object_node(list(found)) for _, found in groupby(inside, lambda entry: entry.index)]
@@ -123,7 +128,7 @@ def tree_nodes(entries: Iterable[ObjectEntry]) -> list[dict[str, Any]]:
 
 
 def _object_node(entries: Sequence[ObjectEntry]) -> dict[str, Any]:
-    """A branch; an object whose one entry is subindex 0 is a leaf itself."""
+    """Return the branch of an object; one whose only entry is subindex 0 is a leaf."""
     leaves = [{"id": entry.address, "label": f"{entry.address} {entry.name}"} for entry in entries]
     first = entries[0]
     if len(leaves) == 1 and first.subindex == 0:

@@ -10,8 +10,9 @@ from servo_ctrl.hmi.bus.object_tree import BYTES, INTEGERS, REALS, TEXTS, Object
 Value = int | float | str
 
 BOOLEAN, VISIBLE_STRING, UNICODE_STRING = 0x1, 0x9, 0xB
+"""Codes of data types (CiA 301, table 44)."""
 MAX_LENGTH = 1000
-"""Characters or bytes that are written at once; in hexadecimal they fit into a request."""
+"""Bounds the characters or bytes of one write; chosen: in hexadecimal they fit into a request."""
 
 
 def parse_value(entry: ObjectEntry, text: str) -> Value:
@@ -27,14 +28,14 @@ def parse_value(entry: ObjectEntry, text: str) -> Value:
         return _text(text, ascii_only=entry.type_code == VISIBLE_STRING)
     digits = re.sub(r"[\s:,]", "", given)
     if re.fullmatch(r"([0-9A-Fa-f]{2})+", digits) is None:
-        raise ValueError(f"{entry.type_name}: bytes in hex are wanted, two digits each, like 01 A0 FF")
+        raise ValueError(f"{entry.type_name}: enter bytes in hex, two digits each, like 01 A0 FF")
     if len(digits) > 2 * MAX_LENGTH:
         raise ValueError(f"at most {MAX_LENGTH} bytes can be written here")
     return digits.lower()
 
 
 def value_text(entry: ObjectEntry, value: Value | None) -> str:
-    """A value that was read as text: integers in decimal and hexadecimal, bytes in pairs."""
+    """Return a value that was read as text: integers in decimal and hexadecimal, bytes in pairs."""
     if value is None:
         return "-"
     if entry.type_code in INTEGERS:
@@ -49,7 +50,7 @@ def value_text(entry: ObjectEntry, value: Value | None) -> str:
 
 
 def request_value(entry: ObjectEntry, value: Value) -> Value:
-    """A parsed value in the form of a request: numbers and text as they are, anything else as bytes in hex.
+    """Return a parsed value as a request holds it: numbers and text unchanged, the rest as bytes in hex.
 
     The controller packs integers of 8, 16, 32 and 64 bits; others go as bytes, the least significant first.
     """
@@ -62,12 +63,12 @@ def request_value(entry: ObjectEntry, value: Value) -> Value:
 
 
 def _integer(given: str, type_name: str, low: int, high: int) -> int:
-    """An integer in decimal, or hexadecimal as 0x2A or 2Ah."""
+    """Parse an integer in decimal, or hexadecimal as 0x2A or 2Ah. Raises ValueError."""
     text = f"0x{given[:-1]}" if re.fullmatch(r"[0-9A-Fa-f]+[hH]", given) else given
     try:
         value = int(text, 0)
     except ValueError:
-        raise ValueError(f"{type_name}: a whole number is wanted, like 42, 0x2A or 2Ah") from None
+        raise ValueError(f"{type_name}: enter a whole number, like 42, 0x2A or 2Ah") from None
     if not low <= value <= high:
         raise ValueError(f"{value} is outside {low} ... {high}")
     return value
@@ -77,7 +78,7 @@ def _real(given: str, type_name: str) -> float:
     try:
         value = float(given)
     except ValueError:
-        raise ValueError(f"{type_name}: a number is wanted, like 0.25") from None
+        raise ValueError(f"{type_name}: enter a number, like 0.25") from None
     if not math.isfinite(value):
         raise ValueError(f"{type_name}: infinities and NaN are not written")
     if type_name == "REAL32":
@@ -97,7 +98,7 @@ def _text(text: str, *, ascii_only: bool) -> str:
 
 
 def _as_integer(entry: ObjectEntry, value: Value) -> Value:
-    """The integer; bytes in hex where the controller does not unpack its length; other values unchanged."""
+    """Return an integer; bytes in hex if the controller does not unpack its length; others unchanged."""
     if isinstance(value, float) and value.is_integer():
         return int(value)
     if isinstance(value, str):

@@ -22,7 +22,7 @@ TITLE = word("Bus")
 LATE_HEARTBEAT_S = 2.0
 """Age of a heartbeat that is marked; the controller's own bound, which stops the machine, is shorter."""
 HIGH_LOAD = 0.8
-"""Load that is marked: the rest is hardly enough for SDO transfers and disturbances."""
+"""Bus load from which it is marked; chosen: the rest hardly suffices for SDO transfers and disturbances."""
 NMT_STATES = {
     "operational": word("operational"),
     "pre_operational": word("pre-operational"),
@@ -134,7 +134,7 @@ def traffic_figures(bus: BusStatus) -> list[TrafficFigure]:
 
 
 def cycle_figure(histogram: CycleHistogram, period_s: float | None, theme: Theme) -> dict[str, Any]:
-    """The histogram of the cycle time with logarithmic counts: the rare cycles matter.
+    """Return the histogram of the cycle time with logarithmic counts: the rare cycles matter.
 
     `period_s`: the nominal time of a cycle; None in lockstep, which has none.
     """
@@ -158,7 +158,7 @@ def cycle_figure(histogram: CycleHistogram, period_s: float | None, theme: Theme
 
 
 def bin_names(edges_us: Sequence[float]) -> list[str]:
-    """The names of the bins: below the first edge, between two edges, from the last edge on."""
+    """Return the names of the bins: below the first edge, between two edges, from the last edge on."""
     if not edges_us:
         return [tr("all")]
     between = [f"{low:g}\N{EN DASH}{high:g}" for low, high in pairwise(edges_us)]
@@ -166,7 +166,7 @@ def bin_names(edges_us: Sequence[float]) -> list[str]:
 
 
 def cycle_summary(histogram: CycleHistogram) -> str:
-    """The number of cycles, the most frequent bin and the slowest one, in a sentence."""
+    """Return the number of cycles, the most frequent bin and the slowest one, in a sentence."""
     total = sum(histogram.counts)
     if not total:
         return tr("No cycle was timed yet.")
@@ -185,7 +185,7 @@ def cycle_summary(histogram: CycleHistogram) -> str:
 
 
 def node_rows(nodes: Sequence[NodeStatus]) -> list[tuple[str, str, str, str]]:
-    """Name, number, NMT state and age of the heartbeat of each node; a notable state has a warning sign."""
+    """Return name, node id, NMT state and age of the heartbeat of each node; faults have a warning sign."""
     rows = []
     for node in nodes:
         age_s = node.heartbeat_age_s
@@ -197,7 +197,7 @@ def node_rows(nodes: Sequence[NodeStatus]) -> list[tuple[str, str, str, str]]:
 
 
 def emcy_rows(entries: Sequence[EmcyEntry]) -> list[tuple[str, str, str, str, str]]:
-    """Time, node, code, error register and text of the emergency messages, the newest first."""
+    """Return time, node, code, error register and text of the emergency messages, the newest first."""
     return [
         (
             entry.time.replace("T", " ")[:23],
@@ -211,7 +211,7 @@ def emcy_rows(entries: Sequence[EmcyEntry]) -> list[tuple[str, str, str, str, st
 
 
 def register_text(register: int) -> str:
-    """The set bits of the error register in words."""
+    """Return the set bits of the error register in words."""
     return ", ".join(tr(bit) for place, bit in enumerate(ERROR_REGISTER) if register >> place & 1) or tr(
         "no error"
     )

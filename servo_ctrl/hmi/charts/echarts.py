@@ -11,7 +11,7 @@ Trace: TypeAlias = "dict[str, Any]"
 
 
 def chart_options(theme: Theme, names: Sequence[str], **legend: Any) -> Options:
-    """Options with a legend of these series and no series yet."""
+    """Return options with a legend of these series and no series yet."""
     marker = {"itemStyle": {"opacity": 0}}  # the line alone: it shows the dash of its series
     text = {"textStyle": {"color": theme.ink}}
     shown = {"top": 0, "type": "scroll", "selectedMode": False, "data": list(names), **text, **marker}
@@ -19,7 +19,7 @@ def chart_options(theme: Theme, names: Sequence[str], **legend: Any) -> Options:
 
 
 def value_axis(theme: Theme, name: str, gap: int, **fields: Any) -> Options:
-    """An axis of numbers with its name beside the middle, `gap` pixels away."""
+    """Return an axis of numbers with its name beside the middle, `gap` pixels away."""
     return {
         "type": "value",
         "name": name,
@@ -35,7 +35,7 @@ def value_axis(theme: Theme, name: str, gap: int, **fields: Any) -> Options:
 def line_series(
     identifier: str, name: str, colour: str, width: float, pane: tuple[int, int] = (0, 0), dash: str = "solid"
 ) -> Options:
-    """A line without points yet; `pane` are the indices of its x and y axis."""
+    """Return a line without points yet; `pane` are the indices of its x and y axis."""
     return {
         "id": identifier,
         "name": name,

@@ -64,7 +64,7 @@ class PayloadCache:
         self._payloads: OrderedDict[tuple[tuple[int, ...], int, float, int, int], bytes] = OrderedDict()
 
     def points(self, rows_between: RowsBetween, view: ChartView, begin: int, end: int) -> bytes:
-        """The points of the rows [begin, end)."""
+        """Return the points of the rows [begin, end)."""
         key = (view.columns, view.bucket, view.factor, begin, end)
         payload = self._payloads.get(key)
         if payload is not None:
@@ -83,12 +83,12 @@ class PayloadCache:
 
 @cache
 def payloads_of(_link: MachineLink) -> PayloadCache:
-    """The one cache for the rows of a link."""
+    """Return the one cache for the rows of a link."""
     return PayloadCache()
 
 
 def bucket_places(buckets: int, bucket: int) -> Array:
-    """Row offsets (buckets, 2) at which the two extremes of each bucket are drawn: its quarters.
+    """Return row offsets (buckets, 2) at which a bucket's two extremes are drawn: its quarters.
 
     So each is within half a bucket of its true row.
     """
@@ -97,7 +97,7 @@ def bucket_places(buckets: int, bucket: int) -> Array:
 
 
 def channel_points(rows: Array, begin: int, view: ChartView) -> bytes:
-    """Row numbers, then each channel: all values, or the two extremes of each bucket in order of time."""
+    """Return row numbers, then each channel: all values, or a bucket's two extremes in order of time."""
     columns = np.array(view.columns, dtype=np.int64)
     if view.bucket == 1:
         every = np.vstack((np.arange(begin, begin + len(rows), dtype=np.float64), rows[:, columns].T))
@@ -140,7 +140,7 @@ def next_frame(
 
 
 def normal_error(command_m: Array, actual_m: Array) -> Array:
-    """The part of the error (n, 2) that is normal to the direction of the command (n, 2).
+    """Return the part of the error (n, 2) that is normal to the direction of the command (n, 2).
 
     While the command rests, its last direction counts; before its first motion the whole error is returned.
     """
@@ -156,7 +156,7 @@ def normal_error(command_m: Array, actual_m: Array) -> Array:
 
 
 def path_points(rows: Array, bucket: int, lead: int, factor: float) -> bytes:
-    """One point of each bucket of rows: the row with the largest normal error.
+    """Return one point of each bucket of rows: the row with the largest normal error.
 
     `rows` (n, 4): command x and y, actual x and y; the first bucket lacks `lead` rows. The bytes are float64:
     command x, command y, then x and y of command + `factor` times the normal error.

@@ -20,15 +20,19 @@ from servo_ctrl.hmi.charts.frames import ChartFrame
 
 FRAME_EVENT, DRAWN_EVENT = "live_chart", "live_chart_drawn"
 MAX_PENDING = 2
-"""Frames that may be sent before the first of them is drawn: one under way, one being drawn."""
+"""Bounds the frames that are sent but not drawn yet; chosen: one in transmission, one being drawn."""
 ACKNOWLEDGE_TIMEOUT_S = 2.0
-"""Time without an acknowledgement (tab in the background, lost connection) before all points are sent."""
+"""Bounds the wait for an acknowledgement, seconds, before all points are sent again; chosen. A tab in the
+background and a lost connection do not acknowledge."""
 SHORTEST_S = 1.0 / 30.0
+"""Bounds the interval of the refreshes from below, seconds; chosen: 30 frames a second."""
 LONGEST_S = 0.25
+"""Bounds the interval of the refreshes from above, seconds; chosen."""
 LATE_RATIO = 1.5
-"""Elapsed time over interval above which a refresh counts as late."""
+"""Elapsed time over interval above which a refresh counts as late; chosen."""
 LENGTHEN, SHORTEN = 1.1, 0.97
-"""Factors after a late and after a punctual refresh; the interval rests where one in four is late."""
+"""Factors of the interval after a late and after a punctual refresh; chosen: it settles where one in four
+is late."""
 
 
 class LiveChart(EChart, component="live_chart.js"):
@@ -49,7 +53,7 @@ class LiveChart(EChart, component="live_chart.js"):
         self.on("size", self._on_size)
 
     def frame_rate(self, since_s: float) -> float:
-        """Frames per second that were drawn since the last call, `since_s` ago."""
+        """Return the frames per second that were drawn since the last call, `since_s` ago."""
         drawn, self._counted = self._drawn - self._counted, self._drawn
         return drawn / since_s
 
@@ -107,7 +111,7 @@ class LiveChart(EChart, component="live_chart.js"):
             self._drawn = max(self._drawn, number)
 
     def _on_size(self) -> None:
-        """The first size is reported when the element is mounted: frames sent earlier were lost."""
+        """Send all points after the first size: it is reported at mounting, and earlier frames were lost."""
         if not self._mounted:
             self._mounted = True
             self._lose()
@@ -131,14 +135,14 @@ core.sio.on(DRAWN_EVENT, on_drawn)
 
 
 def number_in(event: GenericEventArguments, name: str) -> float:
-    """A number that the browser has sent; 0 where it sent anything else."""
+    """Return a number that the browser has sent; 0 where it sent anything else."""
     value = event.args.get(name) if isinstance(event.args, dict) else None
     number = float(value) if isinstance(value, int | float) else 0.0
     return number if math.isfinite(number) else 0.0
 
 
 def next_interval(interval_s: float, elapsed_s: float) -> float:
-    """The next interval, when `elapsed_s` have passed since the last refresh instead of `interval_s`."""
+    """Return the next interval, seconds, after `elapsed_s` since the last refresh instead of `interval_s`."""
     factor = LENGTHEN if elapsed_s > LATE_RATIO * interval_s else SHORTEN
     return min(max(interval_s * factor, SHORTEST_S), LONGEST_S)
 

@@ -26,10 +26,11 @@ from servo_ctrl.plots.contour_traces import ContourTrace, round_division
 from servo_ctrl.recording.min_max import thinned
 
 POLAR_BUCKETS, QUADRANT_BUCKETS = 720, 150
-"""Buckets of a trace, with two points each: about one for two pixels."""
+"""Bound the buckets of a trace, each drawn as two points; chosen: about one bucket for two pixels."""
 ROUNDING = 1e-9
-"""Keeps a division that is round already from being rounded up to the next."""
+"""Relative error that keeps a round division from being rounded up to the next; chosen."""
 DIVISIONS_PER_RADIUS = 4.0
+"""Divisions of the error between the centre and the commanded circle; chosen."""
 CURVE_OF: dict[Compensation, int] = {"without": 1, "pulse": 0, "observer": 2, "both": 3}
 """Number of the colour, the same as in the plots of recordings."""
 DASH_OF: dict[Compensation, str] = {
@@ -39,7 +40,7 @@ DASH_OF: dict[Compensation, str] = {
     "both": "dotted",
 }
 LEGEND_LINE_PX = 34
-"""Long enough to show a dash."""
+"""Length of a line in the legend, pixels; chosen: a dash must be visible."""
 
 
 class Magnification(NamedTuple):
@@ -50,7 +51,7 @@ class Magnification(NamedTuple):
 
 
 def magnification(traces: Sequence[ContourTrace], radius_m: float, factor: float) -> Magnification:
-    """The magnification by `factor`; 0: chosen so that the largest error takes one to two divisions."""
+    """Return the magnification by `factor`; 0: such that the largest error takes one to two divisions."""
     if factor > 0.0:
         division_m = 2.0 * radius_m / DIVISIONS_PER_RADIUS / factor * (1.0 - ROUNDING)
         return Magnification(factor, round_division(division_m))
@@ -60,7 +61,7 @@ def magnification(traces: Sequence[ContourTrace], radius_m: float, factor: float
 
 
 def polar_points(trace: ContourTrace, turn: MeasuredTurn, factor: float) -> Array:
-    """Points (2, n) of the magnified error about the commanded circle, closed; metres as drawn."""
+    """Return points (2, n) of the magnified error about the commanded circle, closed; metres as drawn."""
     angle, error_m = thinned(trace.angle_rad, trace.radial_error_m, POLAR_BUCKETS)
     angle, error_m = np.append(angle, angle[:1]), np.append(error_m, error_m[:1])
     radius_m = turn.circle.radius_m + factor * error_m
@@ -68,7 +69,7 @@ def polar_points(trace: ContourTrace, turn: MeasuredTurn, factor: float) -> Arra
 
 
 def quadrant_points(trace: ContourTrace, number: int) -> Array:
-    """Angle since reversal `number` in degrees and radial error, (2, n)."""
+    """Return the angle since reversal `number` in degrees and the radial error in metres, (2, n)."""
     relative = since_reversal(trace.angle_rad, number)
     inside = np.flatnonzero((relative >= -BEFORE_RAD) & (relative <= AFTER_RAD))
     inside = inside[np.argsort(relative[inside], kind="stable")]
@@ -77,7 +78,7 @@ def quadrant_points(trace: ContourTrace, number: int) -> Array:
 
 
 def joined(parts: Sequence[Array]) -> tuple[bytes, int]:
-    """Arrays (2, n) of different lengths as the payload of one frame, and its points; filled up with NaN."""
+    """Join arrays (2, n) into the payload of one frame, padded with NaN; return it and its points."""
     longest = max((part.shape[1] for part in parts), default=0)
     padded = np.full((2 * len(parts), longest), np.nan)
     for k, part in enumerate(parts):
@@ -88,7 +89,7 @@ def joined(parts: Sequence[Array]) -> tuple[bytes, int]:
 def polar_options(
     kinds: Sequence[Compensation], radius_m: float, shown: Magnification, theme: Theme
 ) -> tuple[Options, list[Trace]]:
-    """The rings and one trace for each compensation; errors outwards are drawn outside of the circle."""
+    """Return the rings and one trace for each compensation; outward errors are drawn outside the circle."""
     step_m = shown.factor * shown.division_m
     outside_m = radius_m + 2.5 * step_m
     options = _turn_options(theme, kinds)
@@ -118,14 +119,14 @@ def polar_options(
 def quadrant_options(
     kinds: Sequence[Compensation], error_range: tuple[float, float], look: Look
 ) -> tuple[Options, list[Trace]]:
-    """Four panes with the radial error over the angle since each reversal; `error_range` as shown."""
+    """Return four panes with the radial error over the angle since each reversal; `error_range` as shown."""
     units, theme = look
     options = _turn_options(theme, kinds) | {"grid": [], "xAxis": [], "yAxis": []}
     traces = []
     for k, name in enumerate(QUADRANTS):
         left, top = ("9%", "57%")[k % 2], ("9%", "56%")[k // 2]
         options["grid"].append({"left": left, "top": top, "width": "40%", "height": "36%"})
-        below = value_axis(theme, tr("° behind {place}", place=name), 22, gridIndex=k)
+        below = value_axis(theme, tr("° after {place}", place=name), 22, gridIndex=k)
         beside = value_axis(theme, units.error.unit if k % 2 == 0 else "", 38, gridIndex=k)
         begin, end = -math.degrees(BEFORE_RAD), math.degrees(AFTER_RAD)
         options["xAxis"].append(below | {"min": begin, "max": end})
@@ -139,7 +140,7 @@ def quadrant_options(
 def path_options(
     axes: Sequence[str], centre_m: Sequence[float], reach_m: float, look: Look
 ) -> tuple[Options, list[Trace]]:
-    """Commanded and actual path in the plane; the chart is square, so that a circle is round."""
+    """Return the commanded and the actual path; the chart is square, so that a circle is round."""
     units, theme = look
     factor = units.length.factor
     shown: list[dict[str, Any]] = []
@@ -166,7 +167,7 @@ def _turn_options(theme: Theme, kinds: Sequence[Compensation]) -> Options:
 def _turn_series(
     kinds: Sequence[Compensation], pane: int, error_factor: float, theme: Theme
 ) -> tuple[list[Options], list[Trace]]:
-    """One series and trace for each compensation; their arrays are those of `joined`, pane by pane."""
+    """Return one series and trace for each compensation; their arrays are those of `joined`, pane by pane."""
     series, traces = [], []
     for k, kind in enumerate(kinds):
         name, colour, place = f"{kind} {pane}", theme.curve(CURVE_OF[kind]), 2 * (pane * len(kinds) + k)

@@ -24,23 +24,26 @@ from servo_ctrl.recording.min_max import bucket_rows, min_max
 
 TITLE = word("Contour")
 PATH_POINTS = 1000
-"""Points of the path: some two for each pixel of its length."""
+"""Bounds the points of the path; chosen: about two for each pixel of its length."""
 REFRAME_S = 0.5
-"""Time between two looks at the extent of the path."""
+"""Interval at which the extent of the path is determined, seconds; chosen."""
 MARGIN, MIN_REACH_M = 1.25, 1e-4
-"""Half width of the path chart over that of the path, and its least value."""
+"""Half width of the path chart over that of the path, and its lower bound, metres; chosen."""
 NEWEST = "newest"
 SPANS_S = {2.0: "2 s", 5.0: "5 s", 10.0: "10 s", 20.0: "20 s", 60.0: "60 s"}
+"""Time spans of the path, seconds, and their labels; chosen."""
 FACTORS = {
     0.0: word("by the error"),
     **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 200, 500, 1000, 2000, 5000, 10000)},
 }
+"""Magnifications of the error about the circle, and their labels; 0: derived from the largest error."""
 PATH_FACTORS = {
     1.0: word("true"),
     **{float(k): f"\N{MULTIPLICATION SIGN} {k}" for k in (100, 500, 1000, 2000)},
 }
-LETTERS_MEAN = word(
-    "WTFC, WFC and WDOB are the letters of Feng et al. 2015 for circles without compensation, with the "
+"""Magnifications of the error along the path, and their labels; chosen."""
+ABBREVIATIONS_TEXT = word(
+    "WTFC, WFC and WDOB are the abbreviations of Feng et al. 2015 for circles without compensation, with the "
     "learned friction compensation, and with the disturbance observer."
 )
 REFERENCES = {"program": word("programmed"), "fitted": word("fitted to the table")}
@@ -105,7 +108,7 @@ class ContourCharts:
                     "width: 110px",
                     value=1.0,
                 )
-                button(tr("Forget turns"), self._store.clear, "contour-forget")
+                button(tr("Discard turns"), self._store.clear, "contour-forget")
             self._description = ui.label().classes("num").mark("contour-about")
             self._coupling = ui.label().classes("num").mark("contour-coupling")
         with div("bench-grid"):
@@ -114,12 +117,12 @@ class ContourCharts:
                 "contour-polar", tr("Contour error about the circle"), self._resend_turns, "1 / 1"
             )
         self._quadrants = _chart(
-            "contour-quadrants", tr("Error behind each reversal"), self._resend_turns, "2 / 1", "440px"
+            "contour-quadrants", tr("Error after each reversal"), self._resend_turns, "2 / 1", "440px"
         )
         with panel(tr("Quadrant glitches")):
             ui.label(tr("Quadrant glitches")).classes("bench-h")
             self._table = TextTable("contour-table", figures=True)
-            faint(tr(LETTERS_MEAN)).style("font-size: 12px").mark("contour-letters")
+            faint(tr(ABBREVIATIONS_TEXT)).style("font-size: 12px").mark("contour-letters")
 
     async def refresh(self, status: MachineStatus) -> None:
         """Send what is new to the charts."""
@@ -156,7 +159,7 @@ class ContourCharts:
             await self._path.send(frame, 4, 0.0)
 
     def _columns(self, ring: RowRing) -> tuple[int, ...]:
-        """Columns of command x and y, actual x and y: of the scale, or of the motor without a scale."""
+        """Return the columns of command x, y and actual x, y: of the scale, or else of the motor."""
         commands, actual = [], []
         for axis in self._plane:
             has_scale = np.isfinite(ring.newest(f"{axis}.scale_position_m"))
@@ -224,7 +227,7 @@ class ContourCharts:
 
 
 def coupling_text(contour: ContourStatus, units: UnitSystem) -> str:
-    """Which axes contour control couples, and their contour error now; "" where it is off."""
+    """Return which axes contour control couples, and their contour error now; "" where it is off."""
     if not contour.axes:
         return ""
     return tr(

@@ -67,7 +67,7 @@ class TurnCharts(NamedTuple):
 
 @lru_cache(maxsize=MAX_CACHED)
 def turn_charts(store: TurnStore, _version: int, display: TurnDisplay) -> TurnCharts | None:
-    """The charts of the turns in a store of this version; None: there is no turn of this circle."""
+    """Return the charts of the turns in a store of this version; None: there is no turn of this circle."""
     turns, look, units = store.turns(display.circle), display.look, display.look.units
     if not turns:
         return None
@@ -106,7 +106,7 @@ def _chart(drawn: tuple[Options, list[Trace]], parts: Sequence[NDArray[Any]]) ->
 
 @lru_cache(maxsize=128)  # every page asks for all of them after every turn
 def circle_text(key: CircleKey, units: UnitSystem) -> str:
-    """A circle in a list: radius, feed and direction."""
+    """Return a circle in a list: radius, feed and direction."""
     radius_um, feed_mm_min, direction = key
     arrow = "\N{ANTICLOCKWISE OPEN CIRCLE ARROW}" if direction > 0 else "\N{CLOCKWISE OPEN CIRCLE ARROW}"
     radius, feed = units.length.with_unit(radius_um * 1e-6), units.feed.with_unit(feed_mm_min / 60e3)
@@ -114,7 +114,7 @@ def circle_text(key: CircleKey, units: UnitSystem) -> str:
 
 
 def describe_turn(turn: MeasuredTurn, axes: tuple[str, ...], shown: Magnification, units: UnitSystem) -> str:
-    """The commanded circle, how far the actual one is off it, and how the error is drawn."""
+    """Return the commanded circle, how far the actual one is off it, and how the error is drawn."""
     length, error, circle, fitted = units.length, units.error, turn.circle, turn.fitted
     x_m, y_m = (
         actual - commanded for actual, commanded in zip(fitted.centre_m, circle.centre_m, strict=True)
@@ -140,7 +140,7 @@ def describe_turn(turn: MeasuredTurn, axes: tuple[str, ...], shown: Magnificatio
 
 
 def glitch_rows(turns: Sequence[MeasuredTurn], units: UnitSystem) -> list[list[str]]:
-    """The four glitches of each turn, and the roundness about its least-squares circle."""
+    """Return the four glitches of each turn, and the roundness about its least-squares circle."""
     error = units.error
     rows = []
     for turn in turns:

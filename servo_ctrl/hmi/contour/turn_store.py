@@ -15,11 +15,12 @@ from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.hmi.link.row_ring import RowRing
 
 SEARCH_S = 0.5
-"""Time between two searches: a search of a long turn takes some milliseconds."""
+"""Interval of the searches, seconds; chosen: a search of a long turn takes milliseconds."""
 MAX_TURNS = 24
-"""Bounds the memory: six circles with four compensations."""
+"""Bounds the memory; chosen: six circles with four compensations."""
 TURN_RESERVE = 1.02
-"""Rows that are searched for a turn, over those it takes: its speed is known to a per cent or so."""
+"""Rows that are searched over the rows of a turn; chosen: the speed of the turn is estimated within about
+1 %."""
 CHANNELS = (
     "position_command_m",
     "velocity_command_m_s",
@@ -32,7 +33,7 @@ CHANNELS = (
 
 @cache
 def turn_store_of(link: MachineLink) -> "TurnStore":
-    """The store of this link, which starts to search when it is first asked for."""
+    """Return the store of this link, which starts to search when it is first asked for."""
     store = TurnStore()
 
     def on_status(status: MachineStatus) -> None:
@@ -92,11 +93,11 @@ class TurnStore:
                 self._keep(turn)
 
     def circles(self) -> list[CircleKey]:
-        """The circles of the kept turns, the newest first."""
+        """Return the circles of the kept turns, the newest first."""
         return list(dict.fromkeys(key for key, _ in reversed(self._turns)))
 
     def turns(self, circle: CircleKey) -> list[MeasuredTurn]:
-        """The turns of one circle, in the order of LABELS."""
+        """Return the turns of one circle, in the order of LABELS."""
         order = list(LABELS)
         found = [turn for (key, _), turn in self._turns.items() if key == circle]
         return sorted(found, key=lambda turn: order.index(turn.compensation))
@@ -120,7 +121,7 @@ class TurnStore:
 
 
 def rows_of_turn(velocity_m_s: Array) -> float:
-    """Rows that a whole turn takes, from how fast the direction of the velocity (n, 2) turns; inf: a line."""
+    """Return the rows of a whole turn, from the rotation rate of the velocity (n, 2); inf: a line."""
     moving = velocity_m_s[np.hypot(*velocity_m_s.T) > 0.0]
     if len(moving) < 3:
         return math.inf
@@ -130,7 +131,7 @@ def rows_of_turn(velocity_m_s: Array) -> float:
 
 
 def plane_rows(ring: RowRing, plane: tuple[str, str], since: int) -> PlaneRows:
-    """The rows of two axes from row `since` on."""
+    """Return the rows of two axes from row `since` on."""
     columns = {
         name: np.column_stack([ring.column(f"{axis}.{name}", since) for axis in plane]) for name in CHANNELS
     }

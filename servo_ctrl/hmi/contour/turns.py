@@ -25,11 +25,11 @@ LETTERS: dict[Compensation, str] = {"without": "WTFC", "pulse": "WFC", "observer
 QUADRANTS = ("+X", "+Y", "\N{MINUS SIGN}X", "\N{MINUS SIGN}Y")
 """Where an axis reverses, counterclockwise from the greatest position of the first axis."""
 AFTER_RAD, BEFORE_RAD = math.radians(25.0), math.radians(10.0)
-"""Stretches after and before a reversal: the first has the glitch, the second the error without one."""
+"""Arcs after and before a reversal that contain the quadrant glitch and the error without it; chosen."""
 ON_CIRCLE = 1e-6
 """Bound of the distance of commanded positions from a circle, as a share of its radius."""
 MIN_ROWS = 8
-"""Fewer rows do not determine a circle."""
+"""Bounds the rows of a turn from below; chosen: fewer do not determine a circle."""
 CircleKey: TypeAlias = tuple[int, int, int]
 """A circle as programs tell them apart: radius in um, feed in mm/min, direction."""
 
@@ -70,7 +70,7 @@ class MeasuredTurn(NamedTuple):
 
 
 def newest_turn(rows: PlaneRows, since_cycle: int) -> MeasuredTurn | None:
-    """The last whole turn at constant speed that ends with the newest rows of its step; None: there is none.
+    """Return the last whole turn at constant speed that ends with its step's newest rows; None without one.
 
     Rows before `since_cycle` are ignored: the machine had other compensations then.
     """
@@ -105,7 +105,7 @@ def newest_turn(rows: PlaneRows, since_cycle: int) -> MeasuredTurn | None:
 
 
 def compensation_in(pulse_m_s: Array, disturbance_n: Array) -> Compensation:
-    """The compensation that acted on the axes during the rows, whatever was switched on."""
+    """Return the compensation that acted on the axes during the rows, whatever was switched on."""
     pulse, observer = bool(np.nan_to_num(pulse_m_s).any()), bool(np.nan_to_num(disturbance_n).any())
     if pulse:
         return "both" if observer else "pulse"
@@ -113,7 +113,7 @@ def compensation_in(pulse_m_s: Array, disturbance_n: Array) -> Compensation:
 
 
 def glitches_m(trace: ContourTrace) -> tuple[float, float, float, float]:
-    """Heights of the glitches after the four reversals in the order of QUADRANTS, outwards positive.
+    """Return the four quadrant glitches, metres, in the order of QUADRANTS, outwards positive.
 
     A height is the largest departure within AFTER_RAD after the reversal from the mean within BEFORE_RAD
     before it.
@@ -132,13 +132,13 @@ def glitches_m(trace: ContourTrace) -> tuple[float, float, float, float]:
 
 
 def since_reversal(angle_rad: Array, number: int) -> Array:
-    """The angle since reversal `number` of QUADRANTS, in the direction of motion, in [-pi, pi)."""
+    """Return the angle since reversal `number` of QUADRANTS, in the direction of motion, in [-pi, pi)."""
     direction = 1.0 if angle_rad[-1] > angle_rad[0] else -1.0
     return (direction * (angle_rad - 0.5 * math.pi * number) + math.pi) % (2.0 * math.pi) - math.pi
 
 
 def _constant_speed_end(rows: PlaneRows, since_cycle: int) -> slice:
-    """The last consecutive rows at the constant speed of the newest step that moves."""
+    """Return the last consecutive rows at the constant speed of the newest step that moves."""
     speed_m_s = np.hypot(*rows.velocity_m_s.T)
     complete = np.isfinite(rows.command_m).all(axis=1) & np.isfinite(rows.actual_m).all(axis=1)
     usable = complete & (speed_m_s > 0.0) & (rows.cycle >= since_cycle)

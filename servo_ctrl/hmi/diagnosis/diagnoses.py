@@ -41,11 +41,11 @@ class Diagnoses(LoggedJobs[DiagnosisJobs]):
         return kept
 
     def address(self, job: Job, name: str, language: str) -> str:
-        """The address at which a browser finds a file of a diagnosis; its report in this language."""
+        """Return the address at which a browser finds a file of a diagnosis; its report in this language."""
         return f"{ADDRESS}/{job.key}/{name}?language={language}"
 
     def response(self, key: str, name: str, language: str) -> Response:
-        """A file of a diagnosis as a download: shown as a page it would have the rights of our own pages."""
+        """Return a file of a diagnosis as a download: as a page it would have the rights of our own pages."""
         job, media_type = self.jobs.job(key), MEDIA_TYPES.get(name)
         done = job is not None and job.state is JobState.DONE
         path = job.directory / name if job is not None and done and media_type is not None else None
@@ -60,7 +60,7 @@ class Diagnoses(LoggedJobs[DiagnosisJobs]):
 
 @cache
 def diagnoses_of(directory: Path) -> Diagnoses:
-    """The one instance for a directory; the first call adds the route of its files."""
+    """Return the one instance for a directory; the first call adds the route of its files."""
     diagnoses = Diagnoses(directory)
 
     @app.get(f"{ADDRESS}/{{key}}/{{name}}")

@@ -31,7 +31,7 @@ class DiagnosisJobs(ProgramJobs):
         )
 
     async def _command_for(self, recordings: Sequence[Path], model: Path) -> list[str]:
-        """The program with its files, which are checked before anything starts."""
+        """Return the program with its files, which are checked before anything starts."""
         if not recordings:
             raise JobError("pick at least one recording")
         for path in recordings:
@@ -42,5 +42,5 @@ class DiagnosisJobs(ProgramJobs):
 
 
 def installed_command() -> tuple[str, ...]:
-    """The installed reconcile with its first arguments. Raises JobError."""
+    """Return the installed reconcile with its first arguments. Raises JobError."""
     return (installed_program(PROGRAM), *ARGUMENTS)

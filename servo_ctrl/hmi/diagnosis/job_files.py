@@ -19,7 +19,7 @@ from servo_ctrl.recording.recorder import HEADER_FILE
 MEDIA_TYPES = {REPORT_FILE: "text/html", VERDICT_FILE: "application/json", MODEL_FILE: "text/plain"}
 """The files of a diagnosis that a browser may download."""
 MAX_MODEL_BYTES = 1_000_000
-"""A model of three axes has some 5000 bytes."""
+"""Bounds a model file; chosen: a model of three axes has about 5000 bytes."""
 MAX_RECORDINGS = 200
 """Bounds the search and the list that a browser gets."""
 POSITION, VELOCITY = "motor_position_m", "velocity_command_m_s"
@@ -27,7 +27,7 @@ POSITION, VELOCITY = "motor_position_m", "velocity_command_m_s"
 MAX_PARTS = 1000
 """Bounds the footers that are read for one recording: a part has some seconds of rows."""
 SEARCH_DEPTH = 2
-"""Levels of directories that are searched for recordings."""
+"""Bounds the levels of directories that are searched for recordings; chosen."""
 
 
 class FilesError(ServoCtrlError):
@@ -55,7 +55,7 @@ class FoundRecording(NamedTuple):
 
 
 def recordings_below(directory: Path) -> list[FoundRecording]:
-    """At most MAX_RECORDINGS recordings in a directory and below it, the newest first."""
+    """Return at most MAX_RECORDINGS recordings in a directory and below it, the newest first."""
     found = []
     for path in _recording_directories(directory, SEARCH_DEPTH):
         try:
@@ -71,7 +71,7 @@ def recordings_below(directory: Path) -> list[FoundRecording]:
 
 
 def _extent(path: Path, header: dict[str, Any]) -> tuple[float, tuple[AxisMotion, ...]]:
-    """Length and motion by the footers of the parts; nothing where they cannot be read."""
+    """Return length and motion by the footers of the parts; nothing where they cannot be read."""
     from servo_ctrl.files.arrow import parts_extent  # noqa: PLC0415  # 30 MB that only this page needs
 
     axes = [str(axis) for axis in header.get("axes") or ()]
@@ -90,7 +90,7 @@ def _extent(path: Path, header: dict[str, Any]) -> tuple[float, tuple[AxisMotion
 
 
 def models_in(directory: Path) -> list[Path]:
-    """The model files in the directory of a machine."""
+    """Return the model files in the directory of a machine."""
     found = []
     with contextlib.suppress(OSError):
         for path in sorted(directory.glob("*.toml"))[:MAX_RECORDINGS]:
@@ -152,7 +152,7 @@ def _keep_old(target: Path) -> Path | None:
     try:
         read_model(target)
     except FilesError:
-        raise FilesError(f"{target}: is there and is no model; choose another place") from None
+        raise FilesError(f"{target}: exists and is no model; choose another place") from None
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
     for number in range(100):
         kept = target.with_name(f"{target.stem}.{stamp}{f'-{number}' if number else ''}.toml")
@@ -163,7 +163,7 @@ def _keep_old(target: Path) -> Path | None:
 
 
 def _moved_text(document: dict[str, Any], source: Path, target: Path, who: str) -> str:
-    """The text of the model in another directory: the paths of its EDS files are relative to its own."""
+    """Return the model's text for another directory, to which the paths of its EDS files are relative."""
     for axis in document["axis"].values():
         for section in axis.values():
             if isinstance(section, dict) and isinstance(section.get("eds"), str):
@@ -174,7 +174,7 @@ def _moved_text(document: dict[str, Any], source: Path, target: Path, who: str) 
 
 
 def _recording_directories(directory: Path, depth: int) -> Iterator[Path]:
-    """The directories that hold a recording; symbolic links are not followed."""
+    """Yield the directories that hold a recording; symbolic links are not followed."""
     if (directory / HEADER_FILE).is_file():
         yield directory
         return

@@ -11,7 +11,7 @@ from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.diagnosis.diagnoses import Diagnoses, diagnoses_of
 from servo_ctrl.hmi.diagnosis.job_files import FoundRecording, models_in, recordings_below
-from servo_ctrl.hmi.diagnosis.recording_lines import recording_text, telling_text
+from servo_ctrl.hmi.diagnosis.recording_lines import excitation_text, recording_text
 from servo_ctrl.hmi.diagnosis.result import DiagnosisResult
 from servo_ctrl.hmi.languages.controller_messages import diagnosis_text
 from servo_ctrl.hmi.languages.texts import tr, word
@@ -115,7 +115,7 @@ class FilePicker:
                 self._path.style("flex: 1 1 150px").on("keydown.enter", self._add)
                 button(tr("Add"), self._add, "add-recording")
                 refresh = ui.button(icon="refresh", on_click=self._search)
-                named(refresh.props("flat"), tr("Look for recordings again"))
+                named(refresh.props("flat"), tr("Search for recordings again"))
             self._model = choice(
                 [], tr("nominal model"), "model", with_input=True, new_value_mode="add-unique"
             )
@@ -141,7 +141,7 @@ class FilePicker:
                 faint(tr("No recordings here yet: run with --record, or name a path below."))
             for path, recording in found.items():
                 self._add_box(path, recording_text(recording, self._page.units))
-                faint(telling_text(recording)).classes("bench-under-box").mark("recording-tells")
+                faint(excitation_text(recording)).classes("bench-under-box").mark("recording-tells")
         for path in chosen:
             self._pick(path)
         names = [path.name for path in models]
@@ -179,5 +179,5 @@ class FilePicker:
 
 
 def recordings_text(number: int) -> str:
-    """`1 recording`, `2 recordings`."""
+    """Return `1 recording`, `2 recordings`."""
     return tr("1 recording") if number == 1 else tr("{number} recordings", number=number)

@@ -7,13 +7,13 @@ from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.units import UnitSystem, duration_text
 
 LEAST_S = 0.5
-"""Shorter recordings are refused by `reconcile diagnose`."""
+"""Bounds a recording from below, seconds; from `reconcile diagnose`, which refuses shorter ones."""
 RESTS_M = 1e-4
-"""An axis that travels less stands still, as far as friction beyond presliding goes; chosen."""
+"""Bounds the travel of an axis at rest, metres; chosen: it is below presliding."""
 
 
 def recording_text(recording: FoundRecording, units: UnitSystem) -> str:
-    """Name, moment, program, length and the travel of each axis, in one line."""
+    """Return name, moment, program, length and the travel of each axis, in one line."""
     travels = (f"{axis.name.upper()} {units.length.with_unit(axis.travel_m)}" for axis in recording.axes)
     parts = (
         recording.name,
@@ -25,19 +25,24 @@ def recording_text(recording: FoundRecording, units: UnitSystem) -> str:
     return " \N{MIDDLE DOT} ".join(part for part in parts if part)
 
 
-def telling_text(recording: FoundRecording) -> str:
-    """Whether a diagnosis can tell anything from it, and of which axis not, with the reason."""
+def excitation_text(recording: FoundRecording) -> str:
+    """Return whether the motions suffice for a diagnosis, or for which axes they do not, and why."""
     if not recording.length_s:
         return f"\N{WARNING SIGN} {tr('no rows, or damaged')}"
     reasons = []
     if recording.length_s < LEAST_S:
-        reasons.append(tr("too short: nothing can be told from less than {least:g} s", least=LEAST_S))
+        reasons.append(tr("too short: identification needs at least {least:g} s", least=LEAST_S))
     for axis in recording.axes:
         name = axis.name.upper()
         if axis.travel_m < RESTS_M:
-            reasons.append(tr("{axis} stands still: nothing can be told of it", axis=name))
+            reasons.append(tr("{axis} stands still: it cannot be identified", axis=name))
         elif not axis.both_ways:
             reasons.append(
-                tr("{axis} goes one way only: friction and a constant force look alike", axis=name)
+                tr(
+                    "{axis} moves in one direction only: friction and a constant force cannot be separated",
+                    axis=name,
+                )
             )
-    return f"\N{WARNING SIGN} {'; '.join(reasons)}" if reasons else tr("✓ every axis moves both ways")
+    return (
+        f"\N{WARNING SIGN} {'; '.join(reasons)}" if reasons else tr("✓ every axis moves in both directions")
+    )

@@ -52,7 +52,9 @@ PATTERNS = ("", "/", ".")
 OF_A_CURVE = re.compile(r"(at|height)_\d+")
 """Parameters that are the points of a curve."""
 RIVALS_SHOWN = 3
+"""Bounds the rivals that are listed for a finding; chosen."""
 REPORT_HEIGHT_PX = 900
+"""Height of the frame with the report, pixels; chosen."""
 LOAD_REPORT = """
 const frame = getHtmlElement(%(frame)d);
 fetch(%(address)s)
@@ -106,7 +108,7 @@ class DiagnosisResult:
                 _show_finding(finding)
             rows = list(improvements(verdict))
             if rows:
-                faint(tr("RMS of what the model misses, on stretches that it was not fitted to"))
+                faint(tr("RMS of the residual on held-out blocks"))
                 TextTable("fit", (tr("axis"), tr("in"), tr("unit"), *translated(MODELS))).show(
                     [(*row[:3], *(f"{level:.3g}" for level in row.levels)) for row in rows]
                 )
@@ -163,7 +165,7 @@ class DiagnosisResult:
 
 
 def fit_figure(rows: Sequence[Improvement], theme: Theme) -> dict[str, Any]:
-    """The residuals in per cent of the nominal model's, so that all channels fit into one plot."""
+    """Return the residuals in per cent of the nominal model's, so that all channels fit into one plot."""
     data = [
         {
             "type": "bar",
@@ -216,5 +218,5 @@ def _show_finding(finding: Finding) -> None:
 
 
 def _effect(name: str) -> str:
-    """The name of an effect in the language of the page."""
+    """Return the name of an effect in the language of the page."""
     return diagnosis_text(effect_name(name))

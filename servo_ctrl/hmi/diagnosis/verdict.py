@@ -15,7 +15,7 @@ from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.json_file import read_json_file
 
 MAX_CHARACTERS = 10_000_000
-"""A verdict of three axes has some ten thousand characters."""
+"""Bounds verdict.json; chosen: a verdict of three axes has about ten thousand characters."""
 
 Text = Annotated[str, StringConstraints(max_length=4000)]
 Quantity = float | None
@@ -27,14 +27,17 @@ SENTENCES = {
         word("The model leaves out physics of the catalogue."),
         word("Read the findings, then accept the model."),
     ),
-    "parameters": (word("The model's physics is right, its values are not."), word("Accept the model.")),
+    "parameters": (
+        word("The model has the right effects, but its parameters are off."),
+        word("Accept the model."),
+    ),
     "consistent": (
-        word("Model and recordings agree: what is left is noise."),
+        word("Model and recordings agree: the residual is noise."),
         word("Nothing is to be done."),
     ),
     "unknown": (
-        word("There is something real that nothing in the catalogue explains."),
-        word("Look in the report where it lives."),
+        word("The residual has a systematic part that no effect of the catalogue explains."),
+        word("The report shows where it occurs."),
     ),
 }
 """By verdict: what it means, and what to do."""
@@ -134,7 +137,7 @@ def read_verdict(path: Path) -> DiagnosisVerdict:
 
 
 def improvements(verdict: DiagnosisVerdict) -> Iterator[Improvement]:
-    """The RMS of each axis and residual channel, in a unit of readable size."""
+    """Yield the RMS of each axis and residual channel, in a unit of readable size."""
     for axis, fit in verdict.fit.items():
         for key, name in CHANNEL_NAMES.items():
             channel: ChannelFit | None = getattr(fit, key)
@@ -147,7 +150,7 @@ def improvements(verdict: DiagnosisVerdict) -> Iterator[Improvement]:
 
 
 def parameter_text(parameter: ParameterValue) -> str:
-    """Value and interval, as `3.02 µm (2.95 to 3.1)`."""
+    """Return value and interval, as `3.02 µm (2.95 to 3.1)`."""
     if parameter.value is None:
         return "-"
     factor, unit = display_unit(parameter.unit, parameter.value)
@@ -160,18 +163,18 @@ def parameter_text(parameter: ParameterValue) -> str:
 
 
 def effect_name(name: str) -> str:
-    """The name of an effect in words, as `drive compliance`."""
+    """Return the name of an effect in words, as `drive compliance`."""
     return " ".join(NAMES.get(part, part) for part in name.split("_"))
 
 
 def parameter_name(key: str) -> str:
-    """The name of a parameter without its unit, which stands beside the value: `viscous_n_s_m` is viscous."""
+    """Return the name of a parameter without its unit, which the value has: `viscous_n_s_m` is viscous."""
     stems = (key.removesuffix(ending) for ending in UNIT_ENDINGS if key.endswith(ending))
     return effect_name(next(stems, "") or key)
 
 
 def percent(share: float | None) -> str:
-    """A share in per cent, never rounded to certainty."""
+    """Return a share in per cent, never rounded to certainty."""
     if share is None:
         return "-"
     if share >= 0.995:
@@ -180,4 +183,4 @@ def percent(share: float | None) -> str:
 
 
 def _unknown_value(_constant: str) -> Any:
-    """NaN and infinities of Python's JSON become None."""
+    """Replace NaN and infinities of Python's JSON by None."""

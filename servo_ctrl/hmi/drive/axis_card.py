@@ -13,13 +13,13 @@ from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.channel_names import PHASES, drive_state
 from servo_ctrl.hmi.shell.live_elements import LiveLabel, LivePlace
 from servo_ctrl.hmi.shell.machine_stage import Tone
-from servo_ctrl.hmi.shell.offered import explain, why_not
+from servo_ctrl.hmi.shell.offered import explain, refusal_reason
 from servo_ctrl.hmi.shell.open_page import OpenPage, refusal_text
 from servo_ctrl.hmi.shell.parts import CROSS, ELLIPSIS, Pill, captioned, div, faint, named, notify, panel
 from servo_ctrl.hmi.shell.units import MINUS
 
 SPEEDS_M_S = (1e-4, 1e-3, 1e-2, 5e-2)
-"""Choices of the jog speed; an axis goes no faster than its own limit."""
+"""Offered jog speeds, m/s; chosen. The velocity limit of the axis bounds them."""
 KEYS = (("ArrowLeft", "ArrowRight"), ("ArrowDown", "ArrowUp"), ("PageDown", "PageUp"))
 """Keys towards minus and plus, of the first three axes."""
 VALUES = (word("error"), word("velocity"), word("command"))
@@ -107,7 +107,7 @@ def homed_text(drive: DriveStatus | None) -> str:
 
 
 def shown_drive(drive: DriveStatus | None) -> tuple[str, Tone]:
-    """The state of the drive in words with a sign, and its tone."""
+    """Return the state of the drive in words with a sign, and its tone."""
     if drive is None:
         return tr("… no status yet"), "calm"
     if drive.phase == "lost":
@@ -156,7 +156,7 @@ class JogButtons:
 
     def refresh(self, status: MachineStatus) -> None:
         """Enable the buttons where a jog would be accepted."""
-        refusal = why_not(self._page, status, "jog")
+        refusal = refusal_reason(self._page, status, "jog")
         for button in self._buttons:
             explain(button, refusal)
         enabled = not refusal

@@ -16,7 +16,7 @@ from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, div, faint
 
 MAX_EVENTS = 40
-"""Events that are shown; the status has a hundred."""
+"""Bounds the events that are shown; chosen: the status holds a hundred."""
 FILE = "events.csv"
 
 
@@ -37,9 +37,9 @@ class EventsCard:
             self._list = Rebuilt(div("bench-list num").props("tabindex=0 role=log"), _show)
 
     def refresh(self, status: MachineStatus) -> None:
-        """Show the newest of those that are wanted."""
+        """Show the newest of the matching ones."""
         read_up_to = -1 if self._all.value else self._read_up_to
-        self._list.show(wanted(status.events, self._filter.value or "", read_up_to)[-MAX_EVENTS:])
+        self._list.show(matching_events(status.events, self._filter.value or "", read_up_to)[-MAX_EVENTS:])
 
     def _read(self) -> None:
         status = self._page.link.status
@@ -48,26 +48,28 @@ class EventsCard:
     def _download(self) -> None:
         status = self._page.link.status
         if status is not None:
-            ui.download.content(table(wanted(status.events, self._filter.value or "", -1)), FILE, "text/csv")
+            ui.download.content(
+                events_csv(matching_events(status.events, self._filter.value or "", -1)), FILE, "text/csv"
+            )
 
 
-def wanted(events: Sequence[EventEntry], words: str, read_up_to: int) -> tuple[EventEntry, ...]:
-    """Those of later cycles that have all of these words, in upper or lower case."""
+def matching_events(events: Sequence[EventEntry], words: str, read_up_to: int) -> tuple[EventEntry, ...]:
+    """Return the events of later cycles that have all of these words, in upper or lower case."""
     needed = words.lower().split()
     return tuple(
         event
         for event in events
-        if event.cycle > read_up_to and all(word in _searched(event) for word in needed)
+        if event.cycle > read_up_to and all(word in _searched_text(event) for word in needed)
     )
 
 
-def _searched(event: EventEntry) -> str:
-    """What is looked for words: the event as it is shown, and in the controller's own words."""
+def _searched_text(event: EventEntry) -> str:
+    """Return the searched text: the event as it is shown, and in the controller's own words."""
     return f"{controller_text(event.text)} {event.text}".lower()
 
 
-def table(events: Sequence[EventEntry]) -> str:
-    """Time (ISO 8601), cycle and text of each event in the language of the page, as CSV."""
+def events_csv(events: Sequence[EventEntry]) -> str:
+    """Return time (ISO 8601), cycle and text of each event in the language of the page, as CSV."""
     text = io.StringIO()
     writer = csv.writer(text)
     writer.writerow((tr("time"), tr("cycle"), tr("event")))

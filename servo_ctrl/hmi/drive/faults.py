@@ -38,26 +38,26 @@ CODES, REASONS, _UNKNOWN = (
     for section in ("code", "reason", "unknown")
 )
 UNKNOWN_CODE, UNKNOWN_REASON = _UNKNOWN["code"], _UNKNOWN["reason"]
-NODE_SILENT = Advice(
+NODE_NOT_OPERATIONAL = Advice(
     word("A node is not in operation"), word("Has it power? Check its bus cable; see page Bus.")
 )
 
-BUSY = Advice(word("It was too busy to control the axes"), REMEDY)
+COMPUTER_BUSY = Advice(word("It was too busy to control the axes"), REMEDY)
 
 
 def advice_for_code(code: int) -> Advice:
-    """The advice for an error code of 16 bits, by the longest entry that fits."""
+    """Return the advice for an error code of 16 bits, by the longest entry that fits."""
     digits = f"{code:04X}"
     return next((CODES[digits[:length]] for length in (4, 3, 2, 1) if digits[:length] in CODES), UNKNOWN_CODE)
 
 
 def advice_for_reason(reason: str) -> Advice:
-    """The advice for the reason of a stop, in the controller's words, by the first entry that fits."""
+    """Return the advice for the reason of a stop, in the controller's words, by the first entry that fits."""
     return next((advice for part, advice in REASONS.items() if part in reason), UNKNOWN_REASON)
 
 
 def faults_in(status: MachineStatus) -> Iterator[Fault]:
-    """The faults of machine, drives and nodes; the likeliest cause first, then the reason of the stop."""
+    """Yield the faults of machine, drives and nodes; the likeliest cause first, then the stop's reason."""
     stopped_by_itself = status.stage.stopped and is_fault(status.reason)
     if stopped_by_itself and missed_share(status) >= TOO_MANY:
         missed = tr(
@@ -65,7 +65,7 @@ def faults_in(status: MachineStatus) -> Iterator[Fault]:
             missed=status.missed_ticks,
             cycles=status.cycles,
         )
-        yield Fault(tr("Computer"), BUSY, missed)
+        yield Fault(tr("Computer"), COMPUTER_BUSY, missed)
     if stopped_by_itself:
         code = _EMCY.search(status.reason)
         advice = advice_for_code(int(code[1], 16)) if code else advice_for_reason(status.reason)
@@ -83,4 +83,4 @@ def faults_in(status: MachineStatus) -> Iterator[Fault]:
     for node in status.nodes:
         if status.stage.under_way and node.nmt_state != "operational":
             detail = f"node {node.node_id}: {node.nmt_state.replace('_', ' ')}"
-            yield Fault(node.name, NODE_SILENT, detail)
+            yield Fault(node.name, NODE_NOT_OPERATIONAL, detail)

@@ -27,7 +27,7 @@ class OffsetsCard:
                 self._choice = choice(
                     list(WORK_OFFSETS), tr("work offset"), "work-offset", on_change=self._choose
                 ).style("min-width: 130px")
-                self._value = ui.input(tr("this place is"), value="0").mark("touch-off-value")
+                self._value = ui.input(tr("present position is"), value="0").mark("touch-off-value")
                 self._value.props("inputmode=decimal").style("flex: 1 1 90px")
                 self._clear = button(tr("Clear"), self._ask_clear, "clear-offset", look="flat")
             self._places: dict[str, ui.label] = {}

@@ -91,7 +91,7 @@ class PowerCard:
         self._reason.set_text(f"{stage}: {reason}" if reason else stage)
 
     def _doubt(self, command: Command) -> str:
-        """What speaks against a command: drives are not to be led by a computer that is late."""
+        """Return an objection to a command: a computer that is late must not control drives."""
         return self._overload if command is Command.ENABLE else ""
 
 
@@ -139,7 +139,7 @@ def show_faults(faults: Sequence[Fault]) -> None:
 
 
 def node_rows(status: MachineStatus) -> list[tuple[str, str, str]]:
-    """Name, number and NMT state of each node."""
+    """Return name, node id and NMT state of each node."""
     signs = {"operational": "\N{BLACK CIRCLE}"}
     return [
         (

@@ -30,10 +30,11 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up")
 DIRECTIONS = ("\N{MINUS SIGN}", "+")
 """Of the motion after a reversal."""
 ARROW = "\N{RIGHTWARDS ARROW}"
-LATELY, FEWEST, ODD = 8, 3, 2.0
-"""Reversals in the median; how many it needs; the factor above it that makes one odd. Chosen."""
+MEDIAN_REVERSALS, MIN_REVERSALS, OUTLIER_RATIO = 8, 3, 2.0
+"""Bound the reversals of the median, from above and below, and the ratio of J to it that makes no outlier;
+chosen."""
 MIN_SCREW_POINTS = 2
-"""Points of a screw table that make a line."""
+"""Bounds the points of a screw table that are drawn as a line from below."""
 
 
 def indicator_figure(
@@ -43,7 +44,7 @@ def indicator_figure(
     required_m: float,
     look: Look,
 ) -> dict[str, Any]:
-    """One indicator of each reversal over the time of the run, one curve an axis; with J_required for J."""
+    """Return one indicator of each reversal over the run time, one curve an axis; with J_required for J."""
     theme, unit = look.theme, look.units.error
     data = []
     for number, axis in enumerate(dict.fromkeys([*axes, *(reversal.axis for reversal in reversals)])):
@@ -51,10 +52,10 @@ def indicator_figure(
         time_s = [reversal.report.cycle * reversal.period_s for reversal in found]
         values = [_scaled(getattr(reversal.report, indicator), unit.factor) for reversal in found]
         symbol = SYMBOLS[number % len(SYMBOLS)]
-        odd = odd_ones(values)
+        is_outlier = outliers(values)
         style = {
-            "symbol": [f"{symbol}-open" if is_odd else symbol for is_odd in odd],
-            "size": [12 if is_odd else 7 for is_odd in odd],
+            "symbol": [f"{symbol}-open" if outlier else symbol for outlier in is_outlier],
+            "size": [12 if outlier else 7 for outlier in is_outlier],
         }
         line = {"color": theme.curve(number), "width": 1}
         data.append(
@@ -67,17 +68,21 @@ def indicator_figure(
     return figure(data, layout, revision=indicator + look.units.name)
 
 
-def odd_ones(values: Sequence[float | None]) -> list[bool]:
-    """Which values are more than ODD times the median of the last before them; the chart marks them."""
-    odd = []
+def outliers(values: Sequence[float | None]) -> list[bool]:
+    """Return which values exceed OUTLIER_RATIO times the median of the previous ones."""
+    found = []
     for place, value in enumerate(values):
-        before = [one for one in values[max(place - LATELY, 0) : place] if one is not None]
-        odd.append(value is not None and len(before) >= FEWEST and value > ODD * statistics.median(before))
-    return odd
+        before = [one for one in values[max(place - MEDIAN_REVERSALS, 0) : place] if one is not None]
+        found.append(
+            value is not None
+            and len(before) >= MIN_REVERSALS
+            and value > OUTLIER_RATIO * statistics.median(before)
+        )
+    return found
 
 
 def error_figure(reversals: Sequence[Reversal], look: Look) -> dict[str, Any]:
-    """The error over the monitoring time after some reversals, one curve each."""
+    """Return the error over the monitoring time after some reversals, one curve each."""
     units, theme = look
     data = []
     for number, reversal in enumerate(reversals):
@@ -92,12 +97,12 @@ def error_figure(reversals: Sequence[Reversal], look: Look) -> dict[str, Any]:
 
 
 def _scaled(value: float, factor: float) -> float | None:
-    """None, which a plot leaves out, for what is no number."""
+    """Return the scaled value; None, which a plot leaves out, where it is not finite."""
     return value * factor if math.isfinite(value) else None
 
 
 def newest_of_each(reversals: Iterable[Reversal]) -> list[Reversal]:
-    """The last reversal of each axis and direction."""
+    """Return the last reversal of each axis and direction."""
     newest = {(reversal.axis, reversal.report.direction): reversal for reversal in reversals}
     return [newest[key] for key in sorted(newest, key=lambda key: (key[0], -key[1]))]
 
@@ -105,7 +110,7 @@ def newest_of_each(reversals: Iterable[Reversal]) -> list[Reversal]:
 def pulse_figure(
     functions: Mapping[str, Learned], part: Literal["durations", "amplitudes"], look: Look
 ) -> dict[str, Any]:
-    """The pulse duration T*(a), or its amplitude A*(a), as the control law reads it, and the learned points.
+    """Return the pulse duration T*(a) or amplitude A*(a) of the control law, and the learned points.
 
     `functions` are those of the versions by name.
     """
@@ -132,7 +137,7 @@ def pulse_figure(
 
 
 def screw_figure(points: Sequence[tuple[float, float, float]], look: Look) -> dict[str, Any]:
-    """The screw error and the lost motion over the travel; empty without a table."""
+    """Return the screw error and the lost motion over the travel; empty without a table."""
     if len(points) < MIN_SCREW_POINTS:
         return figure([], {}, revision="")
     units, theme = look
@@ -148,7 +153,7 @@ def screw_figure(points: Sequence[tuple[float, float, float]], look: Look) -> di
 
 
 def waveform_figure(learned: WaveformLearned | None, period_s: float, look: Look) -> dict[str, Any]:
-    """The force around a reversal, one curve for each reverse acceleration; empty without a waveform."""
+    """Return the force around a reversal, one curve a reverse acceleration; empty without a waveform."""
     if learned is None or not learned.waves_n:
         return figure([], {}, revision="")
     units, theme = look
@@ -163,7 +168,7 @@ def waveform_figure(learned: WaveformLearned | None, period_s: float, look: Look
 
 
 def version_rows(entries: Sequence[VersionEntry], units: UnitSystem) -> list[dict[str, Any]]:
-    """The versions of an axis as rows of a table, the newest first; `gain`: J before and after."""
+    """Return the versions of an axis as rows of a table, the newest first; `gain`: J before and after."""
     rows = []
     for entry in reversed(entries):
         name = tr("{version}, in use", version=entry.version) if entry.in_use else str(entry.version)
@@ -181,7 +186,7 @@ def version_rows(entries: Sequence[VersionEntry], units: UnitSystem) -> list[dic
 
 
 def roll_back_target(entries: Sequence[VersionEntry]) -> int | None:
-    """The version that a roll back takes into use; 0: none. None: no version is in use to go back from."""
+    """Return the version that a roll back puts into use, 0: no version; None if none is in use now."""
     in_use = next((entry.version for entry in entries if entry.in_use), None)
     if in_use is None:
         return None

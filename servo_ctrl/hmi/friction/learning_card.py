@@ -29,8 +29,8 @@ BUTTONS = {
 }
 LEARNER_NAMES = {
     "fast": word("fast (pulse)"),
-    "paper": word("as the paper (pulse)"),
-    "screw": word("screw and take-up"),
+    "paper": word("as published (pulse)"),
+    "screw": word("screw and lost motion"),
     "waveform": word("waveform"),
 }
 STAGES = {
@@ -43,7 +43,7 @@ STAGES = {
     "identify": word("friction without compensation"),
     "waveform": word("force around the reversals"),
     "travel": word("travelling along the screw"),
-    "check": word("checking what was learned"),
+    "check": word("verifying the result"),
 }
 """What a stroke is for, by the names of `learning.types.Stroke`."""
 LEARNING_STATES = {
@@ -55,7 +55,9 @@ LEARNING_STATES = {
     LearningState.FAILED: word("failed"),
     LearningState.ABORTED: word("aborted"),
 }
-WHAT_HELPS = word("Learn once more when the axis is warm, look for play and stick-slip, or ask for less.")
+REMEDY = word(
+    "Repeat learning when the axis is warm, check for backlash and stick-slip, or relax the requirement."
+)
 FIGURES = {
     "stage": word("stage"),
     "strokes": word("strokes"),
@@ -115,7 +117,7 @@ class LearningCard:
             self._required.set_value(f"{status.settings.required_m * units.error.factor:.6g}")
 
     def _axis_of(self, command: Command) -> str:
-        """A run is started for the chosen axis; the other commands are for the run that there is."""
+        """Return the chosen axis for the start of a run; the other commands concern the present run."""
         return str(self._axis.value) if command is Command.START_LEARNING else ""
 
     async def _set_learner(self, event: ValueChangeEventArguments[Any]) -> None:
@@ -134,7 +136,7 @@ class LearningCard:
 
 
 def headline(learning: LearningStatus, required_m: float, units: UnitSystem) -> str:
-    """State of the run in words; a run that is done says when J stays above `required_m`, and what helps."""
+    """Return the state of the run; after its end also whether J stays above `required_m`, and what helps."""
     if not learning.axis:
         return tr("No learning run yet.")
     state = tr("Axis {axis}: {state}", axis=learning.axis, state=tr(LEARNING_STATES[learning.state]))
@@ -146,12 +148,12 @@ def headline(learning: LearningStatus, required_m: float, units: UnitSystem) -> 
         state=state,
         best=best,
         required=required,
-        help=tr(WHAT_HELPS),
+        help=tr(REMEDY),
     )
 
 
 def learning_figures(learning: LearningStatus, units: UnitSystem) -> dict[str, str]:
-    """The run, or how the last one ended, in texts by the keys of FIGURES; "" where nothing is known."""
+    """Return the run, or the end of the last one, as texts by the keys of FIGURES; "" without a value."""
     best = ""
     if math.isfinite(learning.best_m):
         best = units.error.with_unit(learning.best_m)

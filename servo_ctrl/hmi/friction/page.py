@@ -11,10 +11,10 @@ from servo_ctrl.commands.command import Command
 from servo_ctrl.commands.local_messages import Hello
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.hmi.friction.figures import (
-    FEWEST,
     INDICATORS,
     MEAN,
-    ODD,
+    MIN_REVERSALS,
+    OUTLIER_RATIO,
     error_figure,
     indicator_figure,
     newest_of_each,
@@ -32,7 +32,7 @@ TITLE = word("Friction")
 SWITCHES = {
     "compensation": word("Compensation"),
     "observer": word("Disturbance observer"),
-    "screw": word("Screw and take-up"),
+    "screw": word("Screw and lost motion"),
     "waveform": word("Learned waveform"),
 }
 """By the ending of their commands, ENABLE_ and DISABLE_."""
@@ -100,8 +100,8 @@ class AxisFrictionCard:
         for key, label in self._values.items():
             label.set_text(texts[key])
         recent = recent_reversals_of(self._page.link)
-        lately_m = recent.lately_m(self._axis)
-        self._mean.set_text(error.with_unit(typical_m(lately_m, axis.error_mean_m)))
+        recent_errors_m = recent.recent_errors_m(self._axis)
+        self._mean.set_text(error.with_unit(median_error_m(recent_errors_m, axis.error_mean_m)))
         if recent.changed(self._axis) and axis.reversals:
             required = error.with_unit(required_m)
             self._required.set_text(
@@ -111,7 +111,7 @@ class AxisFrictionCard:
                 )
             )
         else:
-            self._required.set_text(judged(lately_m, axis.error_mean_m, required_m, error))
+            self._required.set_text(requirement_text(recent_errors_m, axis.error_mean_m, required_m, error))
         if axis.learning_due:
             self._due.show(tr("⚠ learning due"), "warn")
         elif not axis.reversals:
@@ -128,24 +128,26 @@ class AxisFrictionCard:
         await self._page.command(Command[f"{'ENABLE' if on else 'DISABLE'}_{name.upper()}"], self._axis)
 
 
-def typical_m(lately_m: Sequence[float], last_m: float) -> float:
-    """The median J of the last reversals; that of the very last where they are too few."""
-    return statistics.median(lately_m) if len(lately_m) >= FEWEST else last_m
+def median_error_m(recent_m: Sequence[float], last_m: float) -> float:
+    """Return the median J of the last reversals; that of the very last where they are too few."""
+    return statistics.median(recent_m) if len(recent_m) >= MIN_REVERSALS else last_m
 
 
-def judged(lately_m: Sequence[float], last_m: float, required_m: float, error: DisplayUnit) -> str:
-    """What the large figure is, whether it keeps J_required, and whether the very last reversal is odd."""
-    shown_m = typical_m(lately_m, last_m)
+def requirement_text(recent_m: Sequence[float], last_m: float, required_m: float, error: DisplayUnit) -> str:
+    """Return the text on the shown J: its name, whether it exceeds J_required, and an outlier at the end."""
+    shown_m = median_error_m(recent_m, last_m)
     text = tr("J; required {required}", required=error.with_unit(required_m))
-    if len(lately_m) >= FEWEST:
+    if len(recent_m) >= MIN_REVERSALS:
         required = error.with_unit(required_m)
         text = tr(
-            "J, median of the last {count}; required {required}", count=len(lately_m), required=required
+            "J, median of the last {count}; required {required}",
+            count=len(recent_m),
+            required=required,
         )
     if shown_m > required_m:
         text += tr(" — above it")
-    if len(lately_m) >= FEWEST and last_m > ODD * shown_m:
-        text += tr("; the last one is odd: {last}", last=error.with_unit(last_m))
+    if len(recent_m) >= MIN_REVERSALS and last_m > OUTLIER_RATIO * shown_m:
+        text += tr("; the last one is an outlier: {last}", last=error.with_unit(last_m))
     return text
 
 

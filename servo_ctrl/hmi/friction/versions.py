@@ -62,7 +62,7 @@ class VersionsCard:
         """The version that is drawn beside the one in use."""
         ui.add_css(TABLE_CSS)
         names = [axis.name for axis in hello.axes]
-        with card(tr("What was learned"), "learned"):
+        with card(tr("Learned results"), "learned"):
             with div("bench-row"):
                 self._axis = toggle(names, "learned-axis", names[0])
                 self._kind = toggle(translated(KINDS), "learned-kind", "pulse")
@@ -162,12 +162,12 @@ class VersionsCard:
 
 
 def learned_of(entry: VersionEntry | None) -> Any:
-    """What a version has learned; None without one, or where it cannot be used."""
+    """Return what a version has learned; None without one, or where it cannot be used."""
     return None if entry is None or entry.result is None else entry.result.learned.learned()
 
 
 def version_in_use(axis: AxisStatus, kind: str) -> int:
-    """The version of a kind that acts on an axis, 0 = none."""
+    """Return the version of a kind that acts on an axis, 0 = none."""
     return {"pulse": axis.version, "screw": axis.screw.version, "waveform": axis.waveform.version}[kind]
 
 

@@ -19,9 +19,9 @@ from servo_ctrl.units import with_signs
 DEEPEST = 6
 """Bounds how far a message that a node had a part in is taken to pieces; ours have three levels."""
 LONGEST = 2000
-"""Longer texts are shown as they came; ours have some 300 characters."""
+"""Bounds the characters of a text that is translated; chosen: the longest message has about 300."""
 KEPT = 2000
-"""Translations that are kept: pages ask for the same ones five times a second."""
+"""Bounds the cached translations; chosen: pages ask for the same ones five times a second."""
 PARTS_OF = {"report": ("report", "diagnosis")}
 """The folders of a part that has those of another one, too."""
 SIGNS = {"; ": 1, ": ": 1, ", ": 20}
@@ -41,22 +41,22 @@ class _Template(NamedTuple):
 
 
 def controller_text(text: str, language: str | None = None) -> str:
-    """A message of the controller in a language, else that of the page, with the signs of its units."""
+    """Return a controller's message in a language, else that of the page, with the signs of its units."""
     return _shown(text, language, "controller")
 
 
 def diagnosis_text(text: str) -> str:
-    """A text of reconcile, such as the explanation of a finding, in the language of the page."""
+    """Return a text of reconcile, such as the explanation of a finding, in the language of the page."""
     return _shown(text, None, "diagnosis")
 
 
 def report_text(text: str, language: str) -> str:
-    """A sentence, heading or name of a diagnosis' report in a language, also with a capital first letter."""
+    """Return a sentence, heading or name of a diagnosis report in a language, also if capitalized."""
     return whole_sentence(text, language) or _translated(text, language, "report")
 
 
 def whole_sentence(text: str, language: str) -> str | None:
-    """The same where one template with words enough is all of it; None where there is none."""
+    """Return the translation by one long template that matches the whole text; None without one."""
     if len(text) > LONGEST:
         return None
     whole = _by_template(text, language, "report", DEEPEST, SENTENCE)
@@ -73,7 +73,7 @@ def _shown(text: str, language: str | None, part: str) -> str:
 
 @cache
 def _templates(language: str, part: str) -> list[_Template]:
-    """The templates, those with the most text of their own first: they are the most specific."""
+    """Return the templates, those with the most text of their own first: they are the most specific."""
     entries = [entry for one in PARTS_OF.get(part, (part,)) for entry in catalogue(language, one).items()]
     ordered = sorted(entries, key=lambda entry: -len(_PLACE.sub("", entry[0])))
     return [
@@ -93,7 +93,7 @@ def _translated(text: str, language: str, part: str) -> str:
 
 
 def _piece(text: str, language: str, part: str, depth: int) -> str:
-    """A text by its template; else in two parts: at a colon before a template, or at the first sign."""
+    """Translate a text by its template; else in two parts, at a colon before a template or at a sign."""
     if not depth or not text:
         return text
     whole = _by_template(text, language, part, depth)
@@ -115,7 +115,7 @@ def _piece(text: str, language: str, part: str, depth: int) -> str:
 
 
 def _by_template(text: str, language: str, part: str, depth: int, least: int = 0) -> str | None:
-    """The text by the template that is all of it, its arguments likewise; None where there is none.
+    """Return the translation by the template that matches the whole text with its arguments, else None.
 
     `least`: characters of its own that the template has at least.
     """

@@ -30,7 +30,7 @@ class CurrentLanguage:
 
 @cache
 def catalogue(language: str, part: str = "pages") -> Mapping[str, str]:
-    """The texts of a language by their English ones; none for English itself.
+    """Return the texts of a language by their English ones; none for English itself.
 
     `part` is a folder of its files: "pages", or "controller" for what the machine and its files say.
     """
@@ -47,7 +47,7 @@ def word(text: str) -> str:
 
 
 def tr(text: str, /, **values: object) -> str:
-    """The text in the language of the page, with these values at its {placeholders}."""
+    """Return the text in the language of the page, with these values at its {placeholders}."""
     shown = catalogue(CurrentLanguage.find()).get(text, text)
     return shown.format(**values) if values else shown
 
@@ -57,14 +57,14 @@ def translated(texts: Mapping[Key, str]) -> dict[Key, str]: ...
 @overload
 def translated(texts: tuple[str, ...]) -> tuple[str, ...]: ...
 def translated(texts: Mapping[Key, str] | tuple[str, ...]) -> dict[Key, str] | tuple[str, ...]:
-    """Constants that were marked by `word`, in the language of the page."""
+    """Return constants that were marked by `word`, in the language of the page."""
     if isinstance(texts, tuple):
         return tuple(tr(text) for text in texts)
     return {key: tr(text) for key, text in texts.items()}
 
 
 def chosen_language(cookie: str | None, accepted: str, default: str | None) -> str:
-    """The language of a visitor.
+    """Return the language of a visitor.
 
     That of the cookie, in which a choice on the page is kept; else `default`, the option of whoever started
     the page; else the first known one of the header Accept-Language.
@@ -73,9 +73,9 @@ def chosen_language(cookie: str | None, accepted: str, default: str | None) -> s
         return cookie
     if default in LANGUAGES:
         return default
-    wishes = []
-    for place, wish in enumerate(accepted.split(",")[:20]):
-        code, _, parameter = wish.strip().partition(";")
+    preferences = []
+    for place, preference in enumerate(accepted.split(",")[:20]):
+        code, _, parameter = preference.strip().partition(";")
         quality = _QUALITY.fullmatch(parameter.strip())
-        wishes.append((-float(quality[1]) if quality else -1.0, place, code.partition("-")[0].lower()))
-    return next((code for quality, _, code in sorted(wishes) if quality and code in LANGUAGES), ENGLISH)
+        preferences.append((-float(quality[1]) if quality else -1.0, place, code.partition("-")[0].lower()))
+    return next((code for quality, _, code in sorted(preferences) if quality and code in LANGUAGES), ENGLISH)

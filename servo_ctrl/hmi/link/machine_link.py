@@ -38,17 +38,22 @@ from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.hmi.link.row_ring import RowRing
 
 KEPT_ROWS_S = 60.0
-"""Time span of the rows that are kept: the longest time base of the scope."""
+"""Time span of the rows that are kept, seconds; from the longest time base of the scope."""
 MAX_ROWS = 120_000
 """Bounds the memory where the cycle is shorter than 0.5 ms: 27 channels take some 50 MB."""
 MAX_REVERSALS = 500
+"""Bounds the reversals that are kept; chosen."""
 ANSWER_TIMEOUT_S = 2.0
-"""The controller accesses an object within one second; other answers come at once."""
+"""Bounds the wait for an answer, seconds; chosen: the controller accesses an object within one second and
+gives other answers at once."""
 CONNECT_TIMEOUT_S = 2.0
+"""Bounds the wait for a connection, seconds; chosen."""
 SILENCE_TIMEOUT_S = 3.0
-"""The status comes ten times a second; a connection without it for so long is lost."""
+"""Bounds the time without a status before the connection counts as lost, seconds; chosen: a status is sent
+ten times a second."""
 FIRST_RETRY_S, LONGEST_RETRY_S = 0.1, 2.0
-"""Delay before connecting again; it doubles with each failure."""
+"""Bound the delay before the next attempt to connect, seconds; chosen. The delay doubles with each
+failure."""
 
 NO_CONNECTION = "there is no connection to the controller"
 

@@ -28,6 +28,7 @@ from servo_ctrl.hmi.shell.live_content import when_connected
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import (
     CROSS,
+    add_tooltip,
     button,
     card,
     choice,
@@ -35,7 +36,6 @@ from servo_ctrl.hmi.shell.parts import (
     div,
     errors_notified,
     faint,
-    meant,
     named,
     note,
     notify,
@@ -44,9 +44,9 @@ from servo_ctrl.hmi.shell.parts import (
 
 TITLE = word("Motion")
 _ONE_CHECK = asyncio.Semaphore(1)
-"""The process checks one program at a time: STOP must not wait behind ten of them."""
+"""Limits the process to one check of a program at a time, because STOP is served by the same process."""
 PATIENCE_S = 3.0
-"""A check that takes longer says so, and for how long already."""
+"""Duration of a check from which the page shows the elapsed time, seconds; chosen."""
 
 
 def build(page: OpenPage) -> None:
@@ -96,7 +96,7 @@ class ProgramEditor:
                         "first-line"
                     )
                     self._entry.on("change", self._text_changed)
-                    meant(
+                    add_tooltip(
                         self._entry,
                         tr(
                             "Run from there, with what the lines before have set. The axes go first, "
@@ -183,7 +183,7 @@ class ProgramEditor:
         return await check
 
     def _reading(self, first_line: int) -> ReadingOptions:
-        """What the controller will read a part program with, as far as the page knows."""
+        """Return what the controller will read a part program with, as far as the page knows."""
         status = self._page.link.status
         offsets = status.program.offsets_m if status is not None else ()
         zeros = {offset.name: dict(zip(self._axes, offset.zero_m, strict=False)) for offset in offsets}

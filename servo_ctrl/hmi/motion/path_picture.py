@@ -15,13 +15,14 @@ from servo_ctrl.hmi.shell.plots import Theme
 from servo_ctrl.hmi.shell.units import MINUS, DisplayUnit
 
 MARGIN = 0.07
-"""Free space on each side, as a share of the larger extent."""
+"""Free space on each side, as a share of the larger extent; chosen."""
 MIN_ASPECT_RATIO = 0.45
-"""Least ratio of height to width, and of width to height: a straight path still gets an area."""
+"""Bounds the ratio of height to width, and of width to height, from below; chosen: a straight path needs
+an area."""
 MIN_SPAN_M = 1e-6
-"""Extent of a path of a single point."""
+"""Bounds the extent of a path from below, metres; chosen, for a path of a single point."""
 GRID_LINES = 5
-"""About as many grid lines in each direction."""
+"""Approximate number of grid lines in each direction; chosen."""
 
 
 class Tick(NamedTuple):
@@ -43,7 +44,7 @@ class PathPicture(NamedTuple):
     vertical: tuple[Tick, ...]
 
     def place_of(self, x_m: float, y_m: float) -> tuple[float, float] | None:
-        """A position in per cent from left and top; None outside of the picture."""
+        """Return a position in per cent from left and top; None outside of the picture."""
         left = 100.0 * (x_m - self.left_m) / self.width_m
         top = 100.0 * (self.top_m - y_m) / self.height_m
         return (left, top) if 0.0 <= left <= 100.0 and 0.0 <= top <= 100.0 else None
@@ -85,7 +86,7 @@ def path_picture(path_m: Array, speed_m_s: Array, unit: DisplayUnit, theme: Them
 def _coloured_stretches(
     x: Array, y: Array, speed_m_s: Array, colours: tuple[str, ...]
 ) -> list[tuple[str, str]]:
-    """Colour and SVG path of each stretch of one colour; neighbours share their common point."""
+    """Return colour and SVG path of each stretch of one colour; neighbours share their common point."""
     if len(x) < 2:
         return [(colours[0], f"M{x[0]:.1f} {y[0]:.1f}h0")]
     top = max(float(speed_m_s.max()), 1e-12)
@@ -99,7 +100,7 @@ def _coloured_stretches(
 
 
 def _ticks(lowest_m: float, highest_m: float, unit: DisplayUnit) -> list[tuple[str, float]]:
-    """Round values of the unit between the bounds, as text and in metres."""
+    """Return round values of the unit between the bounds, as text and in metres."""
     lowest, highest = lowest_m * unit.factor, highest_m * unit.factor
     step = round_step((highest - lowest) / GRID_LINES)
     first, last = math.ceil(lowest / step), math.floor(highest / step)
@@ -107,6 +108,6 @@ def _ticks(lowest_m: float, highest_m: float, unit: DisplayUnit) -> list[tuple[s
 
 
 def round_step(least: float) -> float:
-    """The smallest of 1, 2, 5 times a power of ten that is not below `least`, but for rounding."""
+    """Return the smallest of 1, 2, 5 times a power of ten that is not below `least`, but for rounding."""
     power = 10.0 ** math.floor(math.log10(least))
     return next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= least * (1.0 - 1e-9))

@@ -13,7 +13,7 @@ from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import ELLIPSIS, captioned, card, div, named
 
 MAX_HEIGHT_PX = 460
-"""Height of the picture on a wide screen; the form beside it is as high."""
+"""Bounds the height of the picture on a wide screen, pixels; chosen: the height of the form beside it."""
 
 
 class PathPreview:
@@ -105,7 +105,7 @@ class PathPreview:
 
 
 def drawn_plane(preview: Preview) -> tuple[int, int]:
-    """The two axes that travel furthest, in the order of the machine; a single axis is drawn over itself."""
+    """Return the two axes of the longest travel, in the order of the machine; a single axis twice."""
     if len(preview.axes) == 1:
         return (0, 0)
     first, second = sorted(np.argsort(np.ptp(preview.position_m, axis=0), kind="stable")[-2:].tolist())

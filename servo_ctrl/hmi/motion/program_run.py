@@ -119,7 +119,7 @@ class ProgramRun:
 
 
 def step_text(program: ProgramStatus, stage: Stage) -> str:
-    """How far the program is, or what is missing before it can be started."""
+    """Return how far the program is, or what is missing before it can be started."""
     if program.preparing:
         return tr("is being checked …")
     line = tr(", line {line}", line=program.line) if program.line else ""

@@ -22,11 +22,11 @@ MAX_PROGRAMS = 500
 """Bounds the list that a browser gets."""
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]{0,79}")
 MAX_POINTS = 4000
-"""Points of the path that a browser gets: more than a screen has pixels across."""
+"""Bounds the points of the path that a browser gets; chosen: more than a screen has pixels across."""
 
 
 def programs_in(directory: Path) -> list[str]:
-    """The names of the programs, sorted; none where there is no such directory."""
+    """Return the names of the programs, sorted; none where there is no such directory."""
     try:
         found = [entry.name for entry in directory.iterdir() if _is_program(entry.name) and entry.is_file()]
     except OSError:

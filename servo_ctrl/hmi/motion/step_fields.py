@@ -24,7 +24,7 @@ _UNITS = {
 }
 """By the ending of a key; longer endings first."""
 MAX_DEPTH = 8
-"""Nested levels of a step that the form accepts; a valid step has three."""
+"""Bounds the nested levels of a step that the form accepts; chosen: a valid step has three."""
 WITHOUT_FORM = frozenset({"samples"})
 """Kinds of step that name columns of a file: they are edited as text."""
 MODELS: dict[str, type[BaseModel]] = {
@@ -56,7 +56,7 @@ class StepField(NamedTuple):
 
 
 def fields_of(kind: str, axes: Sequence[str]) -> list[StepField]:
-    """The fields of a kind of step, in the order of its type."""
+    """Return the fields of a kind of step, in the order of its type."""
     schema = MODELS[kind].model_json_schema()
     found = []
     for key, described in schema["properties"].items():
@@ -81,7 +81,7 @@ def _fields(key: str, described: dict[str, Any], required: bool, axes: Sequence[
 
 
 def shown_value(step: dict[str, Any], field: StepField) -> str:
-    """The value of a field as the form shows it; "" where the step has none."""
+    """Return the value of a field as the form shows it; "" where the step has none."""
     value = step.get(field.key)
     if field.axis:
         value = value.get(field.axis) if isinstance(value, dict) else None
@@ -126,7 +126,7 @@ def _value(field: StepField, written: str) -> Any:
 
 
 def steps_of(text: str) -> list[dict[str, Any]] | None:
-    """The steps of a program's text; None where the form cannot show them, for whatever reason."""
+    """Return the steps of a program's text; None where the form cannot show them, for whatever reason."""
     try:
         document = tomllib.loads(text)
     except (ValueError, RecursionError):  # numbers of 5000 digits and deep nesting are no TOMLDecodeError
@@ -152,12 +152,12 @@ def _is_deeper(value: Any, levels: int) -> bool:
 
 
 def text_of(steps: list[dict[str, Any]]) -> str:
-    """The text of a program file with these steps."""
+    """Return the text of a program file with these steps."""
     return toml_text({"format": FORMAT, "step": steps})
 
 
 def caption_of(step: dict[str, Any]) -> str:
-    """The kind and the first values of a step, so that it can be found without opening it."""
+    """Return the kind and the first values of a step, so that it can be found without opening it."""
     shown = [str(step["kind"])]
     for key, value in step.items():
         if key in {"kind", "label"}:

@@ -18,7 +18,7 @@ from servo_ctrl.hmi.motion.step_fields import (
     steps_of,
     text_of,
 )
-from servo_ctrl.hmi.shell.parts import button, div, faint, meant
+from servo_ctrl.hmi.shell.parts import add_tooltip, button, div, faint
 
 
 class StepForm:
@@ -75,7 +75,7 @@ class StepForm:
             typed.on("change", lambda: put(typed.value))
             shown = typed.props("inputmode=decimal" if field.kind in {"number", "integer"} else "")
         mark += f"-{field.axis}" if field.axis else ""
-        meant(shown.props("stack-label").mark(mark), tr(field.meaning))
+        add_tooltip(shown.props("stack-label").mark(mark), tr(field.meaning))
 
     def _adder(self) -> None:
         with div("bench-row"):

@@ -10,14 +10,14 @@ from servo_ctrl.hmi.shell.plots import ORANGE, PURPLE, Theme
 from servo_ctrl.hmi.shell.units import DisplayUnit, UnitSystem
 
 MAX_CHANNELS = 8
-"""Channels that are drawn at once: as many as there are colours."""
+"""Bounds the channels that are drawn at once; from the number of colours."""
 DEVIATIONS = ("position_error_m", "correction_m")
 """Endings of channels that are lengths of micrometres."""
 LEGEND_PERCENT, TIME_AXIS_PERCENT, GAP_PERCENT = 9.0, 14.0, 4.0
-"""Shares of the chart's height: above the panes, below them, and between two of them."""
+"""Shares of the chart's height above the panes, below them, and between two of them, per cent; chosen."""
 CURSOR_COLOURS = {"A": ORANGE, "B": PURPLE}
 _DECIMALS = {"s": 3, "N": 2, "A": 3}
-"""By unit, where the unit system has no say."""
+"""Decimals by unit, for units outside the unit system; chosen."""
 
 
 class ShownChannel(NamedTuple):
@@ -45,7 +45,7 @@ class ShownChannel(NamedTuple):
         return f"{self.title}{scale}{f' {self.offset:+g}' if self.offset else ''}"
 
     def drawn(self, shown: float) -> float:
-        """Where a shown value is drawn."""
+        """Return where a shown value is drawn."""
         return shown * self.scale + self.offset
 
 
@@ -62,7 +62,7 @@ class ScopeLayout(NamedTuple):
 
 
 def channel_unit(name: str, unit: str, units: UnitSystem) -> DisplayUnit:
-    """How a channel of this SI unit is shown."""
+    """Return how a channel of this SI unit is shown."""
     if unit == "m":
         return units.error if name.endswith(DEVIATIONS) else units.length
     if unit == "m/s":
@@ -71,12 +71,12 @@ def channel_unit(name: str, unit: str, units: UnitSystem) -> DisplayUnit:
 
 
 def time_unit(span_s: float) -> DisplayUnit:
-    """The unit of the time axis."""
+    """Return the unit of the time axis."""
     return DisplayUnit("ms", 1e3, 1) if span_s < 2.0 else DisplayUnit("s", 1.0, 4)
 
 
 def panes_of(channels: Sequence[ShownChannel]) -> list[str]:
-    """The units, each of which has a pane, in the order of the channels."""
+    """Return the units, each of which has a pane, in the order of the channels."""
     return list(dict.fromkeys(channel.unit.unit for channel in channels))
 
 
@@ -150,7 +150,7 @@ def _level_line(level: float) -> dict[str, Any]:
 
 
 def _cursor_lines(pane: int, layout: ScopeLayout, time: DisplayUnit) -> Options:
-    """Both cursors in one pane, as marks of a series without points."""
+    """Return both cursors in one pane, as marks of a series without points."""
     lines = [
         {
             "xAxis": at_s * time.factor,

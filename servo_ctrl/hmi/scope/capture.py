@@ -45,7 +45,7 @@ class CaptureState(NamedTuple):
 def advance(
     settings: CaptureSettings, state: CaptureState, triggers: Sequence[int], newest: int
 ) -> CaptureState:
-    """The next state, with the triggers since the last call (rising row numbers) and the rows [.., newest).
+    """Return the next state, by the triggers since the last call (rising row numbers) and the rows so far.
 
     A trigger within a window is ignored; the first one after its end counts. Of several windows that were
     completed since the last call, the last one is kept.

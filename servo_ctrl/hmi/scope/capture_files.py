@@ -22,6 +22,7 @@ from servo_ctrl.recording.recorder import HEADER_FILE, RecordingError
 
 CSV_FILE, PICTURE_FILE, PART_FILE = "scope.csv", "scope.png", "part-00000.parquet"
 PICTURE_WIDTH_PX = 1200
+"""Width of a saved picture, pixels; chosen."""
 _ONE_CAPTURE = threading.Lock()
 """One capture is saved at a time: a minute of rows takes some 100 MB while it is written."""
 

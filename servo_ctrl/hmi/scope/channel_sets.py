@@ -19,6 +19,7 @@ FILE = "scope_sets.json"
 MAX_SETS = 100
 """Bounds the file and the list that a browser gets."""
 MAX_BYTES = 1_000_000
+"""Bounds the file of the channel sets; chosen."""
 Name = Annotated[str, StringConstraints(max_length=120)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
@@ -51,7 +52,7 @@ _SETS = TypeAdapter(dict[Name, ChannelSet])
 
 
 def load_sets(directory: Path) -> dict[str, ChannelSet]:
-    """The sets by name; none where there is no file. Raises SetsError."""
+    """Return the sets by name; none where there is no file. Raises SetsError."""
     path = directory / FILE
     try:
         with path.open(encoding="utf-8") as file:

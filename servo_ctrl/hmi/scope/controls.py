@@ -18,6 +18,7 @@ from servo_ctrl.hmi.shell.parts import choice, div, with_small_print
 from servo_ctrl.hmi.shell.units import DisplayUnit, UnitSystem
 
 SPANS_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)
+"""Offered time bases, seconds; chosen."""
 KINDS: dict[TriggerKind, str] = {
     "free": word("free running"),
     "reversal": word("reversal of an axis"),
@@ -27,8 +28,9 @@ KINDS: dict[TriggerKind, str] = {
 }
 MODES: dict[TriggerMode, str] = {"auto": word("Auto"), "normal": word("Normal"), "single": word("Single")}
 BEFORE_PERCENT = (0, 10, 25, 50, 75, 90)
+"""Offered shares of the window before the trigger, per cent; chosen."""
 AUTO_WAIT_S = 0.5
-"""Mode auto: time without a trigger after which the scope runs free."""
+"""Mode auto: time without a trigger after which the scope is free running, seconds; chosen."""
 FIRST_CHANNELS = ("position_error_m", "velocity_command_m_s")
 """Channels of each axis that a scope shows when it is opened."""
 
@@ -53,18 +55,18 @@ class ScopeChoices:
     cursors: dict[str, float] = field(default_factory=dict)
 
     def settings(self, period_s: float) -> CaptureSettings:
-        """The settings of the capture, in rows."""
+        """Return the settings of the capture, in rows."""
         span = max(round(self.span_s / period_s), 2)
         free = self.kind == "free"
         before = 0 if free else round(span * self.before_percent / 100.0)
         return CaptureSettings(span, before, self.mode, free, round(AUTO_WAIT_S / period_s))
 
     def before_s(self) -> float:
-        """The time that is shown before zero, seconds."""
+        """Return the time that is shown before zero, seconds."""
         return self.span_s * (1.0 if self.kind == "free" else self.before_percent / 100.0)
 
     def trigger(self, hello: Hello, units: UnitSystem) -> Trigger:
-        """The trigger, in SI units."""
+        """Return the trigger, in SI units."""
         places = {channel.name: place for place, channel in enumerate(hello.channels)}
         if self.kind == "free":
             return Trigger()
@@ -78,7 +80,7 @@ class ScopeChoices:
         return Trigger(self.kind, (places[channel.name],), self.level / factor, hysteresis)
 
     def shown_channels(self, hello: Hello, units: UnitSystem) -> list[ShownChannel]:
-        """The channels that are drawn; those that the machine lacks are left out."""
+        """Return the channels that are drawn; those that the machine lacks are left out."""
         known = {
             channel.name: (place, channel_unit(channel.name, channel.unit, units))
             for place, channel in enumerate(hello.channels)
@@ -92,7 +94,7 @@ class ScopeChoices:
         ]
 
     def math(self, hello: Hello) -> list[MathChannel]:
-        """The computed channels; expressions that do not fit the machine are left out."""
+        """Return the computed channels; expressions that do not fit the machine are left out."""
         names = {channel.name: place for place, channel in enumerate(hello.channels)}
         found = []
         for text in self.expressions:
@@ -102,18 +104,18 @@ class ScopeChoices:
 
 
 def axis_of(source: str, hello: Hello) -> str:
-    """The axis of a channel; the first axis where it has none."""
+    """Return the axis of a channel; the first axis where it has none."""
     axis = source.rpartition(".")[0]
     return axis if axis in {entry.name for entry in hello.axes} else hello.axes[0].name
 
 
 def _channel_options(names: Sequence[str]) -> dict[str, str]:
-    """By name: the words for a channel, and in a second line its small print."""
+    """Return by name: the title of a channel, and in a second line its small print."""
     return {name: f"{channel_title(name)}\n{channel_small_print(name)}" for name in names}
 
 
 def first_choices(hello: Hello) -> ScopeChoices:
-    """The choices of a scope that was just opened."""
+    """Return the choices of a scope that was just opened."""
     names = [f"{axis.name}.{channel}" for channel in FIRST_CHANNELS for axis in hello.axes]
     return ScopeChoices(names[:MAX_CHANNELS])
 
@@ -148,7 +150,7 @@ class ScopeFields:
                 self._number(tr("Hysteresis"), "hysteresis", choices.hysteresis).props("min=0"),
             ]
             before = {percent: f"{percent} %" for percent in BEFORE_PERCENT}
-            self._select(before, "before_percent", tr("Before it"), "110px")
+            self._select(before, "before_percent", tr("Pre-trigger"), "110px")
             mode = ui.toggle(translated(MODES), value=choices.mode).props("unelevated").mark("scope-mode")
             mode.on_value_change(self._setter("mode", "capture"))
         self.refresh()

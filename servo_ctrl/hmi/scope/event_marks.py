@@ -25,7 +25,7 @@ class EventMark(NamedTuple):
 def event_marks(
     events: Sequence[EventEntry], rows: CapturedRows, origin: int, cycle_place: int, period_s: float
 ) -> list[EventMark]:
-    """The events whose cycle is within the rows (n, channels), in the order of time."""
+    """Return the events whose cycle is within the rows (n, channels), in the order of time."""
     if not len(rows.values) or not events:
         return []
     cycles = rows.values[:, cycle_place]
@@ -39,5 +39,5 @@ def event_marks(
 
 
 def marks_text(marks: Sequence[EventMark]) -> str:
-    """The marks in words, one a line, by their numbers in the picture."""
+    """Return the marks in words, one a line, by their numbers in the picture."""
     return "\n".join(f"{number}  {mark.text}" for number, mark in enumerate(marks, start=1))

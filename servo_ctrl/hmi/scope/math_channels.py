@@ -53,7 +53,7 @@ class MathChannel(NamedTuple):
     tree: ast.expr
 
     def values(self, rows: Array, places: Mapping[str, int], period_s: float) -> Array:
-        """The values (n - 1,) of all rows (n, channels) but the first, which is the row before; SI units."""
+        """Return the values (n - 1,), SI, of rows (n, channels); the first row is the one before."""
         with np.errstate(all="ignore"):
             found = np.asarray(_evaluated(self.tree, rows, places, period_s), dtype=np.float64)
         whole = np.broadcast_to(found, (len(rows),))[1:]
@@ -103,7 +103,7 @@ def _check(node: ast.expr, names: Mapping[str, int]) -> None:
 
 
 def _name(node: ast.expr) -> str:
-    """A channel's name; "" for what is none."""
+    """Return a channel's name; "" for what is none."""
     match node:
         case ast.Name(id=name):
             return name

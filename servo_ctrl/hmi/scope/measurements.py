@@ -12,8 +12,8 @@ from servo_ctrl.hmi.shell.live_content import TextTable
 from servo_ctrl.hmi.shell.units import NO_VALUE
 
 HEAD = (
-    word("least"),
-    word("greatest"),
+    word("minimum"),
+    word("maximum"),
     word("peak to peak"),
     word("mean"),
     word("RMS"),
@@ -43,7 +43,7 @@ class MeasurementTable:
 
 
 def between(rows: CapturedRows, origin: int, cursors: Mapping[str, float], period_s: float) -> Array:
-    """The rows between both cursors, those at the cursors too; all of them where one is missing."""
+    """Return the rows between both cursors, those at the cursors too; all of them where one is missing."""
     if len(cursors) < 2:
         return rows.values
     first, last = sorted(origin + round(at_s / period_s) - rows.first for at_s in cursors.values())
@@ -51,7 +51,7 @@ def between(rows: CapturedRows, origin: int, cursors: Mapping[str, float], perio
 
 
 def line_of(channel: ShownChannel, values: Array, period_s: float) -> list[str]:
-    """Name, values in the unit of the channel, frequency and unit; cycles without a value are left out."""
+    """Return name, values in the channel's unit, frequency and unit; cycles without a value are omitted."""
     there = values[np.isfinite(values)]
     if not len(there):
         return [channel.title, *([NO_VALUE] * 6), channel.unit.unit]
@@ -64,7 +64,7 @@ def line_of(channel: ShownChannel, values: Array, period_s: float) -> list[str]:
 
 
 def frequency_hz(values: Array, period_s: float) -> float:
-    """By the rising crossings of the mean, with a tenth of the peak to peak as hysteresis; 0 = too few."""
+    """Return the frequency by rising crossings of the mean, hysteresis 10 % of peak to peak; 0: too few."""
     there = np.where(np.isfinite(values), values, np.nanmean(values)) if len(values) else values
     if not len(there) or there.max() == there.min():
         return 0.0

@@ -89,11 +89,11 @@ class Scope:
                     tr("Hold"), self._toggle_hold, "scope-hold", icon="pause", look="unelevated"
                 )
                 self._arm = button(tr("Arm"), self._rearm, "scope-arm", icon="adjust")
-                button(tr("Save what is seen"), self._save, "scope-save", icon="save")
+                button(tr("Save view"), self._save, "scope-save", icon="save")
                 self._state = Pill("scope-state")
                 self._rate = LiveLabel().classes("bench-faint num").mark("scope-rate")
                 self._clock = LiveLabel().classes("bench-faint num").mark("scope-clock")
-                button(tr("Whole picture"), self._end_zoom, "scope-whole", look="flat")
+                button(tr("Full view"), self._end_zoom, "scope-whole", look="flat")
             add_sets(page, choices)
             MathFields(hello, choices, self._on_math)
         with panel(tr("Scope")):
@@ -185,7 +185,7 @@ class Scope:
         gap = tr("{missing} cycles of this picture have no row: time is too short by them.", missing=missing)
         self._gap.set_text(gap if missing > 0 else "")
         self._state.show(*stream.state())
-        self._hold.set_text(tr("Go on") if stream.hold else tr("Hold"))
+        self._hold.set_text(tr("Continue") if stream.hold else tr("Hold"))
         self._hold.props(f"icon={'play_arrow' if stream.hold else 'pause'}")
         self._arm.set_visibility(not stream.settings.free)
 

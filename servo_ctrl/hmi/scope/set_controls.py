@@ -18,7 +18,7 @@ from servo_ctrl.hmi.shell.parts import button, choice, div, errors_notified, fai
 from servo_ctrl.hmi.shell.units import UNIT_SYSTEMS
 
 MAX_EXPRESSIONS = 4
-"""Computed channels of one scope: each is computed for every picture."""
+"""Bounds the computed channels of one scope; chosen: each is computed for every frame."""
 
 
 class SetFields:
@@ -71,13 +71,13 @@ class SetFields:
 
 
 def set_of(choices: ScopeChoices, units: str) -> ChannelSet:
-    """What is kept of the choices; cursors are not."""
+    """Return what is kept of the choices; cursors are not."""
     fields = {name: getattr(choices, name) for name in ChannelSet.model_fields if name != "units"}
     return ChannelSet.model_validate({"units": units, **fields})
 
 
 def choices_of(kept: ChannelSet, units: str) -> ScopeChoices:
-    """The choices of a set; its limits and offsets hold for the units alone in which they were kept."""
+    """Return the choices of a set; its limits and offsets hold only for the units they were saved in."""
     fields = kept.model_dump(exclude={"units"})
     if kept.units != units:
         fields |= {

@@ -12,14 +12,15 @@ from servo_ctrl.hmi.scope.appearance import ShownChannel
 from servo_ctrl.hmi.shell.plots import Theme, curve, figure, plot_layout
 
 FEWEST_ROWS = 16
+"""Bounds the rows of a spectrum from below; chosen."""
 MAX_POINTS = 1000
-"""Points of a curve: of a bucket of frequencies the greatest amplitude is drawn."""
+"""Bounds the points of a curve; chosen. Of a bucket of frequencies the largest amplitude is drawn."""
 MOST_MISSING = 0.1
 """Share of rows without a value above which a spectrum would be made up; chosen."""
 
 
 def amplitude_spectrum(values: Array, period_s: float) -> tuple[Array, Array]:
-    """Frequencies (n,) in Hz above 0 and peak amplitudes (n,) of values (m,) less their mean.
+    """Return frequencies (n,) in Hz above 0 and peak amplitudes (n,) of values (m,) less their mean.
 
     By the FFT with a Hann window: a sine of amplitude A has a line of height A. Both are empty for too few
     values; single missing ones (NaN) are interpolated.
@@ -38,7 +39,7 @@ def amplitude_spectrum(values: Array, period_s: float) -> tuple[Array, Array]:
 def spectrum_figure(
     values: Array, channels: Sequence[ShownChannel], period_s: float, theme: Theme
 ) -> dict[str, Any]:
-    """The spectra of rows (n, channels), each in the unit of its channel, over a logarithmic frequency."""
+    """Return the spectra of rows (n, channels), each in its channel's unit, over a logarithmic frequency."""
     data = []
     for number, channel in enumerate(channels):
         rate_hz, amplitude = _thinned(*amplitude_spectrum(values[:, channel.place], period_s))
@@ -52,7 +53,7 @@ def spectrum_figure(
 
 
 def _thinned(rate_hz: Array, amplitude: Array) -> tuple[Array, Array]:
-    """At most MAX_POINTS points: the greatest of each bucket, where it is."""
+    """Return at most MAX_POINTS points: the greatest of each bucket, where it is."""
     if len(rate_hz) <= MAX_POINTS:
         return rate_hz, amplitude
     edges = np.unique(np.geomspace(1, len(rate_hz) + 1, MAX_POINTS + 1).astype(np.int64)) - 1

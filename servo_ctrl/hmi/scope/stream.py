@@ -18,8 +18,9 @@ from servo_ctrl.hmi.shell.machine_stage import Tone
 from servo_ctrl.recording.min_max import bucket_rows
 
 WIDTHS = range(200, 2001, 200)
-"""Chart widths that are decimated for, pixels: charts of similar width share their points."""
+"""Chart widths for which rows are decimated, pixels; chosen: charts of similar width share their points."""
 FREE_RUNNING = -1
+"""Number of the window while the scope is free running."""
 
 
 class CapturedRows(NamedTuple):
@@ -84,14 +85,14 @@ class ScopeStream:
             self._stops = (max(ring.end - 1, self.capture.armed_from, 0),)
 
     def state(self) -> tuple[str, Tone]:
-        """The state of the capture in words, and its tone."""
+        """Return the state of the capture in words, and its tone."""
         capture = self.capture
         if self.hold:
             return tr("held"), "warn"
         if self.settings.free:
             return tr("free running"), "calm"
         if capture.done or capture.filling:
-            return tr("taken") if capture.done else tr("triggered"), "good"
+            return tr("captured") if capture.done else tr("triggered"), "good"
         if capture.window is None:
             return tr("waiting for the trigger"), "calm"
         if capture.window.triggered:
@@ -109,7 +110,7 @@ class ScopeStream:
                 self.arm(ring)
 
     def frame(self, ring: RowRing) -> ChartFrame | None:
-        """The frame that brings the chart to the newest rows; None: it shows them already."""
+        """Return the frame that brings the chart to the newest rows; None: it shows them already."""
         if not self.hold:
             self._advance(ring)
         window = self.capture.window
@@ -126,7 +127,7 @@ class ScopeStream:
         return frame
 
     def rows(self, ring: RowRing) -> CapturedRows:
-        """The rows that are shown, at full rate; perhaps none."""
+        """Return the rows that are shown, at full rate; perhaps none."""
         window = self.capture.window
         if window is None:
             return CapturedRows(ring.end, np.zeros((0, len(ring.names) + len(self._math))))
@@ -153,19 +154,19 @@ class ScopeStream:
             self._kept = self.rows(ring)
 
     def _span(self, window: CaptureWindow, ring: RowRing) -> tuple[int, int]:
-        """The rows [first, end) of a window that exist."""
+        """Return the rows [first, end) of a window that exist."""
         if self._kept is not None:
             return self._kept.first, self._kept.first + len(self._kept.values)
         return max(window.first, ring.first), min(window.last, ring.end)
 
     def _values(self, ring: RowRing, begin: int, end: int) -> Array:
-        """The rows [begin, end); those that were overwritten are NaN."""
+        """Return the rows [begin, end); those that were overwritten are NaN."""
         if self._kept is None and self._math:
             return self._computed(ring, self._recorded(ring, begin - 1, end))
         return self._recorded(ring, begin, end)
 
     def _computed(self, ring: RowRing, rows: Array) -> Array:
-        """The rows but the first, which is the row before, with the computed channels as further columns."""
+        """Return the rows without the first, which precedes them, with the computed channels as columns."""
         places = {name: place for place, name in enumerate(ring.names)}
         columns = [channel.values(rows, places, self._period_s) for channel in self._math]
         return np.column_stack((rows[1:], *columns))
@@ -180,13 +181,13 @@ class ScopeStream:
 
 
 def row_at(rows: CapturedRows, number: float) -> Array | None:
-    """All channels at the row nearest to a (fractional) row number; None outside of the rows."""
+    """Return all channels at the row nearest to a (fractional) row number; None outside of the rows."""
     place = round(number) - rows.first
     return rows.values[place] if 0 <= place < len(rows.values) else None
 
 
 def clock_text(status: MachineStatus | None, ring: RowRing, origin: int, period_s: float) -> str:
-    """The clock time here at which the time of the picture is zero, by the newest status; "" without one.
+    """Return the local time at which the time axis is zero, by the newest status; "" without one.
 
     In lockstep cycles run by no clock: it is that of a machine which had kept its period since.
     """
@@ -204,6 +205,6 @@ def clock_text(status: MachineStatus | None, ring: RowRing, origin: int, period_
 
 
 def missing_cycles(rows: CapturedRows, cycle: int) -> int:
-    """Cycles without a row, by the column `cycle`: missed ticks, or rows that did not arrive."""
+    """Return the cycles without a row, by the column `cycle`: missed ticks, or rows that did not arrive."""
     counts = rows.values[:, cycle]
     return int(counts[-1] - counts[0]) + 1 - len(counts) if len(counts) else 0

@@ -54,7 +54,7 @@ def find_triggers(trigger: Trigger, state: TriggerState, rows: Array) -> tuple[T
 def _level_crossings(
     trigger: Trigger, state: TriggerState, values: Array, place: Indices
 ) -> tuple[TriggerState, Indices]:
-    """The first value at the level or beyond it, after one on the other side by the hysteresis."""
+    """Return the first value at the level or beyond it, after one on the other side by the hysteresis."""
     above = (values - trigger.level) * (1.0 if trigger.kind == "rising" else -1.0)
     side = np.where(above >= 0.0, 1.0, np.where(above < -trigger.hysteresis, -1.0, 0.0))
     side = np.concatenate(([np.nan_to_num(state.value)], side))
@@ -65,7 +65,7 @@ def _level_crossings(
 
 
 def _reversals(state: TriggerState, command_m: Array, place: Indices) -> tuple[TriggerState, Indices]:
-    """The first sample of each new direction, as in `learning.performance.reversals`."""
+    """Return the first sample of each new direction, as in `learning.performance.reversals`."""
     step_m = np.diff(command_m, prepend=state.value)
     moving = np.flatnonzero(np.abs(step_m) >= REST_M)  # false for NaN: the first row ever moves nowhere
     if not len(moving):

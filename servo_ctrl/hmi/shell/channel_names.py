@@ -47,9 +47,9 @@ PHASES = {
     "taking over": word("taken over"),
     "waiting for rest": word("comes to rest"),
     "switching on": word("switches on"),
-    "homing": word("searches its home"),
+    "homing": word("homing"),
     "settling": word("settles"),
-    "servo": word("led by the controller"),
+    "servo": word("controlled"),
     "quick stopping": word("brakes"),
     "disabling": word("switches off"),
     "off": word("off"),
@@ -59,7 +59,7 @@ PHASES = {
 
 
 def channel_title(name: str) -> str:
-    """The words for a channel, as `X following error`; its name where it has none."""
+    """Return the words for a channel, as `X following error`; its name where it has none."""
     axis, _, ending = name.rpartition(".")
     title = TITLES.get(ending)
     if title is None:
@@ -68,11 +68,11 @@ def channel_title(name: str) -> str:
 
 
 def channel_small_print(name: str) -> str:
-    """The standard's name of a channel and its column in recordings, as `statusword, 6041h; x.statusword`."""
+    """Return a channel's standard name and column in recordings, as `statusword, 6041h; x.statusword`."""
     title = TITLES.get(name.rpartition(".")[2])
     return f"{title.standard}; {name}" if title and title.standard else name
 
 
 def drive_state(state: str) -> str:
-    """The words for a state of CiA 402; the state itself where it is none of them."""
+    """Return the words for a state of CiA 402; the state itself where it is none of them."""
     return tr(DRIVE_STATES.get(state, state))

@@ -31,12 +31,12 @@ class ShownEvent(NamedTuple):
 
 
 def when(event: EventEntry) -> str:
-    """Clock time of an event here; its cycle where the status has no time."""
+    """Return the local time of an event; its cycle where the status has no time."""
     return _clock(event.time) or tr("cycle {number}", number=grouped(event.cycle))
 
 
 def coalesced(events: Sequence[EventEntry]) -> list[ShownEvent]:
-    """The events in their order, repeated ones once: the newest, with their number.
+    """Return the events in their order, repeated ones once: the newest, with their number.
 
     Repeated is what differs in numbers only: an event behind itself, or a group of events behind the same
     group, as when every node of a bus is lost again and again under overload.
@@ -59,7 +59,7 @@ def coalesced(events: Sequence[EventEntry]) -> list[ShownEvent]:
 
 
 def reason_text(status: MachineStatus) -> str:
-    """Why the machine stands still, in the language of the page, with the clock time where that is known."""
+    """Return why the machine has stopped, in the language of the page, with the local time if known."""
     first = status.reason.split("; ")[0]
     events = list(reversed(status.events))
     stop = next((event for event in events if first and first in event.text), None)

@@ -25,9 +25,9 @@ UNITS_COOKIE, DARK_COOKIE = "bench_units", "bench_dark"
 LANGUAGE_WORDS = ", ".join(LANGUAGES.values())
 """Name of the choice of the language: in all of them, for somebody who reads one."""
 LEAVE_TIME_S = 1.0
-"""Time for the browser to load the login page before the page is deleted on the server."""
+"""Time for the browser to load the login page before the server deletes the page, seconds; chosen."""
 _LOG_OUT = "() => fetch('/logout', {method: 'POST'}).then(() => location.assign('/login'))"
-_TAKE_OVER_DETAILS = word("What the machine is doing goes on. They are notified.")
+_TAKE_OVER_DETAILS = word("The present motion continues. They are notified.")
 
 
 def build_page(
@@ -74,7 +74,7 @@ class PageFrame:
             self._take = button(tr("Take control"), self._take_or_release, "take-control", look="unelevated")
         for part in _safety_parts():
             ui.html(part, sanitize=False).style("display: contents")
-        self._unlinked = ui.label(tr("The controller does not answer. What the page shows is old."))
+        self._unlinked = ui.label(tr("The controller does not answer. The page shows old values."))
         self._unlinked.classes("bench-banner").props("role=alert").mark("unlinked")
         self._overload = ui.label().classes("bench-banner").props("role=alert").mark("overload")
 
@@ -201,7 +201,7 @@ def _safety_parts() -> tuple[str, ...]:
         f"STOP<small>{escape(tr('or key Esc'))}</small></button>"
     )
     failed = tr("STOP did not reach the machine. Use the emergency stop.")
-    stale = tr("The page is not connected. What it shows is old. Use the emergency stop if you have to.")
+    stale = tr("The page is not connected and shows old values. Use the emergency stop if you have to.")
     unsent = tr('There was no connection: "{control}" was not carried out. Press it again.')
     unanswered = tr(
         'The connection broke as "{control}" was pressed. If it was not carried out, press it again.'

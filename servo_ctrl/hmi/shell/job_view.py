@@ -20,7 +20,7 @@ STATES: dict[JobState, tuple[str, Tone]] = {
     JobState.FAILED: (word("⚠ failed"), "bad"),
 }
 SHOWN_LINES = 8
-"""The last lines of a job that is running or has failed."""
+"""Bounds the last lines that are shown of a job that is running or has failed; chosen."""
 
 
 class JobView:

@@ -20,7 +20,7 @@ Refresh = Callable[[MachineStatus], Awaitable[None] | None]
 
 T = TypeVar("T")
 REFRESH_S = 0.2
-"""Every second status of the controller: fast enough to read, a fifth of the cost of each."""
+"""Interval of the refreshes, seconds; chosen: every second status, which is fast enough to read."""
 
 
 def connected_content(
@@ -81,7 +81,7 @@ def command_buttons(
     axis: Callable[[Command], str] = lambda _command: "",
     doubt: Callable[[Command], str] = lambda _command: "",
 ) -> dict[Command, ui.button]:
-    """A button with text and icon for each command, marked with its name; the first is the main action.
+    """Make a button with text and icon for each command, marked with its name; the first is the main action.
 
     `axis` returns the axis that a command is for at a click, "" = all; `doubt` returns a reason against the
     command, which the visitor confirms first.
@@ -175,6 +175,6 @@ class TextTable:
 
 
 def _with_small_print(text: str) -> str:
-    """The text as HTML; its second line small."""
+    """Return the text as HTML; its second line small."""
     words, _, small = text.partition("\n")
     return escape(words) + (f"<br><small>{escape(small)}</small>" if small else "")

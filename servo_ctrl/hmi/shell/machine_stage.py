@@ -45,9 +45,9 @@ _REQUESTED = ("switched off by ", "quick stop by ", "stopped by ")
 
 
 def shown_stage(status: MachineStatus | None, *, jogged: bool = False) -> ShownStage:
-    """The stage to show; None: there was no status yet. `jogged`: axes move, but in no step."""
+    """Return the stage to show; None: there was no status yet. `jogged`: axes move, but in no step."""
     if status is None:
-        return ShownStage("\u2026", word("No contact"), "bad")
+        return ShownStage("\u2026", word("No connection"), "bad")
     if status.setting_up:
         return _SETTING_UP
     if status.stage is Stage.STANDBY and is_fault(status.reason):
@@ -60,7 +60,7 @@ def shown_stage(status: MachineStatus | None, *, jogged: bool = False) -> ShownS
 
 
 def _shown_work(status: MachineStatus, jogged: bool) -> ShownStage:
-    """What a machine does that is ready or runs."""
+    """Return the activity of a machine that is ready or runs."""
     if status.learning.state in _LEARNING:
         return _LEARNING[status.learning.state]
     if status.stage is Stage.RUNNING and status.program.held:

@@ -26,14 +26,14 @@ def offer(
 
     `own` is what speaks against the request on this page alone, in its language.
     """
-    reason = own or why_not(page, status, request)
+    reason = own or refusal_reason(page, status, request)
     for element in elements:
         element.set_enabled(not reason)
         explain(element, reason)
 
 
-def why_not(page: OpenPage, status: MachineStatus, request: Command | Do) -> str:
-    """Why the visitor or the machine cannot do this now, in the language of the page; "" where they can."""
+def refusal_reason(page: OpenPage, status: MachineStatus, request: Command | Do) -> str:
+    """Return why the request would be refused now, in the language of the page; "" if it would not."""
     if isinstance(request, Command):
         reason = page.refusal("command", request.name.lower())
     else:

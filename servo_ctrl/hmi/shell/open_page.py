@@ -42,7 +42,7 @@ class PageServices:
 
     @cached_property
     def sessions(self) -> Sessions:
-        """The log-in sessions; nobody is logged in at first."""
+        """Return the log-in sessions; nobody is logged in at first."""
         return Sessions(self.access)
 
 
@@ -78,7 +78,7 @@ class OpenPage:
         return Who(user=self.user[:64], role=self.role.label, address=self.address[:64])
 
     def current_role(self) -> Role | None:
-        """The visitor's role now; None when their login has ended or their token was revoked.
+        """Return the visitor's role now; None when their login has ended or their token was revoked.
 
         A page may stay open for days, so the role at its opening does not count.
         """
@@ -90,7 +90,7 @@ class OpenPage:
         return self.role
 
     def role_refusal(self, needed: Role) -> str:
-        """Why the visitor's role does not allow this; "" when it does."""
+        """Return why the visitor's role does not allow this; "" when it does."""
         role = self.current_role()
         if role is None:
             return tr(LOGIN_ENDED)
@@ -101,7 +101,7 @@ class OpenPage:
         )
 
     def refusal(self, do: Do, command: str = "", setting: str = "") -> str:
-        """Why the visitor may not send this request now; "" when they may."""
+        """Return why the visitor may not send this request now; "" when they may."""
         right = right_for(do, command, setting)
         if reason := self.role_refusal(ROLE_OF[right]):
             return reason
@@ -141,5 +141,5 @@ class OpenPage:
 
 
 def refusal_text(answer: LocalAnswer) -> str:
-    """Why the controller refused, in the language of the page."""
+    """Return why the controller refused, in the language of the page."""
     return controller_text(answer.reason) or tr("Refused: {refusal}.", refusal=answer.refusal)

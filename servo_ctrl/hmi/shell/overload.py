@@ -10,7 +10,7 @@ WINDOW_CYCLES = 5000
 TOO_MANY = 0.01
 """Share of missed ticks above which the computer is named: ten times what a quiet one misses. Chosen."""
 FEWEST_CYCLES = 200
-"""Fewer cycles say nothing about a share."""
+"""Bounds the cycles of which a share is computed from below; chosen."""
 REMEDY = word(
     "End other programs on this computer; a simulator on it is starved by the same load: "
     "run both with --pacing lockstep."
@@ -18,7 +18,7 @@ REMEDY = word(
 
 
 def missed_share(status: MachineStatus) -> float:
-    """Share of the ticks of the whole run that were missed, 0 to 1."""
+    """Return the share of the ticks of the whole run that were missed, 0 to 1."""
     return status.missed_ticks / status.cycles if status.cycles >= FEWEST_CYCLES else 0.0
 
 
@@ -42,11 +42,11 @@ class RecentShare:
 
 
 def overload_text(share: float) -> str:
-    """What a banner says about this share of missed ticks; "" while the computer keeps the cycle."""
+    """Return what a banner says about this share of missed ticks; "" while the computer keeps the cycle."""
     if share < TOO_MANY:
         return ""
     return tr(
-        "The computer misses {share:.0f} % of the ticks: it is too busy to lead axes. {remedy}",
+        "The computer misses {share:.0f} % of the ticks: it is too busy to control axes. {remedy}",
         share=100.0 * share,
         remedy=tr(REMEDY),
     )

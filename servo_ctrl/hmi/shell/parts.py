@@ -36,7 +36,7 @@ _OPTION = """
 </q-item>
 """
 MAX_REASON = 300
-"""Characters of an unexpected error that a notice shows."""
+"""Bounds the characters of an unexpected error that a notice shows; chosen."""
 SAME_PROBLEM_S = 10.0
 """Period of the notice of a timer that fails five times a second; chosen."""
 _LOG = logging.getLogger(__name__)
@@ -100,19 +100,19 @@ def _unexpected(error: Exception) -> str:
 
 
 def div(classes: str = "") -> ui.element:
-    """A plain element with these CSS classes."""
+    """Make a plain element with these CSS classes."""
     return ui.element("div").classes(classes)
 
 
 def named(element: E, label: str) -> E:
-    """The element with this name for screen readers; any character may be in it."""
+    """Name an element for screen readers; any character may be in the name. Return the element."""
     element.props["aria-label"] = label
     return element
 
 
 @contextmanager
 def card(title: str, mark: str) -> Iterator[ui.element]:
-    """A card with a heading."""
+    """Make a card with a heading."""
     with panel(title).mark(mark) as element:
         with ui.element("h2"):
             ui.label(title)
@@ -120,7 +120,7 @@ def card(title: str, mark: str) -> Iterator[ui.element]:
 
 
 def panel(label: str) -> ui.element:
-    """A card without a visible heading; `label` is for screen readers."""
+    """Make a card without a visible heading; `label` is for screen readers."""
     return named(ui.element("section").classes("bench-card"), label)
 
 
@@ -132,40 +132,40 @@ def button(
     icon: str | None = None,
     look: ButtonLook = "outline",
 ) -> ui.button:
-    """A button; `unelevated` is the look of the main action of a card."""
+    """Make a button; `unelevated` is the look of the main action of a card."""
     return ui.button(text, icon=icon, on_click=on_click).props(look).mark(mark)
 
 
 def choice(options: Any, label: str, mark: str, style: str = "", **fields: Any) -> ui.select:
-    """A list to choose from; `fields` are those of `ui.select`."""
+    """Make a list to choose from; `fields` are those of `ui.select`."""
     return ui.select(options, label=label, **fields).props("options-dense").mark(mark).style(style)
 
 
 def with_small_print(select: ui.select) -> ui.select:
-    """The list with the second line of each option's label as small print, in the list alone."""
+    """Show the second line of each option's label as small print, in the list alone; return the list."""
     select.props[":option-label"] = "option => String(option?.label ?? '').split('\\n')[0]"
     select.add_slot("option", _OPTION)
     return select
 
 
 def toggle(options: Any, mark: str, value: Any) -> ui.toggle:
-    """A row of buttons of which one is chosen."""
+    """Make a row of buttons of which one is chosen."""
     return ui.toggle(options, value=value).props("no-caps unelevated").mark(mark)
 
 
 def faint(text: str = "") -> ui.label:
-    """An explanation or a value of secondary importance."""
+    """Make an explanation or a value of secondary importance."""
     return ui.label(text).classes("bench-faint")
 
 
 def note(mark: str, tone: Literal["", "warn", "bad"] = "warn") -> ui.label:
-    """A note with a coloured edge, hidden while its text is empty."""
+    """Make a note with a coloured edge, hidden while its text is empty."""
     label = ui.label().classes(f"bench-note {tone}").style("overflow-wrap: anywhere").mark(mark)
     return label.bind_visibility_from(label, "text", bool)
 
 
 def pairs(names: Mapping[str, str], mark: str) -> dict[str, LiveLabel]:
-    """Lines of a name and a value: the labels of the values by key, each marked as `mark` with its key."""
+    """Make lines of a name and a value; return the labels of the values by key, each marked with its key."""
     labels = {}
     for key, name in names.items():
         ui.label(name)
@@ -174,14 +174,14 @@ def pairs(names: Mapping[str, str], mark: str) -> dict[str, LiveLabel]:
 
 
 def captioned(name: str, text: str = "") -> LiveLabel:
-    """A value below its name in small letters."""
+    """Make a value below its name in small letters."""
     with div():
         faint(name).style("font-size: 12px")
         return LiveLabel(text)
 
 
 def progress_bar(label: str, mark: str) -> LiveBar:
-    """A bar for a share from 0 to 1; `label` is for screen readers."""
+    """Make a bar for a share from 0 to 1; `label` is for screen readers."""
     return named(LiveBar().mark(mark), label)
 
 
@@ -198,8 +198,8 @@ class Pill:
         self.label.classes(replace=f"bench-pill num {tone}")
 
 
-def meant(element: ui.element, meaning: str) -> None:
-    """Say under the pointer what a field means.
+def add_tooltip(element: ui.element, meaning: str) -> None:
+    """Show the meaning of a field as its tooltip.
 
     Inside of it: `Element.tooltip` looks for it in the document, where it is not while a hidden tab is built.
     """

@@ -39,7 +39,7 @@ class Theme(NamedTuple):
     """From slow to fast."""
 
     def curve(self, number: int) -> str:
-        """The colour of a curve by its number, from 0; they repeat after eight."""
+        """Return the colour of a curve by its number, from 0; they repeat after eight."""
         return self.curves[number % len(self.curves)]
 
 
@@ -69,7 +69,7 @@ class Look(NamedTuple):
 
 
 def plot_layout(x: str, y: str, theme: Theme) -> dict[str, Any]:
-    """A layout with these axis titles and the legend above the plot."""
+    """Return a layout with these axis titles and the legend above the plot."""
     axis = {"gridcolor": theme.grid, "zerolinecolor": theme.grid, "linecolor": theme.grid, "automargin": True}
     return {
         "paper_bgcolor": theme.background,
@@ -87,18 +87,18 @@ def plot_layout(x: str, y: str, theme: Theme) -> dict[str, Any]:
 def curve(
     name: str, x: Sequence[float], y: Sequence[float | None], mode: str = "lines", **fields: Any
 ) -> dict[str, Any]:
-    """A scatter trace; None in `y` is a gap. `fields` are those of plotly, as `line` and `marker`."""
+    """Return a scatter trace; None in `y` is a gap. `fields` are those of plotly, as `line` and `marker`."""
     return {"type": "scatter", "mode": mode, "name": name, "x": x, "y": y, **fields}
 
 
 def figure(data: list[dict[str, Any]], layout: dict[str, Any], *, revision: str) -> dict[str, Any]:
-    """A figure that keeps its zoom while `revision` is the same."""
+    """Return a figure that keeps its zoom while `revision` is the same."""
     config = {"displaylogo": False, "responsive": True, "displayModeBar": False}
     return {"data": data, "layout": {**layout, "uirevision": revision}, "config": config}
 
 
 def horizontal_line(text: str, y: float, colour: str) -> dict[str, Any]:
-    """Layout entries of a dashed line across the plot with a text above its right end."""
+    """Return layout entries of a dashed line across the plot with a text above its right end."""
     shape = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": y, "y1": y}
     label = {"text": text, "xref": "paper", "x": 1, "xanchor": "right", "y": y, "yanchor": "bottom"}
     return {

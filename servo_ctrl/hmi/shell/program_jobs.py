@@ -21,15 +21,16 @@ from servo_ctrl.hmi.languages.texts import word
 from servo_ctrl.hmi.shell.program_process import JobError, lines_of, signal_group, started_process
 
 INTERRUPT_TIMEOUT_S = 10.0
-"""Time to end after SIGINT before the program is killed: it ends at the next step of its search."""
+"""Bounds the wait for the program to end after SIGINT, seconds, before it is killed; chosen: it ends at
+its next step."""
 MAX_DURATION_S = 4.0 * 3600.0
-"""A job takes minutes; one that takes so long does not end."""
+"""Bounds a job, seconds; chosen: a job takes minutes."""
 MAX_LINES = 200
-"""Last lines of the output that are kept."""
+"""Bounds the last lines of the output that are kept; chosen."""
 MAX_JOBS = 20
-"""Jobs that the page lists; the files of older ones stay on the disk."""
+"""Bounds the jobs that the page lists; chosen. The files of older ones stay on the disk."""
 EXIT_INTERRUPTED = 130
-"""Exit status of our programs after SIGINT."""
+"""Exit status of a program after SIGINT: 128 + 2, from the shell's convention."""
 
 _LOG = logging.getLogger(__name__)
 
@@ -109,7 +110,7 @@ class ProgramJobs:
         return self._start_lock.locked() or self.running is not None
 
     def job(self, key: str) -> Job | None:
-        """The job with this key."""
+        """Return the job with this key."""
         # as bytes: of texts, only ASCII can be compared
         return next((j for j in self.jobs if secrets.compare_digest(j.key.encode(), key.encode())), None)
 
@@ -159,8 +160,8 @@ async def _follow(job: Job, process: asyncio.subprocess.Process, program: str) -
     except TimeoutError:
         job.reason = f"it did not end within {MAX_DURATION_S / 3600.0:g} h"
     except Exception as error:  # noqa: BLE001  # a job that never ends would keep every other from starting
-        _LOG.exception("%s could not be followed", program)
-        job.reason = f"it could not be followed: {type(error).__name__}: {error}"
+        _LOG.exception("the output of %s could not be read", program)
+        job.reason = f"its output could not be read: {type(error).__name__}: {error}"
     finally:
         signal_group(process, signal.SIGKILL)  # its own children too
         with contextlib.suppress(TimeoutError):
@@ -183,7 +184,7 @@ def _note_line(job: Job, line: str) -> None:
 
 
 def _failure(lines: Sequence[str], code: int | None, program: str) -> str:
-    """The last error message of the program, else its exit status and last line."""
+    """Return the last error message of the program, else its exit status and last line."""
     prefix = f"{program}: "
     errors = [line.removeprefix(prefix) for line in lines if line.startswith(prefix)]
     if errors:

@@ -18,7 +18,7 @@ ONE_CORE = dict.fromkeys(
 NICENESS = 15
 """Of the program: the machine, which may be running, goes first, then the page, which has 10; chosen."""
 MAX_LINE_LENGTH = 2000
-"""Characters of a line that are kept; a line of a step has some 100."""
+"""Bounds the characters of a line that are kept; chosen: a line of a step has about 100."""
 
 
 class JobError(ServoCtrlError):
@@ -26,22 +26,22 @@ class JobError(ServoCtrlError):
 
 
 def installed_program(name: str) -> str:
-    """The installed program beside this interpreter, else on the search path. Raises JobError."""
+    """Return the installed program beside this interpreter, else on the search path. Raises JobError."""
     program = shutil.which(name, path=sysconfig.get_path("scripts")) or shutil.which(name)
     if program is None:
         raise JobError(f"the program {name} is not installed; install servo-ctrl with its programs")
     return program
 
 
-def _begins_politely(begin: Callable[[], object] | None) -> Callable[[], object]:
+def _lowered_priority(begin: Callable[[], object] | None) -> Callable[[], object]:
     """Return what the child calls before it begins: the machine, which may be running, goes first."""
 
-    def begin_politely() -> None:
+    def lower_priority() -> None:
         os.nice(max(NICENESS - os.nice(0), 0))  # the page's own is inherited; only root goes back
         if begin is not None:
             begin()
 
-    return begin_politely
+    return lower_priority
 
 
 async def started_process(command: Sequence[str]) -> asyncio.subprocess.Process:
@@ -54,14 +54,14 @@ async def started_process(command: Sequence[str]) -> asyncio.subprocess.Process:
             stderr=asyncio.subprocess.STDOUT,
             env=os.environ | ONE_CORE,
             start_new_session=True,
-            preexec_fn=_begins_politely(ends_with_its_parent()),
+            preexec_fn=_lowered_priority(ends_with_its_parent()),
         )
     except OSError as error:
         raise JobError(f"{command[0]}: cannot be started: {error.strerror}") from None
 
 
 async def lines_of(process: asyncio.subprocess.Process) -> AsyncIterator[str]:
-    """The lines of the output, cut to MAX_LINE_LENGTH; output without line ends is bounded too."""
+    """Yield the lines of the output, cut to MAX_LINE_LENGTH; output without line ends is bounded too."""
     partial_line = b""
     while process.stdout is not None and (chunk := await process.stdout.read(65536)):
         *lines, partial_line = (partial_line + chunk).split(b"\n")

@@ -7,16 +7,17 @@ NO_VALUE = "\N{EM DASH}"
 """Shown where there is no value."""
 MINUS = "\N{MINUS SIGN}"
 INCH_M = 0.0254
+"""Length of an inch, metres; by definition."""
 
 
 def grouped(number: float, decimals: int = 0, *, sign: bool = False) -> str:
-    """The number with thin spaces between thousands and a true minus sign."""
+    """Return the number with thin spaces between thousands and a true minus sign."""
     text = f"{number:{'+' if sign else ''},.{decimals}f}"
     return text.replace(",", "\N{THIN SPACE}").replace("-", MINUS)
 
 
 def duration_text(seconds: float) -> str:
-    """`1 h 05 min`, `4 min 10 s`, `8 s`; "" without a value."""
+    """Return `1 h 05 min`, `4 min 10 s`, `8 s`; "" without a value."""
     if not math.isfinite(seconds):
         return ""
     whole = round(seconds)
@@ -33,7 +34,7 @@ class DisplayUnit(NamedTuple):
     decimals: int
 
     def text(self, value: float | None, *, sign: bool = False) -> str:
-        """The number without its unit; a dash where there is none."""
+        """Return the number without its unit; a dash where there is none."""
         if value is None or not math.isfinite(value):
             return NO_VALUE
         # adding 0.0 turns -0.0 into 0.0: what rounds to zero is shown without a minus sign
@@ -86,5 +87,5 @@ UNIT_SYSTEMS = {system.name: system for system in (MM, UM, INCH)}
 
 
 def unit_system(name: str | None) -> UnitSystem:
-    """The system of that name; millimetres where the name is missing or unknown."""
+    """Return the system of that name; millimetres where the name is missing or unknown."""
     return UNIT_SYSTEMS.get(name or "", MM)

@@ -22,11 +22,11 @@ NAMES = {
 DASHES = ("solid", "dash", "dot", "dashdot")
 """Of the curves, which can be told apart without their colours."""
 HIGHEST_SENSITIVITY = 5.0
-"""A loop that is not stable has any: the picture is cut off there."""
+"""Bounds the drawn sensitivity; chosen: that of an unstable loop has no bound."""
 
 
 def magnitude_figure(curves: Sequence[BodeCurve], unit: str, factor: float, look: Look) -> dict[str, Any]:
-    """The magnitudes, times `factor`, both axes logarithmic."""
+    """Return the magnitudes, times `factor`, both axes logarithmic."""
     data = [_drawn(one, number, [factor * y for y in one.magnitude]) for number, one in enumerate(curves)]
     layout = _layout(unit, look)
     layout["yaxis"] |= {"type": "log", "exponentformat": "power"}
@@ -34,14 +34,14 @@ def magnitude_figure(curves: Sequence[BodeCurve], unit: str, factor: float, look
 
 
 def phase_figure(curves: Sequence[BodeCurve], look: Look) -> dict[str, Any]:
-    """The phases, with a line at -180 degrees."""
+    """Return the phases, with a line at -180 degrees."""
     data = [_drawn(one, number, one.phase_deg) for number, one in enumerate(curves)]
     layout = _layout(tr("degrees"), look) | horizontal_line("\N{MINUS SIGN}180", -180.0, look.theme.ink)
     return figure(data, layout, revision="phase")
 
 
 def sensitivity_figure(curves: Sequence[BodeCurve], stated_ms: float, look: Look) -> dict[str, Any]:
-    """|1 / (1 + L)| of the loops, with a line at the stated Ms."""
+    """Return |1 / (1 + L)| of the loops, with a line at the stated Ms."""
     data = [
         _drawn(
             one, number, [_sensitivity(*point) for point in zip(one.magnitude, one.phase_deg, strict=False)]

@@ -39,7 +39,7 @@ class TuningJobs(ProgramJobs):
 
 
 async def _command_for(machine_file: Path, axis: str, ms: float, where: Sequence[str]) -> list[str]:
-    """The program with its arguments, checked before anything starts; without `where`: on hil-sim."""
+    """Return the program with its arguments, checked before anything starts; without `where`: on hil-sim."""
     needed = [machine_file] if where else [machine_file, machine_file.with_name(PLANT)]
     for path in needed:
         if not await asyncio.to_thread(path.is_file):
@@ -52,5 +52,5 @@ async def _command_for(machine_file: Path, axis: str, ms: float, where: Sequence
 
 
 def installed_command() -> Sequence[str]:
-    """The installed servo-ctrl with its first arguments. Raises JobError."""
+    """Return the installed servo-ctrl with its first arguments. Raises JobError."""
     return (installed_program(PROGRAM), *ARGUMENTS)

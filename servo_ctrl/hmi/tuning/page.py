@@ -69,7 +69,7 @@ class TuningCards:
                     [], tr("Tuning"), "tuning", "flex: 1 1 200px; min-width: 0", on_change=self._show
                 )
                 refresh = ui.button(icon="refresh", on_click=self._search)
-                named(refresh.props("flat"), tr("Look for tunings again"))
+                named(refresh.props("flat"), tr("Search for tunings again"))
             self._none = note("no-tuning", "")
         self.tuning = TuningCard(page, hello, self._search)
         self._place = div("bench-column").mark("tuning-result")
@@ -182,7 +182,7 @@ def _show_proof(figures: TuningFigures) -> None:
 
 
 def _margin_rows(*settings: TunedSetting) -> list[tuple[str, ...]]:
-    """One margin a row, so that the table is as narrow as a telephone."""
+    """Return one margin a row, so that the table is as narrow as a telephone."""
     stable = (tr("stable"), *(tr("yes") if setting.stable else tr("no") for setting in settings))
     return [
         stable,

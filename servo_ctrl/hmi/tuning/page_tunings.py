@@ -45,7 +45,7 @@ class PageTunings(LoggedJobs[TuningJobs]):
 
 @cache
 def page_tunings_of(directory: Path) -> PageTunings:
-    """The one instance for a directory."""
+    """Return the one instance for a directory."""
     tunings = PageTunings(directory)
     app.on_shutdown(tunings.jobs.cancel)
     return tunings

@@ -13,7 +13,7 @@ from servo_ctrl.hmi.access.users import Role
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.languages.texts import tr
 from servo_ctrl.hmi.shell.job_view import JobView
-from servo_ctrl.hmi.shell.offered import offer, why_not
+from servo_ctrl.hmi.shell.offered import offer, refusal_reason
 from servo_ctrl.hmi.shell.open_page import OpenPage
 from servo_ctrl.hmi.shell.parts import button, card, choice, confirmed, div, errors_notified, faint, notify
 from servo_ctrl.hmi.shell.program_jobs import ENDED, Job
@@ -88,7 +88,7 @@ class TuningCard:
             return
         # the question is there since a status was; it may have changed meanwhile
         status = self._page.link.status
-        if status is not None and (reason := why_not(self._page, status, "tuning_run")):
+        if status is not None and (reason := refusal_reason(self._page, status, "tuning_run")):
             notify(reason)
             return
         with errors_notified("warning"):

@@ -13,7 +13,7 @@ from servo_ctrl.files.tuning_files import BODE_FILE, FIGURES_FILE
 from servo_ctrl.hmi.shell.json_file import read_json_file
 
 MAX_CHARACTERS = 10_000_000
-"""Some 5 kB of figures and 500 kB of curves in a tuning."""
+"""Bounds tune.json and bode.json; chosen: a tuning has about 5 kB of figures and 500 kB of curves."""
 MAX_TUNINGS, SEARCH_DEPTH = 50, 2
 """Bounds of the list that a browser gets, and of the levels of directories that are searched."""
 
@@ -96,7 +96,7 @@ class Tuning(NamedTuple):
 
 
 def tunings_below(directories: Sequence[Path]) -> list[Tuning]:
-    """At most MAX_TUNINGS tunings in directories and below them, the newest first."""
+    """Return at most MAX_TUNINGS tunings in directories and below them, the newest first."""
     found = {}
     for directory in directories:
         for file in islice(_figures_below(directory, SEARCH_DEPTH), MAX_TUNINGS):
@@ -120,7 +120,7 @@ def read_curves(directory: Path) -> BodeCurves | None:
 
 
 def _figures_below(directory: Path, depth: int) -> Iterator[Path]:
-    """The tune.json of a directory and of those below it; symbolic links are not followed."""
+    """Yield the tune.json of a directory and of those below it; symbolic links are not followed."""
     try:
         if (directory / FIGURES_FILE).is_file():
             yield directory / FIGURES_FILE

@@ -130,7 +130,7 @@ class LocalRequests:
             return self.malformed(f"{request.do}: {min(superfluous)} does not belong to it", request.id)
         expected, kinds = VALUE_TYPES.get(request.do, ("", ()))
         if expected and type(request.value) not in kinds:
-            return self.malformed(f"{request.do}: value: {expected} is wanted", request.id)
+            return self.malformed(f"{request.do}: value: expected {expected}", request.id)
         return request
 
     def malformed(self, reason: str, number: int = 0) -> bytes:
@@ -206,7 +206,7 @@ class LocalRequests:
         names = setting.entry.names
         if value is None or type(value) is not setting.kind or (names and value not in names):
             expected = " or ".join(names) or ("metres" if setting.kind is float else "true or false")
-            return Outcome(Refusal.OUT_OF_RANGE, f"value: {expected} is wanted")
+            return Outcome(Refusal.OUT_OF_RANGE, f"value: expected {expected}")
         return _outcome(self._targets.commands.change(setting.name, value))
 
     def _answer(self, request: LocalRequest, outcome: Outcome, reply: Reply) -> None:

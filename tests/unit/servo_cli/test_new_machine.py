@@ -44,8 +44,8 @@ def test_both_files_are_read_by_their_programs_and_describe_one_machine(tmp_path
 def test_it_asks_again_until_an_answer_can_be_used(tmp_path: Path) -> None:
     answers = ["x", "one", "1", "", "10", "45", "", "100..-100", "-100..100", *[""] * 6, "", ""]
     output = made(tmp_path / "mine", typed="\n".join(answers) + "\n")
-    assert "node id of the drive: a whole number is wanted, not 'one'" in output
-    assert "the lower end, two dots, the upper end are wanted, not '100..-100'" in output
+    assert "node id of the drive: expected a whole number, not 'one'" in output
+    assert "expected the lower end, two dots, the upper end, not '100..-100'" in output
     assert load_machine(tmp_path / "mine").axes["x"].limits.position_mm == [-100.0, 100.0]
 
 
@@ -56,7 +56,7 @@ def test_it_asks_again_until_an_answer_can_be_used(tmp_path: Path) -> None:
         (["--axis", X.replace("scale=11", "scale=1")], "1 is given twice"),
         (["--axis", X.replace("drive=1", "drive=127")], "the controller's own"),
         (["--axis", X, "--axis", X.replace("drive=1", "drive=2")], "a name occurs twice"),
-        (["--axis", X.replace("mass_kg=45", "mass_kg=-1")], "a number above 0 is wanted"),
+        (["--axis", X.replace("mass_kg=45", "mass_kg=-1")], "expected a number above 0"),
         (["--axis", X, "--drive-eds", "eds/linear_scale.eds"], "linear_scale.eds"),
         (["--from", "xy_table", "--axis", X], "leave out --axis"),
     ],

@@ -60,8 +60,8 @@ def test_an_observer_that_may_be_switched_on_counts_and_one_that_the_file_lacks_
     ("section", "changes", "reason"),
     [
         ('axes = ["x", "y"]\nkp_1_s = 900.0', [], r"control\.kp_1_s: .* the two axes are unstable"),
-        ('axes = ["x", "z"]\nkp_1_s = 9.0', [], r"control\.axes: two of x, y are wanted, not x and z"),
-        ('axes = ["x", "x"]\nkp_1_s = 9.0', [], "two of x, y are wanted, not x and x"),
+        ('axes = ["x", "z"]\nkp_1_s = 9.0', [], r"control\.axes: expected two of x, y, not x and z"),
+        ('axes = ["x", "x"]\nkp_1_s = 9.0', [], "expected two of x, y, not x and x"),
         ('axes = ["x"]\nkp_1_s = 9.0', [], r"contour_control\.axes: "),
         ('axes = ["x", "y"]\nkp_1_s = -9.0', [], r"contour_control\.kp_1_s: "),
         (

@@ -158,7 +158,7 @@ def test_values_travel_as_their_type_and_come_back(
     [
         (UNSIGNED16, -1, "does not fit"),
         (UNSIGNED16, 1.5, "whole number"),
-        (UNSIGNED16, "7", "a number is wanted"),
+        (UNSIGNED16, "7", "enter a number"),
         (UNSIGNED16, 101, "not within"),
         (VISIBLE_STRING, "µ", "ASCII"),
         (VISIBLE_STRING, "", "1 to 1000 bytes"),

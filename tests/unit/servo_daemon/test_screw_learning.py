@@ -163,7 +163,7 @@ def test_travel_with_missing_samples_is_repeated_a_bounded_number_of_times(
         return [command_m, *others, np.where(np.abs(command_m) < 1e-3, np.nan, scale_m)]
 
     monkeypatch.setattr(Collector, "columns", holes)
-    note = "axis x: a travel is repeated: on the way up nothing was read"
+    note = "axis x: a travel is repeated: on the travel up nothing was read"
     for _ in range(REPEATS_MAX):
         stand.play()
         assert stand.machine.notes[-1].startswith(note)

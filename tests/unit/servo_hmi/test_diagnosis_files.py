@@ -17,7 +17,7 @@ from servo_ctrl.hmi.diagnosis.job_files import (
     read_model,
     recordings_below,
 )
-from servo_ctrl.hmi.diagnosis.recording_lines import recording_text, telling_text
+from servo_ctrl.hmi.diagnosis.recording_lines import excitation_text, recording_text
 from servo_ctrl.hmi.shell.action_log import log_action
 from servo_ctrl.hmi.shell.units import MM
 from servo_ctrl.recording.channels import channels_of
@@ -94,8 +94,8 @@ def test_the_old_model_is_kept_however_often_one_is_accepted(tmp_path: Path, rep
     [
         ("plant.txt", r"ends in \.toml"),
         ("nowhere/plant.toml", "no such directory"),
-        ("controller.toml", "is there and is no model"),
-        ("notes.toml", "is there and is no model"),
+        ("controller.toml", "exists and is no model"),
+        ("notes.toml", "exists and is no model"),
     ],
 )
 def test_an_invalid_place_for_a_model_is_refused_and_left_alone(
@@ -149,10 +149,10 @@ def test_the_list_shows_length_travel_and_whether_a_recording_is_usable(tmp_path
         f"one \N{MIDDLE DOT} 2026-01-01 10:00 \N{MIDDLE DOT} circles.toml \N{MIDDLE DOT} 1 s \N{MIDDLE DOT} "
         f"X {MM.length.with_unit(travel_m)}, Y 0.0000 mm"
     )
-    told = telling_text(found["one"])
+    told = excitation_text(found["one"])
     assert "X goes one way only" in told
     assert "Y stands still" in told
-    assert "too short" in telling_text(found["short"])
-    assert "no rows" in telling_text(found["empty"])
+    assert "too short" in excitation_text(found["short"])
+    assert "no rows" in excitation_text(found["empty"])
     both = found["one"]._replace(axes=(AxisMotion("x", 0.05, both_ways=True),))
-    assert telling_text(both) == "\N{CHECK MARK} every axis moves both ways"
+    assert excitation_text(both) == "\N{CHECK MARK} every axis moves in both directions"

@@ -8,9 +8,9 @@ from stub_status import first_status
 from servo_ctrl.commands.bus_status import EventEntry
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.part_program import ReadingOptions
-from servo_ctrl.hmi.drive.events_card import table, wanted
-from servo_ctrl.hmi.friction.figures import odd_ones
-from servo_ctrl.hmi.friction.page import judged, typical_m
+from servo_ctrl.hmi.drive.events_card import events_csv, matching_events
+from servo_ctrl.hmi.friction.figures import outliers
+from servo_ctrl.hmi.friction.page import median_error_m, requirement_text
 from servo_ctrl.hmi.motion.line_view import lines_around
 from servo_ctrl.hmi.motion.program_run import step_text
 from servo_ctrl.hmi.motion.programs import preview_of
@@ -25,9 +25,9 @@ MACHINE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml
 
 
 def test_events_are_filtered_by_words_put_aside_and_written_as_a_table() -> None:
-    assert [event.cycle for event in wanted(EVENTS, "DONE axis", -1)] == [1, 5]
-    assert [event.cycle for event in wanted(EVENTS, "", 5)] == [9]
-    assert table(EVENTS[1:2]).splitlines() == [
+    assert [event.cycle for event in matching_events(EVENTS, "DONE axis", -1)] == [1, 5]
+    assert [event.cycle for event in matching_events(EVENTS, "", 5)] == [9]
+    assert events_csv(EVENTS[1:2]).splitlines() == [
         "time,cycle,event",
         '2026-11-24T09:00:00+00:00,5,"axis y: ""slow"", done"',
     ]
@@ -55,18 +55,20 @@ def test_a_hold_shows_its_reason_and_a_single_line_is_named_as_one() -> None:
 
 
 def test_the_large_j_is_the_median_and_an_odd_last_one_is_named() -> None:
-    lately_m = [1e-6, 1.1e-6, 1.1e-6, 9e-6]
-    assert typical_m(lately_m, 9e-6) == pytest.approx(1.1e-6)
-    told = judged(lately_m, 9e-6, 3e-6, MM.error)
-    assert told == "J, median of the last 4; required 3.00 µm; the last one is odd: 9.00 µm"
-    assert judged(lately_m[:3], 1e-6, 1e-6, MM.error).endswith("required 1.00 µm \N{EM DASH} above it")
-    assert typical_m(lately_m[:2], 5e-6) == 5e-6
-    assert judged(lately_m[:2], 5e-6, 3e-6, MM.error) == "J; required 3.00 µm \N{EM DASH} above it"
+    recent_m = [1e-6, 1.1e-6, 1.1e-6, 9e-6]
+    assert median_error_m(recent_m, 9e-6) == pytest.approx(1.1e-6)
+    text = requirement_text(recent_m, 9e-6, 3e-6, MM.error)
+    assert text == "J, median of the last 4; required 3.00 µm; the last one is an outlier: 9.00 µm"
+    assert requirement_text(recent_m[:3], 1e-6, 1e-6, MM.error).endswith(
+        "required 1.00 µm \N{EM DASH} above it"
+    )
+    assert median_error_m(recent_m[:2], 5e-6) == 5e-6
+    assert requirement_text(recent_m[:2], 5e-6, 3e-6, MM.error) == "J; required 3.00 µm \N{EM DASH} above it"
 
 
 def test_odd_reversals_are_marked_in_the_chart() -> None:
-    assert odd_ones([1.0, 1.1, None, 0.9, 5.0, 1.0]) == [False, False, False, False, True, False]
-    assert odd_ones([9.0, 1.0]) == [False, False]
+    assert outliers([1.0, 1.1, None, 0.9, 5.0, 1.0]) == [False, False, False, False, True, False]
+    assert outliers([9.0, 1.0]) == [False, False]
 
 
 def test_nodes_that_are_set_up_again_are_a_state_of_their_own() -> None:

@@ -7,7 +7,7 @@ from stub_link import StubLink
 from stub_status import FIRST_REVERSAL
 
 from servo_ctrl.commands.local_messages import Reversal
-from servo_ctrl.hmi.friction.figures import LATELY
+from servo_ctrl.hmi.friction.figures import MEDIAN_REVERSALS
 from servo_ctrl.hmi.friction.recent_reversals import RecentReversals
 
 
@@ -34,22 +34,23 @@ def recent_of(link: StubLink) -> RecentReversals:
 )
 def test_a_version_or_a_switch_restarts_the_count_of_its_axis(link: StubLink, change: dict[str, Any]) -> None:
     recent = recent_of(link)
-    assert recent.lately_m("x") == [9e-6] * 3
+    assert recent.recent_errors_m("x") == [9e-6] * 3
     assert not recent.changed("x")
     x, y = link.status.axes
     link.change(axes=(x._replace(**change), y))
-    assert recent.lately_m("x") == []
+    assert recent.recent_errors_m("x") == []
     assert recent.changed("x")
-    assert recent.lately_m("y") == [9e-6] * 2
-    link.reversals.extend(reversal("x", 1e-6 * number) for number in range(LATELY + 2))
-    assert recent.lately_m("x") == pytest.approx([1e-6 * number for number in range(2, LATELY + 2)])
+    assert recent.recent_errors_m("y") == [9e-6] * 2
+    link.reversals.extend(reversal("x", 1e-6 * number) for number in range(MEDIAN_REVERSALS + 2))
+    kept_m = [1e-6 * number for number in range(2, MEDIAN_REVERSALS + 2)]
+    assert recent.recent_errors_m("x") == pytest.approx(kept_m)
     assert not recent.changed("x")
 
 
 def test_another_run_of_the_controller_starts_with_empty_rows(link: StubLink) -> None:
     recent = recent_of(link)
     link.change(cycles=5)
-    assert recent.lately_m("x") == recent.lately_m("y") == []
+    assert recent.recent_errors_m("x") == recent.recent_errors_m("y") == []
     link.reversals.append(reversal("y", 2e-6))
     link.change(cycles=6)
-    assert recent.lately_m("y") == [2e-6]
+    assert recent.recent_errors_m("y") == [2e-6]

@@ -152,7 +152,7 @@ def test_missing_samples_are_left_out_and_a_gap_is_refused() -> None:
     scale_m[(np.abs(command_m) < 1e-3) & (np.gradient(command_m) < 0.0)] = np.nan
     up, down = passes_of(command_m, correction_m, motor_m, scale_m, SETTINGS)
     with pytest.raises(
-        ValueError, match=r"on the way down nothing was read at -?0\.\d+ mm: samples are missing"
+        ValueError, match=r"on the travel down nothing was read at -?0\.\d+ mm: samples are missing"
     ):
         deviations_m(up, down, SETTINGS)
 
