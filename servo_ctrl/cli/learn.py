@@ -59,31 +59,11 @@ def learn(
 
     Example:  servo-ctrl learn --machine machines/xy_table --bus socketcan:can0 --axis x
     """
-    import asyncio
-
-    from servo_ctrl.cli.conclusion import conclude, print_learned
-    from servo_ctrl.cli.option_values import with_broker
-    from servo_ctrl.cli.progress import progress_bar
-    from servo_ctrl.config.load import load_machine
+    from servo_ctrl.cli.machine_run import MachineRun, learn_axes
     from servo_ctrl.daemon.run.run_options import LearningRequest
-    from servo_ctrl.daemon.run.supervisor import run_machine
 
-    config = with_broker(load_machine(machine), mqtt)
-    request = LearningRequest(tuple(axes or ()), None if learner is None else learner.value, fresh)
-    with progress_bar() as show:
-        report = asyncio.run(
-            run_machine(
-                config,
-                None,
-                bus,
-                pacing=pacing.value,
-                record_dir=record,
-                on_progress=show,
-                fifo=fifo,
-                learned_dir=learned,
-                learn=request,
-                self_test=True,
-            )
-        )
-    print_learned(report, resumable=learner not in {LearnerChoice.SCREW, LearnerChoice.WAVEFORM})
-    conclude(config, report)
+    learn_axes(
+        MachineRun(machine, bus, pacing.value, record, learned, mqtt, fifo),
+        LearningRequest(tuple(axes or ()), None if learner is None else learner.value, fresh),
+        resumable=learner not in {LearnerChoice.SCREW, LearnerChoice.WAVEFORM},
+    )

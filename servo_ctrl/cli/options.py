@@ -2,7 +2,7 @@
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -74,6 +74,40 @@ LearnedOption = Annotated[
 ]
 LearnedKindOption = Annotated[
     LearnedKind, typer.Option("--kind", help="Friction pulse, waveform, or screw error and lost motion.")
+]
+ServeOption = Annotated[
+    bool, typer.Option("--serve", help="Hold the axes after the program and take commands (SDO, MQTT).")
+]
+NoCompensationOption = Annotated[
+    bool,
+    typer.Option("--no-compensation", help="Without pulse, observer, screw table and sampled dual loop."),
+]
+ObserverOption = Annotated[
+    bool, typer.Option("--observer", help="The disturbance observer acts instead of the learned pulse.")
+]
+HmiOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="HOST:PORT",
+        help="Serve the operator's bench to browsers at this address (docs/operator_page.md). Without a "
+        "program the drives stay off until somebody there enables them.",
+    ),
+]
+HmiAccessOption = Annotated[
+    Path | None, typer.Option(help="File of tokens; for any address that others reach, as the next two.")
+]
+HmiLanguageOption = Annotated[
+    Literal["en", "de"] | None,
+    typer.Option(help="Language of the page until a visitor picks another; without it the browser's."),
+]
+HmiCertificateOption = Annotated[Path | None, typer.Option(help="TLS certificate of the page (PEM).")]
+HmiKeyOption = Annotated[Path | None, typer.Option(help="Key of that certificate (PEM).")]
+HmiSocketOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="Make the page's socket here, in a directory of this user alone, and start no page: "
+        "`python -m servo_ctrl.hmi serve --socket` does, as a service of its own.",
+    ),
 ]
 MqttOption = Annotated[
     str | None,

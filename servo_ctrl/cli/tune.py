@@ -7,62 +7,72 @@ import typer
 
 from servo_ctrl.cli.options import MachineOption, PacingChoice, PacingOption, ProgressFormat
 
+AxisOption = Annotated[str, typer.Option("--axis", help="Axis to tune.")]
+TuneOutOption = Annotated[
+    Path, typer.Option(help="Folder for report, figures, sections and recordings; made if absent.")
+]
+MsOption = Annotated[
+    float,
+    typer.Option(
+        "--ms",
+        min=1.2,  # as in files/tuning_files.py, which --help would have to load
+        max=3.0,
+        help="Largest sensitivity peak Ms: 1.4 is cautious, 2 usual at most.",
+    ),
+]
+TuneBusOption = Annotated[
+    str | None,
+    typer.Option(
+        help="INTERFACE:CHANNEL of python-can. Without it hil-sim is started on the plant.toml beside "
+        "the machine file, in lockstep.",
+    ),
+]
+ControllerOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="Local socket of a controller (servo-ctrl run --hmi-socket) that is ready: it makes the "
+        "motions, and stays in charge.",
+    ),
+]
+WhoOption = Annotated[
+    str | None,
+    typer.Option(
+        hidden=True,
+        help="With --controller: who asks, for its log, as `who` in docs/local_socket.md, JSON. The page "
+        "names its visitor; without it, this system user.",
+    ),
+]
+ForceOption = Annotated[
+    float | None,
+    typer.Option(
+        min=0.0, help="Peak of the excitation, N; without it, derived from the reaction to a weak one."
+    ),
+]
+ProgressOption = Annotated[
+    ProgressFormat,
+    typer.Option(help="text, or a line of JSON per step on standard error, for another program."),
+]
+ApplyOption = Annotated[
+    bool,
+    typer.Option(
+        "--apply",
+        help="Write proved values into the machine file; the file as it was stays beside it.",
+    ),
+]
+
 
 def tune(
     machine: MachineOption,
-    axis: Annotated[str, typer.Option("--axis", help="Axis to tune.")],
-    out: Annotated[
-        Path, typer.Option(help="Folder for report, figures, sections and recordings; made if absent.")
-    ] = Path("out/tune"),
-    ms: Annotated[
-        float,
-        typer.Option(
-            "--ms",
-            min=1.2,  # as in files/tuning_files.py, which --help would have to load
-            max=3.0,
-            help="Largest sensitivity peak Ms: 1.4 is cautious, 2 usual at most.",
-        ),
-    ] = 2.0,
-    bus: Annotated[
-        str | None,
-        typer.Option(
-            help="INTERFACE:CHANNEL of python-can. Without it hil-sim is started on the plant.toml beside "
-            "the machine file, in lockstep.",
-        ),
-    ] = None,
-    controller: Annotated[
-        Path | None,
-        typer.Option(
-            help="Local socket of a controller (servo-ctrl run --hmi-socket) that is ready: it makes the "
-            "motions, and stays in charge.",
-        ),
-    ] = None,
-    who: Annotated[
-        str | None,
-        typer.Option(
-            hidden=True,
-            help="With --controller: who asks, for its log, as `who` in docs/local_socket.md, JSON. The page "
-            "names its visitor; without it, this system user.",
-        ),
-    ] = None,
+    axis: AxisOption,
+    out: TuneOutOption = Path("out/tune"),
+    ms: MsOption = 2.0,
+    bus: TuneBusOption = None,
+    controller: ControllerOption = None,
+    who: WhoOption = None,
     pacing: PacingOption = PacingChoice.REALTIME,
-    force_n: Annotated[
-        float | None,
-        typer.Option(
-            min=0.0, help="Peak of the excitation, N; without it, derived from the reaction to a weak one."
-        ),
-    ] = None,
-    progress: Annotated[
-        ProgressFormat,
-        typer.Option(help="text, or a line of JSON per step on standard error, for another program."),
-    ] = ProgressFormat.TEXT,
-    apply: Annotated[
-        bool,
-        typer.Option(
-            "--apply",
-            help="Write proved values into the machine file; the file as it was stays beside it.",
-        ),
-    ] = False,
+    force_n: ForceOption = None,
+    progress: ProgressOption = ProgressFormat.TEXT,
+    apply: ApplyOption = False,
 ) -> None:
     """Measure the frequency response of an axis, propose gains, feedforward and a notch, and prove them.
 
@@ -89,50 +99,10 @@ def tune(
 
     servo-ctrl tune --machine mine --axis x --controller /run/servo-ctrl/page.sock
     """
-    import asyncio
-    import contextlib
+    from servo_ctrl.cli.tuning_run import TuningChoice, tune_and_report
 
-    from pydantic import ValidationError
-    from rich.console import Console
-
-    from servo_ctrl.cli.progress import ignored, json_steps, progress_bar
-    from servo_ctrl.commands.local_messages import Who
-    from servo_ctrl.config.load import load_machine
-    from servo_ctrl.tuning.files import write_files
-    from servo_ctrl.tuning.machine_file import apply_to_file
-    from servo_ctrl.tuning.request import NOT_PROVED, STEPS, TuneRequest
-    from servo_ctrl.tuning.simulated import tune_axis, tune_by_controller
-    from servo_ctrl.tuning.summary import summary_lines
-
-    if bus is not None and controller is not None:
-        raise typer.BadParameter("a controller has its own bus: leave --bus out", param_hint="--controller")
-    try:
-        asker = None if who is None else Who.model_validate_json(who)
-    except ValidationError:
-        raise typer.BadParameter("expected user, role and address in JSON", param_hint="--who") from None
-    config = load_machine(machine)
-    as_json = progress is ProgressFormat.JSON
-    console = Console(stderr=True)
-
-    def print_line(text: str) -> None:
-        console.print(text, highlight=False, markup=False, soft_wrap=True)
-
-    tell = json_steps(STEPS) if as_json else print_line
-    with contextlib.nullcontext(ignored) if as_json else progress_bar() as show:
-        request = TuneRequest(
-            machine=config, axis=axis, out=out, ms=ms, force_n=force_n, show=show, tell=tell
-        )
-        if controller is None:
-            result = asyncio.run(tune_axis(request, bus, pacing.value))
-        else:
-            result = asyncio.run(tune_by_controller(request, controller, asker))
-    for line in summary_lines(result):
-        typer.echo(line)
-    for file in write_files(result, out):
-        typer.echo(f"written: {file}")
-    if not result.proved:
-        typer.echo(f"servo-ctrl: {NOT_PROVED}", err=True)
-        raise typer.Exit(1)
-    if apply:
-        kept = apply_to_file(config, axis, result.sections)
-        typer.echo(f"applied: {config.source}; as it was: {kept}")
+    tune_and_report(
+        TuningChoice(machine, axis, out, ms, bus, controller, who, pacing.value, force_n),
+        as_json=progress is ProgressFormat.JSON,
+        apply=apply,
+    )

@@ -19,7 +19,7 @@ CLOSED_IN_THE_DRIVE = {
 """Why there is nothing to propose, and what to do, by mode."""
 NOT_PROVED = "the proposal was not proved; nothing was applied"
 STEPS = 6
-"""Lines of `tell` in a tuning on the simulator whose first gains and first proposal are good enough."""
+"""Calls of `report_stage` in a tuning on the simulator whose first gains and first proposal are good enough."""
 
 
 class TuneRequest(NamedTuple):
@@ -35,7 +35,7 @@ class TuneRequest(NamedTuple):
     """Peak of the excitation; None: derived from the reaction to a weak one."""
     show: Callable[[Progress], None]
     """Called with the progress of each run."""
-    tell: Callable[[str], None]
+    report_stage: Callable[[str], None]
     """Called with a line about each stage."""
 
     def objection(self) -> str:

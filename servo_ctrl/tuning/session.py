@@ -54,7 +54,7 @@ class TuneRun:
 
     def __init__(self, request: TuneRequest, runs: Runs) -> None:
         self._machine, self._axis = request.machine, request.axis
-        self._ms, self._force_n, self._tell = request.ms, request.force_n, request.tell
+        self._ms, self._force_n, self._report_stage = request.ms, request.force_n, request.report_stage
         self._runs = runs
         self._notes: list[str] = []
 
@@ -77,7 +77,7 @@ class TuneRun:
             tuned = with_sections(self._machine, axis, sections)
             verified, trial, traces = await self._verify(tuned, plan)
             measured_ms = float(np.max(np.abs(verified.sensitivity)))
-            self._tell(f"measured with these values: Ms {measured_ms:.2f}")
+            self._report_stage(f"measured with these values: Ms {measured_ms:.2f}")
             too_high = measured_ms > self._ms * MS_TOLERANCE
             if not (too_high or trial.hums) or attempt == PROPOSALS_MAX - 1:
                 break
@@ -122,7 +122,7 @@ class TuneRun:
                 "ki_n_m": ki * control.ki_n_m,
             }
             machine = with_sections(self._machine, self._axis, {"control": values})
-            self._tell(
+            self._report_stage(
                 f"axis {self._axis}: measuring with kp {kp * control.kp_1_s:.3g} 1/s, kv "
                 f"{kv * control.kv_n_s_m:.3g} N s/m, ki {ki * control.ki_n_m:.3g} N/m, on the motor"
             )
@@ -173,7 +173,7 @@ class TuneRun:
             model = fit_modal_model(response, self._machine.period_s)
         except ValueError as error:
             raise TuneError(f"axis {self._axis}: {error}; try --force-n") from None
-        self._tell(
+        self._report_stage(
             f"plant: {model.mass_kg:.4g} kg, delay {1e3 * (model.delay_s + self._machine.period_s):.2f} ms"
         )
         return model
@@ -188,7 +188,7 @@ class TuneRun:
         if not margins.stable:
             remark = "by the measured plant this setting is not stable: the machine was not moved with it"
         else:
-            self._tell(f"before: Ms {margins.sensitivity_peak:.2f}; step of force, move and circle")
+            self._report_stage(f"before: Ms {margins.sensitivity_peak:.2f}; step of force, move and circle")
             remark = ""
             try:
                 machine = self._runs.in_present_coordinates(self._machine)
@@ -220,7 +220,7 @@ class TuneRun:
         except ValueError as error:
             raise TuneError(f"axis {self._axis}: {error}") from None
         notched = "" if proposal.notch is None else f", notch at {proposal.notch.frequency_hz:g} Hz"
-        self._tell(
+        self._report_stage(
             f"proposed for Ms {ms:.3g}: kp {proposal.kp_1_s:g} 1/s, kv {proposal.kv_n_s_m:g} N s/m, "
             f"ki {proposal.ki_n_m:g} N/m{notched}"
         )
@@ -243,7 +243,7 @@ class TuneRun:
 
     def _note(self, text: str) -> None:
         self._notes.append(text)
-        self._tell(text)
+        self._report_stage(text)
 
 
 def _travel_segments(recording: Recording, plan: Plan) -> list[dict[str, Any]]:

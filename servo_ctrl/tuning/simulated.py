@@ -23,7 +23,7 @@ async def tune_axis(request: TuneRequest, bus: str | None, pacing: Pacing) -> Tu
         raise TuneError(problem)
     if bus is not None:
         return await TuneRun(request, _machine_runs(request, bus, pacing)).run()
-    request.tell("starting hil-sim (the first start compiles the kernels) ...")
+    request.report_stage("starting hil-sim (the first start compiles the kernels) ...")
     # the broker of the machine file is told of the machine, not of its model
     request = request._replace(machine=request.machine.model_copy(update={"mqtt": None}))
     async with simulated_machine(request.machine.source.parent, "lockstep") as spec:

@@ -12,7 +12,7 @@ from servo_ctrl.commands.machine_status import DriveStatus, MachineStatus, Progr
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.contour.turns import LETTERS
 from servo_ctrl.hmi.drive.axis_card import homed_text, position_unknown
-from servo_ctrl.hmi.drive.faults import BUSY, advice_for_reason, faults_in
+from servo_ctrl.hmi.drive.faults import COMPUTER_BUSY, advice_for_reason, faults_in
 from servo_ctrl.hmi.friction.learning_card import headline
 from servo_ctrl.hmi.languages.controller_messages import controller_text
 from servo_ctrl.hmi.motion.program_run import step_text
@@ -68,7 +68,7 @@ def test_axes_under_control_without_a_program_can_be_jogged_and_each_state_has_i
 def test_missed_ticks_are_the_first_cause_of_a_silent_node() -> None:
     overloaded = with_fields(stage=Stage.STANDBY, reason=SILENT, cycles=160_000, missed_ticks=82_020)
     first, second = faults_in(overloaded)
-    assert (first.where, first.advice) == ("Computer", BUSY)
+    assert (first.where, first.advice) == ("Computer", COMPUTER_BUSY)
     assert "82020 of 160000" in first.detail
     assert "simulator" in first.advice.remedy
     assert second.advice is advice_for_reason(SILENT)

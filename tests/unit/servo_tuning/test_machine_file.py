@@ -112,6 +112,6 @@ def test_a_section_that_is_there_is_changed_in_its_place(machines: Path) -> None
 )
 def test_what_cannot_be_tuned_is_refused(machines: Path, machine: str, axis: str, why: str) -> None:
     config = load_machine(machines / machine)
-    request = TuneRequest(config, axis, Path(), 2.0, None, show=lambda _: None, tell=print)
+    request = TuneRequest(config, axis, Path(), 2.0, None, show=lambda _: None, report_stage=print)
     with pytest.raises(TuneError, match=why):
         asyncio.run(tune_axis(request, "no bus:", "lockstep"))
