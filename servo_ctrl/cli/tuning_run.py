@@ -14,11 +14,11 @@ from servo_ctrl.commands.local_messages import Who
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.run.report import Pacing
+from servo_ctrl.tuning import simulated
 from servo_ctrl.tuning.files import write_files
 from servo_ctrl.tuning.machine_file import apply_to_file
 from servo_ctrl.tuning.request import NOT_PROVED, STEPS, TuneRequest
 from servo_ctrl.tuning.results import TuneResult
-from servo_ctrl.tuning.simulated import tune_axis, tune_by_controller
 from servo_ctrl.tuning.summary import summary_lines
 
 
@@ -82,5 +82,5 @@ def _tuned(choice: TuningChoice, config: MachineConfig, asker: Who | None, *, as
             report_stage=json_steps(STEPS) if as_json else print_line,
         )
         if choice.controller is None:
-            return asyncio.run(tune_axis(request, choice.bus, choice.pacing))
-        return asyncio.run(tune_by_controller(request, choice.controller, asker))
+            return asyncio.run(simulated.tune_axis(request, choice.bus, choice.pacing))
+        return asyncio.run(simulated.tune_by_controller(request, choice.controller, asker))

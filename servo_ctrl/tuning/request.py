@@ -19,7 +19,7 @@ CLOSED_IN_THE_DRIVE = {
 """Why there is nothing to propose, and what to do, by mode."""
 NOT_PROVED = "the proposal was not proved; nothing was applied"
 STEPS = 6
-"""Calls of `report_stage` in a tuning on the simulator whose first gains and first proposal are good enough."""
+"""Usual calls of `report_stage` on the simulator: the first gains and the first proposal are good enough."""
 
 
 class TuneRequest(NamedTuple):

@@ -76,17 +76,17 @@ def test_the_shell_completes_a_command(program: Typer, name: str, begun: str, of
 def test_a_file_of_the_wrong_kind_is_named_as_what_it_is() -> None:
     machine = load_machine(TABLE)
     program = TABLE / "programs" / "circles.toml"
-    with pytest.raises(ConfigError, match="this is the plant file of a simulator, --machine wants"):
+    with pytest.raises(ConfigError, match="this is the plant file of a simulator, --machine takes"):
         load_machine(TABLE / "plant.toml")
-    with pytest.raises(ConfigError, match="this is a program, --machine wants"):
+    with pytest.raises(ConfigError, match="this is a program, --machine takes"):
         load_machine(program)
-    with pytest.raises(ConfigError, match="this is a controller file, --program wants"):
+    with pytest.raises(ConfigError, match="this is a controller file, --program takes"):
         load_program(TABLE / "controller.toml", machine)
-    with pytest.raises(ConfigError, match="this is a directory, --program wants"):
+    with pytest.raises(ConfigError, match="this is a directory, --program takes"):
         load_program(TABLE, machine)
     with pytest.raises(ConfigError, match="this is an EDS file"):
         load_machine(TABLE.parents[1] / "eds" / "servo_drive.eds")
-    with pytest.raises(PlantError, match="this is a controller file, --machine wants"):
+    with pytest.raises(PlantError, match="this is a controller file, --machine takes"):
         load_plant(TABLE / "controller.toml")
     with pytest.raises(ReconcileError, match="this is a controller file, --model wants the plant file"):
         load_model(TABLE / "controller.toml")

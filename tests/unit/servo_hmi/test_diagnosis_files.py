@@ -149,9 +149,9 @@ def test_the_list_shows_length_travel_and_whether_a_recording_is_usable(tmp_path
         f"one \N{MIDDLE DOT} 2026-01-01 10:00 \N{MIDDLE DOT} circles.toml \N{MIDDLE DOT} 1 s \N{MIDDLE DOT} "
         f"X {MM.length.with_unit(travel_m)}, Y 0.0000 mm"
     )
-    told = excitation_text(found["one"])
-    assert "X goes one way only" in told
-    assert "Y stands still" in told
+    text = excitation_text(found["one"])
+    assert "X moves in one direction only" in text
+    assert "Y stands still" in text
     assert "too short" in excitation_text(found["short"])
     assert "no rows" in excitation_text(found["empty"])
     both = found["one"]._replace(axes=(AxisMotion("x", 0.05, both_ways=True),))

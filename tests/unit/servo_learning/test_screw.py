@@ -200,7 +200,7 @@ def test_an_error_with_a_jump_is_refused() -> None:
 
 def test_correction_beyond_the_limit_is_refused() -> None:
     axis = Axis()
-    with pytest.raises(ValueError, match=r"up to 9\.0 um, 7 um are allowed; are lead, counts"):
+    with pytest.raises(ValueError, match=r"up to 9\.0 um, 7 um are allowed; check lead, counts"):
         learned_screw([read(axis)] * 2, SETTINGS._replace(limit_m=7e-6))
 
 
