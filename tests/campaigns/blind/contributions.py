@@ -7,9 +7,9 @@ from tests.campaigns.blind.case import Case, Planted, SimulatedRecording
 from tests.campaigns.blind.nonlinearities import wave
 from tests.campaigns.blind.simulate import AT, CAUSES
 
-IN_THE_DRIVE = frozenset({"lost", "slow", "late", "voltage"})
+IN_THE_DRIVE = frozenset({"dead_zone", "current_loop", "delay", "voltage"})
 """Causes between command and current: a measured current does not show them."""
-NOISE = frozenset({"shake"})
+NOISE = frozenset({"noise"})
 
 
 def force_n(case: Case, effect: Planted, inside: Array) -> Array:
@@ -39,17 +39,21 @@ def deviation_m(case: Case, effect: Planted, recording: SimulatedRecording) -> A
     if effect.name in {"backlash", "drive_compliance"}:
         # of both together, the backlash's is the step, the spring's the residual
         bend = table - motor - _bend(case, motor, start_m)
-        step = np.clip(bend, -0.5 * p.gap_m, 0.5 * p.gap_m)
+        step = np.clip(bend, -0.5 * p.backlash_gap_m, 0.5 * p.backlash_gap_m)
         return step if effect.name == "backlash" else bend - step
     shapes = {
         "lead_error_periodic": lambda: _bend(case, motor, start_m),
-        "lead_error_cumulative": lambda: p.stretch * table,
+        "lead_error_cumulative": lambda: p.relative_lead_error * table,
         "thermal_expansion": lambda: recording.growth_m,
         "encoder_eccentricity": lambda: (
-            -p.eccentric_m * np.sin(p.eccentric_1_m * (motor + start_m) + p.eccentric_rad)
+            -p.eccentricity_m * np.sin(p.eccentricity_1_m * (motor + start_m) + p.eccentricity_phase_rad)
         ),
         "scale_cyclic_error": lambda: (
-            p.cyclic_m * wave(p.cyclic_1_m * (table + start_m) + p.cyclic_rad, p.cyclic_skew)
+            p.interpolation_error_m
+            * wave(
+                p.interpolation_error_1_m * (table + start_m) + p.interpolation_error_phase_rad,
+                p.interpolation_error_skew,
+            )
         ),
         "wander_of_the_scale": lambda: recording.wander_m,
     }
@@ -59,5 +63,5 @@ def deviation_m(case: Case, effect: Planted, recording: SimulatedRecording) -> A
 
 def _bend(case: Case, motor: Array, start_m: float) -> Array:
     p = case.plant
-    angle = p.wobble_1_m * (motor + start_m) + p.wobble_rad
-    return np.asarray(p.wobble_m * np.sin(angle) + p.wobble_2_m * np.sin(2.0 * angle + 0.7))
+    angle = p.lead_error_1_m * (motor + start_m) + p.lead_error_phase_rad
+    return np.asarray(p.lead_error_m * np.sin(angle) + p.lead_error_second_m * np.sin(2.0 * angle + 0.7))

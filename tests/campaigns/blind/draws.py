@@ -51,7 +51,9 @@ def draw(seed: int, kind: str | None = None, names: tuple[str, ...] | None = Non
         + sound.viscous_n_s_m * reach.velocity_m_s
     )
     plant, planted = sound, []
-    for name in sorted(names, key=lambda n: n == "backlash"):  # the contact goes with the spring
+    for name in sorted(
+        names, key=lambda n: n == "backlash"
+    ):  # the stiffness must be known before the backlash
         if name == SCALE_WANDER:
             planted.append(Planted(name, {}, (), deviation=True, catalogue=False))
             continue
@@ -121,9 +123,9 @@ def _sound(rng: Random, reach: Reach, *, linear: bool, lead_m: float) -> Plant:
         sharpness=rng.uniform(1.3, 3.0),
         unloading=rng.uniform(0.35, 0.6),
         nut_share=0.0 if linear else rng.uniform(0.2, 0.6),
-        small_n=rng.uniform(0.01, 0.05) * coulomb_n,
-        small_1_m=2.0 * math.pi / lead_m * float(rng.choice([1, 2, 5, 6, 10, 12])),
-        small_rad=rng.uniform(0.0, 2.0 * math.pi),
+        clutter_n=rng.uniform(0.01, 0.05) * coulomb_n,
+        clutter_1_m=2.0 * math.pi / lead_m * float(rng.choice([1, 2, 5, 6, 10, 12])),
+        clutter_phase_rad=rng.uniform(0.0, 2.0 * math.pi),
     )
 
 
@@ -157,13 +159,13 @@ def _scale_count(rng: Random) -> float:
 def _loop(rng: Random, plant: Plant, peak_n: float, *, has_scale: bool) -> Loop:
     """Draw a P-PI cascade or PID, as fast as the concealed delays between command and force allow."""
     mass_kg = plant.motor_kg + plant.table_kg
-    slow_s = plant.late_s + max(plant.later_s, 0.0)
-    if plant.slow_rad_s > 0.0:
-        slow_s += 2.0 * plant.slow_damping / plant.slow_rad_s
+    slow_s = plant.delay_s + max(plant.delay_after_step_s, 0.0)
+    if plant.current_loop_rad_s > 0.0:
+        slow_s += 2.0 * plant.current_loop_damping / plant.current_loop_rad_s
     most = 0.3 / slow_s if slow_s > 0.0 else 1e9
-    if plant.flexible > 0.0 and plant.contact_power == 1.0:
-        most = min(most, 0.25 * math.sqrt(plant.contact / mass_kg))
-    on_scale = 1.0 if has_scale and rng.random() < 0.4 and plant.gap_m < 8e-6 else 0.0
+    if plant.has_compliance > 0.0 and plant.contact_power == 1.0:
+        most = min(most, 0.25 * math.sqrt(plant.contact_stiffness / mass_kg))
+    on_scale = 1.0 if has_scale and rng.random() < 0.4 and plant.backlash_gap_m < 8e-6 else 0.0
     feed = float(rng.choice([0.0, 0.9, 1.0])) * mass_kg
     limit_n = peak_n * rng.uniform(1.8, 3.0)
     if rng.random() < 0.5:

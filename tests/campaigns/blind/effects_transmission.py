@@ -10,9 +10,11 @@ from tests.campaigns.blind.setting import TURN, Drawn, Setting, fundamental, sig
 def backlash(p: Plant, s: Setting) -> Drawn:
     gap_m = math.exp(s.rng.uniform(math.log(2e-6), math.log(40e-6)))
     pressed_m = s.rng.uniform(0.1e-6, 0.25e-6)
-    plant = p._replace(gap_m=gap_m, flexible=1.0)
-    if p.contact_power == 1.0 and p.flexible == 0.0:
-        plant = plant._replace(contact=50.0 / pressed_m**1.5, contact_power=1.5, contact_loss_s_m=3.0)
+    plant = p._replace(backlash_gap_m=gap_m, has_compliance=1.0)
+    if p.contact_power == 1.0 and p.has_compliance == 0.0:
+        plant = plant._replace(
+            contact_stiffness=50.0 / pressed_m**1.5, contact_power=1.5, contact_loss_s_m=3.0
+        )
     return plant, Planted("backlash", {"play_m": 0.5 * gap_m}, (), deviation=True, also=("drive_compliance",))
 
 
@@ -21,24 +23,28 @@ def compliance(p: Plant, s: Setting) -> Drawn:
     reduced_kg = p.motor_kg * p.table_kg / (p.motor_kg + p.table_kg)
     damping = 2.0 * s.rng.uniform(0.02, 0.08) * math.sqrt(stiffness_n_m * reduced_kg)
     plant = p._replace(
-        flexible=1.0, contact=stiffness_n_m, contact_power=1.0, contact_loss_s_m=0.0, spring_n_s_m=damping
+        has_compliance=1.0,
+        contact_stiffness=stiffness_n_m,
+        contact_power=1.0,
+        contact_loss_s_m=0.0,
+        spring_n_s_m=damping,
     )
     return plant, Planted("drive_compliance", {"stiffness_n_m": stiffness_n_m}, (), deviation=True)
 
 
-def stretch(p: Plant, s: Setting) -> Drawn:
+def lead_error_cumulative(p: Plant, s: Setting) -> Drawn:
     share = s.rng.uniform(12e-6, 90e-6) * sign(s.rng)
     truth = Planted("lead_error_cumulative", {"relative_error": share}, (), deviation=True)
-    return p._replace(stretch=share), truth
+    return p._replace(relative_lead_error=share), truth
 
 
-def wobble(p: Plant, s: Setting) -> Drawn:
+def lead_error_periodic(p: Plant, s: Setting) -> Drawn:
     amplitude_m = s.rng.uniform(0.8e-6, 5e-6)
     plant = p._replace(
-        wobble_m=amplitude_m,
-        wobble_1_m=TURN / s.lead_m,
-        wobble_rad=s.rng.uniform(0.0, TURN),
-        wobble_2_m=amplitude_m * s.rng.uniform(0.0, 0.3),
+        lead_error_m=amplitude_m,
+        lead_error_1_m=TURN / s.lead_m,
+        lead_error_phase_rad=s.rng.uniform(0.0, TURN),
+        lead_error_second_m=amplitude_m * s.rng.uniform(0.0, 0.3),
     )
     return plant, Planted(
         "lead_error_periodic",
@@ -49,10 +55,12 @@ def wobble(p: Plant, s: Setting) -> Drawn:
     )
 
 
-def eccentric(p: Plant, s: Setting) -> Drawn:
+def eccentricity(p: Plant, s: Setting) -> Drawn:
     amplitude_m = s.rng.uniform(0.8e-6, 6e-6)
     plant = p._replace(
-        eccentric_m=amplitude_m, eccentric_1_m=TURN / s.lead_m, eccentric_rad=s.rng.uniform(0.0, TURN)
+        eccentricity_m=amplitude_m,
+        eccentricity_1_m=TURN / s.lead_m,
+        eccentricity_phase_rad=s.rng.uniform(0.0, TURN),
     )
     return plant, Planted(
         "encoder_eccentricity",
@@ -67,14 +75,14 @@ def expansion(p: Plant, _s: Setting) -> Drawn:
     return p, Planted("thermal_expansion", {}, (), deviation=True)
 
 
-def cyclic(p: Plant, s: Setting) -> Drawn:
+def interpolation_error(p: Plant, s: Setting) -> Drawn:
     period_m = float(s.rng.choice([2e-5, 4e-5, 1e-4, 2e-4, 5e-4]))
     amplitude_m = s.rng.uniform(0.3e-6, 1.5e-6)
     plant = p._replace(
-        cyclic_m=amplitude_m,
-        cyclic_1_m=TURN / period_m,
-        cyclic_rad=s.rng.uniform(0.0, TURN),
-        cyclic_skew=s.rng.uniform(0.0, 0.4),
+        interpolation_error_m=amplitude_m,
+        interpolation_error_1_m=TURN / period_m,
+        interpolation_error_phase_rad=s.rng.uniform(0.0, TURN),
+        interpolation_error_skew=s.rng.uniform(0.0, 0.4),
     )
-    truth = {"period_m": period_m, "amplitude": amplitude_m * fundamental(plant.cyclic_skew)}
+    truth = {"period_m": period_m, "amplitude": amplitude_m * fundamental(plant.interpolation_error_skew)}
     return plant, Planted("scale_cyclic_error", truth, (), deviation=True)

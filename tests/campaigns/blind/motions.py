@@ -24,7 +24,7 @@ PRODUCTION = ("circle", "moves")
 
 
 def set_points(kind: str, reach: Reach, duration_s: float, period_s: float, rng: Random) -> Array:
-    """(n, 3): position from 0 (the middle of the travel), velocity, acceleration."""
+    """Return set points (n, 3), SI: position from 0 (the middle of the travel), velocity, acceleration."""
     n = round(duration_s / period_s)
     if kind in {"multisine", "circle", "reversals"}:
         return _waves(kind, reach, n, period_s, rng)

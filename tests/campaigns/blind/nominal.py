@@ -31,7 +31,7 @@ def fitted(recordings: Sequence[dict[str, Array]]) -> tuple[float, float, float]
 
 
 def smooth(time_s: Array, position_m: Array, force_n: Array) -> tuple[Array, Array, Array, Array]:
-    """Return position, velocity, acceleration and force behind one zero-phase low pass."""
+    """Return position (n,), velocity, acceleration and force, SI, after one zero-phase low pass."""
     period_s = float(time_s[1] - time_s[0])
     low_pass = butter(2, CORNER_HZ * 2.0 * period_s, output="sos")
     x, force = sosfiltfilt(low_pass, np.stack((position_m, force_n)))

@@ -5,11 +5,11 @@ The rule, whatever any tool finds:
 1. The sensors are there: what shows between motor and scale only needs a scale; what happens between
    command and current needs the command as the recorded force.
 2. It is large enough. Let c be what the effect contributes to the difference (force, or scale less motor)
-   behind a low pass of 40 Hz, as far as mass, viscous friction, Coulomb friction and timing cannot stand in
-   for it, and f the RMS of what is left when everything is known. Then either the RMS of c is 0.5 f or more,
+   behind a low pass of 40 Hz, as far as mass, viscous friction, Coulomb friction and timing cannot explain
+   it, and f the RMS of the residual with all effects known. Then either the RMS of c is 0.5 f or more,
    or that of its strongest twentieth is 3 f or more; and c holds at least 2 % of the square of all that a
    fitted nominal model leaves, the other concealed effects known.
-3. The motion tells it apart: `NEEDS`.
+3. The motion separates it from its look-alike: `NEEDS`.
 
 A lag that a delay of the command would imitate to within half the noise, or the other way round, is of one
 class with it.
@@ -32,7 +32,7 @@ from tests.campaigns.blind.simulate import AT
 LEAST_RMS, LEAST_PEAK, LEAST_SHARE = 0.5, 3.0, 0.02
 STRONGEST = 0.05
 LOOK_ALIKE = {"current_loop_lag": "transport_delay", "transport_delay": "current_loop_lag"}
-CLUTTER = {"presliding_hysteresis": ("presliding",), "cogging": ("small",)}
+CLUTTER = {"presliding_hysteresis": ("presliding",), "cogging": ("clutter",)}
 
 
 def judged(case: Case, recordings: Sequence[SimulatedRecording]) -> dict[str, dict[str, object]]:
@@ -50,7 +50,7 @@ def clutter(case: Case, recordings: Sequence[SimulatedRecording]) -> dict[str, f
 def _judge(case: Case, effect: Planted, recordings: Sequence[SimulatedRecording]) -> dict[str, object]:
     if effect.deviation and not case.sensing.has_scale:
         return _statement(why="no scale")
-    inner = effect.name in COMMAND_ONLY or "late" in effect.causes
+    inner = effect.name in COMMAND_ONLY or "delay" in effect.causes
     if inner and not case.sensing.is_command:
         return _statement(why="the recorded force is the current")
     own, floor, share = _sizes(case, effect, recordings)
@@ -73,10 +73,9 @@ def _imitated(effect: Planted, recordings: Sequence[SimulatedRecording], floor: 
     """Whether the best lag imitates a delay to within the noise, or the best delay a lag."""
     best = math.inf
     for time_s in np.geomspace(0.4, 2.5, 15) * effect.parameters["time_s"]:
-        left = [_against(effect, one, float(time_s)) for one in recordings]
-        y, base = (np.concatenate(same) for same in zip(*left, strict=True))
-        rest = _rest(y, base)
-        best = min(best, _rms(rest))
+        pairs = [_against(effect, one, float(time_s)) for one in recordings]
+        y, base = (np.concatenate(same) for same in zip(*pairs, strict=True))
+        best = min(best, _rms(_residual(y, base)))
     return best < LEAST_RMS * floor
 
 
@@ -115,10 +114,10 @@ def _sizes(
     side = _deviation if effect.deviation else _force
     parts = [side(case, effect, one) for one in recordings]
     y, own, others, known, base = (np.concatenate(same) for same in zip(*parts, strict=True))
-    floor = _rest(y - known, base)
-    # what can be known of the timing is not the effect's where the effect is timing itself
-    free = base[:, :-1] if effect.name in COMMAND_ONLY or "late" in effect.causes else base
-    before, mine = _rest(y - others, free), _rest(own, free)
+    floor = _residual(y - known, base)
+    # an effect on the timing is not explained by the timing column
+    free = base[:, :-1] if effect.name in COMMAND_ONLY or "delay" in effect.causes else base
+    before, mine = _residual(y - others, free), _residual(own, free)
     return mine, _rms(floor), float(np.sum(mine**2) / np.sum(before**2))
 
 
@@ -126,10 +125,10 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _rest(y: Array, base: Array) -> Array:
+def _residual(y: Array, base: Array) -> Array:
     theta, *_ = np.linalg.lstsq(base, y, rcond=None)
-    rest: Array = y - base @ theta
-    return rest
+    residual: Array = y - base @ theta
+    return residual
 
 
 def _force(case: Case, effect: Planted, recording: SimulatedRecording) -> tuple[Array, ...]:
@@ -178,10 +177,10 @@ def _speeds(recordings: Sequence[SimulatedRecording]) -> Array:
 
 
 def _stribeck(case: Case, recordings: Sequence[SimulatedRecording]) -> str:
-    v, speed = _speeds(recordings), case.plant.rise_m_s
+    v, speed = _speeds(recordings), case.plant.stribeck_m_s
     moving = v > 0.05 * speed
     slow = np.mean(v[moving] < speed)
-    steady = sum(one.motion == "slow" for one in case.runs)
+    steady = sum(one.motion == "current_loop" for one in case.runs)
     return "" if slow > 0.02 and steady else "no slow constant speeds"
 
 

@@ -1,4 +1,4 @@
-"""Write a case to files: recordings, a nominal model, and the sealed truth."""
+"""Writes a case to files: recordings, a nominal model, and the sealed truth."""
 
 import json
 import math
@@ -40,21 +40,21 @@ def record(case: Case, directory: Path) -> list[Path]:
             pq.write_table(table, path)
         paths.append(path)
         pq.write_table(pa.table(_concealed(case, recording)), sealed / f"{path.name}.parquet")
-    values = fitted([one.columns for one in recordings]) if case.nominal == "fitted" else _sheet(case)
+    values = fitted([one.columns for one in recordings]) if case.nominal == "fitted" else _data_sheet(case)
     (directory / "model.toml").write_text(model_text(case, values), encoding="utf-8")
     (sealed / "truth.json").write_text(json.dumps(truth(case, recordings), indent=1) + "\n", encoding="utf-8")
     return paths
 
 
 def _concealed(case: Case, recording: SimulatedRecording) -> dict[str, Array]:
-    """Write the contributions of the effects to both channels, sample by sample."""
+    """Return the contributions of all concealed effects to both residual channels, (n,) each."""
     presliding_n = recording.inside[:, AT["presliding"]]
     deviation_m = sum(contribution_m(case, effect, recording) for effect in case.planted)
     return {
-        # with all of the friction that does not grow with speed: what a sign does at rest is no force
+        # all of the friction that does not grow with speed: at rest the sign of the velocity is no force
         "known_force_n": known_force_n(case, recording.inside)
         - presliding_n
-        + recording.inside[:, AT["rubbing_n"]],
+        + recording.inside[:, AT["coulomb_friction_n"]],
         "known_deviation_m": deviation_m + np.zeros(len(recording.inside)),
     }
 
@@ -85,17 +85,17 @@ def simulated(case: Case, one: Run) -> SimulatedRecording:
     reference = set_points(one.motion, case.reach, one.duration_s, period_s, rng)
     n, s = len(reference), case.sensing
     rise_share = np.linspace(one.warm_from, one.warm_to, n)
-    shake = coloured(rng, n, period_s, 15.0) * s.force_drift_n
+    noise_n = coloured(rng, n, period_s, 15.0) * s.force_drift_n
     wander = coloured(rng, n, period_s, 0.3) * s.scale_wander_m
     motor_noise = rng.normal(size=n) * s.motor_noise_m
     growth = _growth(case, reference[:, 0], rise_share)
     scale_noise = rng.normal(size=n) * s.scale_noise_m + wander + growth
-    towing, tow_columns = _tow(case, rng, n, period_s)
+    coupled_m_s2, coupled_columns = _coupled_axis(case, rng, n, period_s)
     loop = case.loop
     for _ in range(6):
         rows = run(
-            case.plant, loop, np.ascontiguousarray(reference), period_s, STEP_S, rise_share, shake,
-            motor_noise, scale_noise, towing, one.start_m,
+            case.plant, loop, np.ascontiguousarray(reference), period_s, STEP_S, rise_share, noise_n,
+            motor_noise, scale_noise, coupled_m_s2, one.start_m,
         )  # fmt: skip
         if np.abs(rows[:, AT["motor_m"]] - reference[:, 0]).max() < 0.02:
             break
@@ -114,11 +114,11 @@ def simulated(case: Case, one: Run) -> SimulatedRecording:
     if s.has_temperature:
         kelvin = KELVIN + case.warming_k * rise_share[::every]
         columns["temperature_k"] = np.round((kelvin + rng.normal(size=len(rows)) * 0.02) / 0.01) * 0.01
-    if tow_columns:
+    if coupled_columns:
         columns = {
             name if name in {"time_s", "temperature_k"} else f"x.{name}": v for name, v in columns.items()
         }
-        columns |= {name: values[::every] for name, values in tow_columns.items()}
+        columns |= {name: values[::every] for name, values in coupled_columns.items()}
     return SimulatedRecording(columns, rows, wander[::every], growth[::every], one.start_m)
 
 
@@ -136,7 +136,9 @@ def _growth(case: Case, position_m: Array, rise_share: Array) -> Array:
     return growth - growth[0]
 
 
-def _tow(case: Case, rng: np.random.Generator, n: int, period_s: float) -> tuple[Array, dict[str, Array]]:
+def _coupled_axis(
+    case: Case, rng: np.random.Generator, n: int, period_s: float
+) -> tuple[Array, dict[str, Array]]:
     """Return the acceleration of another axis that is coupled to this one, and that axis' columns."""
     if not case.towing:
         return np.zeros(n), {}
@@ -153,7 +155,7 @@ def _tow(case: Case, rng: np.random.Generator, n: int, period_s: float) -> tuple
     }
 
 
-def _sheet(case: Case) -> tuple[float, float, float]:
+def _data_sheet(case: Case) -> tuple[float, float, float]:
     """Return mass, viscous and Coulomb friction as on a data sheet."""
     p, (mass, viscous, coulomb) = case.sound, case.nominal_factors
     return (p.motor_kg + p.table_kg) * mass, p.viscous_n_s_m * viscous, p.coulomb_n * coulomb
