@@ -11,7 +11,7 @@ import numpy as np
 from hil_sim.config import AxisPlant, PlantConfig
 
 MASS_SHARE, FRICTION_SHARE = 0.3, 0.5
-"""Largest relative deviations; the ranges of the specification."""
+"""Bound the relative deviations of masses and of friction parameters; from the specification."""
 FORCES = {
     "viscous_friction": ("viscous_n_s_m",),
     "coulomb_friction": ("coulomb_n",),

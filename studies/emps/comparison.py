@@ -16,9 +16,11 @@ from servo_ctrl.recording.reader import Recording
 
 RECORDS = {"train": "emps_train.npz", "pulses": "emps_test_pulses.npz"}
 PUBLISHED_FORCE_ERROR_PERCENT = {"train": 5.85, "pulses": 8.94}
+"""Relative force error by record, per cent; published by the authors of the data."""
 COLUMNS = ("t_s", "q_meas_m", "force_N", "pulse_V", "gtau_N_per_V")
 START_SAMPLES = 20
-"""Excluded by the data's authors: the real axis was already in motion."""
+"""Samples that are excluded at the start; from the authors of the data: the real axis was in motion
+already."""
 
 
 class EmpsError(ServoCtrlError):

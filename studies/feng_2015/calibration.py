@@ -47,7 +47,7 @@ ELEMENTS = 6
 """Presliding elements in use; chosen."""
 
 
-class Free(NamedTuple):
+class FreeParameter(NamedTuple):
     """A parameter of the search, which runs over its logarithm; both bounds are positive."""
 
     name: str
@@ -55,21 +55,21 @@ class Free(NamedTuple):
     upper: float
 
 
-FREE = (
-    Free("table_kg", 30.0, 60.0),
-    Free("coulomb_n", 8.0, 90.0),
-    Free("stribeck_share", 0.03, 0.6),
-    Free("stribeck_mm_s", 1.0, 20.0),
-    Free("viscous_n_s_m", 30.0, 250.0),
-    Free("first_slip_um", 0.5, 5.0),
-    Free("last_slip_um", 5.0, 120.0),
-    Free("shape", 0.1, 10.0),  # share of an element ~ (slip distance)^log(shape)
-    Free("attraction_n_s", 300.0, 1e5),
-    Free("micro_damping_n_s_m", 100.0, 2e4),
-    Free("velocity_bandwidth_1_s", 120.0, 280.0),  # kv / moved mass: 2 ms of delay allow no more
-    Free("integral_share", 0.02, 0.28),  # ki / kv per velocity bandwidth
-    Free("position_share", 0.05, 0.28),  # kp per velocity bandwidth
-    Free("window_s", 0.06, 0.5),
+FREE_PARAMETERS = (
+    FreeParameter("table_kg", 30.0, 60.0),
+    FreeParameter("coulomb_n", 8.0, 90.0),
+    FreeParameter("stribeck_share", 0.03, 0.6),
+    FreeParameter("stribeck_mm_s", 1.0, 20.0),
+    FreeParameter("viscous_n_s_m", 30.0, 250.0),
+    FreeParameter("first_slip_um", 0.5, 5.0),
+    FreeParameter("last_slip_um", 5.0, 120.0),
+    FreeParameter("shape", 0.1, 10.0),  # share of an element ~ (slip distance)^log(shape)
+    FreeParameter("attraction_n_s", 300.0, 1e5),
+    FreeParameter("micro_damping_n_s_m", 100.0, 2e4),
+    FreeParameter("velocity_bandwidth_1_s", 120.0, 280.0),  # kv / moved mass: 2 ms of delay allow no more
+    FreeParameter("integral_share", 0.02, 0.28),  # ki / kv per velocity bandwidth
+    FreeParameter("position_share", 0.05, 0.28),  # kp per velocity bandwidth
+    FreeParameter("window_s", 0.06, 0.5),
 )
 
 
@@ -167,12 +167,12 @@ def misfit(found: Measured) -> float:
 def refit(machine: MachineConfig, plant: PlantConfig, generations: int, seed: int) -> dict[str, float]:
     """Return the free parameters of least misfit, found by differential evolution."""
     program = circle_program(machine)
-    lower = np.log([free.lower for free in FREE])
-    upper = np.log([free.upper for free in FREE])
+    lower = np.log([free.lower for free in FREE_PARAMETERS])
+    upper = np.log([free.upper for free in FREE_PARAMETERS])
 
     def values_at(point: Array) -> dict[str, float]:
         numbers = np.exp(lower + point * (upper - lower)).tolist()
-        return dict(zip((free.name for free in FREE), numbers, strict=True))
+        return dict(zip((free.name for free in FREE_PARAMETERS), numbers, strict=True))
 
     def cost(point: Array) -> float:
         found = misfit(measured(*with_values(machine, plant, values_at(point)), program))
@@ -180,7 +180,7 @@ def refit(machine: MachineConfig, plant: PlantConfig, generations: int, seed: in
 
     result = differential_evolution(
         cost,
-        Bounds(np.zeros(len(FREE)), np.ones(len(FREE))),
+        Bounds(np.zeros(len(FREE_PARAMETERS)), np.ones(len(FREE_PARAMETERS))),
         maxiter=generations,
         popsize=6,
         tol=0.0,

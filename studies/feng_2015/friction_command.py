@@ -9,6 +9,7 @@ import typer
 from servo_ctrl.cli.options import JsonOption, OutOption, TableOption
 
 SEED = 2015
+"""Default seed of the random commands; chosen."""
 
 
 class LearnChoice(StrEnum):

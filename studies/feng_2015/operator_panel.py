@@ -20,12 +20,13 @@ from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.io.can_port import BusError, CanPort, open_port
 
 STATUS_PDO, SDO_RESPONSE = 0x180, 0x580
+"""COB-IDs of the first TPDO and of the SDO response, less the node id (CiA 301)."""
 STATUS_LAYOUT = struct.Struct("<4B2H")
 """Stage, learning state, due mask, axis being learned, progress per mille, J: docs/commands.md."""
 STATUS_LIMIT_S = 10.0
 """Bounds the wait for a status PDO, sent ten times a second of machine time."""
 POLL_S = 0.2
-"""Pause between two readings of the status PDO."""
+"""Interval of the readings of the status PDO, seconds; chosen."""
 
 
 class PanelError(ServoCtrlError):

@@ -23,10 +23,11 @@ from servo_ctrl.control.tick import AxisParams
 from studies.feng_2015.rival_tuning import Setting, Tuner
 
 LAMBDAS_1_S = (45.0, 65.0, 90.0, 130.0, 190.0)
+"""Tried values of lambda; chosen."""
 ADAPTATIONS = (0.1, 0.2, 0.3, 0.45)
-"""rho as a share of K lambda."""
+"""Tried values of rho, as a share of K lambda; chosen."""
 OBSERVER_RATIOS = (0.5, 1.0, 2.0, 3.0, 5.0)
-"""w_o over w_c."""
+"""Tried values of w_o over w_c; chosen."""
 FASTEST_1_S, SPEEDS = (40.0, 600.0), 60
 """Values of K / M, or of w_c, that are tried; the largest allowed one counts. All of these chosen."""
 

@@ -19,7 +19,7 @@ from studies.feng_2015.s_shapes import SShapeResult, analyse_s_shapes
 WITHOUT, OBSERVER, PULSE, SINGLE = "WTFC", "WDOB", "WFC", "WFC_single"
 """The paper's names; WFC_single is the pulse of the paper alone, without the second trapezoid."""
 REST_S = 1.0
-"""Between the circles and the S-shaped motions."""
+"""Standstill between the circles and the S-shaped motions, seconds; chosen."""
 
 
 class Variant(NamedTuple):

@@ -18,10 +18,11 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.loop_margins import sensitivity_peak
 from studies.random_plants import FORCES, FRICTION_SHARE, MASS_SHARE, each_axis, random_plant, scaled
 
-PLAY_M = 3e-6
+BACKLASH_GAP_M = 3e-6
 STIFFNESS_SHARE = 0.7
 """Factor of a more compliant drive train; chosen: with half the stiffness the loop of y is unstable."""
 PERIODS_US = (2000, 4000)
+"""Cycle times of the conditions, microseconds; chosen."""
 SCALES = np.geomspace(1.0, 0.1, 47)
 """Factors of the gains at longer cycles, in steps of 5 %; chosen."""
 
@@ -43,7 +44,7 @@ def named_conditions(machine: MachineConfig, plant: PlantConfig) -> Iterator[Con
     for sign in (-1.0, 1.0):
         share = sign * FRICTION_SHARE
         yield Condition(f"friction {100 * share:+.0f} %", machine, with_friction(plant, 1.0 + share))
-    yield Condition("play 3 um", machine, with_play(plant, PLAY_M))
+    yield Condition("play 3 um", machine, with_backlash(plant, BACKLASH_GAP_M))
     yield Condition("drive train 30 % softer", machine, with_stiffness(plant, STIFFNESS_SHARE))
     yield Condition("motor feedback", with_motor_feedback(machine), plant)
     for period_us in PERIODS_US:
@@ -82,7 +83,7 @@ def with_friction(plant: PlantConfig, share: float) -> PlantConfig:
     return _with_effects(plant, changed)
 
 
-def with_play(plant: PlantConfig, play_m: float) -> PlantConfig:
+def with_backlash(plant: PlantConfig, play_m: float) -> PlantConfig:
     """Return the plant with a backlash gap between nut and screw."""
     return _with_effects(plant, lambda _: {"backlash": backlash.Params(0.5 * play_m)})
 

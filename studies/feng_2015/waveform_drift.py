@@ -22,6 +22,7 @@ from studies.twin_axis import twin_axis
 BEFORE = 6
 """Reversals before the friction rises; chosen."""
 RAMP_S = 0.5
+"""Speed ramp of a circle, seconds; chosen."""
 
 
 class Recovery(NamedTuple):

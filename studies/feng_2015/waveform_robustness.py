@@ -3,7 +3,7 @@
     python -m studies.feng_2015.waveform_robustness --tables 20 --json docs/friction_waveforms.json
 
 Each machine and table of `waveform_conditions` learns by itself, and is measured on the motions of the
-study, on circles of other radii, and on `unseen_motions`, all in the batch twin.
+study, on circles of other radii, and on `held_out_motions`, all in the batch twin.
 """
 
 import argparse
@@ -18,9 +18,9 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.learning.reversal_waveform import WaveformLearned
 from servo_ctrl.metrology.circles import ReversalFigures
+from studies.feng_2015.held_out_motions import held_out_motions, motion_figures
 from studies.feng_2015.rivals import rival_figures
 from studies.feng_2015.twin_motions import twin_figures, twin_program
-from studies.feng_2015.unseen_motions import motion_figures, unseen_motions
 from studies.feng_2015.variants import study_program
 from studies.feng_2015.waveform_conditions import Condition, named_conditions, random_tables
 from studies.feng_2015.waveform_learning import learn_waveforms, with_learned
@@ -30,6 +30,7 @@ MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
 UNSEEN = ((10.0, 1500.0), (15.0, 750.0), (40.0, 2500.0), (30.0, 3000.0))
 """Radius (mm) and feed (mm/min) of further circles; chosen before any was run with waveforms."""
 SEED = 24
+"""Seed of the random tables; chosen."""
 Figures = dict[tuple[str, str], ReversalFigures]
 """(Axis or "S", label) to the four indicators, micrometres."""
 
@@ -44,7 +45,7 @@ class MeasuredTable(NamedTuple):
     strokes: dict[str, int]
 
 
-def unseen_program(machine: Path) -> ProgramConfig:
+def held_out_program(machine: Path) -> ProgramConfig:
     """Return the motions of the study and the further circles as one program."""
     program = study_program(machine)
     steps: list[Any] = []
@@ -69,14 +70,17 @@ def measured(condition: Condition, stale: dict[str, WaveformLearned] | None) -> 
     machine, plant = condition.machine, condition.plant
     learned_here = learned_of(condition)
     params = {axis: axis_params(machine, axis) for axis in machine.axes}
-    program, unseen = twin_program(machine, unseen_program(machine.source.parent)), unseen_motions(machine)
+    program, held_out = (
+        twin_program(machine, held_out_program(machine.source.parent)),
+        held_out_motions(machine),
+    )
 
     def figures(learned: dict[str, WaveformLearned] | None) -> Figures:
         acting = params
         if learned is not None:
             acting = {axis: with_learned(plain, learned[axis]) for axis, plain in params.items()}
         found = twin_figures(machine, plant, program, acting)
-        for motion in unseen:
+        for motion in held_out:
             found |= motion_figures(machine, plant, motion, acting)
         return found
 

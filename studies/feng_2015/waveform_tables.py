@@ -40,16 +40,16 @@ def by_motion(figures: dict[str, Any]) -> str:
 def by_condition(figures: dict[str, Any]) -> str:
     """Return the table of conditions, with the worst of all motions."""
     study = ("study: worst peak um", "least reduction %")
-    unseen_heads = ("unseen: worst peak um", "least reduction %", "not learned again: least reduction %")
-    lines = _heads("machine", "strokes x, y", *study, *unseen_heads)
+    held_out_heads = ("unseen: worst peak um", "least reduction %", "not learned again: least reduction %")
+    lines = _heads("machine", "strokes x, y", *study, *held_out_heads)
     for entry in figures["conditions"]:
         seen = [row for row in entry["motions"] if row["label"] in STUDY_LABELS]
-        unseen = [row for row in entry["motions"] if row["label"] not in STUDY_LABELS]
+        held_out = [row for row in entry["motions"] if row["label"] not in STUDY_LABELS]
         stale = [
             row["stale_least_reduction_percent"] for row in seen if "stale_least_reduction_percent" in row
         ]
         cells = [entry["name"], ", ".join(str(count) for count in entry["strokes"].values())]
-        for rows in (seen, unseen):
+        for rows in (seen, held_out):
             cells.append(f"{max(row['LWC']['contour_peak_um'] for row in rows):.2f}")
             cells.append(f"{min(row['least_reduction_percent'] for row in rows):.1f}")
         cells.append(f"{min(stale):.1f}" if stale else "")

@@ -22,8 +22,9 @@ from studies.feng_2015.twin_motions import TwinProgram, twin_program
 from twin.rollout import rollout
 
 GAIN_1_S = 50.0
-"""Of the coupling; chosen by Ms alone, 1.96 on the table's masses with the observer of its file."""
+"""Gain of the coupling, 1/s; chosen by Ms alone, 1.96 on the table's masses with the observer of its file."""
 FEEDS_MM_MIN, RADIUS_MM = (1000, 3000), 25.0
+"""Feeds of the circles, and their radius; chosen."""
 UM = 1e6
 
 

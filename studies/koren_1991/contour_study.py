@@ -21,11 +21,11 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from studies.feng_2015.waveform_conditions import (
-    PLAY_M,
+    BACKLASH_GAP_M,
     Condition,
     named_conditions,
     random_tables,
-    with_play,
+    with_backlash,
 )
 from studies.feng_2015.waveform_learning import with_learned
 from studies.feng_2015.waveform_robustness import learned_of
@@ -34,28 +34,34 @@ from twin.plant_file import load_plant
 
 MACHINE = Path(__file__).parents[2] / "machines" / "xy_table"
 SEED = 1991
-LESS = 0.8
+"""Seed of the random tables; chosen."""
+LOWER_GAIN_RATIO = 0.8
 """Factor of a gain of y where the gains differ; from the task."""
-LAG_MM = 10.0
+FOLLOWING_ERROR_MM = 10.0
 """Limit of the following error where no feedforward takes the lag away; chosen."""
 
 
 def machines(machine: MachineConfig) -> Iterator[tuple[str, MachineConfig]]:
     """Yield the machine with gains that differ, and without velocity feedforward, as in the paper."""
     y = machine.axes["y"].control
-    yield "kp of y -20 %", with_control(machine, "y", kp_1_s=LESS * y.kp_1_s)
+    yield "kp of y -20 %", with_control(machine, "y", kp_1_s=LOWER_GAIN_RATIO * y.kp_1_s)
     yield (
         "kv and ki of y -20 %",
-        with_control(machine, "y", kv_n_s_m=LESS * y.kv_n_s_m, ki_n_m=LESS * y.ki_n_m),
+        with_control(
+            machine, "y", kv_n_s_m=LOWER_GAIN_RATIO * y.kv_n_s_m, ki_n_m=LOWER_GAIN_RATIO * y.ki_n_m
+        ),
     )
     lagging = machine
     for name in machine.axes:
-        limits = machine.axes[name].limits.model_copy(update={"following_error_mm": LAG_MM})
+        limits = machine.axes[name].limits.model_copy(update={"following_error_mm": FOLLOWING_ERROR_MM})
         lagging = with_control(lagging, name, velocity_feedforward=0.0)
         axes = lagging.axes | {name: lagging.axes[name].model_copy(update={"limits": limits})}
         lagging = lagging.model_copy(update={"axes": axes})
     yield "no velocity feedforward", lagging
-    yield "no velocity feedforward, kp of y -20 %", with_control(lagging, "y", kp_1_s=LESS * y.kp_1_s)
+    yield (
+        "no velocity feedforward, kp of y -20 %",
+        with_control(lagging, "y", kp_1_s=LOWER_GAIN_RATIO * y.kp_1_s),
+    )
 
 
 def with_control(machine: MachineConfig, axis: str, **changes: float) -> MachineConfig:
@@ -118,7 +124,7 @@ def main() -> None:
     learned = as_it_is._replace(name="learned waveforms (LWC)")
     figures["machines"].append(measured(learned, waveforms=True))
     for condition in random_tables(machine, plant, options.tables, SEED):
-        worn = condition._replace(plant=with_play(condition.plant, PLAY_M))
+        worn = condition._replace(plant=with_backlash(condition.plant, BACKLASH_GAP_M))
         figures["tables"].append(measured(condition))
         figures["tables_with_play"].append(measured(worn))
         write_figures(options.json, figures)

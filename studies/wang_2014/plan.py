@@ -35,7 +35,7 @@ OVERRUN_MM = 2.5
 FEED_MM_MIN = 3000.0
 """Chosen."""
 SEED = 2014
-"""Seed of the random dwells and the uneven targets."""
+"""Seed of the random dwells and the uneven targets; chosen."""
 
 
 class Series(NamedTuple):

@@ -29,10 +29,13 @@ from twin.plant_file import load_plant
 
 MACHINE = Path(__file__).parents[2] / "machines" / "precision_stage"
 TRAINING_SEED, SEED = 2013, 2014
+"""Seeds of the stages for training and of the measured ones; chosen."""
 TRAINING_STAGES = 3
+"""Number of stages for training; chosen."""
 CYCLES = 5
 """Of a series, from power-up: six minutes, in which the screw takes on half of the change of the room."""
 GAINS, CORRECTIONS = (1.0, 0.25, 0.1, 0.05, 0.02), (1, 5)
+"""Tried gains of a correction, and tried numbers of corrections at an end point; chosen."""
 COMPARED = ("smoothed", "screw_table", "screw_table_sampled")
 TRIMMED = "screw_table_trimmed"
 """Table and sampled loop with the gain and the corrections of the search."""

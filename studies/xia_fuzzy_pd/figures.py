@@ -13,7 +13,7 @@ from kernels.arrays import Array
 from servo_ctrl.learning.performance import reversals
 
 SETTLED = 0.02
-"""Half width of the settling band, share of the step."""
+"""Half width of the settling band, as a share of the step; chosen."""
 STANDING = 0.01
 """Below this share of the largest commanded speed the table counts as standing still."""
 SPEED_SPAN_S = 0.01

@@ -26,8 +26,11 @@ from studies.xia_fuzzy_pd.tuning_laws import LAWS, in_the_file, values_at
 from twin.plant_file import load_plant
 
 POPULATION = 40
+"""Individuals of the differential evolution; chosen."""
 GENERATIONS = 60
+"""Generations of the differential evolution; chosen."""
 SEEDS = (1, 2)
+"""Seeds of the searches; the best result is taken."""
 
 
 class TunedLaw(NamedTuple):
@@ -109,9 +112,16 @@ def main() -> None:
             "best": in_the_file(options.law, best.values),
             "measures": [
                 {
-                    "steps": [step._asdict() for step in entry.steps],
+                    "steps": [
+                        {
+                            "itae_m_s2": step.itae_m_s2,
+                            "swing": step.overshoot,
+                            "unrest": step.settling_error,
+                        }
+                        for step in entry.steps
+                    ],
                     "sines": [sine._asdict() for sine in entry.sines],
-                    "unrest": entry.unrest,
+                    "unrest": entry.settling_error,
                 }
                 for entry in training.measured(options.law, best.values)
             ],

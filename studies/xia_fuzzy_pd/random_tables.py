@@ -29,9 +29,11 @@ from twin.plant_file import load_plant
 
 MACHINE = Path(__file__).parents[2] / "machines" / "fuzzy_table"
 SEED = 2007
+"""Seed of the random tables; chosen."""
 STEP_M, HOLD_S = 1e-3, 1.0
+"""Step and the time it is held, from programs/position.toml."""
 SINE = (5e-3, 0.5, 5.0)
-"""Amplitude m, frequency Hz, cycles; as STEP_M and HOLD_S those of the study (programs/position.toml)."""
+"""Amplitude m, frequency Hz, cycles; from programs/position.toml."""
 LEAST_M, MOST_M = 0.05e-3, 4e-3
 """Bounds of the step of each table's own, drawn by decades; chosen."""
 TRAIN_SHARE = 0.3
@@ -83,7 +85,7 @@ def measured(machine: MachineConfig, table: RandomTable) -> dict[str, float]:
     found: dict[str, float] = {}
     rest_um = []
     for name, size_m in (("step", STEP_M), ("own_step", table.step_m)):
-        command_m, scale_m = _run(machine, table, _there_and_back(machine, size_m))
+        command_m, scale_m = _run(machine, table, _step_up_and_down(machine, size_m))
         figures = step_figures(command_m, scale_m, machine.period_s)
         settling_ms = figures.settling_s * 1e3
         found[f"{name}_overshoot_pct"] = figures.overshoot_pct
@@ -113,7 +115,7 @@ def _deviation_at_rest_um(error_m: Any, period_s: float) -> float:
     return float(np.abs(ends).max()) * 1e6
 
 
-def _there_and_back(machine: MachineConfig, size_m: float) -> list[Step]:
+def _step_up_and_down(machine: MachineConfig, size_m: float) -> list[Step]:
     feed_m_s = machine.axes[AXIS].limits.velocity_mm_s * 1e-3
 
     def to(position_m: float) -> Move:

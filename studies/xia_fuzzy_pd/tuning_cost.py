@@ -1,8 +1,8 @@
 """Cost of a position law on one axis of the batch twin: training motions, training plants, measures.
 
 It is the same for every law (docs/fuzzy_pd.md). Training motions and plants differ from those of the study:
-the friction is a fifth below and above the known one. Each measure is divided by that of a plain
-proportional loop, so that the weights have no units.
+the friction is a fifth below and above the known one. Each measure is divided by that of a
+proportional reference loop, so that the weights have no units.
 """
 
 import math
@@ -23,36 +23,38 @@ from studies.twin_axis import REST_CYCLES, motion, twin_axis
 from studies.xia_fuzzy_pd.tuning_laws import with_law
 
 STEPS_M, HOLD_S = (0.1e-3, 0.25e-3, 0.6e-3, 1.6e-3, 4e-3), 0.4
-"""A nonlinear law needs more than one size."""
+"""Steps, and the time each is held, seconds; chosen: a nonlinear law needs more than one size."""
 SINES = ((3e-3, 0.7), (7e-3, 0.4))
-"""Amplitude m, frequency Hz."""
-CYCLES, UNCOUNTED = 1.5, 0.25
-"""Cycles of a sine, and those at its beginning that do not count."""
+"""Amplitude m and frequency Hz of the sines; chosen."""
+CYCLES, TRANSIENT_CYCLES = 1.5, 0.25
+"""Cycles of a sine, and those at its start that do not count; chosen."""
 FRICTIONS = (0.8, 1.2)
-"""Factors of the friction levels and the viscous damping of the plant file."""
+"""Factors of the friction levels and the viscous damping of the plant file; chosen."""
 MARGIN = 2.0
-"""Factor of the gain with which a step must still come to rest."""
+"""Factor of the gain with which a step must still settle; chosen."""
 MARGIN_STEP = 1
-"""Index in STEPS_M of the step for this test."""
-RESTED, REST_S = 0.02, 0.2
-"""At rest: the error is within this share of the step, over this time at the end of the hold."""
-PLAIN_1_S = 20.0
-"""Gain of the plain loop whose measures are the unit."""
-SWING_WEIGHT, ACTIVITY_WEIGHT, UNREST_WEIGHT = 100.0, 0.05, 10.0
-"""1 % of swing, or twenty times the activity, counts as much as the step of the plain loop."""
-SPOILED = 3.0
-"""Cost of swing and unrest at which a law is not run further: more than the whole cost of the plain loop."""
-HOPELESS = 1e6
+"""Index in STEPS_M of the step with `MARGIN` times the gain; chosen."""
+SETTLED_SHARE, REST_S = 0.02, 0.2
+"""Bound the error of a settled step, as a share of it, over this time at the end of the hold; chosen."""
+REFERENCE_1_S = 20.0
+"""Gain of the proportional reference loop, 1/s, whose measures are the unit; chosen."""
+OVERSHOOT_WEIGHT, ACTIVITY_WEIGHT, SETTLING_WEIGHT = 100.0, 0.05, 10.0
+"""Weights; chosen: 1 % of overshoot, or twenty times the activity, counts as the reference loop's step."""
+OSCILLATION_COST_MAX = 3.0
+"""Bounds the cost of overshoot and settling beyond which a law is not run further; chosen: above the whole
+cost of the reference loop."""
+UNSTABLE_COST = 1e6
+"""Cost of a law that does not settle: above that of any which does."""
 
 
 class StepMeasures(NamedTuple):
     """A step up and down."""
 
     itae_m_s2: float
-    swing: float
-    """Overshoot, or motion back from the farthest point, less one count; share of the step."""
-    unrest: float
-    """Largest error over the end of the hold less RESTED, share of the step."""
+    overshoot: float
+    """Overshoot, or reversed motion after it, less one count; share of the step."""
+    settling_error: float
+    """Largest error over the end of the hold less SETTLED_SHARE; share of the step."""
 
 
 class SineMeasures(NamedTuple):
@@ -68,8 +70,8 @@ class Measures(NamedTuple):
     """The measures on one plant."""
 
     steps: list[StepMeasures]
-    unrest: float
-    """Largest unrest, including that with `MARGIN` times the gain."""
+    settling_error: float
+    """Largest settling error, including that with `MARGIN` times the gain."""
     sines: list[SineMeasures]
 
 
@@ -83,36 +85,40 @@ class Training:
         scale = machine.axes[axis].scale
         self._count_m = scale.resolution_um * 1e-6 if scale is not None else 0.0
         self._plants = [_with_friction(plant, axis, factor) for factor in FRICTIONS]
-        self._steps = [motion(machine, axis, _there_and_back(machine, axis, size_m)) for size_m in STEPS_M]
+        self._steps = [motion(machine, axis, _step_up_and_down(machine, axis, size_m)) for size_m in STEPS_M]
         self._sines = [motion(machine, axis, [_sine(machine, axis, *sine)]) for sine in SINES]
-        plain = {"kp_1_s": PLAIN_1_S, "ki_1_s2": 0.0, "kd": 0.0, "derivative_filter_ms": 0.0}
-        self._plain = self.measured("pid", plain)
+        proportional = {"kp_1_s": REFERENCE_1_S, "ki_1_s2": 0.0, "kd": 0.0, "derivative_filter_ms": 0.0}
+        self._reference = self.measured("pid", proportional)
 
     def cost(self, law: str, values: Mapping[str, float]) -> float:
-        """Return the mean cost over the plants; the plain loop has 2 + `ACTIVITY_WEIGHT` and its unrest.
+        """Return the mean cost over the plants; the reference loop's is 2 + `ACTIVITY_WEIGHT` + settling.
 
-        For a law that swings much or does not come to rest, that alone is the cost: it is not run further.
+        For a law that oscillates or does not come to rest, that alone is the cost: it is not run further.
         """
-        params, more = self._laws(law, values)
+        params, high_gain = self._laws(law, values)
         costs = []
-        for plant, plain in zip(self._plants, self._plain, strict=True):
-            steps, unrest = self._steps_on(plant, params, more)
-            spoiled = SWING_WEIGHT * max(step.swing for step in steps) + UNREST_WEIGHT * unrest
-            if not spoiled < SPOILED:
-                return spoiled if math.isfinite(spoiled) else HOPELESS
-            sines = list(zip(self._sines_on(plant, params), plain.sines, strict=True))
-            itae = [a.itae_m_s2 / b.itae_m_s2 for a, b in zip(steps, plain.steps, strict=True)]
+        for plant, reference in zip(self._plants, self._reference, strict=True):
+            steps, settling_error = self._steps_on(plant, params, high_gain)
+            oscillation_cost = (
+                OVERSHOOT_WEIGHT * max(step.overshoot for step in steps) + SETTLING_WEIGHT * settling_error
+            )
+            if not oscillation_cost < OSCILLATION_COST_MAX:
+                return oscillation_cost if math.isfinite(oscillation_cost) else UNSTABLE_COST
+            sines = list(zip(self._sines_on(plant, params), reference.sines, strict=True))
+            itae = [a.itae_m_s2 / b.itae_m_s2 for a, b in zip(steps, reference.steps, strict=True)]
             tracking = [0.5 * (a.rms_m / b.rms_m + a.peak_m / b.peak_m) for a, b in sines]
             activity = [a.activity_a / b.activity_a for a, b in sines]
-            costs.append(np.mean(itae) + np.mean(tracking) + ACTIVITY_WEIGHT * np.mean(activity) + spoiled)
+            costs.append(
+                np.mean(itae) + np.mean(tracking) + ACTIVITY_WEIGHT * np.mean(activity) + oscillation_cost
+            )
         cost = float(np.mean(costs))
-        return cost if math.isfinite(cost) else HOPELESS
+        return cost if math.isfinite(cost) else UNSTABLE_COST
 
     def measured(self, law: str, values: Mapping[str, float]) -> list[Measures]:
         """Return the measures of the law on each plant."""
-        params, more = self._laws(law, values)
+        params, high_gain = self._laws(law, values)
         return [
-            Measures(*self._steps_on(plant, params, more), self._sines_on(plant, params))
+            Measures(*self._steps_on(plant, params, high_gain), self._sines_on(plant, params))
             for plant in self._plants
         ]
 
@@ -121,15 +127,15 @@ class Training:
         return with_law(self._params, law, values), with_law(self._params, law, values, MARGIN)
 
     def _steps_on(
-        self, plant: PlantConfig, params: AxisParams, more: AxisParams
+        self, plant: PlantConfig, params: AxisParams, high_gain: AxisParams
     ) -> tuple[list[StepMeasures], float]:
-        """Return the measures of all steps, and the largest unrest, also with `MARGIN` times the gain."""
+        """Return the measures of all steps, and the largest settling error, also at the higher gain."""
         steps = [
             self._step_measures(plant, params, step, size_m)
             for step, size_m in zip(self._steps, STEPS_M, strict=True)
         ]
-        driven = self._step_measures(plant, more, self._steps[MARGIN_STEP], STEPS_M[MARGIN_STEP])
-        return steps, max(driven.unrest, *(step.unrest for step in steps))
+        raised = self._step_measures(plant, high_gain, self._steps[MARGIN_STEP], STEPS_M[MARGIN_STEP])
+        return steps, max(raised.settling_error, *(step.settling_error for step in steps))
 
     def _sines_on(self, plant: PlantConfig, params: AxisParams) -> list[SineMeasures]:
         return [
@@ -150,21 +156,21 @@ class Training:
         half = len(error_m) // 2
         time_s = np.arange(half) * self._period_s
         arrived = half - round(HOLD_S / self._period_s)
-        itae, swing, unrest = 0.0, 0.0, 0.0
+        itae, overshoot, settling_error = 0.0, 0.0, 0.0
         for sign, part_m in ((1.0, error_m[:half]), (-1.0, error_m[half : 2 * half])):
             itae += float(np.sum(time_s * np.abs(part_m))) * self._period_s
             missing_m = sign * part_m[arrived:]
             back_m = float(np.max(missing_m - np.minimum.accumulate(missing_m)))
-            swing = max(swing, (max(back_m, -float(np.min(missing_m))) - self._count_m) / size_m)
+            overshoot = max(overshoot, (max(back_m, -float(np.min(missing_m))) - self._count_m) / size_m)
             last_m = float(np.max(np.abs(part_m[-round(REST_S / self._period_s) :])))
-            unrest = max(unrest, last_m / size_m - RESTED)
-        return StepMeasures(itae, swing, unrest)
+            settling_error = max(settling_error, last_m / size_m - SETTLED_SHARE)
+        return StepMeasures(itae, overshoot, settling_error)
 
     def _sine_measures(
         self, plant: PlantConfig, params: AxisParams, reference: Array, frequency_hz: float
     ) -> SineMeasures:
         error_m, current_a = self._run(plant, params, reference)
-        counted = slice(round(UNCOUNTED / frequency_hz / self._period_s), None)
+        counted = slice(round(TRANSIENT_CYCLES / frequency_hz / self._period_s), None)
         return SineMeasures(
             float(np.sqrt(np.mean(error_m[counted] ** 2))),
             float(np.max(np.abs(error_m[counted]))),
@@ -172,7 +178,7 @@ class Training:
         )
 
 
-def _there_and_back(machine: MachineConfig, axis: str, size_m: float) -> list[Step]:
+def _step_up_and_down(machine: MachineConfig, axis: str, size_m: float) -> list[Step]:
     """Return a step as steep as the limits allow, a hold, and the same down."""
     feed_m_s = machine.axes[axis].limits.velocity_mm_s * 1e-3
 

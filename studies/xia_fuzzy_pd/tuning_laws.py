@@ -13,7 +13,7 @@ from servo_ctrl.control.section import filter_blend
 from servo_ctrl.control.tick import AxisParams
 
 SIGNIFICANT = 3
-"""Significant digits of the values in a machine file."""
+"""Significant digits of the values in a machine file; chosen."""
 
 
 class Span(NamedTuple):

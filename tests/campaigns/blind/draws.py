@@ -15,6 +15,7 @@ Random = np.random.Generator
 
 SCALE_WANDER = "wander_of_the_scale"
 SHARES = {"none": 0.14, "parameters": 0.08, "single": 0.46, "several": 0.2, "foreign": 0.12}
+"""Probability of each kind of a case; chosen."""
 SCALE_ONLY = frozenset(
     {
         "backlash",
@@ -26,7 +27,9 @@ SCALE_ONLY = frozenset(
         "scale_cyclic_error",
     }
 )
+"""Effects that only a scale shows."""
 WARMED = frozenset({"thermal_expansion", "temperature_dependent_friction"})
+"""Effects that need a temperature rise."""
 
 
 def draw(seed: int, kind: str | None = None, names: tuple[str, ...] | None = None) -> Case:

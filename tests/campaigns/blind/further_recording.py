@@ -12,6 +12,7 @@ from tests.campaigns.blind.arrays import Array
 from tests.campaigns.blind.case import Case, Run, SimulatedRecording
 
 SEED = 20261
+"""First part of the seeds of further recordings, which no drawn recording uses; chosen."""
 
 
 def simulated_along(case: Case, position_m: Array, number: int) -> SimulatedRecording:

@@ -10,8 +10,9 @@ from tests.campaigns.blind.arrays import Array
 from tests.campaigns.blind.case import Case
 
 CORNER_HZ = 40.0
+"""Corner of the low pass before the fit, Hz; chosen."""
 EDGE_S = 0.2
-"""Samples at either end that the low pass distorts."""
+"""Span at either end that the low pass distorts, seconds; chosen."""
 
 
 def fitted(recordings: Sequence[dict[str, Array]]) -> tuple[float, float, float]:

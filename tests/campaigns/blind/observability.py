@@ -30,9 +30,14 @@ from tests.campaigns.blind.nominal import CORNER_HZ, EDGE_S, smooth
 from tests.campaigns.blind.simulate import AT
 
 LEAST_RMS, LEAST_PEAK, LEAST_SHARE = 0.5, 3.0, 0.02
+"""Bound from below the RMS of an effect and of its strongest part over the residual's, and its share of
+the squares; chosen."""
 STRONGEST = 0.05
+"""Share of the samples in the strongest part; chosen."""
 LOOK_ALIKE = {"current_loop_lag": "transport_delay", "transport_delay": "current_loop_lag"}
+"""Effects of one class where the other imitates them within the noise."""
 CLUTTER = {"presliding_hysteresis": ("presliding",), "cogging": ("clutter",)}
+"""Effects that every axis has, by name: their causes."""
 
 
 def judged(case: Case, recordings: Sequence[SimulatedRecording]) -> dict[str, dict[str, object]]:

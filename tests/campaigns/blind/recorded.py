@@ -20,7 +20,9 @@ from tests.campaigns.blind.observability import clutter, judged
 from tests.campaigns.blind.simulate import AT, run
 
 STEP_S = 2.5e-5
+"""Step of the integration, seconds; chosen."""
 KELVIN = 293.15
+"""Temperature at the start, kelvin (20 degrees Celsius); chosen."""
 SEALED = "sealed"
 
 

@@ -13,6 +13,7 @@ from tests.campaigns.blind.plant import Plant
 Random = np.random.Generator
 
 TURN = 2.0 * math.pi
+"""One turn, radians."""
 
 
 class Setting(NamedTuple):

@@ -69,7 +69,7 @@ def test_overshoot_by_the_integral_costs(training: Training) -> None:
 
 def test_a_loop_without_gain_margin_costs_although_it_settles(training: Training) -> None:
     found = training.measured("pid", linear(kp_1_s=100.0))[0]
-    assert found.unrest > max(step.unrest for step in found.steps)
+    assert found.settling_error > max(step.settling_error for step in found.steps)
 
 
 def test_a_fuzzy_law_that_is_linear_costs_what_the_linear_one_costs(training: Training) -> None:

@@ -25,8 +25,9 @@ from tests.campaigns.blind.families.interface import Array, Channels
 Expression = list[Any]
 COORDINATES = ("position", "velocity", "acceleration", "force", "time", "temperature")
 LEAST_APART = 0.6
-"""Share of the RMS that no sum of functions of one coordinate may reach."""
+"""Bounds from below the share of the RMS that functions of one coordinate leave unexplained; chosen."""
 ATTEMPTS = 200
+"""Bounds the draws of an expression that is apart; chosen."""
 
 
 def draw(rng: np.random.Generator, runs: Sequence[Channels]) -> Expression:

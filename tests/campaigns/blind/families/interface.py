@@ -16,9 +16,10 @@ Channels = dict[str, Array]
 """One recording by `CHANNELS`; arrays (n,). Simulated inside and recorded alike."""
 CHANNELS = ("time", "motor", "force", "scale", "command", "temperature")
 SHARES = {"quiet": 0.18, "single": 0.36, "several": 0.18, "foreign": 0.14, "beside": 0.14}
-"""Kinds of a case: nothing hidden, one named effect, two or three, foreign physics alone, beside named."""
+"""Probability of each kind of a case; chosen: no effect, one, two or three, foreign physics alone, or
+beside one."""
 ATTEMPTS = 500
-"""Draws of a set of names before the conflicts are held to leave none."""
+"""Bounds the draws of a set of names without conflict; chosen."""
 
 
 @dataclass(frozen=True)

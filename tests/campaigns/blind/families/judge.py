@@ -23,17 +23,22 @@ from tests.campaigns.blind.families.grammar import draw, evaluate
 from tests.campaigns.blind.families.interface import Array, Case, Channels, Effect
 
 CORNER_HZ = 40.0
+"""Corner of the low pass of the residual, Hz; chosen."""
 EDGE_S = 0.2
-"""Samples at either end that the low pass distorts."""
+"""Span at either end that the low pass distorts, seconds; chosen."""
 LEAST_RMS, LEAST_PEAK, LEAST_SHARE = 1.0, 3.0, 0.02
+"""Bound from below the RMS of an effect and of its strongest part over the noise floor, and its share of
+the squares; chosen."""
 STRONGEST = 0.05
+"""Share of the samples in the strongest part; chosen."""
 SMALLEST, LARGEST = 3.0, 30.0
-"""RMS of foreign physics in noise floors."""
+"""Bound the RMS of foreign physics, in noise floors; chosen."""
 MOST_OF_FORCE = 0.35
-"""RMS of foreign physics over that of the motor's force: more would stop the machine."""
+"""Bounds the RMS of foreign physics over that of the motor force; chosen: more would stop the machine."""
 LEAST_PERIODS = 2.0
+"""Bounds from below the periods of an effect that one recording travels; chosen."""
 PASSES = 2
-"""Runs until the foreign force is that of the motion which it disturbs; a stiff loop leaves little."""
+"""Runs in which foreign force and motion become consistent; chosen."""
 
 
 @dataclass(frozen=True)

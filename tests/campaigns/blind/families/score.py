@@ -9,7 +9,7 @@ from tests.campaigns.blind.families.decide import Rules, decided
 
 Row = dict[str, Any]
 FACTOR = 1.5
-"""An unexplained share is right where it is within this factor of the truth."""
+"""Bounds the reported unexplained RMS over the true one, and its inverse; chosen."""
 UNNAMED = "unnamed terms"
 UNIT = re.compile(r"_(n|nm|m|rad|s|hz|n_m|n_s_m|nm_s_rad|nm_rad|n_s2_m2|nm_s2_rad2|1_m)$")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 FILE = Path(__file__).with_name("used_seeds.json")
 FIRST_SCORED = 10_000
-"""Seeds below are for training: open to everybody, and never a proof."""
+"""First seed of scored cases; chosen. Seeds below are for training and are never a proof."""
 FAMILIES = ("ball_screw", "belt_drive", "linear_motor", "rack_and_pinion", "robot_joint")
 
 

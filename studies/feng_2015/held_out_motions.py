@@ -24,7 +24,8 @@ RAMP_S = 0.5
 """Duration from standstill to the feed, and back; chosen."""
 SPLINE_POINTS, SPLINE_HALF_M = 7, 0.025
 """Random points of a closed spline, and half the side of the square that holds them; chosen."""
-SPLINE_FEEDS_MM_MIN, SEEDS = (1000, 2000, 3000), 200
+SPLINE_FEEDS_MM_MIN, SEED_END = (1000, 2000, 3000), 200
+"""Feeds of the splines, and the bound of their seeds; chosen."""
 FINE = 20_000
 """Points along a curve from which its length is computed; chosen."""
 
@@ -75,7 +76,7 @@ def spline_m(seed: int) -> Array:
     return np.asarray(CubicSpline(chord, closed_m, bc_type="periodic")(np.linspace(0.0, chord[-1], FINE)))
 
 
-def unseen_motions(machine: MachineConfig) -> list[Motion]:
+def held_out_motions(machine: MachineConfig) -> list[Motion]:
     """Return all held-out motions; of each feed the first spline, by seed, within the limits of the axes."""
     period_s = machine.period_s
     folder: Path = machine.source.parent / "programs"
@@ -88,7 +89,7 @@ def unseen_motions(machine: MachineConfig) -> list[Motion]:
 
 
 def _first_spline(machine: MachineConfig, feed_mm_min: int) -> Motion:
-    for seed in range(1, SEEDS):
+    for seed in range(1, SEED_END):
         found = along(f"spline F {feed_mm_min}", spline_m(seed), feed_mm_min / 60e3, machine.period_s)
         if all(
             np.abs(found.reference[name][:, 2]).max() <= axis.limits.acceleration_mm_s2 * MM
