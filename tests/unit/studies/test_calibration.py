@@ -9,7 +9,7 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.metrology.circles import ReversalFigures
 from studies.feng_2015.calibration import (
     AXIS,
-    FREE,
+    FREE_PARAMETERS,
     LAG_LIMIT_M,
     LATEST_PEAK,
     MACHINE,
@@ -59,7 +59,7 @@ def test_misfit_is_zero_for_the_published_figures_and_counts_the_largest_error()
 
 
 def test_free_values_reach_plant_and_controller() -> None:
-    values = {free.name: math.sqrt(free.lower * free.upper) for free in FREE}
+    values = {free.name: math.sqrt(free.lower * free.upper) for free in FREE_PARAMETERS}
     machine, plant = with_values(load_machine(MACHINE), load_plant(MACHINE), values)
     axis, control = plant.axes[AXIS], machine.axes[AXIS].control
     moved_kg = axis.table.mass_kg + axis.motor_mass_kg
