@@ -97,7 +97,7 @@ def test_a_fault_is_shown_with_its_reason_and_advice(
     page = visit()
     fault = page.get_by_test_id("fault")
     expect(fault).to_contain_text("The axis did not follow")
-    expect(fault).to_contain_text("Move it free, then Enable")
+    expect(fault).to_contain_text("Free it, then Enable")
     expect(fault).to_contain_text(reason)
     expect(page.get_by_test_id("stage")).to_contain_text("Fault")
     picture(page, "drive_fault")

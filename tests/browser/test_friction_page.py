@@ -72,7 +72,7 @@ def test_an_odd_last_reversal_and_learning_due_are_shown(visit: Callable[..., Pa
     expect(page.get_by_test_id("due-x")).to_contain_text("settled")
     last = {**FIRST["axes"][0]["last"], "error_mean_m": 4.25e-6, "contour_peak_m": 7.5e-6}
     stub.status(axes=axis_x(learning_due=True, last=last, reversals=96))
-    expect(page.get_by_test_id("required-x")).to_contain_text("the last one is odd: 4.25 µm")
+    expect(page.get_by_test_id("required-x")).to_contain_text("the last one is an outlier: 4.25 µm")
     expect(page.get_by_test_id("j-x")).to_have_text(
         "2.00 µm"
     )  # the median of the reversals that come meanwhile

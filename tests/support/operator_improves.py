@@ -51,7 +51,7 @@ def armed_scope(page: Page, url: str) -> Page:
 
 def save_the_capture(scope: Page, picture: Callable[[Page, str], None]) -> None:
     """The reversal stands a quarter behind the beginning, in every channel of the saved recording."""
-    expect(scope.get_by_test_id("scope-state")).to_have_text("taken", timeout=LIMIT_MS)
+    expect(scope.get_by_test_id("scope-state")).to_have_text("captured", timeout=LIMIT_MS)
     scope.get_by_test_id("scope-save").click()
     saved = scope.get_by_test_id("scope-saved")
     expect(saved).to_contain_text("Saved in ", timeout=LIMIT_MS)
