@@ -206,11 +206,13 @@ def control_axis(
     `event_cycles` (bits,) holds the first cycle of each event, _NEVER before it.
     """
     inputs = axis["inputs"]
-    if not (powered or axis["engaged"]):
+    on = powered or axis["engaged"]
+    if not on:
         row[2], row[6] = inputs["motor_m"], inputs["current_a"]
         return
     inputs["statusword"] = POWERED_STATUSWORD
-    step_axis(axis, tables, supervision_memory, True, reference, True, row)
+    # complete and led; not `True`, a type of its own, for which numba would compile the daemon's kernel again
+    step_axis(axis, tables, supervision_memory, on, reference, on, row)
     if axis["found"]:
         for event in range(len(event_bits)):
             if axis["found"] & event_bits[event] and event_cycles[event] == _NEVER:

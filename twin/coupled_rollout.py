@@ -113,7 +113,7 @@ def _run_axes(
             origins[axis] = latch_inputs(
                 axes[axis], scalings[axis], p[i], s[i], sp[i], powered=powered, origin=origins[axis]
             )
-        couple_axes(contours, axes, reference[k], REFERENCE_COLUMNS, True)
+        couple_axes(contours, axes, reference[k], REFERENCE_COLUMNS, powered)
         for axis in range(len(axes)):
             first = axis * REFERENCE_COLUMNS
             control_axis(
