@@ -10,6 +10,7 @@ import pytest
 import tuning_client
 from forked_program import commands_folder
 from operated_table import ANNA, Operated, operated
+from simulated_table import LONG_CYCLE
 
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.load import load_machine
@@ -22,7 +23,7 @@ from servo_ctrl.tuning.trial import evaluate
 
 LIMIT_S = 600.0
 STOPPED_CYCLES = 5000
-"""Of some 35,000 that the travels there and back would take; a status is up to 0.1 s old."""
+"""Of some 17,000 that the travels there and back would take; a status is up to 0.1 s old."""
 
 
 async def tune(table: Operated, out: Path) -> tuple[int | None, str]:
@@ -42,7 +43,7 @@ async def tune(table: Operated, out: Path) -> tuple[int | None, str]:
 async def test_a_file_that_the_controller_was_not_started_with_moves_nothing(
     bench: Any, tmp_path: Path
 ) -> None:
-    async with operated(bench, tmp_path, None, serve=True) as table:
+    async with operated(bench, tmp_path, None, LONG_CYCLE, serve=True) as table:
         await is_ready(table)
         file = table.machine / "controller.toml"
         file.write_text(file.read_text(encoding="utf-8") + "# changed since\n", encoding="utf-8")
@@ -67,7 +68,7 @@ def trial_request(machine: Path, **changes: Any) -> dict[str, Any]:
 async def test_a_tuning_is_proved_by_the_controller_whose_own_values_act_afterwards(
     bench: Any, tmp_path: Path
 ) -> None:
-    async with operated(bench, tmp_path, None, serve=True) as table:
+    async with operated(bench, tmp_path, None, LONG_CYCLE, serve=True) as table:
         await is_ready(table)
         status, output = await tune(table, tmp_path / "out")
         assert status == 0, output
@@ -100,7 +101,7 @@ async def test_a_tuning_is_proved_by_the_controller_whose_own_values_act_afterwa
 async def test_a_stop_in_motion_ends_the_tuning(
     bench: Any, tmp_path: Path, command: str, reason: str
 ) -> None:
-    async with operated(bench, tmp_path, None, serve=True, stand_by=True) as table:
+    async with operated(bench, tmp_path, None, LONG_CYCLE, serve=True, stand_by=True) as table:
         await table.until(lambda status: status.stage is Stage.STANDBY)
         await table.ask("command", command="enable")
         await is_ready(table)
@@ -117,7 +118,7 @@ async def test_a_stop_in_motion_ends_the_tuning(
 
 
 async def test_a_motion_whose_asker_is_lost_is_stopped_at_once(bench: Any, tmp_path: Path) -> None:
-    async with operated(bench, tmp_path, None, serve=True) as table:
+    async with operated(bench, tmp_path, None, LONG_CYCLE, serve=True) as table:
         await is_ready(table)
         asker = MachineLink(table.socket)
         connection = asyncio.create_task(asker.run())
@@ -142,7 +143,7 @@ async def test_a_motion_whose_asker_is_lost_is_stopped_at_once(bench: Any, tmp_p
 async def test_a_motion_whose_asker_is_silent_is_stopped_after_a_bounded_time(
     bench: Any, tmp_path: Path
 ) -> None:
-    async with operated(bench, tmp_path, None, serve=True) as table:
+    async with operated(bench, tmp_path, None, LONG_CYCLE, serve=True) as table:
         await is_ready(table)
         travels = trial_request(table.machine, trial=False, periods=8, force_n=1.0)
         asked = asyncio.create_task(table.ask("tuning_run", limit_s=LIMIT_S, tuning=travels))
@@ -161,7 +162,7 @@ async def test_a_motion_whose_asker_is_silent_is_stopped_after_a_bounded_time(
 async def test_a_motion_whose_asker_is_stopped_by_a_signal_is_stopped_after_a_bounded_time(
     bench: Any, tmp_path: Path
 ) -> None:
-    async with operated(bench, tmp_path, None, serve=True) as table:
+    async with operated(bench, tmp_path, None, LONG_CYCLE, serve=True) as table:
         await is_ready(table)
         client = await asyncio.create_subprocess_exec(
             *(sys.executable, tuning_client.__file__, table.socket, table.machine, tmp_path / "out"),
@@ -190,7 +191,7 @@ async def test_a_motion_whose_asker_is_stopped_by_a_signal_is_stopped_after_a_bo
 async def test_a_compensation_that_is_switched_on_in_a_motion_acts_behind_it(
     bench: Any, tmp_path: Path
 ) -> None:
-    async with operated(bench, tmp_path, None, serve=True) as table:
+    async with operated(bench, tmp_path, None, LONG_CYCLE, serve=True) as table:
         await is_ready(table)
         asked = asyncio.create_task(
             table.ask("tuning_run", limit_s=LIMIT_S, tuning=trial_request(table.machine))
@@ -209,7 +210,7 @@ async def test_a_compensation_that_is_switched_on_in_a_motion_acts_behind_it(
 
 
 async def test_what_is_not_bounded_or_not_possible_now_is_refused(bench: Any, tmp_path: Path) -> None:
-    async with operated(bench, tmp_path, None, serve=True) as table:
+    async with operated(bench, tmp_path, None, LONG_CYCLE, serve=True) as table:
         await is_ready(table)
         machine = table.machine
         too_much_n = 1.01 * LARGEST_FORCE_SHARE * load_machine(machine).axes["x"].limits.force_n

@@ -4,8 +4,9 @@ import asyncio
 import contextlib
 import os
 import signal
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from servo_ctrl.commands.local_messages import Who
@@ -43,10 +44,14 @@ class Operated:
 
 @contextlib.asynccontextmanager
 async def operated(
-    bench: Any, tmp_path: Path, program: str | None, **options: Any
+    bench: Any,
+    tmp_path: Path,
+    program: str | None,
+    changes: Mapping[str, str] = MappingProxyType({}),
+    **options: Any,
 ) -> AsyncIterator[Operated]:
-    """Run the table with a page's link; stop it at the end."""
-    machine_dir = bench.machine({})
+    """Run the table, with changes of its controller.toml, with a page's link; stop it at the end."""
+    machine_dir = bench.machine(dict(changes))
     bench.simulate(machine_dir)
     machine = load_machine(machine_dir)
     path = machine_dir / "round.toml"
