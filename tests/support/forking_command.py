@@ -12,7 +12,13 @@ import struct
 import sys
 from types import FrameType
 
-MODULES = ("local_can", "hil_sim.cli.main", "servo_ctrl.hmi", "tests.browser.stub_server")
+MODULES = (
+    "local_can",
+    "tests.support.paced_hub",
+    "hil_sim.cli.main",
+    "servo_ctrl.hmi",
+    "tests.browser.stub_server",
+)
 """Beginnings of their names."""
 SIGNALS = (signal.SIGHUP, signal.SIGINT, signal.SIGTERM, signal.SIGUSR1, signal.SIGUSR2)
 

@@ -221,6 +221,7 @@ def _load_pages() -> None:
 
 NEEDS: dict[str, Callable[[], None]] = {
     "local_can": _load_hub,
+    "tests.support.paced_hub": _load_hub,
     "hil-sim": _load_simulator,
     "hil_sim.cli.main": _load_simulator,
     "servo-ctrl": _load_controller,

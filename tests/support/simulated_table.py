@@ -1,6 +1,6 @@
 """A simulated table under the real controller with its page, as processes in lockstep, which are forks.
 
-Lockstep takes all the time there is, even in standby, and a page that starves misses rows: the bus is paced.
+Lockstep takes all the time there is, even in standby, and a page that starves misses rows: SYNC is paced.
 """
 
 import contextlib
@@ -21,8 +21,8 @@ from program_steps import circle_about_origin
 START_LIMIT_S = 300.0  # on a busy machine, kernels compiled again
 PAGE_LIMIT_S = 300.0
 LONG_CYCLE = {"sync_period_us = 1000": "sync_period_us = 2000"}
-BITRATE = 500_000
-"""Bit rate of CiA 301 at which 500 cycles of 2 ms take a second: real time at half the cost of 1 ms."""
+PERIOD_US = 2000
+"""From one SYNC to the next at the earliest: real time at half the cost of 1 ms."""
 
 SHORT_LEARNING = {
     "radius_mm = 50.0": "radius_mm = 1.0\ntrailing = false",
@@ -63,7 +63,7 @@ def served_table(
     port: int,
     environment: dict[str, str],
     *,
-    bitrate: int = BITRATE,
+    period_us: int = PERIOD_US,
 ) -> Iterator[ServedTable]:
     """Serve the machine in `machine` with drives off; learned results are in `out`.
 
@@ -76,7 +76,7 @@ def served_table(
     page: list[str | Path] = ["--hmi-socket", private / "page.sock"]
     bus = ["--machine", machine, "--bus", f"localcan:{can}", "--pacing", "lockstep"]
     commands = commands_folder()
-    hub = subprocess.Popen([commands / "python3", "-m", "local_can", can, "--bitrate", str(bitrate)])
+    hub = subprocess.Popen([commands / "python3", "-m", "tests.support.paced_hub", can, str(period_us)])
     try:
         while not can.exists():
             assert hub.poll() is None
