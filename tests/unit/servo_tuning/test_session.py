@@ -34,6 +34,8 @@ class TwinBus:
         self.plant = plant
         self.recordings: dict[Path, Recording] = {}
         self.control: list[Any] = []
+        self.required_um: list[float] = []
+        """J_required of each run."""
         self.after_run: Callable[[int], None] = lambda _runs: None
         """Called with the number of runs so far at the end of each."""
 
@@ -47,6 +49,7 @@ class TwinBus:
         **_options: object,
     ) -> RunReport:
         self.control.append(machine.axes["x"].control)
+        self.required_um.append(machine.monitoring.required_um)
         names = list(machine.axes)
         pieces = list(program_segments(check_program(program, machine), machine, np.zeros(len(names))))
         fields = ("position_m", "velocity_m_s", "acceleration_m_s2", "force_offset_n")
@@ -118,6 +121,7 @@ def test_the_command_measures_proposes_and_proves(machines: Path, twin_bus: Twin
     assert figures["after"]["step_peak_m"] < 0.8 * figures["before"]["step_peak_m"]
     assert twin_bus.control[0].feedback == "motor"  # measured on the motor, proved as the file says
     assert twin_bus.control[-1].feedback == "scale"
+    assert {*twin_bus.required_um} == {machine_runs.NEVER_DUE_UM}, "no run says that learning is due"
     told, curves = read_figures(tmp_path / "out"), read_curves(tmp_path / "out")  # as the page reads them
     assert (told.axis, told.proved, told.proposed) == ("x", True, figures["proposed"])
     assert curves is not None
