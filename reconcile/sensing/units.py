@@ -28,6 +28,8 @@ MOST_ROWS = 400_000
 """Most rows of the rigid fit; more samples are thinned evenly."""
 VELOCITY_SAMPLES = 9
 """Moving average of the velocity, samples."""
+ROUNDING = 1e-9
+"""Range of a position over its largest value up to which it stands still: doubles have 1e-16; chosen."""
 
 
 class RigidFit(NamedTuple):
@@ -156,7 +158,7 @@ def factor_meanings(ratio: float, model: NominalAxis, travel_m: float) -> list[M
 
 def slope(first_m: Array, second_m: Array, period_s: float) -> float | None:
     """Return the slope of the second position over the first (n,), free of a delay; None without motion."""
-    if np.ptp(first_m) <= 0.0 or np.ptp(second_m) <= 0.0:
+    if any(np.ptp(position_m) <= ROUNDING * np.abs(position_m).max() for position_m in (first_m, second_m)):
         return None
     velocity_m_s = uniform_filter1d(np.gradient(first_m, period_s), VELOCITY_SAMPLES)
     matrix = np.column_stack([first_m - first_m.mean(), velocity_m_s, np.gradient(velocity_m_s, period_s)])

@@ -147,6 +147,11 @@ def test_a_position_that_stops_abruptly_at_an_extreme_is_clipped_and_one_at_rest
     )
 
 
+def test_a_command_that_rests_but_for_rounding_is_neither_reversed_nor_in_another_unit() -> None:
+    findings = found(CLEAN._replace(reference_m=0.1 - 1e-12 * CLEAN.motor_m))
+    assert not {kind for kind, channel in findings if channel == "reference_m"} & {"sign", "unit"}
+
+
 def test_a_sensor_that_froze_for_a_while_is_found_with_that_time() -> None:
     stuck_m = SCALE_M.copy()
     stuck_m[4000:4200] = stuck_m[4000]
