@@ -10,7 +10,9 @@ import contextlib
 import itertools
 import json
 import os
+import signal
 import socket
+import sys
 import tempfile
 import time
 from collections import Counter
@@ -25,7 +27,7 @@ from rich.table import Table
 
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.cycle.realtime import RealtimeError
-from servo_ctrl.daemon.page.page_process import PageOptions
+from servo_ctrl.daemon.page.page_process import PageOptions, kept_running
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import SimulatorError, simulated_machine
 from tests.campaigns.bench import cyclictest
@@ -46,6 +48,8 @@ TURN_S = 3.14
 YARDSTICK_S = 60.0
 RATIO_AIM = 2.0
 """Bounds the 99th percentile of the lateness in those of `cyclictest`."""
+SETTLED_S = 15.0
+"""Time until page and browser have started: their start is not what is measured."""
 BROWSER = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"),
     *("--no-first-run", "--remote-debugging-port=0"),
@@ -90,9 +94,14 @@ async def measure(minutes: float, runs: int, progress: Callable[[str], None]) ->
     for number, (policy, fifo) in itertools.islice(enumerate(itertools.cycle(POLICIES.items())), runs):
         progress(f"{policy}, run {number + 1} of {runs}, {minutes:g} min and one of cyclictest")
         try:
-            made.append(await _run(policy, minutes, fifo=fifo))
+            run = await _run(policy, minutes, fifo=fifo)
         except (RealtimeError, SimulatorError) as error:
             progress(f"{policy}: {error}")
+            continue
+        made.append(run)
+        missed, late = run.ticks.missed, run.ticks.late_cycles
+        end = run.reason or "done"
+        progress(f"{run.ticks.served} ticks, {missed} missed, {late} with late inputs; {end}")
     return made
 
 
@@ -105,8 +114,19 @@ async def _run(policy: str, minutes: float, *, fifo: bool) -> Run:
         machine, program = load_machine(MACHINE), folder / "circles.toml"
         turns = max(round(minutes * 60.0 / TURN_S), 1)
         program.write_text(PROGRAM.read_text(encoding="utf-8").replace("turns = 1.5", f"turns = {turns}"))
-        page = PageOptions(("--listen", address, "--recordings", str(folder)))
-        async with simulated_machine(MACHINE, "realtime", fifo=fifo) as bus, _browser(address, folder):
+        link = folder / "page.sock"
+
+        def on_socket(path: Path) -> None:
+            link.unlink(missing_ok=True)
+            link.symlink_to(path)
+
+        page = [sys.executable, "-m", "servo_ctrl.hmi", "serve", "--socket", str(link), "--listen", address]
+        async with (
+            kept_running([*page, "--recordings", str(folder)], print),
+            _browser(address, folder),
+            simulated_machine(MACHINE, "realtime", fifo=fifo) as bus,
+        ):
+            await asyncio.sleep(SETTLED_S)
             report = await run_machine(
                 machine,
                 load_program(program, machine),
@@ -114,7 +134,7 @@ async def _run(policy: str, minutes: float, *, fifo: bool) -> Run:
                 "realtime",
                 folder / "recording",
                 fifo=fifo,
-                page=page,
+                page=PageOptions(None, on_socket),
             )
             period_us = machine.bus.sync_period_us
             loops = round(YARDSTICK_S * 1e6 / period_us)
@@ -124,7 +144,7 @@ async def _run(policy: str, minutes: float, *, fifo: bool) -> Run:
 
 @contextlib.asynccontextmanager
 async def _browser(address: str, folder: Path) -> AsyncIterator[None]:
-    """A browser that opens the Scope page as soon as it is served."""
+    """A browser with the Scope page, opened as soon as this is served: its start stalls a small computer."""
     if CHROMIUM is None:
         raise typer.BadParameter("there is no Chromium; install Debian's chromium-headless-shell")
     opening = asyncio.create_task(_open(CHROMIUM, address, folder))
@@ -151,13 +171,14 @@ async def _open(program: str, address: str, folder: Path) -> None:
         stdin=asyncio.subprocess.DEVNULL,
         stdout=asyncio.subprocess.DEVNULL,
         stderr=asyncio.subprocess.DEVNULL,
+        start_new_session=True,  # Debian's program is a script that starts the browser
     )
     try:
         await browser.wait()
     finally:
-        if browser.returncode is None:
-            browser.terminate()
-            await browser.wait()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(browser.pid, signal.SIGKILL)
+        await browser.wait()
 
 
 def table_of(runs: list[dict[str, Any]]) -> Table:
