@@ -1,6 +1,6 @@
 """All axes of a machine in the batch twin, simultaneously cycle by cycle: contour control couples two axes.
 
-Plant, inputs, laws and rows of an axis are those of `axis_rollout`; between the inputs of all axes and their
+Plant, inputs, laws and rows of an axis are those of `axis_cycle`; between the inputs of all axes and their
 laws the coupling of the daemon's cycle is computed (`cyclic.contour_coupling`).
 """
 
@@ -20,17 +20,8 @@ from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.cyclic.axis_record import cycle_records
 from servo_ctrl.cyclic.axis_step import AXIS_COLUMNS, REFERENCE_COLUMNS
 from servo_ctrl.cyclic.contour_coupling import contour_records, couple_axes
-from twin.axis_rollout import (
-    EVENT_BITS,
-    ROW,
-    Rows,
-    connect_axis,
-    control_axis,
-    events_of,
-    latch_inputs,
-    no_events,
-    switching_on,
-)
+from twin.axis_cycle import EVENT_BITS, control_axis, events_of, latch_inputs, no_events
+from twin.axis_rollout import ROW, Rows, connect_axis, switching_on
 from twin.bus_scaling import substeps_of
 
 
