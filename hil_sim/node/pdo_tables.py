@@ -65,13 +65,10 @@ class PdoTables:
         self._turns: Index = np.array(turns, np.int64).reshape(-1, 2)
         self._frames: Bytes = np.zeros((len(turns), FRAME.size), np.uint8)
         self._bytes = self._frames.reshape(-1).data
-        self.memory = (
-            *(numbers, self._received, self._drive_of, self.acting),
-            *(self._sent, self._headers, self._turns, self._frames),
-        )
+        self._sending = self._sent, self._headers, self._turns, self._frames
+        self.memory = numbers, self._received, self._drive_of, self.acting, *self._sending
         """Arguments of `serve_burst`, in its order."""
-        self._fill_memory = numbers, self._sent, self._headers, self._turns, self._frames
-        self._fill_frames = ready_for(fill, *self._fill_memory)  # loaded at the first SYNC it would be late
+        self._fill = ready_for(fill, numbers, *self._sending)  # loaded at the first SYNC it would be late
         for rpdo in self._rpdos:
             self.load(rpdo)
 
@@ -101,8 +98,7 @@ class PdoTables:
     def exchange(self, axes: Any, objects: Any) -> bytes | None:
         """Let received RPDOs take effect; return the TPDO frames, None if a drive must act first."""
         received = self._received, self.data, self.arrived, self._drive_of, self.acting
-        sent = self._sent, self._headers, self._turns, self._frames
-        count = exchange_all(self._numbers, axes, objects, *received, *sent)
+        count = exchange_all(self._numbers, axes, objects, *received, *self._sending)
         return None if count == DRIVES_ACT else self.filled(count)
 
     def filled(self, count: int) -> bytes:
@@ -111,7 +107,7 @@ class PdoTables:
 
     def fill(self) -> bytes:
         """Return the TPDO frames of this SYNC with the present object values, node by node."""
-        return self.filled(self._fill_frames(*self._fill_memory))
+        return self.filled(self._fill(self._numbers, *self._sending))
 
 
 def _entries(pdo: int, mapping: Sequence[MappedObject], places: dict[str, int]) -> list[MappedPlace]:

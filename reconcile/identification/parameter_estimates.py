@@ -79,8 +79,9 @@ def estimates(
             if low < high and not key.endswith(ANGLE_SUFFIX):
                 under, over = systematic(candidate.effect, key, problem.channel)
                 period_s = problem.datasets[0].period_s if candidate.effect in TIMING else 0.0
-                low -= under * abs(value) + HOLD_DELAY_SAMPLES * period_s
-                high += over * abs(value) + HOLD_DELAY_SAMPLES * period_s
+                hold_s = HOLD_DELAY_SAMPLES * period_s
+                low -= under * abs(value) + hold_s
+                high += over * abs(value) + hold_s
             by_term[candidate][key] = Estimate(value, low, high, unit)
         values = {key: one.value for key, one in by_term[candidate].items()}
         halves = {key: 0.5 * (one.high - one.low) for key, one in by_term[candidate].items()}

@@ -26,7 +26,9 @@ def searched_as_it_runs(link: StubLink, store: TurnStore) -> Callable[[float], N
     return run
 
 
-def test_the_last_turn_of_each_compensation_is_kept_and_none_across_a_switch() -> None:
+def test_the_last_turn_of_each_compensation_is_kept_and_none_across_a_switch(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     link, store = StubLink(), TurnStore()
     run = searched_as_it_runs(link, store)
     run(TURN_S + 0.5)
@@ -45,7 +47,7 @@ def test_the_last_turn_of_each_compensation_is_kept_and_none_across_a_switch() -
         rows[:, disturbance] = 1.0
         return rows
 
-    link._rows = with_observer  # type: ignore[method-assign]
+    monkeypatch.setattr(link, "_rows", with_observer)
     run(TURN_S - 1.0)
     assert [turn.compensation for turn in store.turns(circle)] == ["without"]
     run(2.0)
