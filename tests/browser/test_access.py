@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from choices import choose
-from live_page import go
+from live_page import await_connection, go
 from playwright.sync_api import expect
 
 if TYPE_CHECKING:
@@ -127,6 +127,8 @@ def test_the_head_leaves_room_on_a_telephone(
     page.wait_for_function("document.querySelector('header').getBoundingClientRect().height <= 120")
     expect(page.get_by_test_id("link-bus")).to_be_in_viewport(ratio=1.0)
     page.get_by_test_id("link-drive").click()
+    page.wait_for_url("**/")  # the Bus page has the same head
+    await_connection(page)
     expect(page.get_by_test_id("power")).to_be_visible()
     page.get_by_role("combobox", name="Units").focus()
     expect(page.get_by_test_id("units")).to_be_in_viewport(ratio=0.9)
