@@ -8,8 +8,9 @@ from urllib.parse import urlsplit
 
 import pytest
 from browser_program import CHROMIUM
+from free_port import free_tcp_port
 from live_page import go
-from page_server import OUTSIDE_PYTEST, ROOT, Server, Stub, free_tcp_port, started
+from page_server import OUTSIDE_PYTEST, ROOT, Server, Stub, started
 from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, expect, sync_playwright
 
 PICTURES = ROOT / "out" / "browser"

@@ -18,6 +18,7 @@ from urllib.parse import quote
 import pytest
 from broker_certificates import make_certificates, needs_openssl
 from fake_command_handler import FakeCommandHandler
+from free_port import free_tcp_port
 from marked_secrets import MarkedSecret
 from mosquitto import Mosquitto, needs_mosquitto
 from mqtt_bench import link_to, running, until
@@ -83,9 +84,7 @@ def test_a_password_in_the_wrong_place_is_not_repeated(section: str, reason: str
 def page(tmp_path: Path) -> Iterator[tuple[int, Path, subprocess.Popen[bytes]]]:
     """The page as it is for others than this host, without a machine: its port, its output, its process."""
     certificates = make_certificates(tmp_path / "certificates", "nobody")
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_tcp_port()
     add_token(tmp_path / "access.toml", "bert", Role.VIEW)
     output = tmp_path / "output"
     command = [

@@ -5,13 +5,13 @@ import contextlib
 import getpass
 import json
 import shutil
-import socket
 import subprocess
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import pytest
+from free_port import free_tcp_port
 
 LIMIT_S = 60.0
 ARRIVAL_LIMIT_S = 300.0
@@ -70,9 +70,7 @@ class Mosquitto:
     """One broker on a free port; `settings` are further lines of its configuration."""
 
     def __init__(self, folder: Path, settings: str = "allow_anonymous true") -> None:
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port: int = probe.getsockname()[1]
+        self.port = free_tcp_port()
         self.login: list[str] = []
         """Options with which the command line clients authenticate."""
         self._configuration = folder / "mosquitto.conf"

@@ -74,12 +74,6 @@ class Stub:
         return answer.json()
 
 
-def free_tcp_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 @contextmanager
 def started(arguments: list[str], url: str, log: Path) -> Iterator[Server]:
     """`python3` with these arguments, forked: a server, from when it answers until it is ended."""

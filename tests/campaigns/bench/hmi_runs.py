@@ -21,6 +21,7 @@ from servo_ctrl.daemon.run.report import Progress, RunReport
 from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.recording.reader import load_recording
 from tests.campaigns.bench.cyclictest import percentile_us
+from tests.support.free_port import free_tcp_port
 
 HERE = Path(__file__).parent
 MACHINE = HERE.parents[2] / "machines" / "xy_table"
@@ -121,9 +122,7 @@ class Bench:
         if variant not in {"page", VARIANTS[2]}:
             yield
             return
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            address = f"127.0.0.1:{probe.getsockname()[1]}"
+        address = f"127.0.0.1:{free_tcp_port()}"
         page = [sys.executable, "-m", "servo_ctrl.hmi", "serve", "--socket", str(self._socket)]
         count = PAGES if variant == VARIANTS[2] else 0
         async with kept_running([*page, "--listen", address, "--recordings", str(self._folder)], print):

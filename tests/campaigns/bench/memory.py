@@ -10,7 +10,6 @@ import asyncio
 import contextlib
 import os
 import signal
-import socket
 import sys
 import tempfile
 import time
@@ -20,6 +19,7 @@ from pathlib import Path
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 from tests.campaigns.bench.outcome import Ratio, Section
 from tests.campaigns.bench.process_time import children, command_line
+from tests.support.free_port import free_tcp_port
 
 HERE = Path(__file__).parent
 MACHINE = HERE.parents[2] / "machines" / "xy_table"
@@ -112,9 +112,7 @@ def measure(progress: Callable[[str], None]) -> Section:
 
 
 async def _measure() -> Section:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        address = f"127.0.0.1:{probe.getsockname()[1]}"
+    address = f"127.0.0.1:{free_tcp_port()}"
     most_mb: dict[str, float] = {}
     with tempfile.TemporaryDirectory(prefix="bench-") as folder:
         async with (

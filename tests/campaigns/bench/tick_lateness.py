@@ -58,15 +58,23 @@ class Ticks(NamedTuple):
     def __add__(self, other: Ticks) -> Ticks:  # type: ignore[override]  # not the sum of tuples
         return Ticks(*(mine + theirs for mine, theirs in zip(self, other, strict=True)))
 
+    @property
+    def missed_of_10000(self) -> float:
+        return 1e4 * self.missed / (self.missed + self.served)
+
+    @property
+    def late_percent(self) -> float:
+        return 100.0 * self.late_cycles / self.served
+
     def as_json(self) -> dict[str, Any]:
-        per_10_000 = 1e4 * self.missed / (self.missed + self.served)
         percentiles = {name: cyclictest.percentile_us(self.lateness, share) for name, share in SHARES.items()}
         return {
             "lateness_us": percentiles,
             "ticks": self.served,
             "missed": self.missed,
-            "missed_of_10000": per_10_000,
+            "missed_of_10000": self.missed_of_10000,
             "late_cycles": self.late_cycles,
+            "late_percent": self.late_percent,
             "stopped_runs": self.stopped_runs,
         }
 
@@ -146,8 +154,7 @@ def _section(ours: dict[str, Ticks], yardstick: dict[str, Counter[int]], skips: 
         for name, share in SHARES.items()
     ]
     for policy, ticks in ours.items():
-        missed = 1e4 * ticks.missed / (ticks.missed + ticks.served)
-        late = 100.0 * ticks.late_cycles / ticks.served
+        missed, late = ticks.missed_of_10000, ticks.late_percent
         ratios += [
             Ratio(f"missed of 10,000, {policy}, of its aim", missed, MISSED_AIM, "ticks", 1.0, at_most=True),
             Ratio(f"cycles with late inputs, {policy}, of its aim", late, LATE_AIM, "%", 1.0, at_most=True),

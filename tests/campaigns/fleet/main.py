@@ -23,6 +23,7 @@ from typing import Any
 
 from tests.campaigns.environments import environment
 from tests.campaigns.fleet.scheduling import Fleet, simulated
+from tests.support.free_port import free_tcp_port
 
 ROOT = Path(__file__).parents[3]
 PACKAGES = ("s3fs==2026.9.0", "moto[s3,server]==5.2.5")
@@ -63,13 +64,6 @@ print(json.dumps([[r["machine"], r["axis"], r["status"], names(r), r["seconds"]]
 """
 
 
-def free_port() -> int:
-    """Return a port of loopback that nobody has now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 @contextlib.contextmanager
 def started(command: list[str], environment: dict[str, str], log: Path) -> Iterator[subprocess.Popen[bytes]]:
     """Keep a program running; it is killed at the end."""
@@ -102,7 +96,7 @@ def processor_s(pid: int) -> float:
 
 def trial(out: Path, binaries: Path, machines: int) -> dict[str, Any]:
     """Run the fleet and kill one of two workers when half of the axes are done. Raises SystemExit."""
-    s3, dask = free_port(), free_port()
+    s3, dask = free_tcp_port(), free_tcp_port()
     address, python = f"tcp://127.0.0.1:{dask}", str(binaries / "python")
     variables = {
         **{name: value for name, value in os.environ.items() if not name.startswith("AWS_")},

@@ -10,7 +10,6 @@ import argparse
 import contextlib
 import json
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
@@ -25,6 +24,7 @@ from typing import Any
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
 
+from free_port import free_tcp_port  # noqa: E402  # where it is
 from published_messages import messages  # noqa: E402  # where it is
 from telegraf_paths import points  # noqa: E402  # the same
 
@@ -62,13 +62,6 @@ print(json.dumps({"panels": len(again["panels"]), "lost": lost}))
 """
 
 
-def free_port() -> int:
-    """Return a port of loopback that nobody has now."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 def asked(address: str, path: str, body: bytes | None = None, **words: str) -> Any:
     """Return InfluxDB's answer. Raises SystemExit with its reason."""
     url = f"{address}{path}?{urllib.parse.urlencode(words)}"
@@ -84,7 +77,7 @@ def asked(address: str, path: str, body: bytes | None = None, **words: str) -> A
 @contextlib.contextmanager
 def influxdb(place: Path) -> Iterator[str]:
     """Run InfluxDB on loopback, with its files in `place`; yields its address."""
-    port, backup = free_port(), free_port()
+    port, backup = free_tcp_port(), free_tcp_port()
     configuration = place / "influxdb.conf"
     configuration.write_text(
         f'reporting-disabled = true\nbind-address = "127.0.0.1:{backup}"\n'
