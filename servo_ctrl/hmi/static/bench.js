@@ -133,7 +133,9 @@
     const link = linkInView ? null : document.querySelector(".bench-nav a[aria-current]");
     if (link) {
       linkInView = true;
-      link.scrollIntoView({ inline: "center", block: "nearest" });
+      // whoever is in this bar already must not lose what has the focus
+      const isUsed = link.closest(".bench-bar").contains(document.activeElement);
+      if (!isUsed) link.scrollIntoView({ inline: "center", block: "nearest" });
     }
     const now = document.querySelector(".bench-beat")?.textContent ?? null;
     if (now !== beat || document.hidden) {
