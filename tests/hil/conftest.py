@@ -21,16 +21,19 @@ from tests.campaigns.campaign.machine import make_machine
 USER_COMMANDS = Path(sys.executable).parent
 START_LIMIT_S = 240.0
 STOP_LIMIT_S = 60.0
+LAST_FRAME = (0x7FF, b"")
+"""Loses every arbitration, so that the hub passes it on after all frames that wait."""
 
 
 class BusMonitor:
-    """Receives all frames in a thread, and sends its own."""
+    """Receives all frames in a thread, which may lag behind the lockstep, and sends its own."""
 
-    def __init__(self, bus: can.BusABC) -> None:
-        self.bus = bus
+    def __init__(self, channel: str) -> None:
+        self._channel = channel
+        self.bus = can.Bus(interface="localcan", channel=channel)
         self.frames: list[tuple[int, bytes]] = []
         """(identifier, data) in order of the bus."""
-        self._notifier = can.Notifier(bus, [self._receive], 0.02)
+        self._notifier = can.Notifier(self.bus, [self._receive], 0.02)
 
     def send(self, can_id: int, payload: bytes) -> None:
         self.bus.send(can.Message(arbitration_id=can_id, data=payload, is_extended_id=False))
@@ -43,6 +46,11 @@ class BusMonitor:
             time.sleep(0.01)
 
     def close(self) -> None:
+        """Receive what was sent until now, and leave the bus."""
+        with can.Bus(interface="localcan", channel=self._channel) as last_sender:
+            last_sender.send(can.Message(arbitration_id=LAST_FRAME[0], is_extended_id=False))
+        self.wait_for(*LAST_FRAME)
+        self.frames.remove(LAST_FRAME)
         self._notifier.stop(timeout=2.0)
         self.bus.shutdown()
 
@@ -92,8 +100,8 @@ class Bench:
 
     @contextlib.contextmanager
     def monitor(self) -> Iterator[BusMonitor]:
-        """Return another participant of the bus, which receives every frame."""
-        made = BusMonitor(can.Bus(interface="localcan", channel=str(self._socket)))
+        """Return another participant of the bus; after the block it has received every frame."""
+        made = BusMonitor(str(self._socket))
         try:
             yield made
         finally:

@@ -69,7 +69,7 @@ async def test_a_served_program_is_run_again_on_request_and_recorded_as_its_own_
         report = await run_circle(
             bench, machine_dir, tmp_path / "r", 0.5, on_progress=on_progress, serve=True
         )
-        answers = [data for can_id, data in monitor.frames if can_id == 0x580 + 127]
+    answers = [data for can_id, data in monitor.frames if can_id == 0x580 + 127]
     assert answers[0] == WRONG_STATE
     assert answers[1][0] == 0x60
     assert (report.completed, report.failed, report.signal) == (True, False, "SIGTERM")
@@ -129,8 +129,8 @@ async def test_learning_due_is_reported_without_an_emergency(bench: Any, tmp_pat
     bench.simulate(machine_dir)
     with bench.monitor() as monitor:
         report = await run_circle(bench, machine_dir, tmp_path / "r", 1.6)
-        emergencies = [data for can_id, data in monitor.frames if can_id == EMERGENCY]
-        statuses = [data for can_id, data in monitor.frames if can_id == 0x180 + 127]
+    emergencies = [data for can_id, data in monitor.frames if can_id == EMERGENCY]
+    statuses = [data for can_id, data in monitor.frames if can_id == 0x180 + 127]
     assert report.completed
     due = [text for text in report.events if text.startswith("axis x: learning is due: J ")]
     assert len(due) == 1

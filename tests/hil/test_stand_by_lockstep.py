@@ -182,7 +182,7 @@ async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
 
         operator = Operator(monkeypatch, script)
         report, columns = await operate(bench, machine_dir, tmp_path / "r", operator)
-        ours = [data for can_id, data in monitor.frames if can_id == 0x0FF]
+    ours = [data for can_id, data in monitor.frames if can_id == 0x0FF]
     # sent in the cycle after the command, active with the next SYNC
     for axis in ("x", "y"):
         after_stop = states(columns, axis)[noted["stop"] : noted["stop"] + 3]
