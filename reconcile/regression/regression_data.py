@@ -15,6 +15,7 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.recording.kinematics import Kinematics, gaussian_width_s, kinematics
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.time_column import SLOW_CORNER_SHARE, SLOW_RATE_HZ
+from reconcile.regression.gaussian_low_pass import gaussian_low_pass
 from reconcile.regression.model_presliding import presliding_n
 from reconcile.regression.state_filter import StateFilter
 from reconcile.regression.thinning import thinned, thinned_kinematics
@@ -103,8 +104,7 @@ def _mass_kg(recording: AxisRecording, motion: Kinematics, corner_hz: float) -> 
     width, period_s = gaussian_width_s(corner_hz) / recording.period_s, recording.period_s
 
     def smooth(values: Array) -> Array:
-        smoothed: Array = gaussian_filter1d(values, width, axis=0, mode="nearest")[motion.moving]
-        return smoothed
+        return gaussian_low_pass(values, width)[motion.moving]
 
     x = motion.position_m - motion.position_m.mean()
     v = np.gradient(x, period_s)
@@ -192,9 +192,7 @@ def low_pass_of(data: RegressionData) -> Callable[..., Array]:
     if corner_hz is None:
         return state_filter
     width = gaussian_width_s(corner_hz) / data.period_s
-    return lambda signal, derivative=0: state_filter(
-        gaussian_filter1d(signal, width, axis=0, mode="nearest"), derivative
-    )
+    return lambda signal, derivative=0: state_filter(gaussian_low_pass(signal, width), derivative)
 
 
 def _low_pass_hz(data: RegressionData) -> float | None:
