@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import minimize
-from scipy.signal import bilinear, lfilter, welch
+from scipy.signal import lfilter, welch
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters
@@ -50,11 +50,22 @@ LEAST_GAIN = 0.2
 def column(position_m: Array, period_s: float, frequency_hz: float, damping_ratio: float) -> Array:
     """Return the force of the motor per kilogram of load, beside that of a rigid load (n,)."""
     w = 2.0 * math.pi * frequency_hz
-    b, a = bilinear([1.0, 0.0, 0.0], [1.0, 2.0 * damping_ratio * w, w * w], 1.0 / period_s)
+    b, a = _deflection_taps(w, damping_ratio, period_s)
     deflection_m = lfilter(b, a, position_m - position_m[0])
     damper = 2.0 * damping_ratio * w * np.gradient(deflection_m, period_s)
     spring: Array = w * w * deflection_m + damper
     return spring - _acceleration(position_m, period_s)
+
+
+def _deflection_taps(w: float, damping_ratio: float, period_s: float) -> tuple[Array, Array]:
+    """Numerator and denominator of s2 / (s2 + 2 z w s + w2) by the bilinear transform, w in rad/s.
+
+    Written out, because scipy's transform of polynomials takes milliseconds, and a search needs hundreds.
+    """
+    rate, damping = 2.0 / period_s, 2.0 * damping_ratio * w
+    first = rate**2 + damping * rate + w**2
+    b = np.array([1.0, -2.0, 1.0]) * (rate**2 / first)
+    return b, np.array([1.0, 2.0 * (w**2 - rate**2) / first, (rate**2 - damping * rate + w**2) / first])
 
 
 def _acceleration(position_m: Array, period_s: float) -> Array:

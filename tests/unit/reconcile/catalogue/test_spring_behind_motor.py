@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.signal import lsim
+from scipy.signal import bilinear, lsim
 
 from kernels.arrays import Array
 from reconcile.catalogue import spring_behind_motor
@@ -84,6 +84,13 @@ def test_the_column_is_the_force_that_a_load_on_a_spring_takes_beyond_a_rigid_on
     spring = 2j * ratio * own * w + own**2
     expected = 1e-3 * -(w**2) * (spring / (spring - w**2) - 1.0)
     assert complex(real, imaginary) == pytest.approx(expected, rel=0.04, abs=0.01 * abs(expected))
+
+
+def test_the_deflection_is_discretised_by_the_bilinear_transform() -> None:
+    w, damping_ratio, period_s = 2.0 * math.pi * 54.0, 0.08, 5e-4
+    expected = bilinear([1.0, 0.0, 0.0], [1.0, 2.0 * damping_ratio * w, w * w], 1.0 / period_s)
+    taps = spring_behind_motor._deflection_taps(w, damping_ratio, period_s)
+    np.testing.assert_allclose(taps, expected, rtol=1e-12)
 
 
 def test_frequency_and_damping_are_those_of_the_load_on_its_spring(tmp_path: Path) -> None:
