@@ -10,6 +10,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from kernels.heap import trim_heap
+
 LIBRARY = "libllvmlite"
 MAPS = Path("/proc/self/smaps")
 MADV_DONTNEED = 4
@@ -47,11 +49,10 @@ def clean_mappings(lines: Iterable[str], library: str) -> Iterator[Mapping]:
 
 def release_compiler() -> None:
     """Release the memory of the compiler's library and free memory of the heap; do nothing outside Linux."""
+    trim_heap()
     if not MAPS.exists():
         return
     library = ctypes.CDLL(None, use_errno=True)
     lines = MAPS.read_text(encoding="ascii", errors="replace").splitlines()
     for mapping in clean_mappings(lines, LIBRARY):
         library.madvise(ctypes.c_void_p(mapping.start), ctypes.c_size_t(mapping.size), MADV_DONTNEED)
-    if hasattr(library, "malloc_trim"):
-        library.malloc_trim(0)

@@ -1,4 +1,4 @@
-"""Returns large arrays to the system as soon as they are freed.
+"""Returns memory to the system: large arrays as soon as they are freed, the rest of the heap on request.
 
 By default glibc does so only until the first large array is freed: it then takes arrays of that size from the
 heap, where one small object behind an array keeps all of its memory.
@@ -17,3 +17,10 @@ def give_large_arrays_back() -> None:
     library = ctypes.CDLL(None)
     if hasattr(library, "mallopt"):
         library.mallopt(MMAP_THRESHOLD, LARGE_BYTES)
+
+
+def trim_heap() -> None:
+    """Return the free memory of the heap to the system; do nothing without glibc."""
+    library = ctypes.CDLL(None)
+    if hasattr(library, "malloc_trim"):
+        library.malloc_trim(0)

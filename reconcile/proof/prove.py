@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array, Index
-from kernels.compiler_memory import release_compiler
+from kernels.heap import trim_heap
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
 from reconcile.identification.explain import Explanation, explain
 from reconcile.identification.term_search import TermSearch
@@ -46,7 +46,7 @@ def prove(
     """
     folds: list[_Fold] = []
     for recording in recordings:
-        release_compiler()  # the columns of the next search use the memory that the last one has freed
+        trim_heap()  # the columns of the next search use the memory that the last one has freed
         blocks = [_held_out_blocks(search, recording.source) for search in searches]
         of_others = [
             _without_samples(explain(search, left_out))
