@@ -5,8 +5,8 @@ One object knows all services, so that they need not know each other.
 
 import asyncio
 from collections.abc import Coroutine, Sequence
+from pathlib import Path
 
-from kernels.arrays import Array
 from servo_ctrl.axis.fault_policy import Event
 from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.commands.learning_status import LearningState
@@ -14,24 +14,19 @@ from servo_ctrl.commands.status_publisher import StatusPublisher
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.cycle.background_worker import BackgroundWorker
 from servo_ctrl.daemon.cycle.machine import MachineController
-from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.handlers.command_handler import ControllerCommandHandler
 from servo_ctrl.daemon.handlers.compensation_commands import CompensationCommands
 from servo_ctrl.daemon.handlers.operating_commands import OperatingCommands
 from servo_ctrl.daemon.handlers.program_commands import ProgramCommands
 from servo_ctrl.daemon.handlers.program_start import ProgramStart
 from servo_ctrl.daemon.handlers.work_offsets import WorkOffsets
-from servo_ctrl.daemon.learning.adaptation import Adaptation
 from servo_ctrl.daemon.learning.axis_learning import LearningError
 from servo_ctrl.daemon.learning.learned_results import LearnedResults
-from servo_ctrl.daemon.learning.learning_job import LearningJob
-from servo_ctrl.daemon.learning.production import Production
-from servo_ctrl.daemon.learning.waveform_adaptation import WaveformAdaptation
+from servo_ctrl.daemon.learning.learning_services import LearningServices
 from servo_ctrl.daemon.run.run_options import RunOptions
 from servo_ctrl.daemon.run.tuning_runs import TuningRuns
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learned.store import default_directory
-from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.telemetry.mqtt.service import MqttLink
 from servo_ctrl.telemetry.mqtt.stream import RowStream
 
@@ -58,47 +53,24 @@ class Services:
         self._in_standby = options.stand_by and self._started
         self._learning_over = False
         """Whether the requested learning has ended, with or without success."""
-        directory = options.learned_dir or default_directory(config)
-        learned = LearnedResults(config, servos, directory, options.compensation)
-        self._waveforms = list(learned.waveforms.values())
-        self._problems = learned.problems
         self.worker = BackgroundWorker(lockstep=lockstep)
         self.publisher = StatusPublisher()
-        self.adaptation = Adaptation(config, learned.pulses, learned.pulse_store, self.worker, machine.note)
-        self.waveform_adaptation = WaveformAdaptation(
+        directory = options.learned_dir or default_directory(config)
+        results = LearnedResults(config, servos, directory, options.compensation)
+        self._problems = results.problems
+        self.learning = LearningServices(
             config,
-            learned.waveforms,
-            store=learned.waveform_store,
-            worker=self.worker,
-            note=machine.note,
-            on=lambda: self.adaptation.on,
-        )
-        self.production = Production(config, self.publisher, note=machine.note, adapt=self._adapt)
-        self.rows = RowRouter(self.production.monitor.observe)
-        self._connect_machine(options)
-        self.job = LearningJob(
-            machine,
-            lambda axis, learner: learned.learning_of(axis, learner, motion),
-            self.worker,
-            self.rows,
-            self.publisher,
-            on_end=self._on_learning_end,
-        )
-        self._program = ProgramStart(machine, motion, self.worker, self.publisher.changed)
-        offsets = WorkOffsets(
-            config, directory, self.worker, note=machine.note, on_change=motion.offsets_changed
-        )
-        if offsets.problem:
-            self._problems.append(offsets.problem)
-        programs = ProgramCommands(
             machine,
             motion,
-            job=self.job,
-            program=self._program,
+            results,
             worker=self.worker,
             publisher=self.publisher,
-            offsets=offsets,
+            on_end=self._on_learning_end,
         )
+        self.rows = self.learning.rows
+        self._connect_machine(options)
+        self._program = ProgramStart(machine, motion, self.worker, self.publisher.changed)
+        programs = self._program_commands(config, directory)
         self.tuning = TuningRuns(
             config,
             machine,
@@ -110,24 +82,50 @@ class Services:
             rows=self.rows,
             lockstep=lockstep,
         )
-        self.handler = ControllerCommandHandler(
-            config,
-            machine,
-            motion,
-            compensation=CompensationCommands(learned, self.worker, self.publisher, machine.note),
-            publisher=self.publisher,
-            job=self.job,
-            monitor=self.production.monitor,
-            adaptation=self.adaptation,
-            program=self._program,
-            programs=programs,
-            operating=OperatingCommands(config, machine, servos, programs, self.publisher),
-        )
+        self.handler = self._command_handler(config, servos, results, programs)
         if self._learn is not None:
             verdict = self.handler.objection(self._learn.axes, self._learn.learner)
             if not verdict.accepted:
                 raise LearningError(verdict.reason)
         self._link = self._mqtt_link(config)
+
+    def _program_commands(self, config: MachineConfig, directory: Path) -> ProgramCommands:
+        """Make the commands of programs; their work offsets are in the `directory` of learned results."""
+        motion, note = self._motion, self.machine.note
+        offsets = WorkOffsets(config, directory, self.worker, note=note, on_change=motion.offsets_changed)
+        if offsets.problem:
+            self._problems.append(offsets.problem)
+        return ProgramCommands(
+            self.machine,
+            motion,
+            job=self.learning.job,
+            program=self._program,
+            worker=self.worker,
+            publisher=self.publisher,
+            offsets=offsets,
+        )
+
+    def _command_handler(
+        self,
+        config: MachineConfig,
+        servos: Sequence[AxisServo],
+        results: LearnedResults,
+        programs: ProgramCommands,
+    ) -> ControllerCommandHandler:
+        machine, publisher = self.machine, self.publisher
+        return ControllerCommandHandler(
+            config,
+            machine,
+            self._motion,
+            compensation=CompensationCommands(results, self.worker, publisher, machine.note),
+            publisher=publisher,
+            job=self.learning.job,
+            monitor=self.learning.production.monitor,
+            adaptation=self.learning.adaptation,
+            program=self._program,
+            programs=programs,
+            operating=OperatingCommands(config, machine, servos, programs, publisher),
+        )
 
     def _connect_machine(self, options: RunOptions) -> None:
         """Set the options and callbacks of the machine; without a program the axes stay under control."""
@@ -154,14 +152,16 @@ class Services:
     @property
     def completed(self) -> bool:
         """Whether the requested learning, or else the program, was completed."""
-        return self._motion.completed if self._learn is None else self.job.state is LearningState.DONE
+        if self._learn is None:
+            return self._motion.completed
+        return self.learning.job.state is LearningState.DONE
 
     @property
     def problem(self) -> str:
         """Why the requested learning failed although nothing stopped the machine; else ""."""
         if self._learn is None or self.completed or self.machine.reason:
             return ""
-        return self.job.status().reason
+        return self.learning.job.status().reason
 
     def begin(self) -> None:
         """Begin the run after the nodes have booted."""
@@ -188,7 +188,7 @@ class Services:
 
     def on_rest(self) -> None:
         """Continue learning or end the run, after a motion has ended or the machine entered standby."""
-        self.job.on_rest()
+        self.learning.job.on_rest()
         self.tuning.on_rest()
         self._finish()
         self.publisher.changed()
@@ -196,7 +196,7 @@ class Services:
     def on_stop(self, reason: str) -> None:
         """End learning because the machine stops."""
         self._started = True
-        self.job.on_stop(reason)
+        self.learning.job.on_stop(reason)
         self.tuning.on_stop(reason)
         self.publisher.changed()
 
@@ -206,21 +206,13 @@ class Services:
 
     async def finish(self) -> None:
         """Store the adapted functions and let the worker finish its queue."""
-        self.adaptation.store()
-        self.waveform_adaptation.store()
+        self.learning.store()
         try:
             async with asyncio.timeout(FINISH_LIMIT_S):
                 await self.worker.finish()
         except TimeoutError:
             text = f"learned results were not stored within {FINISH_LIMIT_S:g} s: the disk does not respond"
             self.machine.note(text)
-
-    def _adapt(self, index: int, report: ReversalReport, trace_m: Array) -> None:
-        """Let what acts on an axis learn from a reversal: its waveform, else its pulse."""
-        if self._waveforms[index].acts:
-            self.waveform_adaptation.take(index, report, trace_m)
-        else:
-            self.adaptation.take(index, report, trace_m)
 
     def _on_learning_end(self) -> None:
         if self._learn is not None:

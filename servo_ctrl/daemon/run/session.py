@@ -103,8 +103,8 @@ class Session:
             spans=tuple(self._motion.spans),
             lateness=self.lateness,
             recording=recording,
-            learning=services.job.status(),
-            outcomes=tuple(services.job.outcomes),
+            learning=services.learning.job.status(),
+            outcomes=tuple(services.learning.job.outcomes),
             event_cycles=tuple(machine.events.kept_cycles),
             first_sync=self.first_sync,
         )
@@ -150,7 +150,7 @@ class Session:
             self._report_progress(cycle)
 
     def _report_progress(self, cycle: Cycle) -> None:
-        machine, learning = self._machine, self._services.job.status()
+        machine, learning = self._machine, self._services.learning.job.status()
         done = self._motion.progress
         if learning.planned:
             done = learning.strokes_done / max(learning.strokes_total, 1)

@@ -195,7 +195,7 @@ class _Supervisor:
             self._machine.keep_row = recording.record
         try:
             if self._record_dir is not None:
-                services.production.log_to(self._record_dir / REVERSALS_FILE)
+                services.learning.production.log_to(self._record_dir / REVERSALS_FILE)
             await self._run_cycle(bus, cycle, recording)
             bus.port.finish()
         finally:
@@ -237,7 +237,7 @@ class _Supervisor:
         """Write the rest of recording and reversal log; return what could not be written, else ""."""
         problem = recording.close(header)
         try:
-            self._services.production.close()
+            self._services.learning.production.close()
         except RecordingError as error:
             return "; ".join(text for text in (problem, str(error)) if text)
         return problem

@@ -163,10 +163,10 @@ def test_adaptation_changes_the_functions_in_use_and_stores_them_when_the_run_en
     assert before.learned is not None
     assert now.learned.amplitudes[0][1] > before.learned.amplitudes[0][1]
     assert made.pulse("x").learned[2, 0] == pytest.approx(now.learned.amplitudes[0][1])
-    made.services.adaptation.store()
+    made.services.learning.adaptation.store()
     assert made.status.axes[0].version == 2
     assert stand().status.axes[0].learned == now.learned
-    made.services.adaptation.store()
+    made.services.learning.adaptation.store()
     assert made.status.axes[0].version == 2, "nothing new, no new version"
 
 
@@ -178,6 +178,6 @@ def test_adaptation_that_was_rolled_back_is_not_stored(
     made.handler.change("adaptation", True)
     reverse(made)
     made.handler.execute(ROLL_BACK_X)
-    made.services.adaptation.store()
+    made.services.learning.adaptation.store()
     assert made.status.axes[0].version == 1
     assert stand().status.axes[0].version == 1

@@ -98,7 +98,7 @@ async def test_new_start_right_after_an_abort_is_a_new_run(
             stand.play()
         await stand.services.worker.finish()
     assert stand.status.learning.state is LearningState.DONE
-    assert stand.services.job.outcomes[0].resumed == 0
+    assert stand.services.learning.job.outcomes[0].resumed == 0
 
 
 async def test_pause_while_a_stroke_is_being_evaluated_comes_before_the_next(

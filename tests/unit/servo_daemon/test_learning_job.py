@@ -65,7 +65,7 @@ def test_axis_that_is_named_twice_is_learned_once(stand: Callable[..., LearningS
     for _ in STROKES:
         made.play()
     assert made.status.learning.state is LearningState.DONE
-    assert [outcome.axis for outcome in made.services.job.outcomes] == ["x"]
+    assert [outcome.axis for outcome in made.services.learning.job.outcomes] == ["x"]
 
 
 def test_next_run_uses_what_was_stored(stand: Callable[..., LearningStand]) -> None:

@@ -98,7 +98,7 @@ def test_run_that_was_killed_and_resumed_learns_the_very_same(
     for _ in STROKES[1:]:
         resumed.play()
     assert resumed.status.axes[0].learned == whole
-    assert resumed.services.job.outcomes[0].resumed == 1
+    assert resumed.services.learning.job.outcomes[0].resumed == 1
 
 
 def test_fresh_start_discards_the_journal(stand: Callable[..., LearningStand]) -> None:

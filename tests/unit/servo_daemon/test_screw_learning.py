@@ -68,7 +68,7 @@ def test_travels_run_without_compensation_and_the_check_with_what_was_learned(
     assert stand.params.take_up.lost_motion_m == screw.lost_motion_m
     stored = json.loads((tmp_path / "learned/x/screw/v0001.json").read_text(encoding="utf-8"))
     assert stored["conditions"]["source"] == "learning"
-    [outcome] = stand.services.job.outcomes
+    [outcome] = stand.services.learning.job.outcomes
     assert (outcome.version, outcome.learned.points) == (1, screw.points)
     assert stand.machine.notes[-1].startswith("axis x: J 3.0")
 

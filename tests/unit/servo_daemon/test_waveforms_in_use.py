@@ -33,7 +33,7 @@ def reversal(made: LearningStand, lag_m: float) -> None:
     trace_m = lag_m * np.sin(np.linspace(0.0, np.pi, 194)) ** 2
     mean_m = float(np.mean(np.abs(trace_m)))
     report = ReversalReport(1, 1, 0.2, lag_m, lag_m, mean_m, mean_m)
-    made.services.waveform_adaptation.take(0, report, trace_m)
+    made.services.learning.waveform_adaptation.take(0, report, trace_m)
 
 
 def test_a_stored_waveform_acts_from_the_start_and_is_switched_by_command(
@@ -64,12 +64,12 @@ def test_production_changes_it_and_the_change_is_a_version_that_can_be_rolled_ba
     stand: Stand, learned: WaveformStore
 ) -> None:
     made = stand()
-    made.services.adaptation.on = True
+    made.services.learning.adaptation.on = True
     before = made.servos["x"].params.waveform
     reversal(made, 5e-6)
     after = made.servos["x"].params.waveform
     assert after.friction != before.friction or (after.waves != before.waves).any()
-    made.services.waveform_adaptation.store()
+    made.services.learning.waveform_adaptation.store()
     stored = learned.active("x")
     assert stored is not None
     assert (stored.version, stored.conditions["changes"]) == (2, 1)
@@ -85,7 +85,7 @@ def test_nothing_changes_while_adaptation_is_off_or_the_waveform_is(
     made = stand()
     before = made.servos["x"].params.waveform
     reversal(made, 5e-6)
-    made.services.adaptation.on = True
+    made.services.learning.adaptation.on = True
     assert made.handler.execute(CommandRequest(Command.DISABLE_WAVEFORM, "x")).accepted
     reversal(made, 5e-6)
     assert made.handler.execute(CommandRequest(Command.ENABLE_WAVEFORM, "x")).accepted
@@ -99,7 +99,7 @@ def test_no_waveform_acts_on_strokes_of_the_pulse(stand: Stand, learned: Wavefor
     made = stand()
     assert made.handler.execute(CommandRequest(Command.START_LEARNING, "x")).accepted
     assert not acts(made)
-    assert made.services.job._learning.stroke.pulse == NO_PULSE  # its first stroke
+    assert made.services.learning.job._learning.stroke.pulse == NO_PULSE  # its first stroke
     made.handler.execute(CommandRequest(Command.ABORT_LEARNING))
     assert acts(made)
 

@@ -42,7 +42,7 @@ def cut_off(axes: tuple[AxisStatus, ...]) -> list[Any]:
 
 def test_the_daemon_counts_it(tmp_path: Path) -> None:
     stand = LearningStand(ROOT / "machines" / "xy_table" / "controller.toml", tmp_path)
-    stand.services.production.monitor.cut_off[1] = 3
+    stand.services.learning.production.monitor.cut_off[1] = 3
     assert cut_off(stand.status.axes) == [0, 3]
 
 
