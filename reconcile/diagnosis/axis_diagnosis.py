@@ -55,23 +55,7 @@ def diagnose_axis(
     """
     name = recordings[0].axis
     axis = model.axes[name]
-    on_progress(f"axis {name}: force")
-    searches = [
-        TermSearch(
-            recordings,
-            axis,
-            ResidualChannel.FORCE,
-            SelectionRules(negligible_force_share=negligible_force_share),
-        )
-    ]
-    found = [explain(searches[0])]
-    with_scale = [recording for recording in recordings if recording.scale_m is not None]
-    if with_scale:
-        on_progress(f"axis {name}: scale less motor")
-        rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
-        searches.append(TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
-        found.append(explain(searches[1]))
-        found = [_without_cross_channel_misfit(one, found, axis) for one in found]
+    searches, found = _explain_channels(recordings, axis, negligible_force_share, on_progress)
     simulated = simulated_recordings(recordings, model) if any(map(_may_be_of_the_model, found)) else []
     found = [without_simulated_terms(one, simulated, axis) for one in found]
     proofs: list[Proof] = []
@@ -101,6 +85,28 @@ def diagnose_axis(
     ]
     notes += [f"model.toml, axis {name}: {VARIANT_NOTES[p.variant]}" for p in proofs if p.variant != AS_FOUND]
     return AxisDiagnosis(explanations, proofs, updated.sections, [*updated.notes, *left_out, *notes])
+
+
+def _explain_channels(
+    recordings: Sequence[AxisRecording],
+    axis: NominalAxis,
+    negligible_force_share: float,
+    on_progress: Callable[[str], None],
+) -> tuple[list[TermSearch], list[Explanation]]:
+    """Explain the force, and the position deviation of the recordings that have a scale."""
+    name = recordings[0].axis
+    on_progress(f"axis {name}: force")
+    rules = SelectionRules(negligible_force_share=negligible_force_share)
+    searches = [TermSearch(recordings, axis, ResidualChannel.FORCE, rules)]
+    found = [explain(searches[0])]
+    with_scale = [recording for recording in recordings if recording.scale_m is not None]
+    if with_scale:
+        on_progress(f"axis {name}: scale less motor")
+        rules = SelectionRules(least_gain=DEVIATION_LEAST_GAIN)
+        searches.append(TermSearch(with_scale, axis, ResidualChannel.POSITION_DEVIATION, rules))
+        found.append(explain(searches[1]))
+        found = [_without_cross_channel_misfit(one, found, axis) for one in found]
+    return searches, found
 
 
 def _may_be_of_the_model(explanation: Explanation) -> bool:

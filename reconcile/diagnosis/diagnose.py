@@ -16,6 +16,7 @@ from reconcile.formats.mapping import NO_MAPPING, Mapping
 from reconcile.formats.rotary_units import sentence_of
 from reconcile.identification.explain import Explanation
 from reconcile.location.residual_analysis import ResidualAnalysis, residual_analyses
+from reconcile.model_update.shared_values import Sections
 from reconcile.nominal_model.model_file import NominalModel, load_model, write_model
 from reconcile.proof.proof import Proof
 from reconcile.recording.recording import AxisRecording, load_recordings
@@ -72,36 +73,30 @@ def diagnose(
     usable = _usable_recordings(
         paths, model, mapping, on_progress, at_full_rate=controllers, set_aside=set_aside
     )
-    updates, notes = {}, list(usable.notes)
-    explanations: dict[str, list[Explanation]] = {}
-    proofs: dict[str, list[Proof]] = {}
-    for name, (recordings, thinning) in usable.by_axis.items():
-        release_compiler()  # its 68 MB, which loading kernels has touched, are for the columns
-        one = diagnose_axis(recordings, model, negligible_force_share, on_progress, with_proof=with_proof)
-        explanations[name], proofs[name], updates[name] = one.explanations, one.proofs, one.sections
-        notes += notes_of(thinning)
-        notes += [sentence_of(note, rotary=model.axes[name].rotary) for note in one.notes]
+    explained = _explain_axes(usable, model, negligible_force_share, on_progress, with_proof=with_proof)
     if controllers:
         on_progress("replaying")
-    led = [name for name in controllers if name in explanations]
-    loops = {name: control_loop(controllers[name], explanations[name]) for name in led}
-    replayed = replay_models(usable.at_full_rate, model, updates, loops)
-    notes += replayed.notes
+    loops = {
+        name: control_loop(controllers[name], explained.explanations[name])
+        for name in controllers
+        if name in explained.explanations
+    }
+    replayed = replay_models(usable.at_full_rate, model, explained.updates, loops)
     on_progress("locating")
-    analyses = residual_analyses(explanations, model.axes)
-    following = next_experiment(explanations, model.axes, limits, made) if with_next else NOTHING
+    analyses = residual_analyses(explained.explanations, model.axes)
+    following = next_experiment(explained.explanations, model.axes, limits, made) if with_next else NOTHING
     content = verdict(
-        explanations,
+        explained.explanations,
         analyses,
-        notes=notes,
+        notes=[*usable.notes, *explained.notes, *replayed.notes],
         replayed=replayed.comparisons,
-        proofs=proofs,
+        proofs=explained.proofs,
         following=following.content,
     )
     out.mkdir(parents=True, exist_ok=True)
     write_text_whole(out / VERDICT_FILE, json.dumps(content, indent=1) + "\n")
     write_program(following.program, following.content.get("why", ""), out)
-    write_whole(out / MODEL_FILE, lambda temporary: write_model(model, updates, temporary))
+    write_whole(out / MODEL_FILE, lambda temporary: write_model(model, explained.updates, temporary))
     page = out / REPORT_FILE if with_report else None
     if page is not None:
         on_progress("report")
@@ -110,7 +105,7 @@ def diagnose(
         verdict=content,
         verdict_file=out / VERDICT_FILE,
         model_file=out / MODEL_FILE,
-        explanations=explanations,
+        explanations=explained.explanations,
         residual_analyses=analyses,
         report_file=page,
         next_experiment=following,
@@ -150,3 +145,34 @@ def _usable_recordings(
         [one for one in checked.recordings if one.axis in at_full_rate],
         notes_of(checked.findings),
     )
+
+
+class _ExplainedAxes(NamedTuple):
+    """The diagnoses of all axes."""
+
+    explanations: dict[str, list[Explanation]]
+    """By axis, as all of these are; one for each residual channel."""
+    proofs: dict[str, list[Proof]]
+    updates: dict[str, Sections]
+    """Sections of the model file."""
+    notes: list[str]
+
+
+def _explain_axes(
+    usable: _UsableRecordings,
+    model: NominalModel,
+    negligible_force_share: float,
+    on_progress: Callable[[str], None],
+    *,
+    with_proof: bool,
+) -> _ExplainedAxes:
+    """Diagnose one axis after the other."""
+    explained = _ExplainedAxes({}, {}, {}, [])
+    for name, (recordings, thinning) in usable.by_axis.items():
+        release_compiler()  # its 68 MB, which loading kernels has touched, are for the columns
+        one = diagnose_axis(recordings, model, negligible_force_share, on_progress, with_proof=with_proof)
+        explained.explanations[name], explained.proofs[name] = one.explanations, one.proofs
+        explained.updates[name] = one.sections
+        explained.notes.extend(notes_of(thinning))
+        explained.notes.extend(sentence_of(note, rotary=model.axes[name].rotary) for note in one.notes)
+    return explained

@@ -7,18 +7,26 @@ one; a second diagnosis uses both.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from kernels.arrays import Array
-from reconcile.diagnosis.diagnose import diagnose
+from reconcile.diagnosis.diagnose import WrittenDiagnosis, diagnose
 from reconcile.examples import pictures
 from reconcile.examples.emps_table import PUBLISHED_FORCE_ERRORS, closed_loop, held_out, identified_rows
 from reconcile.examples.example import ExampleResult, data_file, reports, write_figures
-from reconcile.examples.held_out_record import ONCE_A_TURN, Effect, TwoRecords
+from reconcile.examples.held_out_record import (
+    ONCE_A_TURN,
+    Effect,
+    Orders,
+    RejectedEffect,
+    Ripple,
+    Stage,
+    TwoRecords,
+)
 from reconcile.formats.mapping import NO_MAPPING, parse_mapping
 from reconcile.formats.readers import read_table
 from reconcile.formats.toml_file import toml_text
@@ -60,74 +68,91 @@ class _Inputs(NamedTuple):
     values: dict[str, float]
 
 
+class _HeldOut(NamedTuple):
+    """The effects identified on the first record, tested on the second."""
+
+    stages: list[Stage]
+    rejected: RejectedEffect | None
+    ripples: list[Ripple]
+    """Of each record alone; empty without ripple, and so are the orders."""
+    orders: list[Orders]
+
+
 def run(data: Path, out: Path, on_progress: Callable[[str], None]) -> ExampleResult:
     """Run both diagnoses, the held-out record and the replays. Raises ReconcileError."""
     paths = [data_file(data, [name], PUBLISHER) for name in RECORDS]
     out.mkdir(parents=True, exist_ok=True)
     inputs = _inputs(paths, out)
-    mapping = parse_mapping(MAPPING)
-    first = diagnose(
-        paths[:1],
-        inputs.nominal,
-        out / "train",
-        mapping,
-        on_progress,
-        negligible_force_share=NEGLIGIBLE_FORCE_SHARE,
-    )
-    both = diagnose(
-        paths,
-        inputs.nominal,
-        out / "both",
-        mapping,
-        on_progress,
-        negligible_force_share=NEGLIGIBLE_FORCE_SHARE,
+    first, both = (
+        diagnose(
+            of,
+            inputs.nominal,
+            out / name,
+            parse_mapping(MAPPING),
+            on_progress,
+            negligible_force_share=NEGLIGIBLE_FORCE_SHARE,
+        )
+        for name, of in (("train", paths[:1]), ("both", paths))
     )
     force = first.explanations[AXIS][0]
-    effects: list[Effect] = [
-        (c.effect, c.shape_parameters) for finding in force.findings for c in finding.candidates
-    ]
-    timing: list[Effect] = [force.timing] if force.timing else []
-    effects = [*timing, *effects]
     on_progress("the record that was held out")
-    train, other = inputs.recordings
-    records = TwoRecords(train, other, load_model(inputs.nominal).axes[AXIS])
-    stages = records.stages(effects)
-    rejected_effect = records.rejected_effect(REJECTED, effects) if REJECTED not in dict(effects) else None
-    ripples = records.ripples(effects) if any(name in ONCE_A_TURN for name, _ in effects) else []
+    tested = _held_out(inputs, force)
     on_progress("closed-loop replay")
     replays = _replays(inputs, first.model_file, force)
-    values = {
-        "nominal": inputs.values,
+    values = {"nominal": inputs.values, **_values(first, both, tested, replays)}
+    files = [write_figures(out, values), first.model_file, *reports(first.verdict_file, both.verdict_file)]
+    if tested.ripples:
+        turns = (tested.orders, tested.ripples)
+        files.append(
+            pictures.emps(out / "emps.png", force.residuals[0], turns, replays, PUBLISHED_FORCE_ERRORS)
+        )
+    rows = [
+        *identified_rows(values, first.verdict["findings"]),
+        *held_out(tested.stages, tested.rejected),
+        *closed_loop(replays),
+    ]
+    return ExampleResult(TITLE, rows, values, files)
+
+
+def _held_out(inputs: _Inputs, force: Explanation) -> _HeldOut:
+    """Test the timing and the effects that explain the first record on the second one."""
+    effects: list[Effect] = [force.timing] if force.timing else []
+    effects += [(c.effect, c.shape_parameters) for finding in force.findings for c in finding.candidates]
+    train, other = inputs.recordings
+    records = TwoRecords(train, other, load_model(inputs.nominal).axes[AXIS])
+    has_ripple = any(name in ONCE_A_TURN for name, _ in effects)
+    return _HeldOut(
+        stages=records.stages(effects),
+        rejected=records.rejected_effect(REJECTED, effects) if REJECTED not in dict(effects) else None,
+        ripples=records.ripples(effects) if has_ripple else [],
+        orders=records.orders(effects) if has_ripple else [],
+    )
+
+
+def _values(
+    first: WrittenDiagnosis,
+    both: WrittenDiagnosis,
+    tested: _HeldOut,
+    replays: Mapping[str, Mapping[str, Replay]],
+) -> dict[str, Any]:
+    """Return the figures of the example, as they are written to its JSON."""
+    diagnoses = {"train": first, "both": both}
+    return {
         "named": {
-            "train": [finding["effect"] for finding in first.verdict["findings"]],
-            "both": [finding["effect"] for finding in both.verdict["findings"]],
+            record: [finding["effect"] for finding in one.verdict["findings"]]
+            for record, one in diagnoses.items()
         },
-        "timing_s": force.timing_s,
-        "stages": [stage._asdict() for stage in stages],
-        "blocks_n": {
-            "train": first.verdict["fit"][AXIS]["force"],
-            "both": both.verdict["fit"][AXIS]["force"],
-        },
-        "rejected": rejected_effect._asdict() if rejected_effect else None,
-        "ripples": [ripple._asdict() for ripple in ripples],
+        "timing_s": first.explanations[AXIS][0].timing_s,
+        "stages": [stage._asdict() for stage in tested.stages],
+        "blocks_n": {record: one.verdict["fit"][AXIS]["force"] for record, one in diagnoses.items()},
+        "rejected": tested.rejected._asdict() if tested.rejected else None,
+        "ripples": [ripple._asdict() for ripple in tested.ripples],
         "replay": {
             record: {model: one.error()._asdict() for model, one in pair.items()}
             for record, pair in replays.items()
         },
         "origin_m": replays["pulses"]["repaired"].origin_m,
     }
-    files = [write_figures(out, values), first.model_file, *reports(first.verdict_file, both.verdict_file)]
-    if ripples:
-        turns = (records.orders(effects), ripples)
-        files.append(
-            pictures.emps(out / "emps.png", force.residuals[0], turns, replays, PUBLISHED_FORCE_ERRORS)
-        )
-    rows = [
-        *identified_rows(values, first.verdict["findings"]),
-        *held_out(stages, rejected_effect),
-        *closed_loop(replays),
-    ]
-    return ExampleResult(TITLE, rows, values, files)
 
 
 def _inputs(paths: list[Path], out: Path) -> _Inputs:
