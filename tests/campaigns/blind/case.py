@@ -83,7 +83,7 @@ class SimulatedRecording(NamedTuple):
 
     columns: dict[str, Array]
     inside: Array
-    """(n, simulate.WIDTH)"""
+    """(n, record.WIDTH)"""
     wander_m: Array
     growth_m: Array
     start_m: float

@@ -3,9 +3,9 @@
 import numpy as np
 
 from tests.campaigns.blind.arrays import Array
+from tests.campaigns.blind.axis.record import AT, CAUSES
 from tests.campaigns.blind.case import Case, Planted, SimulatedRecording
 from tests.campaigns.blind.nonlinearities import wave
-from tests.campaigns.blind.simulate import AT, CAUSES
 
 IN_THE_DRIVE = frozenset({"dead_zone", "current_loop", "delay", "voltage"})
 """Causes between command and current: a measured current does not show them."""

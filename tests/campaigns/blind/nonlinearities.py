@@ -4,10 +4,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from tests.campaigns.blind.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def wave(angle: Any, skew: float) -> Any:
     """Return a periodic shape that is no sine: its phase advances unevenly.
 
@@ -17,7 +18,7 @@ def wave(angle: Any, skew: float) -> Any:
     return np.sin(angle + skew * np.sin(angle + 1.0)) - mean
 
 
-@njit(cache=True)
+@compiled
 def bouc_wen(z: float, travel: float, sharpness: float, unloading: float) -> float:
     """Return the Bouc-Wen variable after a signed travel in presliding lengths, integrated in small steps."""
     parts = int(abs(travel) / 0.1) + 1
@@ -31,7 +32,7 @@ def bouc_wen(z: float, travel: float, sharpness: float, unloading: float) -> flo
     return z
 
 
-@njit(cache=True)
+@compiled
 def quantised(value: float, count: float) -> float:
     """Return the value rounded down to whole counts; unchanged where `count` is 0."""
     return math.floor(value / count) * count if count > 0.0 else value

@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from scipy.signal import butter, lfilter, sosfiltfilt
 
 from tests.campaigns.blind.arrays import Array
+from tests.campaigns.blind.axis.record import AT
 from tests.campaigns.blind.case import Case, Planted, SimulatedRecording
 from tests.campaigns.blind.contributions import deviation_m, force_n, known_force_n
 from tests.campaigns.blind.effects import COMMAND_ONLY
 from tests.campaigns.blind.nominal import CORNER_HZ, EDGE_S, smooth
-from tests.campaigns.blind.simulate import AT
 
 LEAST_RMS, LEAST_PEAK, LEAST_SHARE = 0.5, 3.0, 0.02
 """Bound from below the RMS of an effect and of its strongest part over the residual's, and its share of

@@ -11,13 +11,14 @@ import pyarrow.parquet as pq
 from scipy.signal import lfilter
 
 from tests.campaigns.blind.arrays import Array
+from tests.campaigns.blind.axis.record import AT
 from tests.campaigns.blind.case import Case, Run, SimulatedRecording
 from tests.campaigns.blind.contributions import deviation_m as contribution_m
 from tests.campaigns.blind.contributions import known_force_n
 from tests.campaigns.blind.motions import set_points
 from tests.campaigns.blind.nominal import fitted, model_text
 from tests.campaigns.blind.observability import clutter, judged
-from tests.campaigns.blind.simulate import AT, run
+from tests.campaigns.blind.simulate import run
 
 STEP_S = 2.5e-5
 """Step of the integration, seconds; chosen."""
@@ -96,9 +97,18 @@ def simulated(case: Case, one: Run) -> SimulatedRecording:
     loop = case.loop
     for _ in range(6):
         rows = run(
-            case.plant, loop, np.ascontiguousarray(reference), period_s, STEP_S, rise_share, noise_n,
-            motor_noise, scale_noise, coupled_m_s2, one.start_m,
-        )  # fmt: skip
+            case.plant,
+            loop,
+            np.ascontiguousarray(reference),
+            period_s,
+            STEP_S,
+            rise_share=rise_share,
+            noise_n=noise_n,
+            motor_noise_m=motor_noise,
+            scale_noise_m=scale_noise,
+            coupled_m_s2=coupled_m_s2,
+            start_m=one.start_m,
+        )
         if np.abs(rows[:, AT["motor_m"]] - reference[:, 0]).max() < 0.02:
             break
         loop = loop._replace(kp=0.5 * loop.kp, ki=0.25 * loop.ki, kd=0.7 * loop.kd)

@@ -14,6 +14,7 @@ from reconcile.cli.main import app
 from reconcile.errors import ReconcileError
 from reconcile.trials.seeds import FIRST_SCORED_SEED
 from tests.campaigns.blind import claim, draw, record
+from tests.campaigns.blind.axis.record import AT
 from tests.campaigns.blind.case import Planted, SimulatedRecording
 from tests.campaigns.blind.contributions import known_force_n
 from tests.campaigns.blind.draws import SHARES
@@ -22,7 +23,6 @@ from tests.campaigns.blind.foreign import FOREIGN
 from tests.campaigns.blind.nominal import smooth
 from tests.campaigns.blind.observability import clutter
 from tests.campaigns.blind.recorded import simulated
-from tests.campaigns.blind.simulate import AT
 
 HERE = Path(__file__).parent
 ALLOWED = {"numpy", "numba", "scipy", "pyarrow", *sys.stdlib_module_names}
