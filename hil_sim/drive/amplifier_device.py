@@ -166,7 +166,7 @@ class Drive:
     def limit_speed(self) -> None:
         """Apply the max motor speed 6080h (1/min)."""
         turns_s = self.objects.max_motor_speed / 60.0
-        self.motion.limits.motor_speed = turns_s * self.port.counts_per_rev
+        self.motion.limits.motor_speed = turns_s * self.port.encoder.counts_per_rev
 
     def _torque_limits(self) -> tuple[int, int, int, int]:
         """Return the values of the objects, in the order of TORQUE_LIMITS (per mille)."""

@@ -13,6 +13,7 @@ from hil_sim.config import AxisPlant, Plant
 from hil_sim.cyclic import drive_limits, drive_readings, drive_step
 from hil_sim.cyclic.drive_record import drive_records, store_fields
 from hil_sim.drive.drive_objects import DriveObjects
+from hil_sim.drive.motor_encoder import MotorEncoder
 from hil_sim.drive.position_range import PositionRange
 from hil_sim.plant.amplifier import OFF
 from hil_sim.plant.measured_point import velocity_field
@@ -37,10 +38,7 @@ class AxisPort:
         own = slice(index, index + 1)
         self._states, self._setpoints = plant.state[own], plant.setpoint[own]
         self._state, self._setpoint = plant.state[index], plant.setpoint[index]
-        self.counts_per_rev = config.encoder.counts_per_rev
-        counts_per_m = config.encoder.counts_per_rev / config.lead_m
-        pulse_counts = round(config.encoder.index_mm * 1e-3 * counts_per_m)
-        self._pulse_counts = pulse_counts - int(self._state["encoder_origin_counts"])
+        self.encoder = MotorEncoder(config, self._state)
         motor = config.motor
         self._rated_current_a = motor.rated_current_ma * 1e-3
         rated_torque_nm = motor.rated_torque_mnm * 1e-3
@@ -52,7 +50,7 @@ class AxisPort:
         self.move_to(drive_records(1), objects.records)
         store_fields(
             self.record,
-            counts_per_m=counts_per_m,
+            counts_per_m=config.encoder.counts_per_rev / config.lead_m,
             m_per_count=config.lead_m / config.encoder.counts_per_rev,
             a_per_torque=self._a_per_torque,
             torque_per_a=1.0 / self._a_per_torque,
@@ -205,16 +203,7 @@ class AxisPort:
 
     def motor_counts(self) -> int:
         """Return motor counts from the power-up origin, without polarity."""
-        return int(self._state["encoder_counts"])
-
-    def index_between(self, before: int, now: int) -> int | None:
-        """Return the motor counts of the first index pulse from `before` to `now`, None without one."""
-        turn = self.counts_per_rev
-        if now >= before:
-            first = before + 1 + (self._pulse_counts - before - 1) % turn
-            return first if first <= now else None
-        first = before - 1 - (before - 1 - self._pulse_counts) % turn
-        return first if first >= now else None
+        return self.encoder.counts()
 
     def power_off(self) -> None:
         """Switch the power stage off: no current at any set point."""

@@ -152,10 +152,13 @@ class HomingSearch(Mode):
         while True:
             yield
             now = port.motor_counts()
-            found = port.index_between(before, now)
+            found = port.encoder.index_between(before, now)
             if found is not None and (found - start) * direction * port.position_sign > 0:
                 return found
-            if abs(now - start) > TURNS_MAX * port.counts_per_rev or self.objects.digital_inputs & ahead:
+            if (
+                abs(now - start) > TURNS_MAX * port.encoder.counts_per_rev
+                or self.objects.digital_inputs & ahead
+            ):
                 raise HomingFailed
             before = now
 

@@ -70,7 +70,7 @@ class TouchProbes:
 
     def _edge(self, probe: int, function: int, before: int, before_m: float) -> Edge | None:
         if function & INDEX_PULSE:
-            pulse = self._port.index_between(before, self._counts)
+            pulse = self._port.encoder.index_between(before, self._counts)
             return None if pulse is None else Edge(pulse, rising=True)
         at_m = self._at_m[probe]
         if at_m is None or (before_m >= at_m) == (self._table_m >= at_m):

@@ -14,12 +14,9 @@ import numba
 F = TypeVar("F", bound=Callable[..., Any])
 
 FOLDER = Path(__file__).parent
-FILES = sorted(
-    [*FOLDER.glob("axis/*.py"), *(FOLDER / f"{name}.py" for name in ("nonlinearities", "simulate"))]
-)
-CACHE = (
-    FOLDER / "__pycache__" / hashlib.sha256(b"".join(file.read_bytes() for file in FILES)).hexdigest()[:16]
-)
+FILES = sorted([*FOLDER.glob("axis/*.py"), FOLDER / "nonlinearities.py", FOLDER / "simulate.py"])
+CONTENTS = hashlib.sha256(b"".join(file.read_bytes() for file in FILES))
+CACHE = FOLDER / "__pycache__" / CONTENTS.hexdigest()[:16]
 _SETTINGS: Any = numba.config
 
 
