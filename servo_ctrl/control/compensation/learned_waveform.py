@@ -10,8 +10,9 @@ misses: viscous friction, wrong mass, half a period between the set point of the
 quotient, and the dead time of the inertia force. w is a free waveform that was learned from strokes
 (`learning.reversal_waveform`). It is stretched in time, so that it covers the same distance at each
 acceleration. Behind the reversal it is read at the distance x and the speed v of the command at t + L, as on
-the motion of constant acceleration that passes there: a = v^2 / (2 x), t - t1 = 2 x / v. Below the learned
-accelerations w fades out, above them it is held.
+the motion of constant acceleration that passes there: a = v^2 / (2 x), t - t1 = 2 x / v. After a short motion
+x is the distance with as much slip (`control.presliding_memory`), also before the first reversal. Below the
+learned accelerations w fades out, above them it is held.
 
 `control.reversal_forecast` predicts the reversal from the command alone.
 
@@ -30,6 +31,13 @@ from kernels.quantities import Quantity
 from kernels.record_layout import Table
 from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.control.limits import clamp
+from servo_ctrl.control.presliding_memory import (
+    Branch,
+    relaxed_at,
+    slip_travel_m,
+    turned,
+    without_closed_loop,
+)
 from servo_ctrl.control.reversal_forecast import forecast, reversal_between_samples
 from servo_ctrl.control.section import AxisFacts, Key, LawSection
 from servo_ctrl.control.types import AxisSample
@@ -90,8 +98,8 @@ class State(NamedTuple):
     """Position command at t + L, one sample ago."""
     acceleration_m_s2: float
     """Acceleration of the command, one sample ago."""
-    reversal_m: float
-    """Position command at the last reversal, between two samples; NaN before the first one."""
+    branch: Branch
+    """Where presliding has turned, between two samples."""
     memory_1: float
     """D_1."""
     memory_2: float
@@ -129,7 +137,7 @@ def at_rest(position_command_m: float) -> State:
     return State(
         lead_position_m=position_command_m,
         acceleration_m_s2=0.0,
-        reversal_m=math.nan,
+        branch=relaxed_at(position_command_m),
         memory_1=0.0,
         memory_2=0.0,
         memory_3=0.0,
@@ -200,15 +208,16 @@ def planned_force(
         velocity_m_s + lead_s * (0.5 * acceleration_m_s2 + lead_s * jerk_m_s3 / 6.0)
     )
     step_m = lead_position_m - state.lead_position_m
-    reversal_m = state.reversal_m
+    branch = state.branch
     if pulse.age_s == 0.0:
-        reversal_m = reversal_between_samples(
-            direction, position_m, velocity_m_s, acceleration_m_s2, period_s
-        )
+        turn_m = reversal_between_samples(direction, position_m, velocity_m_s, acceleration_m_s2, period_s)
+        branch = turned(branch, turn_m)
+    else:
+        branch = without_closed_loop(branch, lead_position_m, direction)
     now = State(
         lead_position_m=lead_position_m,
         acceleration_m_s2=acceleration_m_s2,
-        reversal_m=reversal_m,
+        branch=branch,
         memory_1=relaxed(state.memory_1, step_m, SLIP_M[0]),
         memory_2=relaxed(state.memory_2, step_m, SLIP_M[1]),
         memory_3=relaxed(state.memory_3, step_m, SLIP_M[2]),
@@ -226,8 +235,8 @@ def planned_force(
     until_s, foreseen_m_s2 = forecast(direction, velocity_m_s, acceleration_m_s2, jerk_m_s3)
     if until_s <= AHEAD_S:
         force_n -= direction * wave_n(p.waves, lead_s - until_s, foreseen_m_s2, lead_s, period_s)
-    else:
-        distance_m = direction * (lead_position_m - reversal_m)
+    if not until_s <= lead_s:  # what slips less is still to come when a short motion ends
+        distance_m = slip_travel_m(branch, lead_position_m, direction)
         speed_m_s = direction * (velocity_m_s + lead_s * (acceleration_m_s2 + 0.5 * lead_s * jerk_m_s3))
         if distance_m > 0.0 and speed_m_s > 0.0:
             since_s = 2.0 * distance_m / speed_m_s

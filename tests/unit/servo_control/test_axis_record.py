@@ -27,6 +27,7 @@ from servo_ctrl.control.compensation import (
 )
 from servo_ctrl.control.limits import AxisLimits
 from servo_ctrl.control.offset_motion import OffsetMotion
+from servo_ctrl.control.presliding_memory import FORGOTTEN_M, Branch
 from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisCommand, AxisSample
 
@@ -50,6 +51,7 @@ SCREWS = st.integers(1, 4).flatmap(
         lambda errors: np.vstack((np.linspace(-1.0, 1.0, n), errors))
     )
 )
+BRANCHES = st.builds(Branch, *[SIGNED | st.just(FORGOTTEN_M)] * 4)
 PARAMS = st.builds(
     AxisParams,
     st.floats(1e-4, 0.1),
@@ -97,7 +99,7 @@ STATES = st.builds(
         st.builds(trapezoidal_pulse.PulseShape, *[SIGNED] * 5),
     ),
     st.builds(disturbance_observer.State, SIGNED, SIGNED, SIGNED | st.just(math.nan)),
-    st.builds(learned_waveform.State, SIGNED, SIGNED, SIGNED | st.just(math.nan), *[SIGNED] * 4),
+    st.builds(learned_waveform.State, SIGNED, SIGNED, BRANCHES, *[SIGNED] * 4),
     SIGNED,
     MOTIONS,
     st.builds(sampled_dual_loop.State, POSITIVE, st.integers(0, 9), MOTIONS),

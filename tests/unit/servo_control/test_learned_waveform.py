@@ -54,7 +54,7 @@ def test_the_waveform_begins_before_the_reversal_and_turns_with_it() -> None:
     force_n = force_along(with_waveform(PARAMS, (0.0,) * 7, table), commands)
     first, second = reversals(commands[:, 0])[:2]
     ahead = round(AHEAD_S / T)
-    begins = np.flatnonzero(force_n)[0]
+    begins = np.flatnonzero(force_n[:first] == 0.0)[-1] + 1
     assert abs(begins - (first - ahead)) <= 1
     assert force_n[first] == pytest.approx(-level_n, rel=1e-4)  # into the negative direction
     assert force_n[second] == pytest.approx(level_n, rel=1e-4)
@@ -172,3 +172,20 @@ def test_cycles_without_inputs_leave_the_force_where_it_would_be() -> None:
     without_n = ticks(PARAMS, commands, slice(reversal - 5, reversal + 5))
     found_n = ticks(with_example(), commands, slice(reversal - 5, reversal + 5)) - without_n
     assert found_n[reversal + 50 :] == pytest.approx(whole_n[reversal + 50 :], abs=0.3)
+
+
+def test_a_short_motion_before_the_reversal_shortens_the_waveform() -> None:
+    """Behind 40 um from rest, a row of 100 um, learned at full sliding, ends after 40 + 100 / 2 um."""
+    row_m = 100e-6
+    ends = round((AHEAD_S + math.sqrt(2.0 * row_m / 0.1)) / T)
+    level = tuple(np.where(np.arange(480) < ends, 1.0, 0.0).tolist())
+    params = with_waveform(PARAMS, (0.0,) * 7, wave_table((0.1,), (level,)))
+    for turn_m, expected_m in ((40e-6, 90e-6), (5e-3, row_m)):
+        there, back = round(math.sqrt(turn_m / 0.05) / T), round(math.sqrt(1e-3 / 0.05) / T)
+        time_s = np.arange(-there, back) * T
+        position_m = turn_m - 0.05 * time_s**2
+        commands = np.column_stack([position_m, -0.1 * time_s, np.full(len(time_s), -0.1), 0.0 * time_s])
+        commands -= [commands[0, 0], 0.0, 0.0, 0.0]
+        force_n = force_along(params, commands)[there + 1 :]
+        passed_m = commands[there, 0] - commands[there + 1 :, 0]
+        assert passed_m[force_n < -0.5][-1] == pytest.approx(expected_m, rel=0.1)

@@ -1,0 +1,94 @@
+"""The memory of presliding against springs that slip one by one."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from kernels.arrays import Array
+from servo_ctrl.control.presliding_memory import relaxed_at, slip_travel_m, turned, without_closed_loop
+
+STEP_M = 1e-6
+BREAKAWAYS_M = np.geomspace(3e-6, 400e-6, 60)
+
+
+def path_through(turns_um: list[float]) -> Array:
+    """Positions (n,) from 0 through these turns, one step each."""
+    ends = np.round(np.array([0.0, *turns_um]) * 1e-6 / STEP_M).astype(int)
+    legs = [np.arange(a, b, np.sign(b - a)) for a, b in itertools.pairwise(ends)]
+    return np.concatenate([*legs, ends[-1:]]) * STEP_M
+
+
+def travels_m(path_m: Array) -> Array:
+    """The travel with as much slip, (n,), of the law."""
+    branch, direction, found = relaxed_at(path_m[0]), 0.0, [0.0]
+    for before_m, position_m in zip(path_m[:-1].tolist(), path_m[1:].tolist(), strict=True):
+        now = float(np.sign(position_m - before_m))
+        if now * direction < 0.0:
+            branch = turned(branch, before_m)
+        else:
+            branch = without_closed_loop(branch, position_m, now)
+        direction = now
+        found.append(slip_travel_m(branch, position_m, direction))
+    return np.array(found)
+
+
+def slipping(path_m: Array) -> np.ndarray:
+    """Which of the springs slip, (n, springs): each is drawn along at its breakaway displacement."""
+    stretch_m, found = np.zeros(len(BREAKAWAYS_M)), [np.zeros(len(BREAKAWAYS_M), dtype=bool)]
+    for step_m in np.diff(path_m):
+        stretch_m = stretch_m + step_m
+        found.append(np.abs(stretch_m) >= BREAKAWAYS_M)
+        stretch_m = np.clip(stretch_m, -BREAKAWAYS_M, BREAKAWAYS_M)
+    return np.array(found)
+
+
+def agreement(path_m: Array) -> float:
+    """Share of springs and samples of which the law says rightly whether they slip, off its edge."""
+    found_m = travels_m(path_m)[:, np.newaxis]
+    assert np.isfinite(found_m).all()
+    edge = np.abs(2.0 * BREAKAWAYS_M - found_m) < 4.0 * STEP_M
+    return float(((found_m > 2.0 * BREAKAWAYS_M) == slipping(path_m))[~edge].mean())
+
+
+@pytest.mark.parametrize(
+    "turns_um",
+    [
+        [3000.0],
+        [3000.0, -3000.0],
+        [34.0, -3000.0],
+        [130.0, -60.0, 500.0],
+        [900.0, 700.0, 790.0, 0.0],
+        [900.0, 850.0, 3000.0],
+        [60.0, -20.0, 30.0, -900.0],
+    ],
+)
+def test_as_many_springs_slip_as_the_travel_says(turns_um: list[float]) -> None:
+    path_m = path_through(turns_um)
+    assert agreement(path_m) > 0.995  # a loop closes within a step or two
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_so_it_is_on_random_paths_of_three_open_loops_at_most(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    first_um, second_um, third_um = 1000.0 * np.cumprod(rng.uniform(0.1, 0.9, 3))
+    turns_um = np.cumsum([first_um, -second_um, third_um, -5000.0])
+    path_m = path_through(turns_um.tolist())
+    assert agreement(path_m) > 0.995
+
+
+def test_behind_a_long_motion_it_is_the_travel_since_the_reversal() -> None:
+    path_m = path_through([2000.0, -1999.0])
+    behind = slice(2001, None)
+    assert travels_m(path_m)[behind] == pytest.approx(2000e-6 - path_m[behind], abs=1e-12)
+
+
+def test_what_was_before_a_fourth_loop_is_forgotten() -> None:
+    branch = relaxed_at(0.0)
+    for turn_m in (50e-6, -40e-6, 30e-6, -20e-6):
+        branch = turned(branch, turn_m)
+    assert np.isinf(branch.rest_m)
+    assert branch[1:] == (-20e-6, 30e-6, -40e-6)
+    assert slip_travel_m(branch, -10e-6, 1.0) == pytest.approx(10e-6)
+    opened = without_closed_loop(without_closed_loop(branch, 31e-6, 1.0), 60e-6, 1.0)
+    assert slip_travel_m(opened, 60e-6, 1.0) == pytest.approx(100e-6)
