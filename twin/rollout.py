@@ -50,7 +50,9 @@ def rollout(
         shaper = input_shaper(machine, name)
         shaped_reference[name] = reference[name] if shaper is None else shaped(reference[name], shaper)
     if couplings(machine):
-        rows, events = coupled_rows(machine, plant_config, params, plant, shaped_reference, off_cycles)
+        rows, events = coupled_rows(
+            machine, plant_config, params, plant, reference=shaped_reference, off_cycles=off_cycles
+        )
     else:
         rows, events = {}, {}
         for name, set_points in shaped_reference.items():

@@ -193,7 +193,16 @@ def _sine(b: ExcitationBounds, amplitude_m: float, frequency_hz: float, cycles: 
         return ()
     w = 2.0 * math.pi * frequency_hz
     ramp_s = round(0.5 / frequency_hz, DIGITS)
-    return (Sine("sine", 0, round(amplitude_m, DIGITS), w, float(cycles), ramp_s),)
+    return (
+        Sine(
+            label="sine",
+            axis=0,
+            amplitude_m=round(amplitude_m, DIGITS),
+            speed_rad_s=w,
+            cycles=float(cycles),
+            ramp_s=ramp_s,
+        ),
+    )
 
 
 def _geometric(low: float, high: float, count: int) -> list[float]:

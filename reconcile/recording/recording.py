@@ -115,15 +115,37 @@ def _load(path: Path, model: ByName[str, NominalAxis], mapping: Mapping) -> list
 
 def _skipped(table: Table) -> SensorFinding:
     message = f"{table.skipped}: the log is read as the classic CAN that CANopen is"
-    where = (table.source, "", "", math.nan, math.nan)
-    return SensorFinding("skipped", "note", *where, 0.0, "", message, "record the classic bus alone")
+    return SensorFinding(
+        check="skipped",
+        severity="note",
+        source=table.source,
+        axis="",
+        channel="",
+        start_s=math.nan,
+        end_s=math.nan,
+        size=0.0,
+        unit="",
+        message=message,
+        remedy="record the classic bus alone",
+    )
 
 
 def _set_aside(error: ReconcileError) -> SensorFinding:
     place = f"{error.where}: " if error.where else ""
     message = f"the recording is set aside: {place}{error.reason}"
-    where = (error.file, "", "", math.nan, math.nan)
-    return SensorFinding("unreadable", "warning", *where, 0.0, "", message, error.remedy)
+    return SensorFinding(
+        check="unreadable",
+        severity="warning",
+        source=error.file,
+        axis="",
+        channel="",
+        start_s=math.nan,
+        end_s=math.nan,
+        size=0.0,
+        unit="",
+        message=message,
+        remedy=error.remedy,
+    )
 
 
 def _axis_recordings(table: Table, channels: Channels, axis: str, model: NominalAxis) -> list[AxisRecording]:
@@ -167,8 +189,19 @@ def _left_out(source: str, axis: str, pieces: Sequence[Piece], short: Sequence[P
         f"they are shorter than {SHORTEST_S} s or {FEWEST_SAMPLES} samples"
     )
     severity: Severity = "warning" if share > NOTED_SHARE else "note"
-    where = (source, axis, "", math.nan, math.nan)
-    return SensorFinding("short", severity, *where, lost_s, "s", message, "record without gaps")
+    return SensorFinding(
+        check="short",
+        severity=severity,
+        source=source,
+        axis=axis,
+        channel="",
+        start_s=math.nan,
+        end_s=math.nan,
+        size=lost_s,
+        unit="s",
+        message=message,
+        remedy="record without gaps",
+    )
 
 
 def _axis_recording(

@@ -37,8 +37,20 @@ def to_be_thinned(recordings: Sequence[AxisRecording]) -> tuple[list[AxisRecordi
                 f"{len(recording.time_s)} samples: to save memory the means of each {count} of them are "
                 f"explained, at {rate_khz:.3g} kHz"
             )
-            where = (recording.source, recording.axis, "", recording.start_s, recording.start_s)
-            notes.append(SensorFinding("thinned", "note", *where, float(count), "samples", message))
+            notes.append(
+                SensorFinding(
+                    check="thinned",
+                    severity="note",
+                    source=recording.source,
+                    axis=recording.axis,
+                    channel="",
+                    start_s=recording.start_s,
+                    end_s=recording.start_s,
+                    size=float(count),
+                    unit="samples",
+                    message=message,
+                )
+            )
     return marked, notes
 
 

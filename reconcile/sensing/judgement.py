@@ -50,8 +50,19 @@ class Judge(NamedTuple):
     ) -> SensorFinding:
         """Return a finding; `rows`: first and last sample, None for the whole recording."""
         start_s, end_s = (self.at_s(row) for row in rows) if rows else (math.nan, math.nan)
-        where = (self.recording.source, self.recording.axis, channel, start_s, end_s)
-        return SensorFinding(check, severity, *where, size, unit, message, remedy)
+        return SensorFinding(
+            check=check,
+            severity=severity,
+            source=self.recording.source,
+            axis=self.recording.axis,
+            channel=channel,
+            start_s=start_s,
+            end_s=end_s,
+            size=size,
+            unit=unit,
+            message=message,
+            remedy=remedy,
+        )
 
     def entry(self, channel: str, factor: float, source: str = "") -> str:
         """Return an entry of `--map` that scales a channel, or reads `source` instead, by `factor`."""
@@ -116,8 +127,7 @@ class Judge(NamedTuple):
         if np.mean(np.diff(force_n) == 0.0) < 0.5:
             pairs.append(("force_n", force_n, motor_m, max(self.model.lead_m, 0.1 * float(np.ptp(motor_m)))))
         for channel, values, beside, at_least in pairs:
-            stretch = frozen(values, beside, at_least)
-            if stretch is None:
+            if (stretch := frozen(values, beside, at_least)) is None:
                 continue
             first, last, travel_m = stretch
             if channel == "force_n" and values[first] in {values.min(), values.max()}:
@@ -147,16 +157,15 @@ class Judge(NamedTuple):
                 f"{clip.samples} samples are at {level}, its extreme, first at {self.at_s(clip.first):.3f} s"
             )
             remedy = "the true value may be beyond: leave such stretches out, or raise the range"
-            size, rows = float(clip.samples), (clip.first, clip.last)
             yield self.finding(
                 "clipped",
                 "warning",
                 channel,
-                size=size,
+                size=float(clip.samples),
                 unit="samples",
                 message=message,
                 remedy=remedy,
-                rows=rows,
+                rows=(clip.first, clip.last),
             )
 
     def _stops_abruptly(self, channel: str, row: int) -> bool:
@@ -223,8 +232,8 @@ class Judge(NamedTuple):
         largest = LARGEST_COMMAND_DELAY_SAMPLES if is_force else LARGEST_DELAY_SAMPLES
         if delay.certain and abs(samples) > largest:
             direction = "late" if samples > 0.0 else "early"
-            error_ms = 2.0 * delay.error_s * 1e3
-            size = f"{abs(delay.late_s) * 1e3:.3g} ms ({abs(samples):.3g} samples, +-{error_ms:.2g} ms)"
+            error_ms, late_ms = 2.0 * delay.error_s * 1e3, abs(delay.late_s) * 1e3
+            size = f"{late_ms:.3g} ms ({abs(samples):.3g} samples, +-{error_ms:.2g} ms)"
             message = f"is {size} {direction} against {delay.first}"
             severity: Severity = "note" if is_force else "warning"
             remedy = "shift it, or record both latched by the same clock"

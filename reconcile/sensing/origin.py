@@ -32,8 +32,19 @@ def rezeroed(recordings: Sequence[AxisRecording], lead_m: float) -> Iterator[Sen
                     f"recording ({in_turn_m * 1e3:+.4f} mm within a turn): it was re-zeroed"
                 )
                 remedy = "what depends on the position is fitted with a shift of its own"
-                where = (other.source, other.axis, "motor_m", other.start_s, math.nan)
-                yield SensorFinding("origin", "note", *where, offset_m, "m", message, remedy)
+                yield SensorFinding(
+                    check="origin",
+                    severity="note",
+                    source=other.source,
+                    axis=other.axis,
+                    channel="motor_m",
+                    start_s=other.start_s,
+                    end_s=math.nan,
+                    size=offset_m,
+                    unit="m",
+                    message=message,
+                    remedy=remedy,
+                )
             break
 
 

@@ -126,8 +126,19 @@ def exchanged_forces(recordings: Sequence[AxisRecording]) -> Iterator[tuple[Sens
                     for a, b in ((one, other), (other, one))
                 ]
                 remedy = f"the forces or the positions are exchanged: --map {','.join(entries)}"
-                where = (one.source, one.axis, "force_n", one.start_s, one.start_s + one.time_s[-1])
-                finding = SensorFinding("exchanged", "unusable", *where, 1.0, "1", message, remedy)
+                finding = SensorFinding(
+                    check="exchanged",
+                    severity="unusable",
+                    source=one.source,
+                    axis=one.axis,
+                    channel="force_n",
+                    start_s=one.start_s,
+                    end_s=one.start_s + one.time_s[-1],
+                    size=1.0,
+                    unit="1",
+                    message=message,
+                    remedy=remedy,
+                )
                 yield finding, other.axis
 
 

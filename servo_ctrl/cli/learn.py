@@ -63,7 +63,17 @@ def learn(
     from servo_ctrl.daemon.run.run_options import LearningRequest
 
     learn_axes(
-        MachineRun(machine, bus, pacing.value, record, learned, mqtt, fifo),
-        LearningRequest(tuple(axes or ()), None if learner is None else learner.value, fresh),
+        MachineRun(
+            machine=machine,
+            bus=bus,
+            pacing=pacing.value,
+            record=record,
+            learned=learned,
+            mqtt=mqtt,
+            fifo=fifo,
+        ),
+        LearningRequest(
+            axes=tuple(axes or ()), learner=None if learner is None else learner.value, fresh=fresh
+        ),
         resumable=learner not in {LearnerChoice.SCREW, LearnerChoice.WAVEFORM},
     )

@@ -72,9 +72,24 @@ def run(
     from servo_ctrl.cli.machine_run import MachineRun, PageChoice, ProgramChoice, run_program
 
     run_program(
-        MachineRun(machine, bus, pacing.value, record, learned, mqtt, fifo),
+        MachineRun(
+            machine=machine,
+            bus=bus,
+            pacing=pacing.value,
+            record=record,
+            learned=learned,
+            mqtt=mqtt,
+            fifo=fifo,
+        ),
         ProgramChoice(program, inputs or (), g54, block_delete),
-        PageChoice(hmi, hmi_access, hmi_language, hmi_certificate, hmi_key, hmi_socket),
+        PageChoice(
+            listen=hmi,
+            access=hmi_access,
+            language=hmi_language,
+            certificate=hmi_certificate,
+            key=hmi_key,
+            socket=hmi_socket,
+        ),
         no_compensation=no_compensation,
         observer=observer,
         serve=serve,

@@ -102,7 +102,17 @@ def tune(
     from servo_ctrl.cli.tuning_run import TuningChoice, tune_and_report
 
     tune_and_report(
-        TuningChoice(machine, axis, out, ms, bus, controller, who, pacing.value, force_n),
+        TuningChoice(
+            machine=machine,
+            axis=axis,
+            out=out,
+            ms=ms,
+            bus=bus,
+            controller=controller,
+            who=who,
+            pacing=pacing.value,
+            force_n=force_n,
+        ),
         as_json=progress is ProgressFormat.JSON,
         apply=apply,
     )

@@ -47,11 +47,20 @@ def status_mapping(objects: Objects) -> Iterator[str]:
     entries = [field.entry for fields in objects.values() for field in fields.values() if field.entry]
     mapped = sorted((entry for entry in entries if entry.pdo), key=lambda entry: entry.pdo)
     yield from _section(MAPPING, None, MAPPING_TITLE, RECORD, SubNumber=str(MOST_MAPPED + 1))
-    yield from _value(MAPPING, 0, "Number of mapped objects", DataType.U8, "rw", str(len(mapped)))
+    yield from _value(
+        MAPPING, 0, "Number of mapped objects", data_type=DataType.U8, access="rw", default=str(len(mapped))
+    )
     values = [entry.index << 16 | entry.subindex << 8 | entry.data_type.bits for entry in mapped]
     values += [0] * (MOST_MAPPED - len(values))
     for place, value in enumerate(values, start=1):
-        yield from _value(MAPPING, place, f"Mapped object {place}", DataType.U32, "rw", f"0x{value:08X}")
+        yield from _value(
+            MAPPING,
+            place,
+            f"Mapped object {place}",
+            data_type=DataType.U32,
+            access="rw",
+            default=f"0x{value:08X}",
+        )
 
 
 def eds_objects(objects: Objects, axes: int) -> Iterator[str]:
@@ -80,7 +89,7 @@ def _object(index: int, fields: Mapping[int, Field], number: int, axes: int) -> 
     if axis is PerAxis.SUBINDEX:
         field = fields[0]
         yield from _section(index, None, o.RECORDS[index], ARRAY, SubNumber=str(axes + 1))
-        yield from _value(index, 0, COUNT, DataType.U8, "ro", str(axes))
+        yield from _value(index, 0, COUNT, data_type=DataType.U8, access="ro", default=str(axes))
         for element in range(1, axes + 1):
             yield from _entry(index, element, f"{field.title} axis {element}", field.entry)
         return
@@ -89,7 +98,7 @@ def _object(index: int, fields: Mapping[int, Field], number: int, axes: int) -> 
         return
     title = f"{o.RECORDS[index]} axis {number}" if axis is PerAxis.INDEX else o.RECORDS[index]
     yield from _section(place, None, title, RECORD, SubNumber=str(len(fields) + 1))
-    yield from _value(place, 0, COUNT, DataType.U8, "const", str(max(fields)))
+    yield from _value(place, 0, COUNT, data_type=DataType.U8, access="const", default=str(max(fields)))
     for subindex, field in fields.items():
         yield from _entry(place, subindex, field.title, field.entry)
 
@@ -108,7 +117,16 @@ def _entry(index: int, subindex: int | None, title: str, entry: Entry | None) ->
     bounds = {"LowLimit": entry.low, "HighLimit": entry.high}
     limits = {key: str(bound) for key, bound in bounds.items() if bound is not None}
     mapped = "1" if entry.data_type.bits and index not in COMMANDS else "0"
-    yield from _value(index, subindex, title, entry.data_type, access, text, limits, mapped)
+    yield from _value(
+        index,
+        subindex,
+        title,
+        data_type=entry.data_type,
+        access=access,
+        default=text,
+        limits=limits,
+        mapping=mapped,
+    )
 
 
 def _value(

@@ -129,7 +129,17 @@ def stroke_steps(machine: MachineConfig, axis: str, stroke: Stroke, start_m: Seq
     if abs(start_m[index] - centre_m) > START_TOLERANCE_M:
         steps.append(_approach("to the centre", machine, axis, centre_m))
     ramp_s = RAMP_SHARE * 2.0 * math.pi / speed_rad_s
-    return [*steps, Sine(stroke.stage, index, radius_m, speed_rad_s, 1.0, ramp_s)]
+    return [
+        *steps,
+        Sine(
+            label=stroke.stage,
+            axis=index,
+            amplitude_m=radius_m,
+            speed_rad_s=speed_rad_s,
+            cycles=1.0,
+            ramp_s=ramp_s,
+        ),
+    ]
 
 
 def screw_settings(machine: MachineConfig, axis: str) -> ScrewSettings:

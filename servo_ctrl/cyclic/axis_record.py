@@ -82,7 +82,18 @@ class Inputs(NamedTuple):
     """Modes of operation display (6061h), `sequence.UNKNOWN_MODE` where the drive does not send it."""
 
 
-NO_INPUTS = Inputs(0, 0, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, UNKNOWN_MODE)
+NO_INPUTS = Inputs(
+    statusword=0,
+    counts=0,
+    motor_m=math.nan,
+    previous_motor_m=math.nan,
+    scale_m=math.nan,
+    current_a=math.nan,
+    scale_raw_m=math.nan,
+    scale_offset_m=math.nan,
+    current_held_a=math.nan,
+    mode_shown=UNKNOWN_MODE,
+)
 
 
 class CycleRecord(NamedTuple):

@@ -70,7 +70,14 @@ def plan_measurement(machine: MachineConfig, axis: str, amplitude_n: float, peri
         )
     excitation, travels, at_m = multisine(period_s), [], 0.0
     for direction in (1.0, -1.0):
-        each = travel(excitation, amplitude_n, periods, direction * speed_m_s, ramp_s, period_s)
+        each = travel(
+            excitation,
+            amplitude_n=amplitude_n,
+            periods=periods,
+            speed_m_s=direction * speed_m_s,
+            ramp_s=ramp_s,
+            period_s=period_s,
+        )
         travels.append(each._replace(position_m=at_m + each.position_m))
         at_m = float(travels[-1].position_m[-1])
     start_m = 0.5 * (low_m + high_m) - 0.5 * length_m
@@ -109,7 +116,12 @@ def measuring_steps(plan: Plan, machine: MachineConfig, folder: Path) -> list[di
         label = travel_label(index)
         steps.append(
             samples_step(
-                plan.axis, label, plan.start_m + each.position_m, each.force_n, machine.period_s, folder
+                plan.axis,
+                label,
+                position_m=plan.start_m + each.position_m,
+                force_n=each.force_n,
+                period_s=machine.period_s,
+                folder=folder,
             )
         )
         steps.append({"kind": "dwell", "label": f"after {label}", "seconds": TRAVEL_PAUSE_S})

@@ -42,7 +42,9 @@ def proving_steps(machine: MachineConfig, axis: str, folder: Path) -> list[dict[
     steps = [
         {"kind": "move", "label": "to the middle", "to_mm": {axis: middle_mm}, "feed_mm_min": feed},
         {"kind": "dwell", "label": "rest in the middle", "seconds": 2.0 * STEP_S},
-        samples_step(axis, STEP, still_m, force_n, machine.period_s, folder),
+        samples_step(
+            axis, STEP, position_m=still_m, force_n=force_n, period_s=machine.period_s, folder=folder
+        ),
         {
             "kind": "move",
             "label": MOVE,

@@ -47,7 +47,14 @@ def serve(
     host, port = address_of(listen)
     visitors = load_access(host, access, certificate, key)
     link, control = MachineLink(socket), ControlRight()
-    services = PageServices(link, visitors, control, recordings.resolve(), programs, language)
+    services = PageServices(
+        link=link,
+        access=visitors,
+        control=control,
+        recordings=recordings.resolve(),
+        programs=programs,
+        language=language,
+    )
     app.serve(services, host, port, certificate, key)
 
 

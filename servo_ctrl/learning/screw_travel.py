@@ -87,7 +87,14 @@ def passes_of(
         raise ValueError("the command has not gone from the lower end to the upper one and back")
     begin, turn = int(bottom[bottom < top[0]][-1]), int(top[-1])
     up, down = (
-        _pass(command_m[part], correction_m[part], motor_m[part], scale_m[part], sign, settings.limit_m)
+        _pass(
+            command_m[part],
+            correction_m[part],
+            motor_m=motor_m[part],
+            scale_m=scale_m[part],
+            sign=sign,
+            run_in_m=settings.limit_m,
+        )
         for part, sign in ((slice(begin, turn), 1.0), (slice(turn, len(command_m)), -1.0))
     )
     return up, down

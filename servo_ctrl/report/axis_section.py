@@ -97,12 +97,16 @@ def _by_step(run: RecordedRun) -> ReportTable | None:
 
 def _pictures(run: RecordedRun, axis: RecordedAxis) -> ReportSection:
     pictures = [
-        _over_time(run, axis, "error", "error over time", "command - table (µm)", axis.error_m * UM),
-        _over_time(run, axis, "position", "position over time", "position (mm)", axis.command_m * 1e3),
+        _over_time(
+            run, axis, "error", "error over time", y_label="command - table (µm)", values=axis.error_m * UM
+        ),
+        _over_time(
+            run, axis, "position", "position over time", y_label="position (mm)", values=axis.command_m * 1e3
+        ),
     ]
     limits, most_n = run.header.limits.get(axis.name), largest(axis.force_n)
     if most_n > NO_FORCE_N:
-        force = _over_time(run, axis, "force", "force command", "force (N)", axis.force_n)
+        force = _over_time(run, axis, "force", "force command", y_label="force (N)", values=axis.force_n)
         if limits is not None and most_n > 0.5 * limits.force_n:
             force = force._replace(levels=tuple(LevelLine("limit", s * limits.force_n) for s in (1.0, -1.0)))
         elif limits is not None:

@@ -95,7 +95,9 @@ def propose(
     """
     if params.output != int(Output.FORCE):
         raise ValueError("only mode cst has a velocity loop that can be tuned here")
-    search = GainSearch(params, model, measured, ms, steps, largest_kp_1_s, partner)
+    search = GainSearch(
+        params, model, measured=measured, ms=ms, steps=steps, largest_kp_1_s=largest_kp_1_s, partner=partner
+    )
     cost, values = search.best(None)
     for mode in resonances(model):
         if mode.frequency_hz >= 0.49 / params.period_s:

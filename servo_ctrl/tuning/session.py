@@ -69,7 +69,7 @@ class TuneRun:
         design_ms, largest_kp_1_s = self._ms, math.inf
         for attempt in range(PROPOSALS_MAX):
             proposal = await asyncio.to_thread(
-                self._propose, params, model, response, design_ms, largest_kp_1_s
+                self._propose, params, model, response, ms=design_ms, largest_kp_1_s=largest_kp_1_s
             )
             sections = sections_of(
                 proposal, has_notch=self._machine.axes[axis].section(NotchSettings) is not None

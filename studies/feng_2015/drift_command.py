@@ -29,4 +29,4 @@ def drift(
     """
     from studies.feng_2015.drift_run import drift_study
 
-    drift_study(machine, plant, program, learned, out, json_file)
+    drift_study(machine, plant=plant, program=program, learned=learned, out=out, json_file=json_file)

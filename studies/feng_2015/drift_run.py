@@ -34,11 +34,11 @@ def drift_study(
     result = asyncio.run(
         run_drift(
             machine,
-            plant or machine / "plant_lubrication_loss.toml",
-            program or machine / "programs" / "production.toml",
-            store,
-            out,
-            show_line,
+            plant=plant or machine / "plant_lubrication_loss.toml",
+            program=program or machine / "programs" / "production.toml",
+            learned=store,
+            out=out,
+            on_event=show_line,
         )
     )
     for line in result.log_lines:

@@ -77,7 +77,7 @@ def recovery(
     changed = with_loss(plant, axis, halfway_s, level_factor)
     return Recovery(
         *(
-            _course(machine, changed, axis, learned, commands, starts, adapts=adapts)
+            _course(machine, changed, axis, learned=learned, commands=commands, starts=starts, adapts=adapts)
             for adapts in (True, False)
         )
     )

@@ -37,14 +37,20 @@ def run_positioning(
     stages = [entry for name, entry in STAGES.items() if only is None or name in only]
     names = [entry.name for entry in stages]
     with _share_bar() as show:
-        twin = run_in_twin(machine, out, TwinRequest(names, runs, points, list(SERIES)), show)
+        twin = run_in_twin(
+            machine, out, TwinRequest(names, runs=runs, points=points, series=list(SERIES)), show
+        )
     console.print(
         f"{twin.machine_time_s / 3600:.1f} h of machine time in {twin.wall_s:.0f} s, "
         f"{twin.machine_time_s / twin.wall_s:.0f} times real time",
         highlight=False,
     )
     series = OVER_TRAVEL._replace(targets_mm=OVER_TRAVEL.targets_mm[:bus_points])
-    checks = _checks(console, machine, stages, series, bus_runs, out) if bus_points else []
+    checks = (
+        _checks(console, machine=machine, stages=stages, series=series, runs=bus_runs, out=out)
+        if bus_points
+        else []
+    )
     print_study(console, twin.found, checks)
     for picture in draw_positioning(twin.found, checks, out):
         console.print(f"picture: {picture}", highlight=False)
@@ -82,7 +88,16 @@ def _checks(
     for cycles in sorted({bus.cycles_before for bus in on_bus}):
         alike = [bus for bus in on_bus if bus.cycles_before == cycles]
         names = [bus.stage for bus in alike]
-        request = TwinRequest(names, runs, len(series.targets_mm), [series.name], learned, *cycles)
+        off_cycles, rest_cycles = cycles
+        request = TwinRequest(
+            stages=names,
+            runs=runs,
+            points=len(series.targets_mm),
+            series=[series.name],
+            learned=learned,
+            off_cycles=off_cycles,
+            rest_cycles=rest_cycles,
+        )
         twin = run_in_twin(machine, out / "bus", request, lambda _share: None)
         checks += [BusCheck(bus, twin.found[series.name, bus.stage].scale_m) for bus in alike]
     return checks

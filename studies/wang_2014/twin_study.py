@@ -154,7 +154,7 @@ def study(
 
     with ThreadPoolExecutor(max_workers=len(os.sched_getaffinity(0))) as pool:
         futures = [
-            pool.submit(positioned, twin, stage, entry, runs_of[entry.name], count_run)
+            pool.submit(positioned, twin, stage, entry, runs=runs_of[entry.name], on_run=count_run)
             for stage, entry in jobs
         ]
         return [reading for future in futures for reading in future.result()]

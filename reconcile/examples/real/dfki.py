@@ -26,13 +26,17 @@ EXPECTED = "gravity, coupling of the two joints, Coulomb friction of 0.08 to 0.1
 def build_a(data: Path) -> Machine:
     """Read the build with links of 0.3 and 0.2 m. Raises ReconcileError."""
     title = "double pendulum, build A (0.3 and 0.2 m)"
-    return _build(data, "dfki_a", title, "designA_sysid", BUILD_A, (0.12, 0.024))
+    return _build(
+        data, name="dfki_a", title=title, stem="designA_sysid", numbers=BUILD_A, inertias=(0.12, 0.024)
+    )
 
 
 def build_c(data: Path) -> Machine:
     """Read the build with links of 0.2 and 0.3 m. Raises ReconcileError."""
     title = "double pendulum, build C (0.2 and 0.3 m)"
-    return _build(data, "dfki_c", title, "designC0_sysid", BUILD_C, (0.1, 0.05))
+    return _build(
+        data, name="dfki_c", title=title, stem="designC0_sysid", numbers=BUILD_C, inertias=(0.1, 0.05)
+    )
 
 
 def _build(

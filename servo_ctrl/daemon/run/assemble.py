@@ -108,11 +108,11 @@ def connect(
     timers: list[EventTimer] = []
     cycle = Cycle(
         machine,
-        port.frame(SYNC_COB_ID),
-        [port.frame(rpdo.cob_id) for plan in plans for rpdo in plan.rpdos],
-        [plan.tpdo.codec.size for plan in plans] + [pdo.codec.size for _, pdo in further],
-        port.flush,
-        port.read_arrived,
+        sync=port.frame(SYNC_COB_ID),
+        rpdos=[port.frame(rpdo.cob_id) for plan in plans for rpdo in plan.rpdos],
+        sizes=[plan.tpdo.codec.size for plan in plans] + [pdo.codec.size for _, pdo in further],
+        flush=port.flush,
+        read=port.read_arrived,
         lockstep=lockstep,
         on_begin=on_begin,
         on_end=on_end,

@@ -5,9 +5,11 @@ contains nodes, bus and the computer's network stack.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 
-from servo_ctrl.daemon.cycle.cycle import Inputs
+from servo_ctrl.axis.servo import AxisServo
+from servo_ctrl.daemon.cycle.cycle import Cycle, Inputs
 from servo_ctrl.daemon.run.self_test import ADVICE, LATE_SHARE, TEST_S
 from servo_ctrl.io.clock import Lateness
 
@@ -48,6 +50,19 @@ class RoundTrip:
             if problem := verdict(self._period_s * 1e3, self._round_trips, self._late):
                 self._note(problem)
         return not self.over
+
+
+def measure_round_trip(
+    cycle: Cycle, servos: Sequence[AxisServo], period_s: float, note: Callable[[str], None]
+) -> None:
+    """Measure the round trip in the first cycles, and allow power only afterwards."""
+
+    def allow_power(*, allowed: bool) -> None:
+        for servo in servos:
+            servo.allow_power(allowed=allowed)
+
+    allow_power(allowed=False)
+    cycle.trial = RoundTrip(period_s, note, partial(allow_power, allowed=True))
 
 
 def verdict(period_ms: float, times: Lateness, late: int) -> str:

@@ -2,7 +2,6 @@
 
 import asyncio
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,7 @@ from servo_ctrl.daemon.run.changed_files import changes_noted
 from servo_ctrl.daemon.run.first_boot import FirstBoot, RunBus
 from servo_ctrl.daemon.run.own_node import leave_nodes, stored_node, subscribe
 from servo_ctrl.daemon.run.report import Pacing, Progress, RunReport
-from servo_ctrl.daemon.run.round_trip import RoundTrip
+from servo_ctrl.daemon.run.round_trip import measure_round_trip
 from servo_ctrl.daemon.run.run_options import LearningRequest, RunOptions
 from servo_ctrl.daemon.run.run_recording import RunRecording
 from servo_ctrl.daemon.run.self_test import objection
@@ -69,8 +68,12 @@ async def run_machine(
     first tests for four seconds, two of ticks and two of cycles, whether the computer holds the period; only
     then do drives get power. Errors before the first SYNC raise a ServoCtrlError, the report has later ones.
     """
-    options = RunOptions(serve, learned_dir, compensation, learn, stand_by)
-    supervisor = _Supervisor(machine, program, pacing, record_dir, on_progress, options, fifo=fifo)
+    options = RunOptions(
+        serve=serve, learned_dir=learned_dir, compensation=compensation, learn=learn, stand_by=stand_by
+    )
+    supervisor = _Supervisor(
+        machine, program, pacing, record_dir, on_progress=on_progress, options=options, fifo=fifo
+    )
     if self_test and pacing == "realtime":
         await supervisor.test_computer()
     if page is None:
@@ -151,7 +154,12 @@ class _Supervisor:
             services = self._services
             file = (self._learned_dir or default_directory(self._config)) / FILE
             node = stored_node(
-                network, self._config, services.handler, file, services.worker, self._machine.note
+                network,
+                self._config,
+                handler=services.handler,
+                file=file,
+                worker=services.worker,
+                note=self._machine.note,
             )
             bus = RunBus(port, network, node)
             subscribe(bus.node, services.publisher)
@@ -169,13 +177,14 @@ class _Supervisor:
             self._plans,
             self._places,
             self._machine,
-            bus.port,
-            bus.node,
+            port=bus.port,
+            node=bus.node,
             lockstep=self._lockstep,
             on_end=lambda: self._on_end(bus),
         )
         if self._tested:
-            self._measure_round_trip(cycle)
+            servos = [place.servo for place in self._places]
+            measure_round_trip(cycle, servos, self._config.period_s, self._machine.note)
         boot_again = BootAgain(bus.network, self._plans, self._machine, self._sdo_timeout_s)
         if self._machine.nodes is not None:
             self._machine.nodes.boot = boot_again.begin
@@ -203,17 +212,6 @@ class _Supervisor:
             report = self._session.report(cycle, self._signal, self._record_dir)
             problem = await asyncio.to_thread(self._close, recording, recording.final_header(report))
         return report.with_problem(problem)
-
-    def _measure_round_trip(self, cycle: Cycle) -> None:
-        """Measure the round trip in the first cycles, and allow power only afterwards."""
-
-        def allow_power(*, allowed: bool) -> None:
-            for place in self._places:
-                place.servo.allow_power(allowed=allowed)
-
-        allow_power(allowed=False)
-        on_over = partial(allow_power, allowed=True)
-        cycle.trial = RoundTrip(self._config.period_s, self._machine.note, on_over)
 
     async def _run_cycle(self, bus: RunBus, cycle: Cycle, recording: RunRecording) -> None:
         """Start the nodes and run the cycle."""

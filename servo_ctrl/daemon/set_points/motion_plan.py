@@ -168,7 +168,9 @@ class MotionPlan:
         self._stops = stops
         limits = motion_limits(self._machine).acceleration_m_s2
         reference = self._reference(steps, start_m, paths)
-        self.current = FeedHold(reference, limits, self._machine.period_s, stops, self.pace, raised_feed)
+        self.current = FeedHold(
+            reference, limits, self._machine.period_s, stops=stops, pace=self.pace, raised_feed=raised_feed
+        )
         return self.current
 
     def prepare_stroke(self, axis: str, stroke: Stroke, start_m: Sequence[float]) -> ProgramReference:
@@ -229,7 +231,9 @@ class MotionPlan:
         start, limits = np.asarray(start_m, dtype=np.float64), motion_limits(self._machine)
         first = self._next_step
         self._next_step += len(steps)
-        motion = segments(steps, start, limits, self._machine.period_s, CHUNK_SAMPLES, paths or {})
+        motion = segments(
+            steps, start, limits, self._machine.period_s, segment_samples=CHUNK_SAMPLES, planned=paths or {}
+        )
         reference = ProgramReference(motion, first_step=first)
         self._spans_and_newest = (
             self.spans[-SPANS_KEPT:],

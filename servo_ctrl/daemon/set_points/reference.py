@@ -111,7 +111,17 @@ class ProgramReference:
         steady = (start, stop - 1) if stop > start else (0, -1)
         if segment.first_sample == 0:
             self._delayed = False
-            self.spans.append(StepSpan(self.step, segment.label, segment.kind, cycle, last, *steady))
+            self.spans.append(
+                StepSpan(
+                    step=self.step,
+                    label=segment.label,
+                    kind=segment.kind,
+                    first_cycle=cycle,
+                    last_cycle=last,
+                    steady_first_cycle=steady[0],
+                    steady_last_cycle=steady[1],
+                )
+            )
             return
         span = self.spans[-1]
         if self._delayed:

@@ -112,8 +112,18 @@ def load_entries(eds: Path, node_id: int) -> list[ObjectEntry]:
 
     _refuse_other_files(eds)
     return [
-        ObjectEntry(*address, v.label, v.data_type, v.access, v.low, v.high, v.default_text, v.object_label)
-        for address, v in sorted(load_eds(eds, node_id).variables.items())
+        ObjectEntry(
+            index=index,
+            subindex=subindex,
+            name=v.label,
+            type_code=v.data_type,
+            access=v.access,
+            low=v.low,
+            high=v.high,
+            default=v.default_text,
+            object_name=v.object_label,
+        )
+        for (index, subindex), v in sorted(load_eds(eds, node_id).variables.items())
         if v.index >= FIRST_OBJECT
     ]
 

@@ -63,25 +63,37 @@ class UnitSystem(NamedTuple):
     """From m/s^2."""
 
 
-def _system(name: str, label: str, *units: tuple[str, float, int]) -> UnitSystem:
-    return UnitSystem(name, label, *(DisplayUnit(*unit) for unit in units))
+def _system(name: str, label: str, **units: tuple[str, float, int]) -> UnitSystem:
+    """Return the system of these quantities: unit, its number in one SI unit, decimals."""
+    return UnitSystem(name, label, **{quantity: DisplayUnit(*unit) for quantity, unit in units.items()})
 
 
-# length, error, velocity, feed, acceleration: unit, its number in one SI unit, decimals
 MM = _system(
-    "mm", "mm", ("mm", 1e3, 4), ("µm", 1e6, 2), ("mm/s", 1e3, 2), ("mm/min", 6e4, 1), ("mm/s²", 1e3, 1)
+    "mm",
+    "mm",
+    length=("mm", 1e3, 4),
+    error=("µm", 1e6, 2),
+    velocity=("mm/s", 1e3, 2),
+    feed=("mm/min", 6e4, 1),
+    acceleration=("mm/s²", 1e3, 1),
 )
 UM = _system(
-    "um", "µm", ("µm", 1e6, 1), ("µm", 1e6, 2), ("µm/s", 1e6, 0), ("µm/min", 6e7, 0), ("µm/s²", 1e6, 0)
+    "um",
+    "µm",
+    length=("µm", 1e6, 1),
+    error=("µm", 1e6, 2),
+    velocity=("µm/s", 1e6, 0),
+    feed=("µm/min", 6e7, 0),
+    acceleration=("µm/s²", 1e6, 0),
 )
 INCH = _system(
     "inch",
     "inch",
-    ("in", 1.0 / INCH_M, 5),
-    ("µin", 1e6 / INCH_M, 0),
-    ("in/s", 1.0 / INCH_M, 4),
-    ("in/min", 60.0 / INCH_M, 2),
-    ("in/s²", 1.0 / INCH_M, 2),
+    length=("in", 1.0 / INCH_M, 5),
+    error=("µin", 1e6 / INCH_M, 0),
+    velocity=("in/s", 1.0 / INCH_M, 4),
+    feed=("in/min", 60.0 / INCH_M, 2),
+    acceleration=("in/s²", 1.0 / INCH_M, 2),
 )
 UNIT_SYSTEMS = {system.name: system for system in (MM, UM, INCH)}
 

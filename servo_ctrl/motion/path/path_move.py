@@ -87,7 +87,14 @@ def plan_path(step: PathMove, start_m: Array, limits: MotionLimits, period_s: fl
         return PathPlan(standstill(end_m), 0.0, lambda time_s: np.zeros(len(time_s), dtype=np.int64))
     feed_m_s = np.array([element.feed_m_s for element in step.elements])[index]
     stops = _stops(step, outline, index)
-    zones, run = fastest(outline, feed_m_s, stops, step.tolerance_m, limits, period_s)
+    zones, run = fastest(
+        outline,
+        feed_m_s=feed_m_s,
+        stops=stops,
+        tolerance_m=step.tolerance_m,
+        limits=limits,
+        period_s=period_s,
+    )
     duration_s = float(run.time_s[-1])
 
     def at(time_s: Array) -> Motion:
