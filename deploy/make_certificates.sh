@@ -40,7 +40,7 @@ made broker "$host" "extendedKeyUsage=serverAuth
 subjectAltName=$name"
 for client in "$@"; do
     case $client in
-    broker | ca | *[!A-Za-z0-9_.-]*) echo "$client is no name for a client" >&2; exit 2 ;;
+    broker | ca | *[!A-Za-z0-9_.-]*) echo "$client is not a name for a client" >&2; exit 2 ;;
     esac
     made "$client" "$client" "extendedKeyUsage=clientAuth"
 done

@@ -89,7 +89,7 @@ class LocalCanBus(can.BusABC):
         """Send `msg` to the hub, waiting at most `timeout` seconds (None: 5 s) while the bus is too busy.
 
         Raises:
-            can.CanOperationError: The bus stayed too busy, the hub has gone, or it is no classic CAN frame.
+            can.CanOperationError: The bus stayed too busy, the hub ended, or it is not a classic CAN frame.
         """
         self._hand_over(pack(msg), timeout)
 

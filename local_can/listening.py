@@ -63,7 +63,7 @@ def _refuse_to_replace(path: Path) -> None:
     except FileNotFoundError:
         return
     if not stat.S_ISSOCK(mode):
-        raise HubError(f"no hub can be at {path}: that is no socket")
+        raise HubError(f"no hub can be at {path}: that is not a socket")
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
         probe.settimeout(1.0)
         if probe.connect_ex(str(path)) != errno.ECONNREFUSED:

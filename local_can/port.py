@@ -31,7 +31,7 @@ class Party(ABC):
 
     @abstractmethod
     def answer(self, packet: bytes) -> None:
-        """Send a packet that is no frame, before all frames."""
+        """Send a packet that is not a frame, before all frames."""
 
     @abstractmethod
     def flush(self) -> None:
@@ -89,7 +89,7 @@ class Port(Party):
             self._waiting += count
 
     def answer(self, packet: bytes) -> None:
-        """Send a packet that is no frame, before all frames."""
+        """Send a packet that is not a frame, before all frames."""
         try:
             self._send(packet)
         except OSError:

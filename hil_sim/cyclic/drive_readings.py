@@ -37,7 +37,7 @@ def read_axis(axes: Any, objects: Any, states: Any, index: int) -> bool:
 
 @kernel
 def wrapped(low: int, span: int, position: int) -> int:
-    """Return a position wrapped to a range 607Bh of `span` counts from `low`; 0 is no range."""
+    """Return a position wrapped to a range 607Bh of `span` counts from `low`; 0: no range."""
     return low + (position - low) % span if span else position
 
 

@@ -234,7 +234,7 @@ class SimulatedMachine:
             return None
 
     def _check_cycle(self, _subindex: int, value: int) -> None:
-        """Refuse a cycle that is no whole number of substeps, or longer than LONGEST_CYCLE_US."""
+        """Refuse a cycle that is not a whole number of substeps, or longer than LONGEST_CYCLE_US."""
         if value and (value % self.substep_us or not self.substep_us <= value <= LONGEST_CYCLE_US):
             raise SdoAbort(AbortCode.VALUE_OUT_OF_RANGE)
 

@@ -17,7 +17,7 @@ Model = str | Path | Mapping[str, Any]
 def files_of(frames: Frame | Sequence[Frame], folder: Path) -> list[Path]:
     """Return one file for each recording: a path as it is, a table written to `folder`.
 
-    Raises ReconcileError for an object that is no table.
+    Raises ReconcileError for an object that is not a table.
     """
     many = list(frames) if isinstance(frames, list | tuple) else [frames]
     if not many:

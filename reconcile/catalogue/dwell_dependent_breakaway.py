@@ -58,7 +58,7 @@ ENTRY = CatalogueEntry(
     rivals=(
         Rival("stribeck_friction"),
         Rival("presliding_hysteresis"),
-        Rival("temperature_dependent_friction", "in mixed order, what grows with the rest is no drift"),
+        Rival("temperature_dependent_friction", "in mixed order, what grows with the rest is not a drift"),
     ),
     shown_by="the first peak grows with the rest before it",
     plausible=lambda sizes: [PlausibleTerm((1e-5, 1.0), (sizes.large_n,))],

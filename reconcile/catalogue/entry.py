@@ -117,7 +117,7 @@ class CatalogueEntry:
     sign: float = 1.0
     """-1 if the parameters are forces on the table: the motor must give the opposite."""
     parameters_of: Callable[[ShapeParameters, Array], dict[str, SiParameter]] | None = None
-    """Parameters (SI) from shape parameters and coefficients, if they are no parameters themselves."""
+    """Parameters (SI) from shape parameters and coefficients, if they are not parameters themselves."""
     sentence: Callable[[dict[str, float]], str] = lambda _parameters: ""
     """Sentence with an observation that an engineer can check."""
     systematic: Mapping[str, tuple[float, float]] = field(default_factory=dict)

@@ -38,7 +38,7 @@ LAW_NEAR_CURVE = {entry.curve_near: name for name, entry in ENTRIES.items() if e
 """By coordinate: the law that a curve over it is if the law's own terms explain nearly as much."""
 _FRICTION_KINDS = {kind for kind in Kind if kind.name.startswith(("FRICTION", "DAMPING", "PRESLIDING"))}
 FRICTION = frozenset(name for name, entry in ENTRIES.items() if entry.physics.KIND in _FRICTION_KINDS)
-"""Effects of friction, which are no load on the drive train."""
+"""Effects of friction, which are not a load on the drive train."""
 
 
 def family(effect: str, channel: ResidualChannel) -> TermFamily | None:

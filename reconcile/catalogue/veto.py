@@ -29,7 +29,7 @@ PUSHING_SHARE = 0.05
 PUSHING_LEVEL = 0.1
 """Share of the Coulomb friction below which a pushing friction is scatter; chosen."""
 ROUNDING = 1e-9
-"""Relative excess over a bound that is no violation of it."""
+"""Relative excess over a bound that is not a violation of it."""
 OPPOSES_MOTION = {
     Kind.FRICTION_LEVEL,
     Kind.FRICTION_SPEED,

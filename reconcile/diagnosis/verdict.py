@@ -136,7 +136,7 @@ def _with_law(explanation: Explanation) -> list[IdentifiedEffect]:
     """Return the findings; a curve in the force that is a law bears its name unless a finding has it already.
 
     The curve must explain held-out variance alone: beside others it may be their misfit. Curves with
-    coefficients of each recording are no law.
+    coefficients of each recording are not a law.
     """
     named = {finding.effect for finding in explanation.findings}
     found = []

@@ -51,7 +51,7 @@ class AxisData(NamedTuple):
 
 
 class Listing(NamedTuple):
-    """The axes of a dataset, and the names of files that belong to no axis or are no Parquet."""
+    """The axes of a dataset, and the names of files that belong to no axis or are not Parquet."""
 
     axes: list[AxisData]
     ignored: list[str]

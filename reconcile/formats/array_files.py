@@ -23,7 +23,7 @@ def read_npz(path: Path) -> Table:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
             arrays = dict(content)
     except Exception as error:  # NumPy and zipfile raise whatever a broken file leads to
-        raise ReconcileError(path, "", f"is no readable .npz file: {in_words(error)}") from error
+        raise ReconcileError(path, "", f"is not a readable .npz file: {in_words(error)}") from error
     return _table(path, arrays)
 
 
@@ -35,7 +35,7 @@ def read_mat(path: Path) -> Table:
         reason = "is a .mat file of version 7.3 (HDF5)"
         raise ReconcileError(path, "", reason, "save it again with -v7") from error
     except Exception as error:  # SciPy raises whatever a broken file leads to
-        raise ReconcileError(path, "", f"is no readable .mat file: {in_words(error)}") from error
+        raise ReconcileError(path, "", f"is not a readable .mat file: {in_words(error)}") from error
     return _table(path, {name: value for name, value in content.items() if not name.startswith("__")})
 
 

@@ -26,7 +26,7 @@ def read_parquet(path: Path) -> Table:
     try:
         content = pq.read_table(path)
     except Exception as error:  # Arrow raises whatever a broken file leads to
-        raise ReconcileError(path, "", f"is no readable Parquet file: {in_words(error)}") from error
+        raise ReconcileError(path, "", f"is not a readable Parquet file: {in_words(error)}") from error
     return _table(path, content, first_row=0)
 
 
@@ -58,7 +58,9 @@ def write_table(path: Path, content: Any) -> None:
         pq.write_table(pa.table(content), path)
     except (TypeError, ValueError, pa.ArrowException) as error:
         wanted = "give a DataFrame, an Arrow table or arrays by name, all of one length"
-        raise ReconcileError(type(content).__name__, "", f"is no table: {in_words(error)}", wanted) from error
+        raise ReconcileError(
+            type(content).__name__, "", f"is not a table: {in_words(error)}", wanted
+        ) from error
 
 
 def write_records(path: Path, types: Mapping[str, Any], records: Sequence[Mapping[str, Any]]) -> None:

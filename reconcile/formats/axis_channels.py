@@ -130,7 +130,7 @@ def _numbers(table: Table, name: str) -> Column:
             float(cell)
         except ValueError:
             where = f"{table.row(index)}, column {name!r}"
-            raise ReconcileError(table.source, where, f"{cell!r} is no number") from None
+            raise ReconcileError(table.source, where, f"{cell!r} is not a number") from None
     raise ReconcileError(table.source, f"column {name!r}", "holds no numbers")
 
 
@@ -152,7 +152,7 @@ def _si(table: Table, name: str, role: Role) -> SiValues:
             raise ReconcileError(table.source, f"column {name!r}", reason, remedy)
         unit = file_unit
     if unit and unit not in units:
-        reason = f"its name ends in _{unit}, which is no unit of a {role.dimension}"
+        reason = f"its name ends in _{unit}, which is not a unit of a {role.dimension}"
         raise ReconcileError(table.source, f"column {name!r}", reason, remedy)
     factor, offset = units[unit] if unit else (1.0, 0.0)
     if (factor, offset) == (1.0, 0.0):

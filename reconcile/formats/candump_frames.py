@@ -65,7 +65,7 @@ def read_frames(path: Path) -> Frames:
     if not buses:
         with path.open(encoding="utf-8", errors="replace") as log:
             first = log.readline(60).rstrip("\n")
-        reason = f"is no line of `candump -L`: {first!r}"
+        reason = f"is not a line of `candump -L`: {first!r}"
         if "##" in first:
             reason = "is a CAN FD frame, and none of the log is classic CAN as CANopen's are"
         raise ReconcileError(path, "line 1", reason, "record with candump -L")

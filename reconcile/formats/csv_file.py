@@ -57,7 +57,7 @@ def read(path: Path) -> Table:
 
 
 def _utf8(content: bytes) -> bytes:
-    """Return the content in UTF-8 without a byte order mark; bytes that are no Unicode count as Latin-1."""
+    """Return the content in UTF-8 without a byte order mark; bytes that are not Unicode count as Latin-1."""
     for mark, encoding in BYTE_ORDER_MARKS.items():
         if content.startswith(mark):
             return content[len(mark) :].decode(encoding, "replace").encode()

@@ -82,7 +82,7 @@ def _dictionary(eds: Path, node_id: int) -> canopen.ObjectDictionary:
     except OSError as error:
         raise ReconcileError(eds, "", error.strerror or "cannot be read") from error
     except (configparser.Error, ObjectDictionaryError, ValueError, KeyError) as error:
-        raise ReconcileError(eds, "", f"is no readable EDS: {first_line(error)}") from error
+        raise ReconcileError(eds, "", f"is not a readable EDS: {first_line(error)}") from error
 
 
 def _value(
@@ -111,7 +111,7 @@ def _pdo(eds: Path, dictionary: canopen.ObjectDictionary, cob_id: int, entries: 
         variable = _variable(dictionary, index, subindex)
         numpy_type = NUMPY_TYPES.get(variable.data_type or 0) if variable is not None else None
         if index < 0x20 or numpy_type is None:
-            numpy_type = f"V{bits // 8}"  # a dummy, or a type that is no number: a gap of its length
+            numpy_type = f"V{bits // 8}"  # a dummy, or a type that is not a number: a gap of its length
         if np.dtype(numpy_type).itemsize * 8 != bits:
             reason = f"maps {index:04X}h:{subindex:02X} with {bits} bits, which is not the length of its type"
             raise ReconcileError(eds, f"PDO {cob_id:03X}h", reason)

@@ -18,7 +18,7 @@ from reconcile.formats.table import Column, Table
 VALUES = ("values", "data", "samples")
 """Keys of the list of values in a column that has a unit too."""
 WRAPPERS = ("data", "samples", "records", "rows", "columns", "channels", "signals", "recording")
-"""Keys around all columns or records, which are no part of the name of a column."""
+"""Keys around all columns or records, which are not part of the name of a column."""
 
 
 def read(path: Path) -> Table:
@@ -29,7 +29,7 @@ def read(path: Path) -> Table:
     except OSError as error:
         raise ReconcileError(path, "", error.strerror or "cannot be read") from error
     except (ValueError, RecursionError) as error:
-        raise ReconcileError(path, "", f"is no readable JSON file: {in_words(error)}") from error
+        raise ReconcileError(path, "", f"is not a readable JSON file: {in_words(error)}") from error
     columns: dict[str, Column] = {}
     words: dict[str, list[str]] = {}
     ignored: list[str] = []

@@ -80,9 +80,9 @@ def _number(text: str, value: str) -> float:
     try:
         number = float(value)
     except ValueError:
-        raise _wrong(text, f"{value!r} is no number") from None
+        raise _wrong(text, f"{value!r} is not a number") from None
     if not math.isfinite(number) or number == 0.0:
-        raise _wrong(text, f"{value} is no usable number")
+        raise _wrong(text, f"{value} is not a usable number")
     return number
 
 

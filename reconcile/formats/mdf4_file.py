@@ -26,7 +26,7 @@ def read(path: Path) -> Table:
         with MDF(path) as content:
             signals = list(content.iter_channels(skip_master=True))
     except Exception as error:  # asammdf raises whatever a broken file leads to
-        raise ReconcileError(path, "", f"is no readable MDF file: {in_words(error)}") from error
+        raise ReconcileError(path, "", f"is not a readable MDF file: {in_words(error)}") from error
     return _table(path, signals)
 
 

@@ -41,7 +41,9 @@ def read_table(path: Path, mapping: Mapping, model: ByName[str, NominalAxis]) ->
         return candump_log.read(path, mapping, model)
     if suffix not in READERS:
         known = ", ".join(sorted({*READERS, CANDUMP}))
-        raise ReconcileError(path, "", f"{suffix or 'no suffix'} is no known format", f"known are: {known}")
+        raise ReconcileError(
+            path, "", f"{suffix or 'no suffix'} is not a known format", f"known are: {known}"
+        )
     return READERS[suffix](path)
 
 

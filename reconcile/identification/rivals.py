@@ -72,7 +72,7 @@ def compare_rivals(
         for c in equations.candidates
         if c.effect not in chosen_effects
         and not c.effect.startswith(PREFIX)
-        and not has_levels(c.effect, len(c.columns))  # levels of each recording alone are no rival
+        and not has_levels(c.effect, len(c.columns))  # levels of each recording alone are not rivals
     ]
     rivals_tried.sort(key=lambda c: validation.explained_squares([*others, c]), reverse=True)
     best: dict[str, tuple[float, CandidateTerm]] = {}

@@ -1,7 +1,7 @@
 """Terms that a regression also finds in a simulation of the nominal model: the misfit of its own columns.
 
-A plant with a soft spring, backlash or a swinging mass is no sum of columns. A recording of that very plant
-has a residual where the columns miss it, and terms can be fitted to this misfit. Fitted to a simulation of
+A plant with a soft spring, backlash or a swinging mass is not a sum of columns. A recording of that plant has
+a residual where the columns do not fit it, and terms can be fitted to this misfit. Fitted to a simulation of
 the nominal model along the same motion, they are as large. Such a term is not one that the model lacks.
 """
 

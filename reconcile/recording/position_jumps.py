@@ -61,7 +61,7 @@ def _median_around(values: Array) -> Array:
 
 
 def _wraps(known_m: Array, step_m: Array) -> NDArray[np.bool_]:
-    """Return the steps of a counter that wraps often, where the usual step is no measure of a defect."""
+    """Return the steps of a counter that wraps often, where the usual step is not a measure of a defect."""
     size_m = np.abs(step_m)
     smallest_m = float(size_m[size_m > 0.0].min(initial=np.inf))
     return (size_m > 0.5 * float(np.ptp(known_m))) & (size_m > LEAST_WRAP_COUNTS * smallest_m)

@@ -72,7 +72,7 @@ def thinned_kinematics(motion: Kinematics, count: int) -> Kinematics:
 
 
 def _means(of: Any, count: int) -> Any:
-    """A tuple of arrays (n,) by their means, flags by whether all are set; what is no array stays."""
+    """A tuple of arrays (n,) by their means, flags by whether all are set; what is not an array stays."""
     found = {}
     for name, values in of._asdict().items():
         if not isinstance(values, np.ndarray):

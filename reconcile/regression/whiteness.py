@@ -1,7 +1,7 @@
 """Whiteness of a residual.
 
 The state filter correlates white noise over a few milliseconds. The residual is therefore sampled at
-distances at which that correlation has decayed; correlation that remains is no noise. Source: Ljung and Box
+distances at which that correlation has decayed; correlation that remains is not noise. Source: Ljung and Box
 (1978).
 """
 

@@ -30,7 +30,7 @@ def along_reference(recording: AxisRecording, plant: PlantConfig) -> AxisRecordi
     """Return the recording with the plant's force and positions, rounded like the measured ones.
 
     None if the drive did not follow a recorded reference in its position mode, if samples are means of
-    several cycles, or if a sample is no whole number of the plant's substeps.
+    several cycles, or if a sample is not a whole number of the plant's substeps.
     """
     substeps = round(recording.period_s / plant.dt_s)
     follows_reference = recording.mode == POSITION_MODE and recording.samples_in_a_mean == 1

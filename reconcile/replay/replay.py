@@ -117,7 +117,7 @@ def replay(
         raise ReconcileError(recording.source, where, "cannot be replayed without a reference", remedy)
     substeps = round(period_s / plant.dt_s)
     if substeps < 1 or not math.isclose(substeps * plant.dt_s, period_s, rel_tol=1e-9):
-        reason = f"is no whole number of plant.substep_us ({plant.substep_us:g})"
+        reason = f"is not a whole number of plant.substep_us ({plant.substep_us:g})"
         raise ReconcileError(plant.name, f"axis.{recording.axis}.controller.sample_time_ms", reason)
     index = list(plant.axes).index(recording.axis)
     built = build_plant(plant)

@@ -30,7 +30,7 @@ PHRASES = {
     "record_too": "recorded too: {}",
     "then": "then {}",
 }
-"""Text of a number of the motion by its key, where it is no quantity with a unit."""
+"""Text of a number of the motion by its key, where it is not a quantity with a unit."""
 
 
 def next_experiment_text(verdict: Mapping[str, Any]) -> str:

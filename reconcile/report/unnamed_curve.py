@@ -39,7 +39,7 @@ class _Table(NamedTuple):
 
 
 def unnamed_curve(finding: Mapping[str, Any]) -> Figure | None:
-    """Return the picture of a finding; None where it is no curve over a coordinate."""
+    """Return the picture of a finding; None where it is not a curve over a coordinate."""
     table = _table(finding)
     if table is None:
         return None
@@ -58,7 +58,7 @@ def unnamed_curve(finding: Mapping[str, Any]) -> Figure | None:
 
 
 def curve_as_text(finding: Mapping[str, Any]) -> str:
-    """Return the curve of a finding as a line of text; empty where it is no curve."""
+    """Return the curve of a finding as a line of text; empty where it is not a curve."""
     table = _table(finding)
     if table is None:
         return ""

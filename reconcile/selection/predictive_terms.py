@@ -27,7 +27,7 @@ MOST_LEVERAGE_RATIO = 20.0
 """Mean leverage of a block over that of the blocks that predict it, above which its prediction is an
 extrapolation, as from 24 K of warming to 45 K. Similar motions stay below 10. Chosen."""
 LEAST_PREDICTABLE_SHARE = 0.2
-"""Share of blocks that are no extrapolation, below which an effect is judged on thirds of each recording;
+"""Share of blocks that are not an extrapolation, below which an effect is judged on thirds of each recording;
 chosen."""
 LEAST_GAIN = SelectionRules().least_gain
 """Least share of the left-out squares that an effect removes."""

@@ -58,7 +58,7 @@ def examine(recordings: Sequence[AxisRecording], model: ByName[str, NominalAxis]
             findings += whole
     good = {recording.axis for recording in usable_recordings}
     for recording, whole in refused:
-        # an axis at standstill while another one moved is no defect
+        # an axis at standstill while another one moved is not a defect
         stood = bool(good) and any(f.check == "constant" and f.channel == "motor_m" for f in whole)
         findings += map(_set_aside, whole) if recording.axis in good or stood else whole
     for axis, nominal in model.items():

@@ -53,7 +53,7 @@ command or as measured current), 2 to 7 recordings of 10 to 25 s (test motions, 
 production only), and what is concealed: nothing, one effect, two or three, or physics that stands in no
 catalogue. Its axis is simulated by position Verlet at 25 us; friction is Bouc-Wen's, Stribeck's fall is
 algebraic, a play's contact is Hunt and Crossley's, breakaway ages by the logarithm of Dieterich and Ruina,
-iron saturates by an arctangent, the current lags by second order, ripples are no sines. Some laws have one
+iron saturates by an arctangent, the current lags by second order, ripples are not sines. Some laws have one
 form only and are the same on both sides: a constant force, a pure delay, viscous friction that differs by
 direction, an error in proportion to the position, a linear spring, the line of force over speed that a
 voltage allows, a mass that is towed. Always there are presliding over micrometres, a small ripple and

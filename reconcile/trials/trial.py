@@ -38,7 +38,7 @@ def generator_of(name: str) -> ModuleType:
         remedy = "run it in the project's directory, or name another one with --generator"
         raise ReconcileError(name, "", f"cannot be loaded: {error}", remedy) from None
     if not (callable(getattr(module, "draw", None)) and callable(getattr(module, "record", None))):
-        raise ReconcileError(name, "", "is no generator of cases: it has no draw() and record()")
+        raise ReconcileError(name, "", "is not a generator of cases: it has no draw() and record()")
     return module
 
 

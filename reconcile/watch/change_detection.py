@@ -157,7 +157,7 @@ def covariance(series: IndicatorSeries) -> Array:
     total: Array = np.diag(series.errors**2) + series.motion_spread**2 * similarity
     temperature_k = series.temperature_k
     if np.isfinite(temperature_k).all() and float(np.ptp(temperature_k)) >= MIN_TEMPERATURE_RANGE_K:
-        # a slope over temperature with a wide prior: a dependence on temperature is no change
+        # a slope over temperature with a wide prior: a dependence on temperature is not a change
         deviation_k = temperature_k - temperature_k.mean()
         size = float(np.ptp(series.values)) + float(series.errors.max())
         total += np.outer(deviation_k, deviation_k) * (10.0 * size / float(np.ptp(temperature_k))) ** 2

@@ -103,7 +103,7 @@ class ChangeDiagnosis:
         folder = self._out / change["id"]
         before = diagnose(paths.before, self._model_file, folder / "before", self._mapping, with_report=False)
         after = diagnose(paths.after, before.model_file, folder / "after", self._mapping)
-        # an effect before the change that the written model could not hold is no change
+        # an effect before the change that the written model could not hold is not a change
         present = {(finding["axis"], finding["effect"]) for finding in before.verdict["findings"]}
         findings = [
             finding

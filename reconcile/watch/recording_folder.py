@@ -44,7 +44,7 @@ class RecordingFolder:
 
     def __init__(self, folder: Path, excluded: Path) -> None:
         if not folder.is_dir():
-            raise ReconcileError(folder, "", "is no directory", "name the directory of the recordings")
+            raise ReconcileError(folder, "", "is not a directory", "name the directory of the recordings")
         self._folder, self._excluded = folder, excluded.resolve()
         self._unchanged_since: dict[str, tuple[FileStamp, float]] = {}
         self.unfinished: list[str] = []

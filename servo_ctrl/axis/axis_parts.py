@@ -46,7 +46,7 @@ _NOT_MAPPED = InputPlace(0, 0, 0, signed=False)
 
 
 class PdoTypeError(EdsError):
-    """An object that the cycle needs is no integer of 8, 16 or 32 bits."""
+    """An object that the cycle needs is not an integer of 8, 16 or 32 bits."""
 
 
 def axis_parts(
@@ -62,7 +62,7 @@ def axis_parts(
     consecutive indices; `scale_tpdo`: index and codec of the scale's TPDO.
 
     Raises:
-        PdoTypeError: an object is no integer.
+        PdoTypeError: an object is not an integer.
 
     """
     scaling, period_s = drive_scaling(config), params.period_s
@@ -127,7 +127,7 @@ def output_places(rpdo: PdoCodec) -> Index:
     """Return `RpdoValue` and size in bytes of each object of an RPDO, (8, 2); size 0 after the last object.
 
     Raises:
-        PdoTypeError: an object is no integer.
+        PdoTypeError: an object is not an integer.
 
     """
     places = np.zeros((PDO_OBJECTS_MAX, 2), np.int64)
@@ -152,4 +152,4 @@ def _input_place(tpdos: Mapping[int, PdoCodec], address: tuple[int, int]) -> Inp
 
 def _check_integer(mapped: MappedObject) -> None:
     if mapped.format not in SIGNED_OF_FORMAT:
-        raise PdoTypeError(f"{mapped.name} is no integer of 8, 16 or 32 bits, which the cycle needs")
+        raise PdoTypeError(f"{mapped.name} is not an integer of 8, 16 or 32 bits, which the cycle needs")

@@ -35,7 +35,7 @@ class CycleMemory:
     seconds, or loads them, so that the first SYNC does not wait.
 
     Raises:
-        PdoTypeError: an object of an RPDO is no integer.
+        PdoTypeError: an object of an RPDO is not an integer.
 
     """
 

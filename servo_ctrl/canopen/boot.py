@@ -118,7 +118,7 @@ def _check_presence(sdo: SdoPort, plan: NodePlan, tries: int) -> None:
     try:
         sdo.read(0x1000, 0)
     except SdoError as error:
-        text = f"{error}; it is no CANopen device"
+        text = f"{error}; it is not a CANopen device"
         if error.abort_code is None:
             text = f"absent, no answer from 1000h in {tries} tries; check power, cable, bit rate and node id"
         raise NodeError(plan.name, text) from None

@@ -67,7 +67,7 @@ class SdoServer:
         self._last_frame_s = 0.0
 
     def on_request(self, _can_id: int, payload: bytes | bytearray, _timestamp_s: float) -> None:
-        """Respond to one frame. A frame that has not eight bytes is no SDO and gets no response."""
+        """Respond to one frame. A frame that has not eight bytes is not an SDO and gets no response."""
         if len(payload) != FRAME_BYTES:
             return
         frame = bytes(payload)

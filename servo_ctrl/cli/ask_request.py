@@ -24,7 +24,7 @@ WATCH_S = 0.5
 
 
 class RefusedError(ServoCtrlError):
-    """The words are no request, the controller refused it, or the learning that is watched has failed."""
+    """The words are not a request, the controller refused it, or the learning that is watched has failed."""
 
 
 class SettingChange(NamedTuple):
@@ -52,7 +52,7 @@ def parse_request(
         case ["status" | "watch" as word]:
             return word
     known = ", ".join([*COMMAND_WORDS, "set", "status", "watch"])
-    raise RefusedError(f'"{" ".join(words)}" is no command; known are {known}')
+    raise RefusedError(f'"{" ".join(words)}" is not a command; known are {known}')
 
 
 def _setting_value(setting: Setting, text: str) -> float | str | bool:

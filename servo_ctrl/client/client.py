@@ -53,7 +53,7 @@ class AsyncClient:
     async def command(self, word: str, axis: str = "") -> None:
         """Carry out a command of `servo-ctrl request`, of an axis or of all. Raises CommandRefusedError."""
         if word not in COMMAND_WORDS:
-            raise CommandRefusedError(f'"{word}" is no command; known are {", ".join(COMMAND_WORDS)}')
+            raise CommandRefusedError(f'"{word}" is not a command; known are {", ".join(COMMAND_WORDS)}')
         if axis and axis not in self.machine.axes:
             raise CommandRefusedError(f'no axis "{axis}"; the machine has {", ".join(self.machine.axes)}')
         request = CommandRequest(COMMAND_WORDS[word], axis)
@@ -78,7 +78,7 @@ class AsyncClient:
     async def change(self, setting: str, value: float | str | bool) -> None:
         """Change a setting of `servo-ctrl request set`; numbers in SI. Raises CommandRefusedError."""
         if setting not in SETTING_OF:
-            raise CommandRefusedError(f'"{setting}" is no setting; known are {", ".join(SETTING_OF)}')
+            raise CommandRefusedError(f'"{setting}" is not a setting; known are {", ".join(SETTING_OF)}')
         _accepted(await self._request(lambda remote: remote.change(SETTING_OF[setting], value)))
 
     async def status(self) -> MachineStatus:

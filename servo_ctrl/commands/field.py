@@ -56,7 +56,7 @@ class Entry:
     subindex: int
     data_type: DataType
     unit: float = 0.0
-    """SI value of one count; 0 if the value is no quantity."""
+    """SI value of one count; 0 if the value is not a quantity."""
     axis: PerAxis = PerAxis.NONE
     names: tuple[str, ...] = ()
     """Texts of an enumeration; the number is the index."""

@@ -25,7 +25,7 @@ ROWS_HEAD = struct.Struct("<IQQ")
 
 
 class FrameError(ServoCtrlError):
-    """The bytes are no frame, so the start of the next frame is unknown."""
+    """The bytes are not a frame, so the start of the next frame is unknown."""
 
 
 class RowBlock(NamedTuple):

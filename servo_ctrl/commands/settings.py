@@ -110,7 +110,7 @@ class Setting(NamedTuple):
     def objection(self, value: float | str | bool) -> str:
         """Return why a value in SI units is refused, else ""."""
         if type(value) is not self.kind:
-            return f"{value} is no value of {self.name}"
+            return f"{value} is not a value of {self.name}"
         if self.entry.names and value not in self.entry.names:
             return f'"{value}" is none of {", ".join(self.entry.names)}'
         lowest, highest = self.bounds

@@ -46,7 +46,7 @@ def drive_unit(text: str, counts_per_rev: int) -> DriveUnit:
     match = _UNIT.fullmatch(text)
     multiple = float(match[1] or 1.0) if match else 0.0
     if match is None or not 0.0 < multiple < math.inf:
-        raise ValueError(f'"{text}" is no unit; "rpm" is one, and "0.1 counts/s"')
+        raise ValueError(f'"{text}" is not a unit; "rpm" is one, and "0.1 counts/s"')
     base = _BASE_UNITS[match[2]]
     counts = multiple * base.size * (counts_per_rev if base.per_revolution else 1.0)
     exponent = round(math.log10(multiple))

@@ -11,4 +11,4 @@ def format_problem(version: object, newest: int = FORMAT) -> str:
         return ""
     if type(version) is int and version > newest:
         return f"has format {version}, this software reads up to {newest}: {ADVICE}"
-    return f"format {str(version)[:40]!r} is no whole number from 1 on"
+    return f"format {str(version)[:40]!r} is not a whole number from 1 on"

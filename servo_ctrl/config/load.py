@@ -166,7 +166,7 @@ def _key_of(detail: ErrorDetails, document: Mapping[str, Any]) -> str:
     location = [part for part in detail["loc"] if part != "[key]"]
     head = ""
     if len(location) > 1 and location[0] == "step" and isinstance(location[1], int):
-        # pydantic adds the kind of the step as third part, which is no key in the file
+        # pydantic adds the kind of the step as third part, which is not a key in the file
         step = document["step"][location[1]]
         label = step.get("label", step.get("kind", "")) if isinstance(step, dict) else ""
         head, location = step_key(location[1], str(label)), location[3:]
@@ -208,4 +208,4 @@ def _absolute_path(path: Path, name: Path | str) -> Path:
     try:
         return (path.resolve().parent / name).resolve()
     except (OSError, RuntimeError, ValueError) as error:  # a loop of links, or a NUL in the name
-        raise ConfigError(path, "", f"{str(name)!r} is no file name: {error}") from None
+        raise ConfigError(path, "", f"{str(name)!r} is not a file name: {error}") from None

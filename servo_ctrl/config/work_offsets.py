@@ -45,7 +45,9 @@ def read_offsets(directory: Path, axes: Mapping[str, tuple[float, float]]) -> Of
                     path, f"{key}.{axis}", f"the machine has no such axis, only {', '.join(axes)}"
                 )
             if type(value) not in {int, float} or not within_reach(value * MM, axes[axis]):
-                raise ConfigError(path, f"{key}.{axis}", f"{value!r} is no zero within reach of the travel")
+                raise ConfigError(
+                    path, f"{key}.{axis}", f"{value!r} is not a zero within reach of the travel"
+                )
         offsets[name] = {axis: value * MM for axis, value in values.items()}
     return offsets
 

@@ -28,7 +28,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Columns:
     count = len(np.atleast_1d(columns[names[0]]))
     for name, values in columns.items():
         if values.shape != (count,):
-            raise ConfigError(path, name, f"is no column of {count} numbers like {names[0]}")
+            raise ConfigError(path, name, f"is not a column of {count} numbers like {names[0]}")
         if not np.isfinite(values).all():
             row = int(np.argmin(np.isfinite(values)))
             raise ConfigError(path, name, f"is not finite in row {row + 1}")

@@ -5,6 +5,6 @@ MACHINE_SECTIONS_FILE = "tuned.toml"
 FIGURES_FILE = "tune.json"
 BODE_FILE = "bode.json"
 VELOCITY_LOOP = "velocity loop, after"
-"""The curve of BODE_FILE that is a part of the loop only, so that its 1 / (1 + L) is no sensitivity."""
+"""The curve of BODE_FILE that is a part of the loop only, so that its 1 / (1 + L) is not a sensitivity."""
 LEAST_MS, MOST_MS, USUAL_MS = 1.2, 3.0, 2.0
 """Bounds of the sensitivity peak that a tuning may be stated for, and the usual one; 1.4 is cautious."""

@@ -43,7 +43,7 @@ class StrokeLine(FileSection):
 
     @classmethod
     def of(cls, stroke: Stroke, result: StrokeResult) -> Self:
-        """Make a line. Raises ValueError if an error is no whole nanometre or a value is invalid."""
+        """Make a line. Raises ValueError if an error is not a whole nanometre or a value is invalid."""
         error_nm = np.rint(result.error_m / ERROR_RESOLUTION_M)
         if not (
             np.isfinite(error_nm).all() and np.array_equal(error_nm * ERROR_RESOLUTION_M, result.error_m)

@@ -2,7 +2,7 @@
 
 One distance is to the programmed geometry and includes corner rounding, another to the commanded path and
 shows the servo alone. Distances are to the nearest point, not to the point of the same time, because a lag
-along the path is no contour error.
+along the path is not a contour error.
 """
 
 import json

@@ -39,7 +39,7 @@ def load_recording(directory: Path) -> Recording:
 
     try:
         header = json.loads((directory / HEADER_FILE).read_text(encoding="utf-8"))
-        problem = format_problem(header.get("format")) if isinstance(header, dict) else "is no JSON object"
+        problem = format_problem(header.get("format")) if isinstance(header, dict) else "is not JSON object"
         if problem:
             raise RecordingError(f"{directory}: {HEADER_FILE} {problem}")
         parts = sorted(directory.glob("part-*.parquet"))
@@ -47,7 +47,7 @@ def load_recording(directory: Path) -> Recording:
             raise RecordingError(f"{directory}: the recording has no rows: {_why_empty(header)}")
         columns = read_parts(parts)
     except FileNotFoundError:
-        raise RecordingError(f"{directory}: is no recording ({HEADER_FILE} is missing)") from None
+        raise RecordingError(f"{directory}: is not a recording ({HEADER_FILE} is missing)") from None
     except (OSError, ValueError, RecursionError) as error:
         raise RecordingError(f"{directory}: cannot be read: {error}") from None
     return Recording(directory, header, columns)

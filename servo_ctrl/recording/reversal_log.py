@@ -108,5 +108,5 @@ def _entry(path: Path, number: int, line: bytes) -> dict[str, Any]:
     except (ValueError, RecursionError):
         entry = None
     if not isinstance(entry, dict):
-        raise RecordingError(f"{path}: line {number} is no reversal")
+        raise RecordingError(f"{path}: line {number} is not a reversal")
     return entry

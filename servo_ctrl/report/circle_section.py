@@ -64,7 +64,7 @@ def circle_section(run: RecordedRun) -> ReportSection | None:
     left_out = len(circles) - len(newest)
     text = (
         "Over the last whole turn at constant speed. The terms are those of ISO 230-4, from the machine's "
-        "own scales: what these do not see is not in them, so this is no acceptance test."
+        "own scales: what these do not see is not in them, so this is not an acceptance test."
     )
     if left_out:
         text = f"The newest {len(newest)} of {len(circles)} circles. {text}"

@@ -40,7 +40,7 @@ def positioning_section(run: RecordedRun) -> ReportSection | None:
     figures = [(axis, visits, positioning(visits.deviation_m)) for axis, visits in found]
     text = (
         f"Readings after rests of {SHORTEST_REST_S:g} s at least. The terms are those of ISO 230-2, from the "
-        "machine's own scale: what this does not see is not in them, so this is no acceptance test."
+        "machine's own scale: what this does not see is not in them, so this is not an acceptance test."
     )
     parts: list[ReportTable | ReportPicture] = [_terms(figures)]
     parts += [_picture(axis, visits, result) for axis, visits, result in figures]

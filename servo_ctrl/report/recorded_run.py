@@ -112,7 +112,7 @@ def _reversals(directory: Path) -> tuple[dict[str, Any], ...] | None:
     for number, entry in enumerate(entries, start=1):
         numbers = [entry.get(key) for key in ("time_s", "acceleration_m_s2", *INDICATORS)]
         if not isinstance(entry.get("axis"), str) or not all(isinstance(one, float | int) for one in numbers):
-            raise RecordingError(f"{directory / REVERSALS_FILE}: line {number} is no reversal")
+            raise RecordingError(f"{directory / REVERSALS_FILE}: line {number} is not a reversal")
     return tuple(entries)
 
 

@@ -18,7 +18,7 @@ from servo_ctrl.tuning.modal_model import ModalModel, StructuralMode, residue_co
 MOST_MODES, CANDIDATES = 3, 3
 """Most modes of a model, and residual peaks tried for the next one. Chosen, as are the numbers below."""
 LOWEST_HZ, LEAST_LINES = 6.0, 20
-"""Lines below are not fitted, because friction in presliding is no viscous damping; fewest lines of a fit."""
+"""Lines below are not fitted, because presliding friction is not viscous damping; fewest lines of a fit."""
 LEAST_COHERENCE = 0.5
 ERROR_FLOOR = 0.02
 """Least relative standard error of a line: the model itself is not better than that."""

@@ -45,7 +45,7 @@ UM = 1e6
 AMPLITUDE_M, REVERSE_M_S2 = 0.01, (0.015, 0.07)
 """Amplitude and reverse accelerations of the sines; chosen: between the learned accelerations."""
 TARGETS_MM = tuple(range(-36, 37, 9)) + tuple(range(27, -37, -9))
-"""End points, approached from below, then from above; chosen: 9 mm are no whole turns of a screw."""
+"""End points, approached from below, then from above; chosen: 9 mm are not whole turns of a screw."""
 APPROACH_M_S, DWELL_S = 0.05, 1.5
 """Feed to an end point, and dwell before the reading; chosen."""
 

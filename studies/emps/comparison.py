@@ -24,7 +24,7 @@ already."""
 
 
 class EmpsError(ServoCtrlError):
-    """A record is missing, or its file is no EMPS record."""
+    """A record is missing, or its file is not an EMPS record."""
 
 
 class EmpsResult(NamedTuple):
@@ -84,7 +84,7 @@ def load_measurement(path: Path) -> dict[str, Array]:
         with np.load(path, allow_pickle=False) as archive:
             return {name: np.asarray(archive[name], dtype=np.float64) for name in COLUMNS}
     except (OSError, KeyError, ValueError) as error:
-        raise EmpsError(f"{path}: is no EMPS record: {error}") from None
+        raise EmpsError(f"{path}: is not an EMPS record: {error}") from None
 
 
 def compare(recording: Recording, measurement: dict[str, Array]) -> EmpsResult:

@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, ViewportSize, exp
 
 PICTURES = ROOT / "out" / "browser"
 STUB_SERVER = ("-m", "tests.browser.stub_server")
-LIMIT_MS = 90_000  # a busy computer is slow, which is no failure
+LIMIT_MS = 90_000  # a busy computer is slow, which is not a failure
 expect.set_options(timeout=LIMIT_MS)
 
 

@@ -166,7 +166,7 @@ def test_settings_are_converted_from_page_units_to_si(visit: Callable[..., Page]
     expect(required).to_have_value("3")
     required.fill("soon")
     page.get_by_test_id("set-required").click()
-    expect(page.get_by_text('"soon" is no number')).to_be_visible()
+    expect(page.get_by_text('"soon" is not a number')).to_be_visible()
     required.fill("3,5")
     required.press("Enter")
     page.get_by_test_id("learner").click()

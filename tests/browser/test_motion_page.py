@@ -143,7 +143,7 @@ def test_the_text_is_edited_checked_and_saved_beside_the_others(
     expect(page.get_by_test_id("program-verdict")).to_contain_text("within the limits")
     page.get_by_test_id("save-name").fill("../rest.toml")
     page.get_by_test_id("save-program").click()
-    expect(page.get_by_text("is no name for a program")).to_be_visible()
+    expect(page.get_by_text("is not a name for a program")).to_be_visible()
     page.get_by_test_id("save-name").fill("rest.toml")
     page.get_by_test_id("save-program").click()
     expect(page.get_by_text("rest.toml is saved")).to_be_visible()

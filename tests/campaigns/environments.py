@@ -1,4 +1,4 @@
-"""Environments of their own for programs that are no dependency of ours; each is made once."""
+"""Environments of their own for programs that are not dependencies of ours; each is made once."""
 
 import subprocess
 import sys

@@ -1,7 +1,7 @@
 """No entry of the catalogue is named for a force, or a deviation, that has nothing to do with it.
 
 Entries are found by the registry, so that a new one is held to it too. What an entry alone would accept by
-chance is no name: a name must also predict blocks that took no part in anything.
+chance is not a name: a name must also predict blocks that took no part in anything.
 """
 
 import pytest

@@ -1,7 +1,7 @@
 """The tutorials are executed, word for word: files are written, terminals opened, commands run in order.
 
-A block with `title="NAME"` that is no shell is that file; one that "stays open" runs beside the others. What
-"takes minutes", what comes after it, and what other tests run ("moves the machine") is run by `make
+A block with `title="NAME"` that is not a shell is that file; one that "stays open" runs beside the others.
+What "takes minutes", what comes after it, and what other tests run ("moves the machine") is run by `make
 tutorials`; the gate holds it against the programs' own parsers (test_commands_in_docs.py).
 """
 

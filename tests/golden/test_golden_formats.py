@@ -153,7 +153,7 @@ def test_a_file_without_a_format_number_has_the_first_format(kind: str, release:
 @pytest.mark.parametrize(("found", "known", "problem"), [
     (None, 1, ""), (1, 1, ""), (1, 3, ""), (3, 3, ""),
     (4, 3, f"has format 4, this software reads up to 3: {ADVICE}"),
-    (0, 1, "format '0' is no"), (True, 1, "format 'True' is no"), ("1", 1, "format '1' is no"),
+    (0, 1, "format '0' is not a"), (True, 1, "format 'True' is not a"), ("1", 1, "format '1' is not a"),
 ])  # fmt: skip
 def test_a_format_must_be_a_known_number(found: object, known: int, problem: str) -> None:
     assert format_problem(found, known).startswith(problem)

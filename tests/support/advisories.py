@@ -25,7 +25,7 @@ class AuditError(Exception):
 
 
 def pinned(path: Path = CONSTRAINTS) -> dict[str, str]:
-    """Version by name, both as they are written; raises ValueError for a line that is no `name==version`."""
+    """Version by name, both as they are written; raises ValueError for another line than `name==version`."""
     found: dict[str, str] = {}
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
         text = line.partition("#")[0].strip()
@@ -33,7 +33,7 @@ def pinned(path: Path = CONSTRAINTS) -> dict[str, str]:
             continue
         match = re.fullmatch(r"([A-Za-z0-9][A-Za-z0-9._-]*)==([0-9][0-9A-Za-z.+!-]*)", text)
         if match is None or canonical(match[1]) in map(canonical, found):
-            raise ValueError(f"{path.name}:{number}: {text!r} is no name==version, or is there twice")
+            raise ValueError(f"{path.name}:{number}: {text!r} is not a name==version, or is there twice")
         found[match[1]] = match[2]
     return found
 

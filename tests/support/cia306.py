@@ -102,7 +102,7 @@ def object_findings(eds: RawConfigParser, index: int) -> list[str]:
     members = [s for s in eds.sections() if s.startswith(f"{name}sub")]
     if kind in {0x2, 0x7}:
         if members:
-            found.append(f"{name} is no record but has sub-indices")
+            found.append(f"{name} is not a record but has sub-indices")
         return found + value_findings(eds, name)
     if kind not in {0x8, 0x9}:
         return [*found, f"{name}: ObjectType {kind:#x}"]

@@ -20,7 +20,7 @@ X, Y = 1, 2
 def assert_reaction_in_time(bench: FaultBench, event: Event, *, since: int = FAULT_CYCLE) -> None:
     """Assert detection and reaction within the bounds, an emergency message, and power off in the end.
 
-    A requested stop is no fault and sends no emergency message.
+    A requested stop is not a fault and sends no emergency message.
     """
     seen = bench.noted(event)
     allowed = detection_cycles(bench.config, lockstep=True).get(event, 1)

@@ -104,7 +104,7 @@ _WORD = re.compile(r"[A-Za-z]{2,}")
 
 
 def template_of(node: ast.AST) -> str:
-    """Return a text with {0}, {1} ... for its arguments; "" for a node that is no text."""
+    """Return a text with {0}, {1} ... for its arguments; "" for a node that is not a text."""
     if isinstance(node, ast.Constant):
         return node.value if isinstance(node.value, str) else ""
     if not isinstance(node, ast.JoinedStr):
@@ -126,7 +126,7 @@ def numbered(text: str) -> str:
 
 
 def texts_inside(node: ast.AST) -> set[int]:
-    """Return the ids of the pieces of a formatted text, which are no texts of their own."""
+    """Return the ids of the pieces of a formatted text, which are not texts of their own."""
     return (
         {id(part) for part in ast.walk(node) if part is not node}
         if isinstance(node, ast.JoinedStr)
@@ -174,7 +174,7 @@ def _objection_texts(module: ast.Module) -> Iterator[ast.AST]:
 
 
 LABELLED = {"compile", "sub", "Dwell", "Move", "ScrewTravel", "Remark", "pop"}
-"""Calls whose texts are no messages: patterns, labels of steps, remarks of `servo-ctrl check`."""
+"""Calls whose texts are not messages: patterns, labels of steps, remarks of `servo-ctrl check`."""
 
 
 def _raised_texts(module: ast.Module) -> Iterator[ast.AST]:

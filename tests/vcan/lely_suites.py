@@ -56,7 +56,7 @@ def coctl(folder: Path, *commands: str) -> list[str]:
 @TWICE
 @installed("coctl", "dcfgen")
 def test_lely_masters_the_drive_by_a_dcf_of_its_generator(simulator: None, tmp_path: Path, turn: str) -> None:
-    """`init` starts its NMT service: before that it is no master yet, and every node is unsupported."""
+    """`init` starts its NMT service: before that it is not a master yet, and every node is unsupported."""
     del simulator, turn
     (tmp_path / "bus.yml").write_text(
         f"master:\n  node_id: 127\nx:\n  dcf: {EDS / 'servo_drive.eds'}\n  node_id: {DRIVE}\n"

@@ -1,6 +1,6 @@
 """Public CANopen programs that are not ours, against the simulated nodes on vcan0, each twice in a row.
 
-`make conformance` runs this in user-mode Linux. The programs are no part of the project: those that are not
+`make conformance` runs this in user-mode Linux. The programs are not part of the project: those that are not
 on PATH are skipped with their names. CANOPENDEMO names a checkout of CANopenDemo, for its bats suite and the
 description of its demo device.
 

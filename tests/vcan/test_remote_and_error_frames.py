@@ -1,4 +1,4 @@
-"""What is no data frame, on both buses: node guarding and TPDOs on request, bus-off and restart."""
+"""What is not a data frame, on both buses: node guarding and TPDOs on request, bus-off and restart."""
 
 import asyncio
 import time

@@ -63,7 +63,7 @@ def factors(p: Any, s: Any, _time_s: float) -> tuple[float, float]:
 def advance(p: Any, s: Any, friction_w: float, _speed_m_s: float, dt_s: float) -> None:
     """Advance the temperature by `dt_s` (s, far below R C) at constant friction power (W).
 
-    The power that presliding springs store and return is no heat; it is neglected, and the rise stays >= 0.
+    The power that presliding springs store and return is not heat; it is neglected, and the rise stays >= 0.
     """
     flow_w = friction_w - s.temperature_rise_k / p.resistance_k_w
     s.temperature_rise_k = max(0.0, s.temperature_rise_k + flow_w * dt_s / p.heat_capacity_j_k)

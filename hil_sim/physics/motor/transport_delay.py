@@ -6,7 +6,7 @@ Source: mismatch catalogue, entry transport_delay, exp(-s tau): calculation, tra
 Symbols: i commanded current, which the amplifier reports, A; i' force-producing current A; tau `delay_s` s.
 Valid: up to 512 substeps, which the check of the plant file enforces.
 Confused with: current_loop_lag -> apply a step of the current: a delay shifts it, a lag gives a slope; the
-    half-sample delay of a zero-order hold, which is no physics -> a physical delay does not change with the
+    half-sample delay of a zero-order hold, which is not physics -> a physical delay does not change with the
     controller's cycle.
 """
 

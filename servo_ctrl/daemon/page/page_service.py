@@ -178,7 +178,7 @@ class PageService:
         """Read a program that the page sent. Raises ConfigError, which names the program, not its path."""
         lower_priority()
         if self._programs is None or name in {".", ".."}:
-            raise ConfigError(name, "", "is no name of a file")
+            raise ConfigError(name, "", "is not a name of a file")
         path = self._programs / name
         try:
             path.write_text(text, encoding="utf-8")

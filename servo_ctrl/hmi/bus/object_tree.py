@@ -147,7 +147,7 @@ def _object_node(entries: Sequence[ObjectEntry]) -> dict[str, Any]:
 
 
 def _refuse_other_files(eds: Path) -> None:
-    """Refuse a file that is no EDS before the library reads it whole."""
+    """Refuse a file that is not an EDS before the library reads it whole."""
     try:
         with eds.open("rb") as file:
             text = file.read(MAX_EDS_BYTES + 1)
@@ -156,6 +156,6 @@ def _refuse_other_files(eds: Path) -> None:
     except OSError as error:
         raise EdsError(f"{eds}: cannot be read: {error.strerror}") from None
     if len(text) > MAX_EDS_BYTES:
-        raise EdsError(f"{eds}: is no EDS: it has more than {MAX_EDS_BYTES} bytes")
+        raise EdsError(f"{eds}: is not an EDS: it has more than {MAX_EDS_BYTES} bytes")
     if b"[deviceinfo]" not in text.lower():
         raise EdsError(f"{eds}: not a readable EDS: it has no section DeviceInfo")

@@ -68,7 +68,7 @@ class TurnStore:
             self._since_cycle = status.cycles if self._switches else 0
             self._switches = switches
         if any(axis.compensation_suspended for axis in status.axes):
-            # a tuning tries other gains: its turns are no evidence about any compensation, not even "without"
+            # a tuning tries other gains: its turns tell nothing about a compensation, not even "without"
             self._since_cycle = status.cycles
         if now_s >= self._next_search_s and len(axes) >= 2:
             self._next_search_s = now_s + SEARCH_S

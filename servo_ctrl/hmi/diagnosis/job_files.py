@@ -109,18 +109,18 @@ def read_model(path: Path) -> dict[str, Any]:
         with path.open("rb") as file:
             text = file.read(MAX_MODEL_BYTES + 1)
         if len(text) > MAX_MODEL_BYTES:
-            raise FilesError(f"{path}: is no model: it has more than {MAX_MODEL_BYTES} bytes")
+            raise FilesError(f"{path}: is not a model: it has more than {MAX_MODEL_BYTES} bytes")
         document = tomllib.loads(text.decode())
     except OSError as error:
         raise FilesError(f"{path}: cannot be read: {reason_of(error)}") from None
     except (ValueError, RecursionError) as error:
-        raise FilesError(f"{path}: is no TOML: {error}") from None
+        raise FilesError(f"{path}: is not TOML: {error}") from None
     axes = document.get("axis")
     if not isinstance(axes, dict) or not axes:
-        raise FilesError(f"{path}: is no model: it has no [axis.NAME]")
+        raise FilesError(f"{path}: is not a model: it has no [axis.NAME]")
     for name, section in axes.items():
         if not isinstance(section, dict) or not {"motor", "table"} & section.keys():
-            raise FilesError(f"{path}: is no model: [axis.{name}] has neither motor nor table")
+            raise FilesError(f"{path}: is not a model: [axis.{name}] has neither motor nor table")
     return document
 
 
@@ -152,7 +152,7 @@ def _keep_old(target: Path) -> Path | None:
     try:
         read_model(target)
     except FilesError:
-        raise FilesError(f"{target}: exists and is no model; choose another place") from None
+        raise FilesError(f"{target}: exists and is not a model; choose another place") from None
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
     for number in range(100):
         kept = target.with_name(f"{target.stem}.{stamp}{f'-{number}' if number else ''}.toml")

@@ -129,7 +129,7 @@ class LearningCard:
         try:
             shown = float(str(self._required.value).replace(",", "."))
         except ValueError:
-            notify(tr('"{value}" is no number.', value=self._required.value))
+            notify(tr('"{value}" is not a number.', value=self._required.value))
             return
         required_m = shown / self._page.units.error.factor
         await self._page.ask("setting", setting="required_m", value=required_m)

@@ -133,7 +133,7 @@ def _by_template(text: str, language: str, part: str, depth: int, least: int = 0
 def _is_argument(text: str, least: int, own: tuple[str, ...]) -> bool:
     """Whether a text may stand for an argument of a template with this text of its own.
 
-    Its parentheses are whole, it is no second sentence, and in a short template no second clause.
+    Its parentheses are whole, it is not a second sentence, and in a short template no second clause.
     """
     if sum(map(len, own)) < SENTENCE and ("; " in text or (": " in text and ":" not in "".join(own))):
         return False

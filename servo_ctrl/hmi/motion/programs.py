@@ -63,7 +63,7 @@ def _path(directory: Path, name: str) -> Path:
         raise ConfigError(
             name,
             "",
-            f"is no name for a program: letters, digits, space, _ - and ., ending in one of {endings}",
+            f"is not a name for a program: letters, digits, space, _ - and ., ending in one of {endings}",
         )
     return directory / name
 

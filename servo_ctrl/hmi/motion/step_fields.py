@@ -93,7 +93,7 @@ def shown_value(step: dict[str, Any], field: StepField) -> str:
 def put_value(step: dict[str, Any], field: StepField, written: str) -> None:
     """Put into the step what was typed in a field; an empty field removes its key.
 
-    Text that is no number is put in unchanged, so that the loader reports it.
+    Text that is not a number is put in unchanged, so that the loader reports it.
     """
     written = written.strip()
     value: Any = None if not written else _value(field, written)
@@ -129,7 +129,7 @@ def steps_of(text: str) -> list[dict[str, Any]] | None:
     """Return the steps of a program's text; None where the form cannot show them, for whatever reason."""
     try:
         document = tomllib.loads(text)
-    except (ValueError, RecursionError):  # numbers of 5000 digits and deep nesting are no TOMLDecodeError
+    except (ValueError, RecursionError):  # numbers of 5000 digits and deep nesting are not TOMLDecodeError
         return None
     steps = document.get("step")
     if set(document) - {"format", "step"} or not isinstance(steps, list):

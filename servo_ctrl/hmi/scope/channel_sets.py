@@ -60,7 +60,7 @@ def load_sets(directory: Path) -> dict[str, ChannelSet]:
         content = json.loads(text) if len(text) <= MAX_BYTES else None
         if not isinstance(content, dict) or (problem := format_problem(content.get("format"))):
             raise SetsError(
-                f"{path}: {problem if isinstance(content, dict) else 'is no file of channel sets'}"
+                f"{path}: {problem if isinstance(content, dict) else 'is not a file of channel sets'}"
             )
         return _SETS.validate_python(content.get("sets"))
     except FileNotFoundError:
@@ -73,7 +73,7 @@ def load_sets(directory: Path) -> dict[str, ChannelSet]:
             f"{path}: {'.'.join(map(str, first['loc']))}: {plain_complaint(first['msg'])}"
         ) from None
     except (ValueError, RecursionError) as error:
-        raise SetsError(f"{path}: is no JSON: {error}") from None
+        raise SetsError(f"{path}: is not JSON: {error}") from None
 
 
 def change_set(directory: Path, name: str, wanted: ChannelSet | None) -> dict[str, ChannelSet]:

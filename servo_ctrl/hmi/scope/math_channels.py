@@ -69,7 +69,7 @@ def math_channel(text: str, names: Mapping[str, int]) -> MathChannel:
     try:
         tree = ast.parse(expression, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ExpressionError(tr('"{text}" is no expression', text=expression)) from None
+        raise ExpressionError(tr('"{text}" is not an expression', text=expression)) from None
     if sum(1 for _ in ast.walk(tree)) > MAX_NODES:
         raise ExpressionError(tr("the expression is too long"))
     _check(tree, names)

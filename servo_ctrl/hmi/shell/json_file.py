@@ -37,4 +37,4 @@ def read_json_file(
         key = ".".join(map(str, first["loc"]))
         raise failed(f"{path}: {key}: {plain_complaint(first['msg'])}") from None
     except (ValueError, RecursionError) as error:
-        raise failed(f"{path}: is no JSON: {error}") from None
+        raise failed(f"{path}: is not JSON: {error}") from None

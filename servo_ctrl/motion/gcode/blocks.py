@@ -104,7 +104,7 @@ def _block(content: str, line: int, source: Path) -> Block:
 
 
 def _complaint(content: str, place: int) -> str:
-    """Return why the text from `place` on is no word."""
+    """Return why the text from `place` on is not a word."""
     rest = content[place:].lstrip(" \t")
     if any(sign in rest for sign in "#[]=<>"):
         return f"{rest[:30]!r}: variables and expressions are not understood; write the numbers out"
@@ -114,4 +114,4 @@ def _complaint(content: str, place: int) -> str:
         return f"the comment {rest[:30]!r} is not closed"
     if re.match(r"[A-Za-z]", rest):
         return f"{rest[:30]!r}: a number is missing behind {rest[0].upper()}"
-    return f"{rest[:30]!r} is no word; a word is a letter and a number"
+    return f"{rest[:30]!r} is not a word; a word is a letter and a number"

@@ -57,7 +57,7 @@ def private_and_free(path: Path) -> Iterator[Path]:
     if not _is_ours_alone(status):
         raise LocalSocketError(f"{path.parent}: is not a directory of this user alone; chmod 700 it")
     if path.exists() and not path.is_socket():
-        raise LocalSocketError(f"{path}: exists and is no socket; name another")
+        raise LocalSocketError(f"{path}: exists and is not a socket; name another")
     if _answers(path):
         raise LocalSocketError(f"{path}: another controller serves it")
     try:

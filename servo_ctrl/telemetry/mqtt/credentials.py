@@ -20,7 +20,7 @@ def password_in(path: Path) -> str:
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(path, "", f"cannot be read: {type(error).__name__}") from None
     if not 1 <= len(line) <= PASSWORD_LIMIT:
-        raise ConfigError(path, "", f"its first line is no password of 1 to {PASSWORD_LIMIT} characters")
+        raise ConfigError(path, "", f"its first line is not a password of 1 to {PASSWORD_LIMIT} characters")
     return line
 
 

@@ -168,7 +168,7 @@ def test_c_computes_the_same_trajectory_with_pulse_and_observer(columns: int, tm
             for name, params in case.params.items()
         }
     )
-    for rows in case.reference.values():  # to and fro, with a command that is no number in between
+    for rows in case.reference.values():  # to and fro, with a command that is not a number in between
         t = np.arange(len(rows)) * 1e-3
         w = 2.0 * np.pi * (0.5 + t)
         rows[:, 0] = 1e-3 * (1.0 - np.cos(w * t))
@@ -183,7 +183,7 @@ def test_c_computes_the_same_trajectory_with_pulse_and_observer(columns: int, tm
 
 
 def to_and_fro(rows: np.ndarray) -> None:
-    """Three moves with dwells between them, a reversal during one, and commands that are no numbers."""
+    """Three moves with dwells between them, a reversal during one, and commands that are not numbers."""
     t = np.arange(len(rows)) * 1e-3
     rows[:, 0] = np.interp(
         t, [0.1, 0.3, 0.7, 0.8, 0.805, 1.0, 1.2], 1e-3 * np.array([0, 2, 2, 1, 1.01, -1, -1])

@@ -1,4 +1,4 @@
-"""The peer of `reconcile` is no straw man: it names what is plain to see; and both are judged by one rule."""
+"""The peer of `reconcile` is a fair one: it names what is plain to see, and both are judged by one rule."""
 
 import math
 from pathlib import Path

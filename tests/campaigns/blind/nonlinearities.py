@@ -10,7 +10,7 @@ from tests.campaigns.blind.compiled import compiled
 
 @compiled
 def wave(angle: Any, skew: float) -> Any:
-    """Return a periodic shape that is no sine: its phase advances unevenly.
+    """Return a periodic shape that is not a sine: its phase advances unevenly.
 
     Without its mean, J1(skew) sin(1).
     """

@@ -54,7 +54,7 @@ def _concealed(case: Case, recording: SimulatedRecording) -> dict[str, Array]:
     presliding_n = recording.inside[:, AT["presliding"]]
     deviation_m = sum(contribution_m(case, effect, recording) for effect in case.planted)
     return {
-        # all of the friction that does not grow with speed: at rest the sign of the velocity is no force
+        # all of the friction that does not grow with speed: at rest the sign of the velocity is not a force
         "known_force_n": known_force_n(case, recording.inside)
         - presliding_n
         + recording.inside[:, AT["coulomb_friction_n"]],

@@ -242,7 +242,7 @@ NEVER_HARMLESS = frozenset({"nmt_storm", "impostor_set_points", "sync_storm", "o
 
 
 def harmless(frame: HostileFrame) -> bool:
-    """Return whether no node must obey this frame: no controller sends it, and it is no SDO request."""
+    """Return whether no node must obey this frame: no controller sends it, and it is not an SDO request."""
     if frame.extended or frame.remote or frame.error:
         return True
     return frame.can_id not in OF_A_CONTROLLER and frame.can_id not in REQUESTS

@@ -167,7 +167,7 @@ def main(
     if fresh:
         (folder / KNOWN_FILE).unlink(missing_ok=True)
     known = Known(folder / KNOWN_FILE)
-    say = partial(console.print, markup=False, soft_wrap=True)  # an index in brackets is no colour
+    say = partial(console.print, markup=False, soft_wrap=True)  # an index in brackets is not a colour
     results = [judge(target, folder, known, say) for target in TARGETS if not only or target.file in only]
     open_ones = [
         f"{result['file']}: {survivor['change']}"

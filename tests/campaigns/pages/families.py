@@ -50,7 +50,7 @@ def section(
     found, shipped = summary(out.scores), summary(scores_of(list(scored["rows"])))
     families = sorted(found)
     cases = {name: found[name]["failed"]["of"] for name in families}
-    seeds = "fresh seeds" if scored["scored"] else "**training seeds, which are no proof**"
+    seeds = "fresh seeds" if scored["scored"] else "**training seeds, which are not proof**"
     counts = ", ".join(f"{name} {cases[name]}" for name in families)
     lines = [f"{sum(cases.values())} cases of {seeds}, engine {scored['engine']}: {counts}.", ""]
     lines += ["| score | bar | " + " | ".join(families) + " | worst | | rules not fitted: worst |"]

@@ -150,7 +150,7 @@ def test_the_worst_family_is_held_against_the_bar() -> None:
     asked = lines["one effect, observable: its name or declared class"]
     assert "| 20 of 20 | 16 of 20 | 0.80 | **missed** |" in asked
     assert "| 0 of 20 | 4 of 20 | 0.20 | **missed** |" in lines["others: a false name"]
-    assert "training seeds, which are no proof" in text
+    assert "training seeds, which are not proof" in text
     assert "Observable effects not named: backlash 4 of 40." in text
 
 

@@ -140,7 +140,7 @@ def test_a_configuration_is_verified_until_something_changes(drive: SdoDrive) ->
     drive.set(0x1020, 15_000, 1)
     drive.set(0x1020, 43_200_000, 2)
     drive.set(0x1010, 0x6576_6173, 1)
-    drive.set(0x6060, 1)  # a command is no configuration
+    drive.set(0x6060, 1)  # a command is not a configuration
     drive.nodes.put(0, bytes((129, DRIVE)))
     assert (drive.get(0x1020, 1), drive.get(0x1020, 2)) == (15_000, 43_200_000)
     assert drive.get(0x6081) == counts(50)

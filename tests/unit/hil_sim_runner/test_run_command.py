@@ -108,7 +108,7 @@ def open_bus(monkeypatch: pytest.MonkeyPatch) -> str:
     ("name", "content", "reason"),
     [
         ("absent.eds", None, "No such file"),
-        ("text.eds", "this is no EDS", "no usable EDS"),
+        ("text.eds", "this is not an EDS", "no usable EDS"),
         ("scale.eds", "linear_scale.eds", "object 2010h:01 is missing"),
     ],
 )

@@ -56,7 +56,7 @@ def test_the_socket_of_a_killed_hub_is_replaced(start_hub: Any, attach: Attach) 
 def test_a_file_that_is_no_socket_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
     path.write_text("keep me")
-    assert "that is no socket" in refused(path)
+    assert "that is not a socket" in refused(path)
     assert path.read_text() == "keep me"
 
 

@@ -79,7 +79,7 @@ def test_tables_of_all_libraries_are_the_same_recording(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("wrong", [42, {"time_s": [0.0, 1.0], "motor_force_n": [0.0]}])
 def test_what_is_no_table_is_refused_with_a_reason(wrong: Any) -> None:
-    with pytest.raises(reconcile.ReconcileError, match="is no table"):
+    with pytest.raises(reconcile.ReconcileError, match="is not a table"):
         reconcile.diagnose(wrong, MODEL)
 
 

@@ -13,7 +13,7 @@ from servo_ctrl.cyclic.contour_coupling import Coupling, contour_records, couple
 
 COLUMNS = 4
 LAW = Params(kp_1_s=50.0, ki_1_s2=100.0, limit_m_s=1.0, full_speed_m_s=1e-3, period_s=1e-3)
-# a is no part of it; y goes along +, x stays: the path goes up, its left is -x
+# a is not part of it; y goes along +, x stays: the path goes up, its left is -x
 REFERENCE = np.array([9.0, 9.0, 9.0, 0.0, 2e-3, 0.0, 0.0, 0.0, 1e-3, 0.02, 0.0, 0.0])
 
 

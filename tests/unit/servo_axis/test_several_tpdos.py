@@ -61,9 +61,9 @@ def test_an_object_of_the_cycle_that_is_no_integer_of_32_bits_is_refused_by_name
     table = machine_with()
     config, params = table.axes["x"], axis_params(table, "x")
     inputs = {0: codec(("H", 0x6041), ("i", 0x6064))}
-    with pytest.raises(EdsError, match="60b2 is no integer of 8, 16 or 32 bits"):
+    with pytest.raises(EdsError, match="60b2 is not an integer of 8, 16 or 32 bits"):
         CycleMemory([axis_parts(config, params, [], inputs, None)], [[codec((form, 0x60B2))]], 1)
-    with pytest.raises(EdsError, match="6064 is no integer"):
+    with pytest.raises(EdsError, match="6064 is not an integer"):
         axis_parts(config, params, [], {0: codec(("H", 0x6041)), 1: codec((form, 0x6064))}, None)
     axis_parts(config, params, [], inputs | {1: codec((form, 0x2000))}, None)  # the cycle does not need it
 

@@ -120,7 +120,7 @@ def test_short_disturbance_is_no_runaway_at_any_time(cycle: int, phase: int) -> 
 
 
 def test_disturbance_beyond_the_drive_force_for_a_block_is_a_runaway() -> None:
-    """It cannot be distinguished from a wrong sign, and power is no answer to it."""
+    """It cannot be distinguished from a wrong sign, and power is not an answer to it."""
     lasting_s = (LIMITS.runaway_cycles + 1) * PERIOD_S
     assert RUNAWAY in found(struck_axis(7.3 * PERIOD_S, lasting_s))
 

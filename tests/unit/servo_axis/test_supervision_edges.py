@@ -77,7 +77,7 @@ def test_push_and_saturation_are_counted_independently() -> None:
         (150.0, 1e-6, True),
         (149.9, 1e-6, False),
         (400.0, 0.0, False),
-        (400.0, -1e-6, False),  # away from its set point: that is no push of the loop's
+        (400.0, -1e-6, False),  # away from its set point: that is not a push of the loop's
     ],
 )
 def test_push_counts_from_its_limit_and_towards_the_set_point(

@@ -16,8 +16,8 @@ MACHINE = Path(__file__).parents[3] / "machines" / "xy_table"
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("learn", '"learn" is no command; known are start-learning, '),
-        ("start-learning now", '"start-learning now" is no command'),
+        ("learn", '"learn" is not a command; known are start-learning, '),
+        ("start-learning now", '"start-learning now" is not a command'),
         ("set", "set: takes one of required-um, learner, adaptation, feed-override-percent"),
         ("set speed 3", "set: takes one of required-um, learner, adaptation, feed-override-percent"),
         ("set required-um nan", 'required-um: "nan" is not a number'),

@@ -61,7 +61,7 @@ PROGRAM_FAULTS = {
     ),
     "file name with a NUL": (
         '[[step]]\nkind = "samples"\nfile = "a\\u0000b.npz"\nposition = { x = "x" }\n',
-        "is no file name",
+        "is not a file name",
     ),
     "circle that does not fit": (MOVE.replace("10.0", "-70.0") + CIRCLE, "position"),
 }

@@ -17,7 +17,7 @@ REFUSED = {
     "axis without a pulse": (["learn"], "emps", [], "no axis has a friction_compensation section"),
     "observer that is not there": (["run"], "emps", ["--observer"], "disturbance_observer"),
     "both at once": (["run"], "xy_table", ["--observer", "--no-compensation"], "exclude each other"),
-    "broker that is no address": (["run"], "xy_table", ["--mqtt", "a b"], "--mqtt"),
+    "broker that is not an address": (["run"], "xy_table", ["--mqtt", "a b"], "--mqtt"),
     "learner that is unknown": (["learn"], "xy_table", ["--learner", "slow"], "--learner"),
 }
 

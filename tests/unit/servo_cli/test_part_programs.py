@@ -119,5 +119,5 @@ def test_a_part_that_was_made_on_a_full_disk_ends_with_what_could_not_be_written
         conclude(machine, whole.with_problem("No space left (10 rows lost)"), program)
     assert ended.value.exit_code == 1
     assert capsys.readouterr().err == "servo-ctrl: No space left (10 rows lost)\n"
-    with pytest.raises(RecordingError, match="is no recording"):
+    with pytest.raises(RecordingError, match="is not a recording"):
         conclude(machine, whole, program)

@@ -188,8 +188,8 @@ def test_samples_come_from_any_of_the_formats(
     [
         ({"x": None}, "x", "there is no such column"),
         ({"x": np.full(50, np.nan)}, "x", "is not finite in row 1"),
-        ({"x": np.zeros(49)}, "x", "is no column of 50 numbers"),
-        ({"x": np.zeros((50, 2))}, "x", "is no column"),
+        ({"x": np.zeros(49)}, "x", "is not a column of 50 numbers"),
+        ({"x": np.zeros((50, 2))}, "x", "is not a column"),
         ({"x": np.array(["a"] * 50)}, "", "cannot be read"),
         ({"time_s": np.arange(50) * 2e-3}, "time_s", "step of 0.002 s behind row 1 is not the SYNC period"),
     ],

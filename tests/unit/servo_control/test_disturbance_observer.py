@@ -79,7 +79,7 @@ def test_disabled_it_adds_nothing_and_resets_its_state() -> None:
     off = on._replace(enabled=False)
     state = observed_disturbance(off, disturbance_observer.State(12.0, 0.0, 5.0), 30.0, 0.1, T)
     assert state == disturbance_observer.State(0.0, 0.1, 30.0)
-    # what it has seen meanwhile is no jump when it is switched on again
+    # what it has seen meanwhile is not a jump when it is switched on again
     assert observed_disturbance(on, state, 30.0, 0.1, T).disturbance_n == pytest.approx(BLEND * 30.0)
 
 

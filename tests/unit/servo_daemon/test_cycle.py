@@ -102,7 +102,7 @@ def test_returning_node_can_be_awaited_again() -> None:
     dialogue.cycle.complete_without_missing()
     assert not dialogue.cycle.responding(0)
     dialogue.receive(Rx(0, b"\x01"))
-    assert not dialogue.cycle.responding(0), "half a frame is no answer"
+    assert not dialogue.cycle.responding(0), "half a frame is not an answer"
     dialogue.receive(Rx(0, A), Rx(1, B))
     assert dialogue.cycle.responding(0)
     dialogue.cycle.expect(0)

@@ -108,7 +108,7 @@ def test_a_glitch_has_its_height_at_its_reversal_and_its_sign(direction: int) ->
         for place, height in enumerate(heights):
             behind = np.degrees(since_reversal(trace.angle_rad, place))
             parts.append(height * np.exp(-(((behind - 6.0) / 1.5) ** 2)))  # 6 degrees behind it, 1e-7 at it
-        return np.sum(parts, axis=0) + 7e-6  # an error of size is no glitch
+        return np.sum(parts, axis=0) + 7e-6  # an error of size is not a glitch
 
     turn = newest_turn(circle_rows(1.2, bumps, direction), 0)
     assert turn is not None

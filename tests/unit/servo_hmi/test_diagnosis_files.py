@@ -94,8 +94,8 @@ def test_the_old_model_is_kept_however_often_one_is_accepted(tmp_path: Path, rep
     [
         ("plant.txt", r"ends in \.toml"),
         ("nowhere/plant.toml", "no such directory"),
-        ("controller.toml", "exists and is no model"),
-        ("notes.toml", "exists and is no model"),
+        ("controller.toml", "exists and is not a model"),
+        ("notes.toml", "exists and is not a model"),
     ],
 )
 def test_an_invalid_place_for_a_model_is_refused_and_left_alone(

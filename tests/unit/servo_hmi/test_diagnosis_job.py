@@ -157,7 +157,7 @@ async def test_invalid_files_are_refused_before_anything_starts(
         ([], model, "at least one"),
         ([tmp_path / "nowhere"], model, "no such recording"),
         ([recording], tmp_path / "nowhere.toml", r"nowhere\.toml"),
-        ([recording], controller, "is no model"),
+        ([recording], controller, "is not a model"),
     ):
         with pytest.raises(ServoCtrlError, match=reason):
             await run.start(recordings, plant, "ada")

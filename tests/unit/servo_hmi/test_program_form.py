@@ -77,9 +77,9 @@ def test_the_loaders_error_names_the_program_and_no_path() -> None:
 
 @pytest.mark.parametrize("name", ["../x.toml", "x", "x.py", "", ".toml", "a/b.toml", "a\0.toml", "x.toml\n"])
 def test_only_names_of_programs_are_read_and_written(tmp_path: Path, name: str) -> None:
-    with pytest.raises(ConfigError, match="no name for a program"):
+    with pytest.raises(ConfigError, match="not a name for a program"):
         save_program(tmp_path, name, "")
-    with pytest.raises(ConfigError, match="no name for a program"):
+    with pytest.raises(ConfigError, match="not a name for a program"):
         read_program(tmp_path, name)
     assert list(tmp_path.iterdir()) == []
 

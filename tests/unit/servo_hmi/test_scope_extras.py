@@ -58,7 +58,7 @@ def test_its_unit_stands_in_brackets() -> None:
         ("y.a_m", "there is no channel y.a_m"),
         ("abs(x.a_m, 1)", "abs takes 1 values"),
         ("open(x.a_m)", "are allowed"),
-        ("x.a_m +", "is no expression"),
+        ("x.a_m +", "is not an expression"),
         ("1" + "+1" * 90, "too long"),
         ("(" * 150 + "1" + ")" * 150, "characters at most"),
     ],

@@ -36,7 +36,7 @@ def test_links_are_not_followed(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "complaint"),
-    [("{", "is no JSON"), ('{"machine": 3}', "machine: "), ("[" * 100_000, "is no JSON")],
+    [("{", "is not JSON"), ('{"machine": 3}', "machine: "), ("[" * 100_000, "is not JSON")],
 )
 def test_a_damaged_file_is_named_with_what_is_wrong(tmp_path: Path, text: str, complaint: str) -> None:
     directory = tuned(tmp_path / "out", text=text)

@@ -49,7 +49,7 @@ async def test_frames_go_to_their_handler_and_the_rest_to_the_fallback(bus: Sock
 
 
 async def test_extended_frame_is_not_mistaken_for_a_standard_one(bus: SocketBus, port: CanPort) -> None:
-    """Other protocols may use 29 bits on the same wire; their 181h is no TPDO."""
+    """Other protocols may use 29 bits on the same wire; their 181h is not a TPDO."""
     received: list[bytes] = []
     done = asyncio.Event()
     port.handlers[0x181] = lambda data, _timestamp_s: received.append(bytes(data))

@@ -26,7 +26,7 @@ from servo_ctrl.learning.performance import (
         ([0, 1, 2, 3], []),
         ([0, 1, 2, 1, 0], [3]),
         ([0, 1, 1, 1, 0], [4]),  # a rest in between: the new direction begins at 4
-        ([0, 1, 1, 1, 2], []),  # a rest is no reversal
+        ([0, 1, 1, 1, 2], []),  # a rest is not a reversal
         ([0, 0, -1, 0, -1], [3, 4]),
         ([5, 5, 5], []),
         ([5], []),

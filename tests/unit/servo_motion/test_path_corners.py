@@ -1,4 +1,4 @@
-"""Corners of paths: cut by no more than the tolerance and the feed need; smooth joints are no corners."""
+"""Corners of paths: cut by no more than the tolerance and the feed need; smooth joints are not corners."""
 
 import math
 

@@ -223,7 +223,7 @@ def test_an_unusable_recording_is_refused_with_the_reason(tmp_path: Path) -> Non
     nothing = np.full(50, np.nan)
     silent = {f"{axis}.position_command_m": nothing for axis in "xy"}
     cases: list[tuple[Path, str]] = [
-        (tmp_path / "none", "is no recording"),
+        (tmp_path / "none", "is not a recording"),
         (recorded(tmp_path / "a", format=2), "format"),
         (recorded(tmp_path / "b", period_s="fast"), "period_s"),
         (recorded(tmp_path / "c", axes=["x", "y", "z"]), "no column z."),
@@ -232,7 +232,7 @@ def test_an_unusable_recording_is_refused_with_the_reason(tmp_path: Path) -> Non
     ]
     broken = recorded(tmp_path / "f")
     (broken / "reversals.jsonl").write_text('{"axis": 3}\n', encoding="utf-8")
-    cases.append((broken, "line 1 is no reversal"))
+    cases.append((broken, "line 1 is not a reversal"))
     for directory, reason in cases:
         done = CliRunner().invoke(app, ["report", str(directory), "--out", str(tmp_path / "out")])
         assert isinstance(done.exception, ServoCtrlError), directory

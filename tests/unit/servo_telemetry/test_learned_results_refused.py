@@ -37,7 +37,7 @@ DAMAGE: dict[str, tuple[Callable[[str], str], str]] = {
     "nested without end": (lambda _: "[" * 100_000, "is damaged, no JSON"),
     "another digit": (lambda text: text.replace("0.31", "0.32"), r"checksum \(sha256\) does not fit"),
     "no checksum": (lambda text: text.replace("sha256", "sha255"), r"checksum \(sha256\) does not fit"),
-    "an infinity": (lambda text: text.replace("0.31", "Infinity"), "Infinity is no number"),
+    "an infinity": (lambda text: text.replace("0.31", "Infinity"), "Infinity is not a number"),
     "a float without end": (lambda text: text.replace("0.31", "1e999"), "checksum"),
     "of a later software": (
         lambda text: text.replace('"format": 1', '"format": 2'),

@@ -44,7 +44,7 @@ async def test_socket_at_a_chosen_path_needs_a_private_directory(
         await bench.server.serving(directory / "page.sock").__aenter__()
     directory.chmod(0o700)
     (directory / "file").touch()
-    with pytest.raises(LocalSocketError, match="is no socket"):
+    with pytest.raises(LocalSocketError, match="is not a socket"):
         await bench.server.serving(directory / "file").__aenter__()
     async with bench.server.serving(directory / "page.sock") as path, connected(path) as client:
         assert (await client.message())["kind"] == "hello"

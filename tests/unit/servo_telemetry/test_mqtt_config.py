@@ -103,7 +103,7 @@ def test_an_unusable_password_file_is_reported_before_anything_moves(tmp_path: P
     file.chmod(0o600)
     for content in (b"", b"\n", b"x" * 2000):
         file.write_bytes(content)
-        with pytest.raises(ConfigError, match="its first line is no password"):
+        with pytest.raises(ConfigError, match="its first line is not a password"):
             link(config)
     file.write_bytes(b"\xff")
     with pytest.raises(ConfigError, match="cannot be read"):

@@ -33,7 +33,7 @@ def test_full_disk_before_the_first_part_is_noted_in_the_recording(
 @pytest.mark.parametrize(
     ("files", "complaint"),
     [
-        ({}, "is no recording"),
+        ({}, "is not a recording"),
         ({"recording.json": "{}"}, "has no rows: its run goes on .* or the disk was full"),
         ({"recording.json": '{"finished": true}'}, "has no rows: its run was over before its first cycle"),
         ({"recording.json": '{"loss": "the disk\\nwas full"}'}, "has no rows: the disk was full"),

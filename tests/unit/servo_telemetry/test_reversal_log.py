@@ -115,7 +115,7 @@ def test_half_a_line_at_the_end_is_left_out(tmp_path: Path) -> None:
 @pytest.mark.parametrize("line", [b"", b"nonsense", b"[1]", b"\xff\xfe", b"[" * 100_000])
 def test_damaged_line_is_named(tmp_path: Path, line: bytes) -> None:
     (tmp_path / REVERSALS_FILE).write_bytes(b'{"axis": "x"}\n' + line + b'\n{"axis": "y"}\n')
-    with pytest.raises(RecordingError, match=rf"{REVERSALS_FILE}: line 2 is no reversal"):
+    with pytest.raises(RecordingError, match=rf"{REVERSALS_FILE}: line 2 is not a reversal"):
         read_reversals(tmp_path)
 
 

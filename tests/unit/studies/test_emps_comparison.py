@@ -62,5 +62,5 @@ def test_absent_or_foreign_files_are_named(tmp_path: Path) -> None:
         record_path(tmp_path, "train")
     foreign = tmp_path / "emps_train.npz"
     np.savez(foreign, other=np.zeros(3))
-    with pytest.raises(EmpsError, match="no EMPS record"):
+    with pytest.raises(EmpsError, match="not an EMPS record"):
         load_measurement(record_path(tmp_path, "train"))

@@ -19,7 +19,7 @@ CASES = {
     "rack_and_pinion": (1003, {"constant_force", "thermal_expansion"}),
     "robot_joint": (1000, {"asymmetric_coulomb_friction"}),
 }
-"""Training seeds, chosen because they were right: they hold that nothing gets worse, and are no score."""
+"""Training seeds, chosen because they were right: they hold that nothing gets worse, and are not a score."""
 
 
 def short(case: trial.Case) -> Drawn:

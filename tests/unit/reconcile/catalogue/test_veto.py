@@ -106,7 +106,7 @@ def test_every_size_is_judged(effect: str) -> None:
 
 @pytest.mark.parametrize("effect", ["cogging", "torque_ripple", "lead_error_periodic"])
 def test_an_effect_per_turn_needs_turns(effect: str) -> None:
-    """Two periods and a whole turn: of a third of a turn, twelve a turn are no effect per turn either."""
+    """Two periods and a whole turn: of a third of a turn, twelve a turn are not an effect per turn either."""
     coefficients = (1e-7, 1e-7)
     for turns, harmonic, may_be in (
         (2.0, 1.0, True),

@@ -154,10 +154,10 @@ def test_an_invalid_file_is_reported_and_the_others_are_used(diagnosed: tuple[Pa
     _, rows = diagnosed
     (bad,) = rows["m1/x"]["bad_files"]
     assert bad["file"] == "bad.parquet"
-    assert "no readable Parquet" in bad["reason"]
+    assert "not a readable Parquet" in bad["reason"]
     assert (rows["m1/x"]["status"], rows["m1/x"]["recordings"]) == ("diagnosed", 1)
     assert rows["m2/y"]["status"] == "unusable"
-    assert "no readable Parquet" in rows["m2/y"]["error"]
+    assert "not a readable Parquet" in rows["m2/y"]["error"]
 
 
 def test_the_verdict_is_that_of_diagnose(diagnosed: tuple[Path, dict[str, Row]], tmp_path: Path) -> None:

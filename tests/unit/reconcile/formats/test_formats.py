@@ -168,11 +168,11 @@ def test_a_column_without_a_prefix_belongs_to_the_only_axis_of_the_model(tmp_pat
 
 SMALL = "time_s,motor_position_m,force_n\n0.0,0.0,1.0\n0.001,{},1.0\n0.002,0.0,1.0\n"
 REFUSED = [
-    (SMALL.format("bad"), (), r"row 3, column 'motor_position_m': 'bad' is no number"),
+    (SMALL.format("bad"), (), r"row 3, column 'motor_position_m': 'bad' is not a number"),
     (SMALL.format("0,0"), (), r"rows from 2 on: cannot be read"),
     (SMALL.replace("motor_position_m", "q").format(0), (), r"axis x: has no motor position.*q.*--map"),
     (SMALL.format(0), ("position=q",), r"has no column 'q'; it has: time_s, motor_position_m, force_n"),
-    (SMALL.format(0), ("position=force_n",), r"'force_n': its name ends in _n.*no unit of a length"),
+    (SMALL.format(0), ("position=force_n",), r"'force_n': its name ends in _n.*not a unit of a length"),
     (SMALL.replace("time_s", "when").format(0), (), r"has no time.*period=0.001"),
     (SMALL.replace("force_n", "motor_voltage_v").format(0), (), r"has a voltage.*force_per_volt"),
     (SMALL.replace("0.001", "-0.1").format(0), (), r"time, row 3: does not increase"),
@@ -226,7 +226,7 @@ def test_a_damaged_file_is_refused_by_name(suffix: str, content: bytes, tmp_path
     [
         ("speed=v", r"there is no 'speed'; there are: time, position"),
         ("position", r"not of the form ROLE=COLUMN"),
-        ("position=q*fast", r"'fast' is no number"),
+        ("position=q*fast", r"'fast' is not a number"),
         ("position=q,position=r", r"given twice"),
         ("period=-1", r"above zero"),
     ],

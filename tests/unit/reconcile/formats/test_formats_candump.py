@@ -152,7 +152,7 @@ def test_late_time_stamps_make_no_gaps(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("  can0  181   [2]  27 00\n", r"line 1: is no line of `candump -L`"),
+        ("  can0  181   [2]  27 00\n", r"line 1: is not a line of `candump -L`"),
         ("(1.000000) can0 185#2700\n", r"has no SYNC"),
         ("(1.0) can0 080#\n(1.1) can1 080#\n", r"several buses: can0, can1"),
         ("(1.0) can0 080#\n(1.1) can0 080#\n", r"no position of an axis.*0x181@2:i32"),

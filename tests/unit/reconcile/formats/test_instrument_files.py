@@ -115,7 +115,7 @@ def test_a_missing_value_of_a_record_is_filled_in_and_noted(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("[1, 2", "is no readable JSON file"),
+        ("[1, 2", "is not a readable JSON file"),
         ('{"device": "scope"}', "holds no columns of numbers"),
         (f'{{"t": [1, {"9" * 400}]}}', "column 't': holds no usable number"),
         ("[]", "holds no columns of numbers"),

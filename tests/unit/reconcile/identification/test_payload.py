@@ -49,7 +49,7 @@ def test_a_wrong_mass_alone_is_a_payload(axis: NominalAxis) -> None:
     ("mass", "friction", "spread", "gain"),
     [
         (1.1, 1.1, 0.002, GAIN),  # a force constant that is off by 10 %
-        (0.9, 1.0, 0.002, GAIN),  # less mass is no payload
+        (0.9, 1.0, 0.002, GAIN),  # less mass is not a payload
         (1.039, 1.0, 0.002, GAIN),  # below the least share
         (1.1, 1.0, 0.09, GAIN),  # an interval that almost reaches the nominal mass
         (1.1, 1.0, 0.002, 0.09),  # it does not matter to the force

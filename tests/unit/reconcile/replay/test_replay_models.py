@@ -138,7 +138,7 @@ def test_the_timing_that_was_found_is_in_the_repaired_loop_alone(nominal: Path, 
     ("changes", "reason"),
     [
         ({"controller": {"velocity_gain_n_s_m": 2e6}}, "model is unstable"),
-        ({"controller": {"sample_time_ms": 0.73}}, "no whole number of plant.substep_us"),
+        ({"controller": {"sample_time_ms": 0.73}}, "not a whole number of plant.substep_us"),
         ({"table": {"mass_kg": -1.0}}, "table.mass_kg"),
     ],
 )

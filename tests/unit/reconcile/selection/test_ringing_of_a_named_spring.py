@@ -1,4 +1,4 @@
-"""An unnamed ringing at the antiresonance of a named spring is the same load, and is no term beside it."""
+"""An unnamed ringing at the antiresonance of a named spring is the same load, and is not a term beside it."""
 
 import pytest
 

@@ -186,7 +186,7 @@ def test_command_names_the_physics(lubricated: Path, tmp_path: Path, monkeypatch
 
 
 def test_wrong_use_is_refused_with_its_reason(lubricated: Path, tmp_path: Path) -> None:
-    with pytest.raises(ReconcileError, match="is no directory"):
+    with pytest.raises(ReconcileError, match="is not a directory"):
         Watch(tmp_path / "nowhere", lubricated / "model", tmp_path / "out", QUICK)
     with pytest.raises(ReconcileError, match="axis z: is not in the model"):
         watched(lubricated, tmp_path / "out", WatchOptions(axes=("z",)))
