@@ -1,11 +1,13 @@
 """Converts `[contour_control]` to the coupling of the cycle, and refuses gains without a stability margin."""
 
 import math
+from collections.abc import Sequence
 from itertools import product
 
 from servo_ctrl.config.contour_model import ContourControl
 from servo_ctrl.config.kernel_params import axis_params, with_observer
 from servo_ctrl.config.model import AxisConfig, MachineConfig
+from servo_ctrl.config.plant_of_axis import frequencies_hz, plant_of_axis, unused_structures
 from servo_ctrl.control.compensation.disturbance_observer import DisturbanceObserverSettings
 from servo_ctrl.control.compensation.fuzzy_pd import FuzzyPdSettings
 from servo_ctrl.control.contour_control import Params
@@ -15,7 +17,7 @@ from servo_ctrl.cyclic.contour_coupling import Coupling
 from servo_ctrl.units import MM
 
 SENSITIVITY_PEAK_MAX = 2.0
-"""Largest Ms of the coupled axes on their rigid masses: gain margin 2, phase margin 29 degrees (Astrom and
+"""Largest Ms of the coupled axes on their plants: gain margin 2, phase margin 29 degrees (Astrom and
 Hagglund, Advanced PID Control, section 4.6)."""
 
 
@@ -40,12 +42,27 @@ def contour_objection(machine: MachineConfig) -> str:
         if objection := _margin_objection(name, machine.axes[name]):
             return objection
     peak = sensitivity_peak_of(machine, section)
-    if peak <= SENSITIVITY_PEAK_MAX:
+    if round(peak, 2) <= SENSITIVITY_PEAK_MAX:  # as the message would show it
         return ""
-    gain, limit = f"{section.kp_1_s:g}", f"{SENSITIVITY_PEAK_MAX:g}"
+    gain, limit, plants = f"{section.kp_1_s:g}", f"{SENSITIVITY_PEAK_MAX:g}", _plants_of(machine, names)
     if peak == math.inf:
-        return f"kp_1_s: with {gain} 1/s the two axes are unstable on their masses"
-    return f"kp_1_s: with {gain} 1/s Ms of the two axes is {peak:.2f} on their masses, above {limit}"
+        return f"kp_1_s: with {gain} 1/s the two axes are unstable on {plants}"
+    return f"kp_1_s: with {gain} 1/s Ms of the two axes is {peak:.2f}, above {limit}, on {plants}"
+
+
+def _plants_of(machine: MachineConfig, names: Sequence[str]) -> str:
+    """Return what a margin was computed on, and the known structures that are not in it."""
+    measured = [name for name in names if machine.axes[name].measured_plant is not None]
+    if len(measured) == len(names):
+        return "their measured plants"
+    plants = "their masses"
+    if measured:
+        (rigid,) = set(names) - set(measured)
+        plants = f"the measured plant of {measured[0]} and the mass of {rigid}"
+    unused = [text for name in names for text in unused_structures(machine, name)]
+    if not unused:
+        return plants
+    return f"{plants}, without the structure at {' and '.join(unused)}, which is not measured"
 
 
 def _margin_objection(name: str, axis: AxisConfig) -> str:
@@ -54,22 +71,21 @@ def _margin_objection(name: str, axis: AxisConfig) -> str:
         return f"axes: axis {name} is in {axis.mode}, only in cst both of its loops are closed here"
     if axis.acts(FuzzyPdSettings):
         return f"axes: axis {name} has fuzzy_pd, whose gain is not one number"
-    if axis.control.acceleration_feedforward_kg == 0.0:
+    if axis.measured_plant is None and axis.control.acceleration_feedforward_kg == 0.0:
         return f"axes: axis {name} needs its mass, control.acceleration_feedforward_kg"
     return ""
 
 
 def sensitivity_peak_of(machine: MachineConfig, section: ContourControl) -> float:
-    """Return Ms of the coupled axes of a machine on the masses of their acceleration feedforward.
+    """Return Ms of the coupled axes of a machine on their plants (`plant_of_axis`).
 
     The operator may switch an observer at any time, so this is the largest Ms with and without it.
     """
-    params = _contour_params(section, machine.period_s)
+    contour = _contour_params(section, machine.period_s)
+    frequency_hz = frequencies_hz(machine, section.axes)
+    plants = [plant_of_axis(machine, name, frequency_hz) for name in section.axes]
     first, second = (possible_params(machine, name) for name in section.axes)
-    return max(
-        coupled_sensitivity_peak(params, x, y, x.feedforward.acceleration_kg, y.feedforward.acceleration_kg)
-        for x, y in product(first, second)
-    )
+    return max(coupled_sensitivity_peak(contour, x, y, *plants) for x, y in product(first, second))
 
 
 def possible_params(machine: MachineConfig, name: str) -> list[AxisParams]:

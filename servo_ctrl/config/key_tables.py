@@ -18,6 +18,7 @@ from servo_ctrl.config import (
     model,
     mqtt_model,
     node_model,
+    plant_model,
     program_model,
 )
 from servo_ctrl.config.law_sections import SECTION_TYPES
@@ -34,6 +35,7 @@ SECTIONS: dict[str, Any] = {
     "axis.NAME.limits": model.Limits,
     "axis.NAME.control": model.Control,
     "axis.NAME.input_shaper": model.InputShaper,
+    "axis.NAME.measured_plant": plant_model.MeasuredPlant,
     **{f"axis.NAME.{name}": kind for name, kind in SECTION_TYPES.items()},
     "contour_control": contour_model.ContourControl,
     "monitoring": learning_model.MonitoringConfig,

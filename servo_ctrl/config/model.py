@@ -15,6 +15,7 @@ from servo_ctrl.config.law_sections import MEANINGS, SECTION_TYPES, objections, 
 from servo_ctrl.config.learning_model import LearningConfig, MonitoringConfig
 from servo_ctrl.config.mqtt_model import MqttConfig  # pydantic resolves this annotation too
 from servo_ctrl.config.node_model import SETPOINT_OF_MODE, Controller, Drive, Scale, is_mapped
+from servo_ctrl.config.plant_model import MeasuredPlant
 from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 
 AxisName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
@@ -149,6 +150,8 @@ class AxisConfig(FileSection):
     """Gains of the control law."""
     input_shaper: InputShaper | None = None
     """Input shaping against an oscillating structure."""
+    measured_plant: MeasuredPlant | None = None
+    """Measured response of the axis, for margins."""
     # The sections of the control law by name; each part of the law declares its section.
     __annotations__.update({name: kind | None for name, kind in SECTION_TYPES.items()})
     vars().update({name: Field(None, description=MEANINGS[name]) for name in SECTION_TYPES})

@@ -1,8 +1,8 @@
 """The axis that contour control couples to the tuned one, and Ms of both.
 
-The tuned axis has its measured plant. Of the other one the machine file tells the gains and the mass: its
-plant is that mass, rigid, with the one period until a set point acts. An observer of either axis may be
-switched at any time, so Ms is the largest with and without it.
+The tuned axis has its measured plant, the other one that of the machine file (`config.plant_of_axis`): what
+an earlier tuning measured, or its mass, rigid. An observer of either axis may be switched at any time, so Ms
+is the largest with and without it.
 """
 
 import math
@@ -14,11 +14,17 @@ import numpy as np
 from servo_ctrl.config.contour import couplings, possible_params
 from servo_ctrl.config.kernel_params import with_observer
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.plant_of_axis import measured_model, plant_of_axis
+from servo_ctrl.control.axis_loop import CoupledLoop, Plant, Response, coupled_loop_of
 from servo_ctrl.control.contour_control import Params
-from servo_ctrl.control.contour_margin import CoupledLoop, contour_law, pair_sensitivity_peak, rigid_loop
-from servo_ctrl.control.loop_margins import Response
+from servo_ctrl.control.contour_margin import (
+    contour_integrators,
+    contour_law,
+    pair_sensitivity_peak,
+    stays_stable,
+)
+from servo_ctrl.control.modal_model import ModalModel
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.tuning.loop import Plant, coupled_loop_of
 
 
 class PairMargin(NamedTuple):
@@ -30,14 +36,16 @@ class PairMargin(NamedTuple):
     """States that the observer of the tuned axis may have."""
     partners: tuple[CoupledLoop, ...]
     law: Response
+    integrators: int
+    """Of the law."""
 
     def sensitivity_peak(self, params: AxisParams) -> float:
         """Return Ms of both axes with these gains, which alone are stable; infinite where both are not."""
         tuned = [coupled_loop_of(with_observer(params, enabled=on), self.plant) for on in self.observers]
-        if not all(_stays_stable(tuned[0], other) for other in tuned[1:]):
+        if not all(stays_stable(tuned[0], other) for other in tuned[1:]):
             return math.inf
         pairs = product(tuned, self.partners)
-        return max(pair_sensitivity_peak(pair, self.law) for pair in pairs)
+        return max(pair_sensitivity_peak(pair, self.law, self.integrators) for pair in pairs)
 
     def of_partner(self) -> float:
         """Return the partner's own Ms along and beside the path, which no gain of the tuned axis lowers."""
@@ -48,6 +56,7 @@ class PairMargin(NamedTuple):
 class ContourPartner(NamedTuple):
     """An axis that is coupled to the tuned one."""
 
+    machine: MachineConfig
     name: str
     laws: tuple[AxisParams, ...]
     """With and without its observer."""
@@ -55,11 +64,18 @@ class ContourPartner(NamedTuple):
     observers: tuple[bool, ...]
     """States that the observer of the tuned axis may have, off first."""
 
+    @property
+    def measured(self) -> tuple[ModalModel, ...]:
+        """Its plant as an earlier tuning has measured it; empty where the machine file lacks it."""
+        model = measured_model(self.machine, self.name)
+        return () if model is None else (model,)
+
     def on(self, plant: Plant) -> PairMargin:
-        """Return what the tuned axis with this plant meets."""
-        hz = plant.frequency_hz
-        loops = [rigid_loop(law, law.feedforward.acceleration_kg, hz) for law in self.laws]
-        return PairMargin(plant, self.observers, tuple(loops), contour_law(self.contour, hz))
+        """Return what the tuned axis with this plant meets, whose grid resolves the modes of `measured`."""
+        hz, integrators = plant.frequency_hz, contour_integrators(self.contour)
+        own = plant_of_axis(self.machine, self.name, hz)
+        loops = tuple(coupled_loop_of(law, own) for law in self.laws)
+        return PairMargin(plant, self.observers, loops, contour_law(self.contour, hz), integrators)
 
 
 def partner_of(machine: MachineConfig, axis: str) -> ContourPartner | None:
@@ -70,11 +86,7 @@ def partner_of(machine: MachineConfig, axis: str) -> ContourPartner | None:
         if axis in pair:
             other = pair[1 - pair.index(axis)]
             observers = (False, True)[: len(possible_params(machine, axis))]
-            return ContourPartner(other, tuple(possible_params(machine, other)), coupling.law, observers)
+            return ContourPartner(
+                machine, other, tuple(possible_params(machine, other)), coupling.law, observers
+            )
     return None
-
-
-def _stays_stable(alone: CoupledLoop, observed: CoupledLoop) -> bool:
-    """Whether the observer leaves a stable loop stable: the quotient of the two does not go round 0."""
-    around = (1.0 + observed.loop) / (1.0 + alone.loop) * (alone.per_gain / observed.per_gain)
-    return bool(abs(np.unwrap(np.angle(around))[-1]) <= 0.5 * math.pi)

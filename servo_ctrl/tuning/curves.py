@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
+from servo_ctrl.control.axis_loop import loop_of, velocity_loop_of
+from servo_ctrl.control.modal_model import grid_hz
 from servo_ctrl.files.tuning_files import VELOCITY_LOOP
-from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.frequency_response import Response
 from servo_ctrl.tuning.results import TuneResult
 
@@ -44,7 +45,7 @@ def plant_curves(result: TuneResult) -> tuple[ResponseCurve, ...]:
     response, model = result.response, result.model
     hz = response.frequency_hz
     motor, scale = response.trusted(response.motor_coherence), response.trusted(response.scale_coherence)
-    grid = loops.grid_hz(model)
+    grid = grid_hz(model)
     grid = grid[grid >= hz[0]]
     return (
         ResponseCurve("motor, measured", hz[motor], response.motor[motor]),
@@ -59,13 +60,13 @@ def loop_curves(result: TuneResult) -> tuple[ResponseCurve, ...]:
     before, after, verified = result.before, result.after, result.verified
     lines = verified.trusted(verified.sensitivity_coherence)
     drawn = (
-        ("before", before.plant.frequency_hz, loops.loop_of(before.params, before.plant)),
-        ("after", after.plant.frequency_hz, loops.loop_of(after.params, after.plant)),
+        ("before", before.plant.frequency_hz, loop_of(before.params, before.plant)),
+        ("after", after.plant.frequency_hz, loop_of(after.params, after.plant)),
         ("after, measured", verified.frequency_hz[lines], verified.loop[lines]),
         (
             VELOCITY_LOOP,
             after.plant.frequency_hz,
-            loops.velocity_loop_of(after.params, after.plant),
+            velocity_loop_of(after.params, after.plant),
         ),
     )
     return tuple(

@@ -5,12 +5,12 @@ import math
 from pathlib import Path
 from typing import Any
 
+from servo_ctrl.control.modal_model import antiresonances
 from servo_ctrl.files.tuning_files import BODE_FILE, FIGURES_FILE, MACHINE_SECTIONS_FILE, REPORT_FILE
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.report.html_page import page
 from servo_ctrl.tuning.curves import document_of
-from servo_ctrl.tuning.machine_file import section_text
-from servo_ctrl.tuning.modal_model import antiresonances
+from servo_ctrl.tuning.machine_file import MEASURED_PLANT, section_text
 from servo_ctrl.tuning.pictures import report_of
 from servo_ctrl.tuning.results import AssessedSetting, TuneResult
 from servo_ctrl.tuning.summary import summary_lines
@@ -64,7 +64,7 @@ def figures_of(result: TuneResult) -> dict[str, Any]:
             for mode in result.proposal.resonances
         ],
         "held": [{"frequency_hz": hz, "damping_ratio": damping} for hz, damping in antiresonances(model)],
-        "proposed": result.sections,
+        "proposed": {key: value for key, value in result.sections.items() if key != MEASURED_PLANT},
         "input_shaper": None if result.proposal.shaper is None else result.proposal.shaper._asdict(),
         "contour": None if result.proposal.contour is None else result.proposal.contour._asdict(),
         "before": _setting(result.before),

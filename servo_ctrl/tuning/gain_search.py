@@ -21,12 +21,24 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from kernels.arrays import Array
+from servo_ctrl.control.axis_loop import (
+    Response,
+    integrators_of,
+    loop_of,
+    notch_response,
+    on_circle,
+    position_law,
+    velocity_estimate,
+    velocity_law,
+    velocity_loop_of,
+)
 from servo_ctrl.control.compensation import notch
+from servo_ctrl.control.modal_model import ModalModel, StructuralMode
+from servo_ctrl.control.stability import is_stable
 from servo_ctrl.control.tick import AxisParams
-from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.contour_partner import ContourPartner
-from servo_ctrl.tuning.frequency_response import FrequencyResponse, Response
-from servo_ctrl.tuning.modal_model import ModalModel, StructuralMode
+from servo_ctrl.tuning.frequency_response import FrequencyResponse
+from servo_ctrl.tuning.loop import plant_of
 
 SHIFTS, SHIFTED_MS = (0.93, 1.07), 1.25
 """Factors on all mode frequencies, and on Ms there. Chosen, as are the numbers below."""
@@ -70,14 +82,17 @@ class GainSearch:
         self.params, self.model, self.ms, self.steps = params, model, ms, steps
         self.largest_kp_1_s = largest_kp_1_s
         scale = params.position_loop.scale_feedback
-        self.plant = loops.plant_of(model, measured, scale_feedback=scale)
-        self._pair = None if partner is None else partner.on(self.plant)
-        self._pair_ms = ms if self._pair is None else max(ms, self._pair.of_partner())
+        beside = () if partner is None else partner.measured
+        self.plant = plant_of(model, measured, scale_feedback=scale, beside=beside)
+        # as measured, and as the machine file will know it: what is written there is not to be refused
+        plants = (self.plant, plant_of(model, None, scale_feedback=scale, beside=beside))
+        self._pairs = () if partner is None else tuple(partner.on(plant) for plant in plants)
+        self._pair_ms = max((ms, *(pair.of_partner() for pair in self._pairs)))
         w = 2.0 * math.pi * self.plant.frequency_hz
         times_s = np.geomspace(2.0 * params.period_s, STEP_S, STEP_POINTS)
         self._step_kernel = 2.0 / math.pi * np.sin(np.outer(times_s, w)) / w * np.gradient(w)
         shifts = SHIFTS if model.modes else ()
-        self._shifted = [loops.plant_of(model, None, scale_feedback=scale, shift=shift) for shift in shifts]
+        self._shifted = [plant_of(model, None, scale_feedback=scale, shift=shift) for shift in shifts]
 
     def with_values(self, x: Array) -> AxisParams:
         """Return the parameters of the axis with the values of a candidate."""
@@ -95,20 +110,20 @@ class GainSearch:
     def cost(self, x: Array) -> float:
         """Logarithm of the effect of a force; where a constraint is violated, a large cost by how far."""
         params = self.with_values(x)
-        loop = loops.loop_of(params, self.plant)
-        excess = _ms_excess(loop, self.ms)
+        loop, integrators = loop_of(params, self.plant), integrators_of(params)
+        excess = _ms_excess(loop, integrators, self.ms)
         if excess > 0.0:
             return INFEASIBLE + excess
-        if self._pair is not None:
-            peak = self._pair.sensitivity_peak(params)
+        if self._pairs:
+            peak = max(pair.sensitivity_peak(params) for pair in self._pairs)
             excess = min(UNSTABLE, max(0.0, math.log(peak / self._pair_ms)))
             if excess > 0.0:
                 return INFEASIBLE + excess
-        excess = _ms_excess(loops.velocity_loop_of(params, self.plant), VELOCITY_MS)
+        excess = _ms_excess(velocity_loop_of(params, self.plant), 2, VELOCITY_MS)
         for gain in LOOP_GAINS:
-            excess += _ms_excess(gain * loop, LOADED_MS * self.ms)
+            excess += _ms_excess(gain * loop, integrators, LOADED_MS * self.ms)
         for plant in self._shifted:
-            excess += _ms_excess(loops.loop_of(params, plant), SHIFTED_MS * self.ms)
+            excess += _ms_excess(loop_of(params, plant), integrators, SHIFTED_MS * self.ms)
         excess += max(0.0, math.log(self._noise_n(params, loop) / (NOISE_SHARE * params.limits.force_n)))
         if excess > 0.0:
             return 0.5 * INFEASIBLE + excess
@@ -121,11 +136,11 @@ class GainSearch:
 
     def _noise_n(self, params: AxisParams, loop: Response) -> float:
         """RMS of the force by the quantisation of the encoders, each uniformly distributed over one step."""
-        z = loops.on_circle(self.plant.frequency_hz, params.period_s)
-        outer = loops.notch_response(params.notch, z) * loops.velocity_law(params, z) / (1.0 + loop)
+        z = on_circle(self.plant.frequency_hz, params.period_s)
+        outer = notch_response(params.notch, z) * velocity_law(params, z) / (1.0 + loop)
         paths = (
-            (loops.velocity_estimate(params, z), self.steps.motor_m),
-            (loops.position_law(params, z), self.steps.feedback_m),
+            (velocity_estimate(params, z), self.steps.motor_m),
+            (position_law(params, z), self.steps.feedback_m),
         )
         width = np.gradient(self.plant.frequency_hz) * 2.0 * params.period_s
         squares = sum(
@@ -165,8 +180,8 @@ class GainSearch:
         return float(optimum.fun), np.asarray(optimum.x)
 
 
-def _ms_excess(loop: Response, ms: float) -> float:
+def _ms_excess(loop: Response, integrators: int, ms: float) -> float:
     """Logarithm of Ms over its bound, 0 below; an unstable loop has `UNSTABLE` more."""
     peak = float(np.max(1.0 / np.abs(1.0 + loop)))
     excess = max(0.0, math.log(peak / ms))
-    return excess if loops.is_stable(loop) else UNSTABLE + excess
+    return excess if is_stable(1.0 + loop, integrators) else UNSTABLE + excess

@@ -8,18 +8,26 @@ from typing import Any
 from servo_ctrl.config.contour import contour_objection
 from servo_ctrl.config.law_sections import SECTION_TYPES
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.plant_model import MeasuredPlant
+from servo_ctrl.config.plant_of_axis import section_of
 from servo_ctrl.control.compensation import notch
+from servo_ctrl.control.modal_model import ModalModel
 from servo_ctrl.excitation.measuring_motion import TuneError
 from servo_ctrl.files.toml_text import toml_text
 from servo_ctrl.files.whole_file import write_text_whole, write_whole
 from servo_ctrl.tuning.proposal import NotchValues, Proposal
 
+MEASURED_PLANT = "measured_plant"
+"""The section of an axis with its measured plant."""
 Sections = dict[str, dict[str, Any]]
 """Section of an axis -> key -> value."""
 
 
-def sections_of(proposal: Proposal, *, has_notch: bool) -> Sections:
-    """Return the sections of a proposal. A notch that only the machine file has is switched off."""
+def sections_of(proposal: Proposal, model: ModalModel, *, has_notch: bool) -> Sections:
+    """Return the sections of a proposal for a measured plant.
+
+    A notch that only the machine file has is switched off.
+    """
     sections: Sections = {
         "control": {
             "kp_1_s": proposal.kp_1_s,
@@ -33,6 +41,7 @@ def sections_of(proposal: Proposal, *, has_notch: bool) -> Sections:
         sections[notch.SECTION.name] = {"enabled": True, **proposal.notch._asdict()}
     elif has_notch:
         sections[notch.SECTION.name] = {"enabled": False}
+    sections[MEASURED_PLANT] = section_of(model).model_dump()
     return sections
 
 
@@ -45,12 +54,22 @@ def with_sections(machine: MachineConfig, axis: str, sections: Sections) -> Mach
         present = getattr(config, name)
         keys = {} if present is None else {key: getattr(present, key) for key in NotchValues._fields}
         update[name] = SECTION_TYPES[name](**(keys | sections[name]))
+    if MEASURED_PLANT in sections:
+        update[MEASURED_PLANT] = MeasuredPlant(**sections[MEASURED_PLANT])
     return machine.model_copy(update={"axes": {**machine.axes, axis: config.model_copy(update=update)}})
 
 
 def section_text(axis: str, sections: Sections) -> str:
     """Return the sections as text of a machine file."""
-    return toml_text({"axis": {axis: sections}})
+    return "\n".join(f"[axis.{axis}.{name}]\n{_lines(values)}" for name, values in sections.items())
+
+
+def _lines(values: dict[str, Any]) -> str:
+    """Return one line per key: a list of numbers too, so that a key can be replaced by its line."""
+    return "".join(
+        f"{key} = [{', '.join(map(repr, value))}]\n" if isinstance(value, tuple) else toml_text({key: value})
+        for key, value in values.items()
+    )
 
 
 def with_values(text: str, axis: str, sections: Sections) -> str:
@@ -61,14 +80,14 @@ def with_values(text: str, axis: str, sections: Sections) -> str:
         try:
             first = next(k for k, line in enumerate(lines) if line.split("#")[0].strip() == header)
         except StopIteration:
-            text = text.rstrip("\n") + f"\n\n{header}\n{toml_text(values)}"
+            text = text.rstrip("\n") + f"\n\n{header}\n{_lines(values)}"
             continue
         end = next((k for k in range(first + 1, len(lines)) if lines[k].lstrip().startswith("[")), len(lines))
         while end > first + 1 and not lines[end - 1].strip():
             end -= 1
         body = lines[first + 1 : end]
         for key, value in values.items():
-            written = toml_text({key: value}).strip()
+            written = _lines({key: value}).strip()
             index = next((k for k, line in enumerate(body) if re.match(rf"\s*{key}\s*=", line)), None)
             if index is None:
                 body.append(written)

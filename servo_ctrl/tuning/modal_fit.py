@@ -12,8 +12,8 @@ from scipy.optimize import least_squares
 from scipy.signal import find_peaks, medfilt
 
 from kernels.arrays import Array
+from servo_ctrl.control.modal_model import ModalModel, StructuralMode, residue_columns
 from servo_ctrl.tuning.frequency_response import FrequencyResponse, Response
-from servo_ctrl.tuning.modal_model import ModalModel, StructuralMode, residue_columns
 
 MOST_MODES, CANDIDATES = 3, 3
 """Most modes of a model, and residual peaks tried for the next one. Chosen, as are the numbers below."""

@@ -10,15 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array
+from servo_ctrl.control.axis_loop import Plant, integrators_of, loop_of
 from servo_ctrl.control.compensation import notch
+from servo_ctrl.control.modal_model import ModalModel, StructuralMode, antiresonances, resonances
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.control.types import Output
-from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.contour_partner import ContourPartner
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
 from servo_ctrl.tuning.gain_search import INFEASIBLE, EncoderSteps, GainSearch
-from servo_ctrl.tuning.loop import Margins, Plant
-from servo_ctrl.tuning.modal_model import ModalModel, StructuralMode, antiresonances, resonances
+from servo_ctrl.tuning.loop import Margins, margins_of, plant_of
 
 SHAPER_DAMPING, SHAPER_HZ = 0.1, 150.0
 """Damping ratio and frequency up to which an input shaper is worth its delay. Chosen, as those below."""
@@ -56,6 +56,8 @@ class ContourMargin(NamedTuple):
     """Ms of the axis and the one that contour control couples to it."""
 
     partner: str
+    partner_measured: bool
+    """Whether the machine file has the measured plant of the partner; else it is its rigid mass."""
     sensitivity_peak: float
 
 
@@ -130,7 +132,8 @@ def _proposal(
     )
     assessment, contour = assess(params, search.model, measured), None
     if partner is not None:
-        contour = ContourMargin(partner.name, partner.on(assessment.plant).sensitivity_peak(params))
+        peak = partner.on(search.plant).sensitivity_peak(params)
+        contour = ContourMargin(partner.name, bool(partner.measured), peak)
     return Proposal(
         kp,
         kv,
@@ -156,10 +159,11 @@ def _shaper(model: ModalModel) -> ShaperValues | None:
 
 def assess(params: AxisParams, model: ModalModel, measured: FrequencyResponse) -> Assessment:
     """Assess a setting on the plant of the model, corrected by what was measured."""
-    plant = loops.plant_of(model, measured, scale_feedback=params.position_loop.scale_feedback)
-    loop = loops.loop_of(params, plant)
+    plant = plant_of(model, measured, scale_feedback=params.position_loop.scale_feedback)
+    loop = loop_of(params, plant)
     compliance_m_n = float(np.max(np.abs(plant.feedback / (1.0 + loop))))
-    return Assessment(plant, loops.margins_of(loop, plant.frequency_hz), compliance_m_n)
+    margins = margins_of(loop, plant.frequency_hz, integrators_of(params))
+    return Assessment(plant, margins, compliance_m_n)
 
 
 def _rounded(value: float) -> float:

@@ -2,12 +2,13 @@
 
 from typing import NamedTuple
 
+from servo_ctrl.control.axis_loop import Plant
+from servo_ctrl.control.modal_model import ModalModel
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.excitation.measuring_motion import Plan
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
-from servo_ctrl.tuning.loop import Margins, Plant
+from servo_ctrl.tuning.loop import Margins
 from servo_ctrl.tuning.machine_file import Sections
-from servo_ctrl.tuning.modal_model import ModalModel
 from servo_ctrl.tuning.proposal import Proposal
 from servo_ctrl.tuning.trial import StepAndMove, Traces
 

@@ -15,6 +15,7 @@ from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation.notch import NotchSettings
+from servo_ctrl.control.modal_model import ModalModel
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.excitation.measuring_motion import Plan, TuneError, plan_measurement, travel_label
 from servo_ctrl.excitation.tuning_motion import TuningMotion
@@ -25,7 +26,6 @@ from servo_ctrl.tuning.frequency_response import FrequencyResponse
 from servo_ctrl.tuning.gain_search import EncoderSteps
 from servo_ctrl.tuning.machine_file import check_unchanged, sections_of, with_sections
 from servo_ctrl.tuning.modal_fit import fit_modal_model
-from servo_ctrl.tuning.modal_model import ModalModel
 from servo_ctrl.tuning.proposal import Proposal, assess, propose
 from servo_ctrl.tuning.request import TuneRequest
 from servo_ctrl.tuning.results import MS_TOLERANCE, AssessedSetting, TuneResult
@@ -72,7 +72,7 @@ class TuneRun:
                 self._propose, params, model, response, ms=design_ms, largest_kp_1_s=largest_kp_1_s
             )
             sections = sections_of(
-                proposal, has_notch=self._machine.axes[axis].section(NotchSettings) is not None
+                proposal, model, has_notch=self._machine.axes[axis].section(NotchSettings) is not None
             )
             tuned = with_sections(self._machine, axis, sections)
             verified, trial, traces = await self._verify(tuned, plan)

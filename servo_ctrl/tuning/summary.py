@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from servo_ctrl.tuning.modal_model import antiresonances
+from servo_ctrl.control.modal_model import antiresonances
 from servo_ctrl.tuning.results import AssessedSetting, TuneResult
 from servo_ctrl.units import UM
 
@@ -25,8 +25,9 @@ def summary_lines(result: TuneResult) -> Iterator[str]:
     measured = f"measured Ms {result.measured_ms:.2f}, stated {result.ms:g}"
     yield f"  after:  {margins_line(result.after)}; {measured}"
     if proposal.contour is not None:
-        partner, peak = proposal.contour
-        yield f"  with contour control: Ms {peak:.2f} of {result.axis} and {partner} ({partner}: rigid mass)"
+        partner, is_measured, peak = proposal.contour
+        plant = "measured plant of the machine file" if is_measured else "rigid mass"
+        yield f"  with contour control: Ms {peak:.2f} of {result.axis} and {partner} ({partner}: {plant})"
     for name, before, after in trial_rows(result):
         yield f"  {name}: {before} -> {after}"
     if result.after.trial is not None and result.after.trial.hums:

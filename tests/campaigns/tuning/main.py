@@ -18,12 +18,12 @@ from servo_ctrl.canopen.scaling import drive_scaling, scale_metre_per_count
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.control.modal_model import antiresonances, resonances
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.excitation.multisine import multisine, travel
 from servo_ctrl.tuning.frequency_response import FrequencyResponse, Measured, frequency_response
 from servo_ctrl.tuning.gain_search import EncoderSteps
 from servo_ctrl.tuning.modal_fit import fit_modal_model
-from servo_ctrl.tuning.modal_model import antiresonances, resonances
 from servo_ctrl.tuning.proposal import assess, propose
 from servo_ctrl.tuning.session import GAIN_FACTORS
 from studies.twin_axis import twin_axis

@@ -39,7 +39,7 @@ def test_the_largest_gain_that_is_accepted_has_ms_2(tmp_path: Path) -> None:
     below, above = (ContourControl(axes=["x", "y"], kp_1_s=gain) for gain in (55.0, 57.0))
     assert sensitivity_peak_of(machine, below) < 2.0 < sensitivity_peak_of(machine, above)
     table(tmp_path, 'axes = ["x", "y"]\nkp_1_s = 55.0')
-    with pytest.raises(ConfigError, match=r"Ms of the two axes is 2\.0\d on their masses, above 2"):
+    with pytest.raises(ConfigError, match=r"Ms of the two axes is 2\.0\d, above 2, on their masses"):
         table(tmp_path, 'axes = ["x", "y"]\nkp_1_s = 57.0')
 
 
@@ -93,3 +93,54 @@ def test_what_has_no_margin_is_refused_with_its_reason(
 ) -> None:
     with pytest.raises(ConfigError, match=reason):
         table(tmp_path, section, *changes)
+
+
+ARM = """
+[axis.x.measured_plant]
+mass_kg = 70.0
+scale_mass_kg = 70.0
+delay_ms = 0.1
+mode_hz = [40.4]
+mode_damping_ratio = [0.006]
+mode_motor_1_kg = [0.0003]
+mode_scale_1_kg = [-0.0130]
+"""
+
+
+def test_a_measured_resonance_is_in_the_margin(tmp_path: Path) -> None:
+    """An arm on the scale, as on the precision stage: 55 1/s would be accepted on the masses."""
+    section = 'axes = ["x", "y"]\nkp_1_s = 55.0'
+    with pytest.raises(ConfigError, match=r"unstable on the measured plant of x and the mass of y$"):
+        table(tmp_path, section + ARM)
+    rigid = ARM.replace("[40.4]", "[]").replace("[0.006]", "[]")
+    rigid = rigid.replace("[0.0003]", "[]").replace("[-0.0130]", "[]")
+    own = rigid.replace("delay_ms = 0.1", "delay_ms = 0.0")
+    machine = table(tmp_path, section + own)
+    assert machine.contour_control is not None
+    found = sensitivity_peak_of(machine, machine.contour_control)
+    plain = sensitivity_peak_of(table(tmp_path, section), machine.contour_control)
+    assert found == pytest.approx(plain, rel=1e-3)
+    later = own.replace("delay_ms = 0.0", "delay_ms = 0.5").replace("axis.x", "axis.y")
+    with pytest.raises(ConfigError, match=r"above 2, on their measured plants$"):
+        table(tmp_path, section + own + later)
+
+
+def test_a_structure_that_the_file_names_and_nobody_measured_is_named(tmp_path: Path) -> None:
+    shaper = "\n[axis.y.input_shaper]\nfrequency_hz = 38.0\n"
+    reason = (
+        r"on their masses, without the structure at 38 Hz of axis y \(input_shaper\), which is not measured$"
+    )
+    with pytest.raises(ConfigError, match=reason):
+        table(tmp_path, 'axes = ["x", "y"]\nkp_1_s = 57.0' + shaper)
+
+
+def test_an_axis_that_is_unstable_alone_is_refused_with_any_coupling(tmp_path: Path) -> None:
+    """Far too much gain: |1 / (1 + L)| is small everywhere, and only the turns round 0 tell."""
+    section = 'axes = ["x", "y"]\nkp_1_s = 1.0'
+    with pytest.raises(ConfigError, match="the two axes are unstable on their masses"):
+        table(tmp_path, section, ("kv_n_s_m = 14700.0", "kv_n_s_m = 1.0e6"))
+
+
+def test_a_measured_plant_has_one_value_for_each_mode(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="mode_scale_1_kg: 0 values for 1 modes in mode_hz"):
+        table(tmp_path, 'axes = ["x", "y"]\nkp_1_s = 9.0' + ARM.replace("[-0.0130]", "[]"))

@@ -12,12 +12,13 @@ from servo_ctrl.config.contour_model import ContourControl
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
-from servo_ctrl.control.contour_margin import rigid_loop
+from servo_ctrl.config.plant_of_axis import section_of
+from servo_ctrl.control.axis_loop import coupled_loop_of, loop_of, rigid_plant
+from servo_ctrl.control.modal_model import ModalModel, StructuralMode
 from servo_ctrl.tuning import loop as loops
 from servo_ctrl.tuning.contour_partner import ContourPartner, partner_of
 from servo_ctrl.tuning.frequency_response import FrequencyResponse
 from servo_ctrl.tuning.gain_search import EncoderSteps
-from servo_ctrl.tuning.modal_model import ModalModel, StructuralMode
 from servo_ctrl.tuning.proposal import Proposal, propose
 
 PERIOD_S, MASS_KG, CONTOUR_1_S, STATED_MS = 1e-3, 70.0, 50.0, 2.0
@@ -47,10 +48,10 @@ def peak_by_svd(machine: MachineConfig, found: Proposal, model: ModalModel) -> f
     """Ms of the proposed x and of y on its mass: L = diag(L) + diag(G) W n n', by numpy."""
     plant = loops.plant_of(model, None, scale_feedback=found.params.position_loop.scale_feedback)
     faster = found.params.position_loop._replace(kp_1_s=found.params.position_loop.kp_1_s + 1.0)
-    own = loops.loop_of(found.params, plant)
-    more = loops.loop_of(found.params._replace(position_loop=faster), plant)
+    own = loop_of(found.params, plant)
+    more = loop_of(found.params._replace(position_loop=faster), plant)
     law = axis_params(machine, "y")
-    other = rigid_loop(law, law.feedforward.acceleration_kg, plant.frequency_hz)
+    other = coupled_loop_of(law, rigid_plant(PERIOD_S, law.feedforward.acceleration_kg, plant.frequency_hz))
     diagonal = np.array([np.diag(one) for one in np.column_stack((own, other.loop))])
     gains = np.array([np.diag(one) for one in np.column_stack((more - own, other.per_gain))])
     peaks = []
@@ -97,3 +98,19 @@ def test_a_proposal_keeps_the_stated_ms_of_both_coupled_axes(machine: MachineCon
     # compliance counts: the same gains on the rigid mass would have room left
     rigid = model._replace(modes=())
     assert peak_by_svd(machine, pair, rigid) < peak_by_svd(machine, pair, model)
+
+
+def test_a_partner_that_was_measured_is_in_it_with_its_resonance(machine: MachineConfig) -> None:
+    arm = ModalModel(
+        PERIOD_S, 1.0 / 89.6, 1.0 / 89.6, 0.0, 0.0, (StructuralMode(40.0, 0.01, 0.0, -0.01),), 0.0
+    )
+    axis = machine.axes["y"].model_copy(update={"measured_plant": section_of(arm)})
+    known = machine.model_copy(update={"axes": {**machine.axes, "y": axis}})
+    plain, partner = partner_of(machine, "x"), partner_of(known, "x")
+    assert plain is not None
+    assert partner is not None
+    assert (len(plain.measured), len(partner.measured)) == (0, 1)
+    plant = loops.plant_of(arm._replace(modes=()), None, scale_feedback=True, beside=partner.measured)
+    params = axis_params(machine, "x")
+    assert plain.on(plant).sensitivity_peak(params) < 2.2
+    assert partner.on(plant).sensitivity_peak(params) > 2.8

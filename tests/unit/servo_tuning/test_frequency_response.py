@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import signal
 
+from servo_ctrl.control.modal_model import antiresonances, resonances
 from servo_ctrl.excitation import multisine as excitation
 from servo_ctrl.tuning.frequency_response import (
     TRUSTED_ERROR,
@@ -15,7 +16,6 @@ from servo_ctrl.tuning.frequency_response import (
     frequency_response,
 )
 from servo_ctrl.tuning.modal_fit import fit_modal_model
-from servo_ctrl.tuning.modal_model import antiresonances, resonances
 
 PERIOD_S = 1e-3
 MASS_KG, CARRIED_KG, DAMPING = 40.0, 8.0, 0.02

@@ -1,6 +1,7 @@
 """A proposal in the text of a machine file, and in the machine."""
 
 import asyncio
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -9,9 +10,18 @@ from servo_ctrl.config.contour_model import ContourControl
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
+from servo_ctrl.config.plant_of_axis import measured_model, section_of
 from servo_ctrl.control.compensation import notch
+from servo_ctrl.control.modal_model import ModalModel, StructuralMode
 from servo_ctrl.excitation.measuring_motion import TuneError
-from servo_ctrl.tuning.machine_file import apply_to_file, digest_of, with_sections, with_values
+from servo_ctrl.tuning.machine_file import (
+    MEASURED_PLANT,
+    apply_to_file,
+    digest_of,
+    section_text,
+    with_sections,
+    with_values,
+)
 from servo_ctrl.tuning.request import TuneRequest
 from servo_ctrl.tuning.simulated import tune_axis
 
@@ -25,6 +35,11 @@ SECTIONS = {
     },
     "notch": {"enabled": True, "frequency_hz": 41.0, "damping_ratio": 0.3, "depth": 0.2},
 }
+
+
+MEASURED = ModalModel(
+    1e-3, 1.0 / 71.0, 1.0 / 72.0, 0.5, 1.5e-4, (StructuralMode(40.37, 0.0057, 3.2e-4, -0.0128),), 0.01
+)
 
 
 def read_from(file: Path, machines: Path) -> MachineConfig:
@@ -52,6 +67,25 @@ def test_the_text_with_the_values_is_the_machine_with_them(machines: Path, tmp_p
     assert repr(axis_params(loaded, "y")) == repr(axis_params(load_machine(source), "y"))
     with pytest.raises(TuneError, match="from an earlier tuning"):
         apply_to_file(read_from(file, machines), "x", SECTIONS)
+
+
+def test_the_measured_plant_is_in_the_file_and_read_again(machines: Path, tmp_path: Path) -> None:
+    file = tmp_path / "machines" / "mine" / "controller.toml"
+    file.parent.mkdir(parents=True)
+    text = (machines / "xy_table" / "controller.toml").read_text(encoding="utf-8")
+    file.write_text(text.replace("../../eds", str(machines.parent / "eds")), encoding="utf-8")
+    sections = {**SECTIONS, MEASURED_PLANT: section_of(MEASURED).model_dump()}
+    for _ in range(2):  # the second time its lines are replaced
+        kept = apply_to_file(read_from(file, machines), "x", sections)
+        kept.unlink()
+    loaded = load_machine(file)
+    found = measured_model(loaded, "x")
+    assert found is not None
+    assert found[:5] == pytest.approx(MEASURED[:5], rel=1e-5)
+    assert found.modes[0] == pytest.approx(MEASURED.modes[0], rel=1e-5)
+    assert loaded == with_sections(load_machine(file), "x", sections)
+    assert file.read_text(encoding="utf-8").count("mode_hz = [40.37]") == 1
+    assert tomllib.loads(section_text("x", sections))["axis"]["x"]["measured_plant"]["mode_hz"] == [40.37]
 
 
 def test_the_line_ends_of_the_file_and_of_its_copy_stay(machines: Path, tmp_path: Path) -> None:
@@ -87,7 +121,7 @@ def test_values_with_which_the_two_coupled_axes_have_no_margin_are_not_written(
     coupled = read_from(file, machines).model_copy(
         update={"contour_control": ContourControl(axes=["x", "y"], kp_1_s=55.0)}
     )
-    stiffer = {**SECTIONS["control"], "kv_n_s_m": 20000.0}
+    stiffer = {**SECTIONS["control"], "kv_n_s_m": 21000.0}
     with pytest.raises(TuneError, match=r"would be refused, contour_control\.kp_1_s: with 55 1/s"):
         apply_to_file(coupled, "x", {"control": stiffer})
     assert file.read_text(encoding="utf-8") == "[axis.x.control]\nkp_1_s = 38.7\n"

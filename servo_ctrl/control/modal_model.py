@@ -8,12 +8,13 @@ each output has its own residues r and c_k (Ewins, Modal Testing, chapter 4).
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.tuning.frequency_response import Response
+from servo_ctrl.control.axis_loop import Plant, Response
 
 ALIASES = 4
 """Terms on either side in the sum by which sampling folds the spectrum. Chosen, as are the numbers below."""
@@ -21,6 +22,12 @@ LEAST_PROMINENCE = 0.25
 """Peak of a mode, as a share of the rigid response at its frequency, from which it is called a resonance."""
 RESONANT_DAMPING = 0.5
 """Damping ratio below which a mode has a peak that can be called a resonance."""
+
+
+LOWEST_HZ, POINTS = 0.02, 900
+"""Lowest frequency of the grid, far below any crossover, and its points at equal ratios."""
+MODE_POINTS = np.sinh(np.linspace(-4.0, 4.0, 61)) / 4.0
+"""Further points around each mode, in half widths of its peak."""
 
 
 class StructuralMode(NamedTuple):
@@ -59,10 +66,31 @@ class ModalModel(NamedTuple):
         """Response of the scale position, likewise."""
         return self._output(frequency_hz, shift, self.scale_1_kg, [m.scale_1_kg for m in self.modes])
 
+    def plant(self, frequency_hz: Array, *, scale_feedback: bool) -> Plant:
+        """The plant of a loop whose feedback is scale or motor."""
+        motor = self.motor(frequency_hz)
+        return Plant(frequency_hz, motor, self.scale(frequency_hz) if scale_feedback else motor)
+
     def _output(self, frequency_hz: Array, shift: float, rigid: float, residues: list[float]) -> Response:
         poles = [(shift * mode.frequency_hz, mode.damping_ratio) for mode in self.modes]
         columns = residue_columns(frequency_hz, self.period_s, self.friction_1_s, self.delay_s, poles)
         return np.asarray(columns @ np.array([rigid, *residues]))
+
+
+def grid_hz(model: ModalModel) -> Array:
+    """Ascending frequencies up to half the sampling rate, dense around the modes."""
+    highest_hz = 0.5 / model.period_s
+    return with_modes(np.geomspace(LOWEST_HZ, highest_hz * (1.0 - 1e-6), POINTS), (model,))
+
+
+def with_modes(frequency_hz: Array, models: Sequence[ModalModel]) -> Array:
+    """Return ascending frequencies (n,) with further ones around the modes, within the same range."""
+    parts = [frequency_hz]
+    for mode in (mode for model in models for mode in model.modes):
+        width = max(mode.damping_ratio, 1e-3) * mode.frequency_hz
+        parts.append(mode.frequency_hz + width * MODE_POINTS)
+    grid = np.unique(np.concatenate(parts))
+    return np.asarray(grid[(grid >= frequency_hz[0]) & (grid <= frequency_hz[-1])])
 
 
 def resonances(model: ModalModel) -> tuple[StructuralMode, ...]:
