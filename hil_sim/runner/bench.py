@@ -12,8 +12,8 @@ from can_frames.frame import FRAME, FRAME_BYTES, pack_frame
 from hil_sim.config import PlantConfig, build_plant
 from hil_sim.cyclic.burst_step import BURST_DONE, FRAME_FOR_CALLER, NO_SYNC, SYNC_DONE, TICK_HAS_FINDING
 from hil_sim.drive.amplifier_device import Drive
+from hil_sim.drive.bench_drives import BenchDrives
 from hil_sim.drive.drive_objects import DriveObjects
-from hil_sim.drive.drives_in_step import DrivesInStep
 from hil_sim.faults.schedule import Fault, Schedule
 from hil_sim.node.bit_timing import BusRate
 from hil_sim.node.nmt import Clock
@@ -24,9 +24,9 @@ from hil_sim.node.slave import Slave
 from hil_sim.runner.burst_server import BurstServer
 from hil_sim.runner.devices import Device, make_devices
 from hil_sim.runner.frame_routes import FrameRoutes
+from hil_sim.scale.bench_scales import BenchScales
 from hil_sim.scale.encoder_device import LinearScale
 from hil_sim.scale.scale_objects import ScaleObjects
-from hil_sim.scale.scales_in_step import ScalesInStep
 
 CYCLE_PERIOD = 0x1006
 LONGEST_CYCLE_US = 100_000
@@ -63,7 +63,6 @@ class SimulatedMachine:
         self._faults = Schedule(faults, self.fault_targets)
         self.slaves: list[Slave] = [device.slave for device in self.devices]
         bus_rate.kbit_s, _ = Counter(slave.rate.kbit_s for slave in self.slaves).most_common(1)[0]
-        self._drives = [device for device in self.devices if isinstance(device, Drive)]
         self.cycle_us = 1000
         self.send_burst: Callable[[bytes], None] = lambda burst: _send_each(burst, send)
         """Sends consecutive packed frames."""
@@ -79,11 +78,11 @@ class SimulatedMachine:
             slave.on_routes = self._update_routes
             slave.dictionary.checks[CYCLE_PERIOD] = self._check_cycle
             slave.dictionary.followers[CYCLE_PERIOD] = partial(self._set_cycle, slave)
-        self._in_step.warm_up()  # before anything is on the bus
+        self._drives.warm_up()  # before anything is on the bus
         self._scales.read()
-        none = PdoTables((), self._numbers, (), self._in_step.slaves)
-        self._in_step.exchange(none)
-        BurstServer(self._in_step, self._scales, none, self.frames.kinds)
+        none = PdoTables((), self._numbers, (), self._drives.slaves)
+        self._drives.exchange(none)
+        BurstServer(self._drives, self._scales, none, self.frames.kinds)
 
     def _share_memory(self) -> None:
         """Move records and process objects of all devices to common arrays, for the compiled tick."""
@@ -92,8 +91,8 @@ class SimulatedMachine:
         rows = (len(drives), len(DriveObjects.VALUES)), (len(scales), len(ScaleObjects.VALUES))
         sizes = [count * values for count, values in rows]
         self._numbers = np.zeros(sum(sizes))  # process objects of all devices
-        self._in_step = DrivesInStep(drives, self.plant, self._numbers[: sizes[0]].reshape(rows[0]))
-        self._scales = ScalesInStep(scales, self.plant, self._numbers[sizes[0] :].reshape(rows[1]))
+        self._drives = BenchDrives(drives, self.plant, self._numbers[: sizes[0]].reshape(rows[0]))
+        self._scales = BenchScales(scales, self.plant, self._numbers[sizes[0] :].reshape(rows[1]))
         in_order: list[Device] = [*drives, *scales]
         begins = accumulate((len(device.objects.VALUES) for device in in_order), initial=0)
         self._first = dict(zip((device.slave for device in in_order), begins, strict=False))
@@ -131,9 +130,9 @@ class SimulatedMachine:
     def _tick(self, substeps: int) -> None:
         dt_us = substeps * self.substep_us
         dt_s = dt_us * 1e-6
-        following = self._in_step.advance(substeps, self.substep_us * 1e-6, dt_s, dt_us / self.cycle_us)
+        following = self._drives.advance(substeps, self.substep_us * 1e-6, dt_s, dt_us / self.cycle_us)
         self._advance_clock(substeps)
-        self._in_step.read(dt_s, following=following)
+        self._drives.read(dt_s, following=following)
         self._scales.read()
         if self.clock.now_us >= self._faults.due_us:
             self._faults.run(self.clock.now_us)
@@ -141,7 +140,7 @@ class SimulatedMachine:
     def synchronise(self, slaves: list[Slave]) -> None:
         """Serve a SYNC to `slaves` after the advance: outputs take effect, inputs are sent."""
         if self._tables is not None:
-            self.send_burst(self._in_step.exchange(self._tables))
+            self.send_burst(self._drives.exchange(self._tables))
         else:
             for slave in slaves:
                 slave.activate()
@@ -186,7 +185,7 @@ class SimulatedMachine:
 
     def _substeps_of_sync(self) -> int:
         """Return the substeps of a SYNC; NO_SYNC if the compiled call cannot serve it."""
-        if self.frames.wrong_sync or not (self._in_step.following and self._scales.without_cams):
+        if self.frames.wrong_sync or not (self._drives.following and self._scales.without_cams):
             return NO_SYNC
         substeps = self.sync_substeps()
         end_us = int((self._substeps + substeps) * self.substep_us)
@@ -198,7 +197,7 @@ class SimulatedMachine:
             ticks = self._ticks_of(substeps)
             done = substeps * number // ticks
             self._advance_clock(done)
-            self._in_step.handle_findings((done - substeps * (number - 1) // ticks) * self.substep_us * 1e-6)
+            self._drives.handle_findings((done - substeps * (number - 1) // ticks) * self.substep_us * 1e-6)
             for tick in range(number, ticks):
                 self._tick(substeps * (tick + 1) // ticks - substeps * tick // ticks)
             self.on_advanced()
@@ -206,7 +205,7 @@ class SimulatedMachine:
         else:
             self._advance_clock(substeps)
             self.on_advanced()
-            self.send_burst(tables.filled(number) if ending == SYNC_DONE else self._in_step.process(tables))
+            self.send_burst(tables.filled(number) if ending == SYNC_DONE else self._drives.process(tables))
             self.run_timers()
         self.on_synced(substeps)
 
@@ -220,7 +219,7 @@ class SimulatedMachine:
         self.frames.update(tables)
         self._server = None
         if tables is not None:
-            self._server = BurstServer(self._in_step, self._scales, tables, self.frames.kinds)
+            self._server = BurstServer(self._drives, self._scales, tables, self.frames.kinds)
 
     def _tables_of_all(self) -> PdoTables | None:
         """Return the PDOs of all nodes for the compiled exchange; None if one is not possible there."""
@@ -229,7 +228,7 @@ class SimulatedMachine:
             return None
         try:
             first = [self._first[slave] for slave in self.slaves]
-            return PdoTables(self.slaves, self._numbers, first, self._in_step.slaves)
+            return PdoTables(self.slaves, self._numbers, first, self._drives.slaves)
         except ValueError:
             return None
 

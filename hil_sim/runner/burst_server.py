@@ -4,9 +4,9 @@ import numpy as np
 
 from can_frames.frame import FRAME_BYTES
 from hil_sim.cyclic.burst_step import NO_SYNC, serve_burst
-from hil_sim.drive.drives_in_step import DrivesInStep
+from hil_sim.drive.bench_drives import BenchDrives
 from hil_sim.node.pdo_tables import PdoTables
-from hil_sim.scale.scales_in_step import ScalesInStep
+from hil_sim.scale.bench_scales import BenchScales
 from kernels.arrays import Index
 from kernels.jit import ready_for
 
@@ -17,7 +17,7 @@ MOST_BYTES = 64 * FRAME_BYTES
 class BurstServer:
     """Serves frames by their `kinds` (2048,), see `burst_step`; the constructor compiles the call."""
 
-    def __init__(self, drives: DrivesInStep, scales: ScalesInStep, tables: PdoTables, kinds: Index) -> None:
+    def __init__(self, drives: BenchDrives, scales: BenchScales, tables: PdoTables, kinds: Index) -> None:
         self.tables = tables
         self._burst = np.zeros(MOST_BYTES, np.uint8)
         self._bytes = self._burst.data

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hil_sim.config import ConfigError, Plant, PlantConfig
 from hil_sim.drive.amplifier_device import Drive
-from hil_sim.drive.personality import PersonalDrive
+from hil_sim.drive.family_drive import FamilyDrive
 from hil_sim.faults.fault_target import FaultTarget
 from hil_sim.node.node_host import NodeHost
 from hil_sim.node.storage import StoredParametersError
@@ -25,7 +25,7 @@ def make_devices(
         with _eds_of(axis.drive.eds, f"axis.{name}.drive.eds"):
             arguments = axis, plant, index, host
             personality = axis.drive.personality
-            drive = Drive(*arguments) if personality is None else PersonalDrive(personality, *arguments)
+            drive = Drive(*arguments) if personality is None else FamilyDrive(personality, *arguments)
         devices.append(drive)
         scale = None
         if axis.scale is not None:

@@ -112,7 +112,7 @@ class LinearScale:
         self.record, self._records, self._own = record[0], record, self.objects.records
 
     def read_axis(self) -> None:
-        """Update position and speed from the plant; `scales_in_step` does it for all scales at once."""
+        """Update position and speed from the plant; `bench_scales` does it for all scales at once."""
         read_scales(self._records, self._own, self._all_states)
         self.switch_cams()
 

@@ -52,7 +52,7 @@ def test_controller_that_dies_is_missed_by_the_drives_which_brake_by_themselves(
     ramp_m = 0.05**2 / (2.0 * 2.0)  # v^2 / 2a, of either axis no more
     coasted_m = 0.05 * drive_alone_cycles(bench.config) * 1e-3
     assert np.abs(np.array(positions[-1]) - died_m).max() < coasted_m + ramp_m + 2e-3
-    states = {int(drive.objects.statusword) & 0x6F for drive in bench.nodes._drives}
+    states = {int(drive.objects.statusword) & 0x6F for drive in bench.nodes._drives.drives}
     assert 0x27 not in states
 
 

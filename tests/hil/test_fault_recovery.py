@@ -208,7 +208,7 @@ def test_new_run_finds_drives_still_under_control(table: Table) -> None:
     """The controller was killed so recently that no drive has missed its heartbeat."""
     made = table(at_once=True)
     killed_run(made, signed_off=False)
-    motion = made.stand.bench._drives[0].motion
+    motion = made.stand.bench._drives.drives[0].motion
     assert motion.powered
     assert not motion.stopping
     fresh_run(made)

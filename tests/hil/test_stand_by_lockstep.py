@@ -198,7 +198,7 @@ async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
     recovered: MachineStatus = noted["recovered"]
     assert (recovered.reason, recovered.drives[1].error_code, recovered.drives[1].ready) == ("", None, True)
     assert ours == [bytes.fromhex("0010 01 0000000000"), bytes(8)], "an error, and that it is over"
-    assert noted["twice"] == "axis.y.scale (node 12): is being set up again; wait for its end"
+    assert noted["twice"] == "axis.y.scale (node 12): is being configured again; wait for its end"
     power = {DriveState.OPERATION_ENABLED, DriveState.SWITCHED_ON}
     assert not power & set(states(columns, "x")[noted["off"] + 2 : noted["called off"]])
     assert (report.signal, report.completed) == ("SIGTERM", False)
@@ -236,5 +236,5 @@ async def test_a_simulator_killed_in_motion_and_started_again_is_enabled_from_st
     report, _columns = await operate(bench, machine_dir, tmp_path / "r", operator)
     assert not report.failed
     assert noted[0].endswith("its TPDOs are no longer received")
-    lost = "its drive was set up again and has lost its reference; it homes again"
+    lost = "its drive was configured again and has lost its reference; it homes again"
     assert [axis in "".join(noted) for axis in (f"axis x: {lost}", f"axis y: {lost}")] == [True, True]

@@ -37,7 +37,7 @@ def test_drive_is_switched_on_when_its_axis_stands_still(table: ConsecutiveRuns)
         yield 50
         assert speed_m_s(table) > STANDSTILL_M_S
         assert table.servo.phase is Phase.AWAITING_REST
-        powered = table.stand.bench._drives[0].motion
+        powered = table.stand.bench._drives.drives[0].motion
         yield lambda: powered.powered
         assert speed_m_s(table) < STANDSTILL_M_S
         yield table.at(Stage.READY)

@@ -72,7 +72,7 @@ def emergency(table: ConsecutiveRuns) -> Script:
 
 
 def drive_fault(table: ConsecutiveRuns) -> Script:
-    table.wire.after_frame(lambda: table.stand.bench._drives[0].fault(0x3210, 0x05))
+    table.wire.after_frame(lambda: table.stand.bench._drives.drives[0].fault(0x3210, 0x05))
     yield 2
 
 
@@ -132,7 +132,7 @@ def jogged(table: ConsecutiveRuns, velocity_m_s: float, ticks: int) -> Script:
 
 def real_switch(table: ConsecutiveRuns) -> Script:
     """The switch is nearer than its position relative to home."""
-    axis = table.stand.bench._drives[0].port.record
+    axis = table.stand.bench._drives.drives[0].port.record
     table.undo = partial(axis.__setitem__, "positive_m", float(axis["positive_m"]))
     axis["positive_m"] = 0.001
     yield lambda: table.machine.stage is not Stage.RUNNING
@@ -227,7 +227,7 @@ def nodes_come_back(table: ConsecutiveRuns) -> None:
 
 
 def one_drive_dies(table: ConsecutiveRuns) -> Script:
-    drive = table.stand.bench._drives[0]
+    drive = table.stand.bench._drives.drives[0]
     table.wire.after_frame(drive.motion.switch_off)
     drop(table, TPDO_X, EMCY_X, HEARTBEAT_X, 0x581)
     yield 200

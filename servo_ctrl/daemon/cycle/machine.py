@@ -33,7 +33,9 @@ class MachineController(MachineState):
         if self.bus_off:
             return self.bus_off
         if self.setting_up:
-            return f"{self._node_names[self._node_boot.nodes[0]]}: is being set up again; wait for its end"
+            return (
+                f"{self._node_names[self._node_boot.nodes[0]]}: is being configured again; wait for its end"
+            )
         if self.nodes is not None:
             if problem := self.nodes.objection(self._missing.lost):
                 return problem
@@ -139,7 +141,7 @@ class MachineController(MachineState):
         """Log an event, of axis `servo` if given, and carry out the reaction of the fault policy."""
         failed_before = self.failed
         if event in REQUESTS and self._node_boot.cancel_power():
-            self.note("set up again, and left without power")
+            self.note("configured again, and left without power")
         reaction = self._incidents.handle(self.stage, event, text, self._cycle)
         if self.failed and not failed_before:
             self.on_fault(event, text)
@@ -207,7 +209,7 @@ class MachineController(MachineState):
             self.nodes.mark_operational(self._node_boot.nodes)
         for name, homes in self._drives.forget_homes(self._unhomed):
             what = "it homes again" if homes else "it has no homing: compare its position with the machine"
-            self.note(f"axis {name}: its drive was set up again and has lost its reference; {what}")
+            self.note(f"axis {name}: its drive was configured again and has lost its reference; {what}")
         if self._node_boot.end():
             self._switch_on()
         else:

@@ -1,6 +1,6 @@
 """Starts the page's process before the first SYNC and ends it with the run.
 
-The controller starts `page_process_keeper`, which starts the page and restarts it when it dies. The cycle
+The controller starts `page_supervisor`, which starts the page and restarts it when it dies. The cycle
 never waits for either process.
 """
 
@@ -13,18 +13,18 @@ from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from servo_ctrl.daemon.page.page_process_keeper import ENDED, ends_with_its_parent
+from servo_ctrl.daemon.page.page_supervisor import ENDED, ends_with_its_parent
 
 END_LIMIT_S = 5.0
-"""Bounds the wait for the end of the keeper, which waits `STOP_LIMIT_S` for the page; chosen."""
+"""Bounds the wait for the end of the supervisor, which waits `STOP_LIMIT_S` for the page; chosen."""
 LINES_KEPT = 20
 LONGEST_LINE = 500
 """Bound the output of the page that is kept for its last message: lines, and characters of one."""
-KEEPER_PAUSE_S = 1.0
-"""Pause before the keeper is restarted."""
-KEEPER_RESTARTS_MAX = 8
-"""Bounds the restarts of the keeper in a run: whoever kills it more often wants no page."""
-KEEPER_ENDED = "the supervisor of the page's process has ended"
+SUPERVISOR_PAUSE_S = 1.0
+"""Pause before the supervisor is restarted."""
+SUPERVISOR_RESTARTS_MAX = 8
+"""Bounds the restarts of the supervisor in a run: whoever kills it more often wants no page."""
+SUPERVISOR_ENDED = "the supervisor of the page's process has ended"
 NICENESS = 10
 """Niceness of the page: every other process, above all the cycle, runs first. All numbers are chosen."""
 
@@ -42,14 +42,14 @@ class PageOptions(NamedTuple):
 
 @contextlib.asynccontextmanager
 async def kept_running(command: list[str], note: Callable[[str], None]) -> AsyncIterator[None]:
-    """Run a command while the block runs; start it again when it or its keeper ends."""
-    keepers, over = [await _keeper(command, _beside_the_cycle)], asyncio.Event()
-    watch = asyncio.create_task(_restart_keeper(keepers, command, note, over))
+    """Run a command while the block runs; start it again when it or its supervisor ends."""
+    supervisors, over = [await _start_supervisor(command, _beside_the_cycle)], asyncio.Event()
+    watch = asyncio.create_task(_restart_supervisor(supervisors, command, note, over))
     try:
         yield
     finally:
         over.set()
-        process = keepers[-1]
+        process = supervisors[-1]
         if process.stdin is not None:
             process.stdin.close()
         try:
@@ -61,12 +61,12 @@ async def kept_running(command: list[str], note: Callable[[str], None]) -> Async
         await watch
 
 
-async def _keeper(
+async def _start_supervisor(
     command: list[str], in_child: Callable[[], object] | None, *prefix: str
 ) -> asyncio.subprocess.Process:
     return await asyncio.create_subprocess_exec(
         *prefix,
-        *(sys.executable, "-m", "servo_ctrl.daemon.page.page_process_keeper"),
+        *(sys.executable, "-m", "servo_ctrl.daemon.page.page_supervisor"),
         *command,
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
@@ -75,43 +75,43 @@ async def _keeper(
     )
 
 
-async def _restart_keeper(
-    keepers: list[asyncio.subprocess.Process],
+async def _restart_supervisor(
+    supervisors: list[asyncio.subprocess.Process],
     command: list[str],
     note: Callable[[str], None],
     over: asyncio.Event,
 ) -> None:
-    """Read the keeper's output, and start another keeper if it was killed, until the block is over.
+    """Read the supervisor's output, and start another supervisor if it was killed, until the block is over.
 
     While the cycle runs, the start must not copy memory, so it calls no function in the child. Under
     SCHED_FIFO the child would compete with the cycle until its command runs: there the loss is only logged.
     """
     while True:
-        await _read(keepers[-1], note)
-        status = await keepers[-1].wait()
+        await _read(supervisors[-1], note)
+        status = await supervisors[-1].wait()
         if over.is_set():
             return
-        again = len(keepers) <= KEEPER_RESTARTS_MAX and os.sched_getscheduler(0) != os.SCHED_FIFO
+        again = len(supervisors) <= SUPERVISOR_RESTARTS_MAX and os.sched_getscheduler(0) != os.SCHED_FIFO
         what = (
-            f"again in {KEEPER_PAUSE_S:g} s"
+            f"again in {SUPERVISOR_PAUSE_S:g} s"
             if again
             else "there is no page until the controller is restarted"
         )
-        note(f"{KEEPER_ENDED} (status {status}), {what}")
+        note(f"{SUPERVISOR_ENDED} (status {status}), {what}")
         if not again:
             return
         with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(KEEPER_PAUSE_S):
+            async with asyncio.timeout(SUPERVISOR_PAUSE_S):
                 await over.wait()
                 return
-        keepers.append(await _keeper(command, None, "nice", "-n", str(NICENESS)))
-        started = keepers[-1].stdin
-        if over.is_set() and started is not None:  # the block ended while this keeper started
+        supervisors.append(await _start_supervisor(command, None, "nice", "-n", str(NICENESS)))
+        started = supervisors[-1].stdin
+        if over.is_set() and started is not None:  # the block ended while this supervisor started
             started.close()
 
 
 async def _read(process: asyncio.subprocess.Process, note: Callable[[str], None]) -> None:
-    """Read the keeper's output; log when the page ends, with its last line."""
+    """Read the supervisor's output; log when the page ends, with its last line."""
     lines: deque[str] = deque(maxlen=LINES_KEPT)
     if process.stdout is None:
         return

@@ -51,5 +51,5 @@ class BootAgain:
         ends_s = loop.time() + INPUTS_LIMIT_S
         while self._machine.setting_up:
             if loop.time() > ends_s:
-                self._machine.booted("no TPDOs are received from a node that was set up again")
+                self._machine.booted("no TPDOs are received from a node that was configured again")
             await asyncio.sleep(POLL_S)

@@ -71,13 +71,13 @@ class LocalServer:
                 path.chmod(0o600)
             except OSError as error:
                 raise LocalSocketError(f"{path}: cannot be made: {error.strerror}") from None
-            keeper = loop.create_task(self._pulse_without_cycle())
+            pulse = loop.create_task(self._pulse_without_cycle())
             try:
                 yield path
             finally:
                 server.close()
-                keeper.cancel()
-                await asyncio.gather(keeper, return_exceptions=True)
+                pulse.cancel()
+                await asyncio.gather(pulse, return_exceptions=True)
                 await self._close_clients()
 
     @property

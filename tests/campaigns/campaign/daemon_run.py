@@ -120,7 +120,9 @@ def next_run(stand: Stand, position_m: Sequence[float]) -> str:
     if ending.report.failed or not ending.report.completed:
         return f"{ending.report.reason or 'not completed'}; reported were: {'; '.join(ending.report.events)}"
     return (
-        "a drive has power in the end" if any(drive.motion.powered for drive in stand.bench._drives) else ""
+        "a drive has power in the end"
+        if any(drive.motion.powered for drive in stand.bench._drives.drives)
+        else ""
     )
 
 

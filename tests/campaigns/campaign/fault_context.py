@@ -44,7 +44,7 @@ class FaultContext:
     @property
     def drive(self) -> Any:
         """The simulated drive of the axis."""
-        return self.stand.bench._drives[self.axis]
+        return self.stand.bench._drives.drives[self.axis]
 
     @property
     def slave(self) -> Any:

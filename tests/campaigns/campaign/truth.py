@@ -41,7 +41,7 @@ class TruthRecorder:
         positions: Any = state["table_position_m"].data
         motors: Any = state["motor_position_m"].data
         speeds: Any = state["table_velocity_m_s"].data
-        drives = bench._drives
+        drives = bench._drives.drives
         axes = range(len(drives))
         rows, clock = self._rows, bench.clock
 

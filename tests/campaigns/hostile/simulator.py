@@ -53,7 +53,7 @@ class TruthWindow:
         np.minimum(self._low, self._position, out=self._low)
         np.maximum(self._high, self._position, out=self._high)
         self._fastest = max(self._fastest, float(np.abs(self._velocity).max()))
-        self._powered = self._powered or any(drive.motion.powered for drive in self._bench._drives)
+        self._powered = self._powered or any(drive.motion.powered for drive in self._bench._drives.drives)
 
 
 async def main(machine: Path, bus: str) -> None:

@@ -76,7 +76,7 @@ def test_node_that_was_lost_is_booted_and_homed_before_its_axis_gets_power(enabl
     made.run(30)
     assert made.ask(Command.ENABLE).accepted
     assert (nodes.booting, made.status.setting_up, made.machine.stage) == ([2], True, Stage.STANDBY)
-    assert made.ask(Command.ENABLE).reason == "dy: is being set up again; wait for its end"
+    assert made.ask(Command.ENABLE).reason == "dy: is being configured again; wait for its end"
     made.machine.booted("dy: absent")
     assert (made.status.setting_up, made.machine.events.kept[-1]) == (False, "not enabled: dy: absent")
 

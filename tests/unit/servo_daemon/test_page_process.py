@@ -136,9 +136,9 @@ async def test_a_killed_controller_leaves_neither_page_nor_watchdog_behind(tmp_p
     try:
         await until(lambda: pids(file))
         page = pids(file)[0]
-        keeper = int(stat_of(page)[1])
-        assert keeper != controller.pid
+        supervisor = int(stat_of(page)[1])
+        assert supervisor != controller.pid
     finally:
         controller.kill()
         await controller.wait()
-    await until(lambda: not alive(page) and not alive(keeper))
+    await until(lambda: not alive(page) and not alive(supervisor))

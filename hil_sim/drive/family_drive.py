@@ -46,7 +46,7 @@ FAMILY_UNIT = "family_unit_"
 """Prefix of the attribute that converts a value to the unit of the family."""
 
 
-class PersonalDrive(Drive):
+class FamilyDrive(Drive):
     """The drive of an axis whose plant file has a section `personality`. Raises what `Drive` raises."""
 
     def __init__(

@@ -10,7 +10,7 @@ from hil_sim.scale.scale_objects import ScaleObjects
 from kernels.arrays import Array
 
 
-class ScalesInStep:
+class BenchScales:
     """The scales of a plant; moves their process objects into `numbers` (scales, values)."""
 
     def __init__(self, scales: Sequence[LinearScale], plant: Plant, numbers: Array) -> None:

@@ -1,8 +1,8 @@
-"""Keeps the page's process alive: `python -m servo_ctrl.daemon.page.page_process_keeper COMMAND...`.
+"""Keeps the page's process alive: `python -m servo_ctrl.daemon.page.page_supervisor COMMAND...`.
 
-It is a process of its own because a fork takes the controller longer than a tick. Keeper and page end when
-the keeper's standard input ends: when the controller closes it or dies. The page writes to the keeper's
-standard output; the keeper adds a line whenever the page ends.
+It is a process of its own because a fork takes the controller longer than a tick. Supervisor and page end
+when the supervisor's standard input ends: when the controller closes it or dies. The page writes to the
+supervisor's standard output; the supervisor adds a line whenever the page ends.
 """
 
 import ctypes

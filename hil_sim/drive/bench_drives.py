@@ -26,12 +26,12 @@ LIMITED = FOLLOWING | cia402.INTERNAL_LIMIT
 """Statuswords of a drive that follows set points of the bus, without and with an active limit."""
 
 
-class DrivesInStep:
+class BenchDrives:
     """The drives of a plant, in the order of its axes; their objects and records share one memory."""
 
     def __init__(self, drives: Sequence[Drive], plant: Plant, numbers: Array) -> None:
         """Move the process objects of the drives into `numbers` (drives, values)."""
-        self._drives, self._plant = tuple(drives), plant
+        self.drives, self._plant = tuple(drives), plant
         self._axes = drive_records(len(drives))
         self._objects = numbers.view(DriveObjects.record()).reshape(-1)
         self._findings: Index = np.zeros(len(drives), np.int64)  # not 0: `read_axis` of that drive is called
@@ -45,13 +45,13 @@ class DrivesInStep:
         command_axes(self._axes, self._objects, plant.setpoint, 1.0, 1.0)
         advance(plant.params, plant.state, plant.setpoint, 0, 0.0)
         supervise_axes(self._axes[:0], self._objects[:0], plant.state[:0], 1.0, 0, 0, self._findings[:0])
-        if self._drives:
-            self._drives[0].port.warm_up()
+        if self.drives:
+            self.drives[0].port.warm_up()
 
     @property
     def slaves(self) -> list[Slave]:
         """The nodes of the drives."""
-        return [drive.slave for drive in self._drives]
+        return [drive.slave for drive in self.drives]
 
     @property
     def memory(self) -> tuple[Any, ...]:
@@ -63,7 +63,7 @@ class DrivesInStep:
     @property
     def following(self) -> bool:
         """Whether all drives follow set points of the bus."""
-        for drive in self._drives:  # noqa: SIM110  # called in every cycle, and `all` takes twice as long
+        for drive in self.drives:  # noqa: SIM110  # called in every cycle, and `all` takes twice as long
             if not drive.follows_set_points:
                 return False
         return True
@@ -75,7 +75,7 @@ class DrivesInStep:
 
     def process(self, tables: PdoTables) -> bytes:
         """Let the drives act on new object values; return the TPDO frames of all nodes."""
-        for drive, must_act in zip(self._drives, tables.acting, strict=True):
+        for drive, must_act in zip(self.drives, tables.acting, strict=True):
             if must_act:
                 drive.process()
         return tables.fill()
@@ -90,7 +90,7 @@ class DrivesInStep:
         if following:
             command_axes(self._axes, self._objects, plant.setpoint, dt_s, cycle_fraction)
         else:
-            for drive in self._drives:
+            for drive in self.drives:
                 drive.command_axis(dt_s, cycle_fraction)
         advance(plant.params, plant.state, plant.setpoint, substeps, substep_s)
         return following
@@ -98,7 +98,7 @@ class DrivesInStep:
     def read(self, dt_s: float, *, following: bool) -> None:
         """Read the actual values of all axes and supervise them over the last `dt_s`."""
         if not following:
-            for drive in self._drives:
+            for drive in self.drives:
                 drive.read_axis(dt_s)
         elif supervise_axes(
             *(self._axes, self._objects, self._plant.state, dt_s),
@@ -108,6 +108,6 @@ class DrivesInStep:
 
     def handle_findings(self, dt_s: float) -> None:
         """Read and supervise the axes that had a finding in the last tick."""
-        for drive, finding in zip(self._drives, self._findings, strict=True):
+        for drive, finding in zip(self.drives, self._findings, strict=True):
             if finding:
                 drive.read_axis(dt_s)
