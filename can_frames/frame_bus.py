@@ -34,7 +34,7 @@ FULL = frozenset({errno.ENOBUFS, errno.EAGAIN})
 """Error codes of a full transmit queue; SocketCAN, with ten frames by default, raises the first."""
 
 
-class Patience(NamedTuple):
+class SendTimeouts(NamedTuple):
     """Longest waits of a send, seconds: for a full queue, and in the interface (None: its default)."""
 
     queue_s: float
@@ -59,23 +59,23 @@ class FrameBus(Protocol):
         """Send the frames of a burst in order."""
 
 
-def frame_bus(bus: can.BusABC, patience: Patience) -> FrameBus:
+def frame_bus(bus: can.BusABC, timeouts: SendTimeouts) -> FrameBus:
     """Return the fastest `FrameBus` for a bus that has no other reader."""
     if hasattr(bus, "start_bursts"):
         bus.start_bursts()
-        return _BurstBus(bus, patience)
+        return _BurstBus(bus, timeouts)
     if isinstance(bus, SocketcanBus):
-        return _SocketBus(bus.socket, patience)
-    return _MessageBus(bus, patience)
+        return _SocketBus(bus.socket, timeouts)
+    return _MessageBus(bus, timeouts)
 
 
 class _BurstBus:
     """An interface that transfers bursts itself, such as localcan."""
 
-    def __init__(self, bus: can.BusABC, patience: Patience) -> None:
+    def __init__(self, bus: can.BusABC, timeouts: SendTimeouts) -> None:
         self._bus = bus
         self._receive, self._send = bus.receive_burst, bus.send_burst  # type: ignore[attr-defined]  # it has
-        self._timeout_s = patience.interface_s
+        self._timeout_s = timeouts.interface_s
 
     @property
     def more(self) -> bool:
@@ -103,8 +103,8 @@ class _SocketBus:
     more = False
     peers: Collection[int] = ()
 
-    def __init__(self, sock: socket.socket, patience: Patience) -> None:
-        self._socket, self._patience_s = BatchSocket(sock), patience.queue_s
+    def __init__(self, sock: socket.socket, timeouts: SendTimeouts) -> None:
+        self._socket, self._timeout_s = BatchSocket(sock), timeouts.queue_s
 
     def waiting(self) -> Iterator[bytearray]:
         while burst := self._socket.receive():
@@ -117,7 +117,7 @@ class _SocketBus:
     def send(self, frames: bytes) -> None:
         left = frames
         while left:
-            left = left[FRAME_BYTES * _patiently(self._socket.send, left[:MOST_BYTES], self._patience_s) :]
+            left = left[FRAME_BYTES * _with_retries(self._socket.send, left[:MOST_BYTES], self._timeout_s) :]
 
 
 class _MessageBus:
@@ -126,8 +126,8 @@ class _MessageBus:
     more = False
     peers: Collection[int] = ()
 
-    def __init__(self, bus: can.BusABC, patience: Patience) -> None:
-        self._bus, self._patience = bus, patience
+    def __init__(self, bus: can.BusABC, timeouts: SendTimeouts) -> None:
+        self._bus, self._timeouts = bus, timeouts
 
     def waiting(self) -> Iterator[bytearray]:
         while (message := self._bus.recv(0)) is not None:
@@ -135,12 +135,12 @@ class _MessageBus:
 
     def send(self, frames: bytes) -> None:
         for start in range(0, len(frames), FRAME_BYTES):
-            _patiently(self._send_one, frames[start : start + FRAME_BYTES], self._patience.queue_s)
+            _with_retries(self._send_one, frames[start : start + FRAME_BYTES], self._timeouts.queue_s)
 
     def _send_one(self, frame: bytes) -> None:
         can_id, size, data = FRAME.unpack(frame)
         message = can.Message(arbitration_id=can_id, data=data[:size], is_extended_id=False)
-        self._bus.send(message, self._patience.interface_s)
+        self._bus.send(message, self._timeouts.interface_s)
 
 
 def _packed(message: can.Message) -> bytes:
@@ -152,15 +152,15 @@ def _packed(message: can.Message) -> bytes:
     return FRAME.pack(header | ERROR * message.is_error_frame, len(message.data), message.data)
 
 
-def _patiently(send: Callable[[bytes], T], frames: bytes, patience_s: float) -> T:
-    """Send frames, waiting at most `patience_s` for space in a full transmit queue; return its result."""
+def _with_retries(send: Callable[[bytes], T], frames: bytes, timeout_s: float) -> T:
+    """Send frames, waiting at most `timeout_s` for space in a full transmit queue; return its result."""
     deadline_s = 0.0
     while True:
         try:
             return send(frames)
         except (can.CanError, OSError) as error:
             now_s = time.monotonic()
-            deadline_s = deadline_s or now_s + patience_s
+            deadline_s = deadline_s or now_s + timeout_s
             if error_code(error) not in FULL or now_s > deadline_s:
                 raise
             time.sleep(PAUSE_S)

@@ -9,7 +9,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from local_can.listening import listen_at, peer_pids
-from local_can.port import Party, Port
+from local_can.port import Client, Port
 from local_can.wire import (
     ATTACH,
     ATTACH_WITH_OWN,
@@ -35,7 +35,7 @@ _PACKET_AND_MORE = FILTERS_BYTES + 1  # one byte more than the longest packet, t
 _MOST_ROUTES = 1024
 """Bounds the number of kept routes (chosen)."""
 
-Route = tuple[tuple[Party, tuple[int, ...]], ...]
+Route = tuple[tuple[Client, tuple[int, ...]], ...]
 """Receivers of a packet, each with the places of its frames; without places it gets the whole packet."""
 
 
@@ -58,11 +58,11 @@ class Hub:
         self._patience_s = 0.0 if bitrate else patience_s
         self._free_at_s = 0.0  # end of the present frame on the paced bus
         self._ports: dict[int, Port] = {}
-        self._parties: list[Party] = []  # in order of their connection
-        self._heads: dict[Party, deque[bytes]] = {}  # packets that each client sends, in order of arrival
-        self._due: list[Party] = []  # clients that got frames in this turn and need a flush
+        self._clients: list[Client] = []  # in order of their connection
+        self._heads: dict[Client, deque[bytes]] = {}  # packets that each client sends, in order of arrival
+        self._due: list[Client] = []  # clients that got frames in this turn and need a flush
         self._contended = False  # whether the frames read next waited during the previous frame
-        self._routes: dict[tuple[Party, tuple[int, ...]], Route] = {}  # by sender and headers of the packet
+        self._routes: dict[tuple[Client, tuple[int, ...]], Route] = {}  # by sender and headers of the packet
         self._listener = listen_at(path)
         self._inode = path.stat().st_ino
         self._epoll = select.epoll()
@@ -82,9 +82,9 @@ class Hub:
         """Whether received frames wait for the next turn."""
         return bool(self._heads)
 
-    def waiting(self, party: Party) -> int:
+    def waiting(self, client: Client) -> int:
         """Return the number of frames of a client that wait for the next turns."""
-        packets = self._heads.get(party)
+        packets = self._heads.get(client)
         return sum(map(len, packets)) // FRAME_BYTES if packets else 0
 
     @property
@@ -92,23 +92,23 @@ class Hub:
         """Process ids of the clients that are on the bus."""
         return peer_pids(port.sock for port in self._ports.values() if port.attached)
 
-    def join(self, party: Party) -> None:
+    def join(self, client: Client) -> None:
         """Add a client, whose first packets attach it to the bus."""
-        self._parties.append(party)
+        self._clients.append(client)
 
-    def take(self, party: Party, packet: bytes) -> bool:
+    def take(self, client: Client, packet: bytes) -> bool:
         """Process a packet of a client; return whether it was valid."""
-        if party.attached and is_frames(packet):
-            self._heads.setdefault(party, deque()).append(packet)
-        elif packet in {ATTACH, ATTACH_WITH_OWN} and not party.attached:
-            party.attached = True
-            party.wants_own = packet == ATTACH_WITH_OWN
-            party.answer(ATTACHED)
+        if client.attached and is_frames(packet):
+            self._heads.setdefault(client, deque()).append(packet)
+        elif packet in {ATTACH, ATTACH_WITH_OWN} and not client.attached:
+            client.attached = True
+            client.wants_own = packet == ATTACH_WITH_OWN
+            client.answer(ATTACHED)
             self._routes.clear()
         elif packet == BURSTS:
-            party.bursts = True
+            client.bursts = True
         elif (filters := unpack_filters(packet)) is not None:
-            party.filters = filters
+            client.filters = filters
             self._routes.clear()
         else:
             return False
@@ -132,8 +132,8 @@ class Hub:
         else:
             while heads and not self._transmit() and not paced:
                 pass
-        for party in self._due:
-            party.flush()
+        for client in self._due:
+            client.flush()
         self._due.clear()
         # On a paced bus a frame present at the end of the previous one has waited for it, even a frame of
         # the same client, because the hub reads one packet of a client at a time.
@@ -141,8 +141,8 @@ class Hub:
 
     def close(self) -> None:
         """Close every connection and remove the socket, unless another hub has replaced it."""
-        for party in self._parties:
-            party.close()
+        for client in self._clients:
+            client.close()
         self._epoll.close()
         self._listener.close()
         with contextlib.suppress(FileNotFoundError):
@@ -163,7 +163,7 @@ class Hub:
         self._pass_on(sender, (frame,))
         return not packets
 
-    def _pass_on(self, sender: Party, packets: Collection[bytes]) -> None:
+    def _pass_on(self, sender: Client, packets: Collection[bytes]) -> None:
         """Pass packets of one sender, already arbitrated, to their receivers."""
         routes, due = self._routes, self._due
         for packet in packets:
@@ -181,23 +181,23 @@ class Hub:
                     sender.deliver(frame[:5] + bytes((MARK_OWN,)) + frame[6:])
             due.append(sender)
 
-    def _find_route(self, sender: Party, headers: tuple[int, ...]) -> Route:
+    def _find_route(self, sender: Client, headers: tuple[int, ...]) -> Route:
         """Return the other clients and which of the frames pass their filters, in order of their connection.
 
         The route is kept until a filter or a client changes, so that many filters cost no time per packet.
         """
         route = []
-        for party in self._parties:
-            if party.attached and party is not sender:
-                places = tuple(at for at, header in enumerate(headers) if passes(header, party.filters))
+        for client in self._clients:
+            if client.attached and client is not sender:
+                places = tuple(at for at, header in enumerate(headers) if passes(header, client.filters))
                 if places:
-                    route.append((party, () if len(places) == len(headers) else places))
+                    route.append((client, () if len(places) == len(headers) else places))
         if len(self._routes) >= _MOST_ROUTES:
             self._routes.clear()
         self._routes[sender, headers] = tuple(route)
         return self._routes[sender, headers]
 
-    def _rank(self, port: Party) -> int:
+    def _rank(self, port: Client) -> int:
         return arbitration_rank(self._heads[port][0])  # of the first frame of a packet
 
     def _occupy(self, frame: bytes) -> None:
@@ -233,7 +233,7 @@ class Hub:
                 begin = packet[: FRAME_BYTES + 1]
                 _LOG.warning("client %d is cut off: it sent no CAN frame but %r", port.sock.fileno(), begin)
             del self._ports[port.sock.fileno()]
-            self._parties.remove(port)
+            self._clients.remove(port)
             port.close()
             self._routes.clear()
 

@@ -1,4 +1,4 @@
-"""The clients of a hub: the interface `Party`, and a client behind a socket with its queue of frames."""
+"""The clients of a hub: the interface `Client`, and a client behind a socket with its queue of frames."""
 
 import logging
 import select
@@ -13,7 +13,7 @@ from local_can.wire import FRAME_BYTES, MOST_BYTES, PASS_ALL, split
 _LOG = logging.getLogger(__name__)
 
 
-class Party(ABC):
+class Client(ABC):
     """A client of the bus, attached or not yet."""
 
     __slots__ = ("attached", "bursts", "filters", "lost_frames", "wants_own")
@@ -42,7 +42,7 @@ class Party(ABC):
         """End the connection."""
 
 
-class Port(Party):
+class Port(Client):
     """A client's socket with a bounded output queue.
 
     Frames wait in the queue until the hub flushes it, or longer if the socket has no space. When the queue

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from can_frames.frame import overrun_frame
 from local_can.hub import Hub
-from local_can.port import Party
+from local_can.port import Client
 from local_can.wire import FRAME_BYTES, MOST_FRAMES, split
 
 QUEUE_FRAMES = 16384
@@ -18,7 +18,7 @@ MOST_TURNS = 256
 """Bounds the turns that others win while a packet of this process is sent; the rest follows later. Chosen."""
 
 
-class InProcessClient(Party):
+class InProcessClient(Client):
     """The client in the hub's process, whose frames wait here until they are read."""
 
     __slots__ = ("inbox",)
@@ -62,15 +62,15 @@ class ServedHub:
 
     def __init__(self, path: Path, packets: Iterable[bytes]) -> None:
         self._hub = Hub(path, bitrate=0, queue_frames=QUEUE_FRAMES, patience_s=PATIENCE_S)
-        self._party = InProcessClient()
-        self._hub.join(self._party)
+        self._client = InProcessClient()
+        self._hub.join(self._client)
         for packet in packets:
-            self._hub.take(self._party, packet)
+            self._hub.take(self._client, packet)
 
     @property
     def more(self) -> bool:
         """Whether frames wait although the file is not readable."""
-        return bool(self._party.inbox) or self._hub.busy
+        return bool(self._client.inbox) or self._hub.busy
 
     @property
     def peers(self) -> list[int]:
@@ -79,19 +79,19 @@ class ServedHub:
 
     def send(self, packet: bytes) -> int:
         """Send a packet to the bus. Raises BlockingIOError while too many of our frames wait for it."""
-        if self._hub.waiting(self._party) > QUEUE_FRAMES:
+        if self._hub.waiting(self._client) > QUEUE_FRAMES:
             self._hub.turn(0.0)
             raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
-        self._hub.take(self._party, packet)
+        self._hub.take(self._client, packet)
         for _ in range(MOST_TURNS):
-            if not self._hub.waiting(self._party):
+            if not self._hub.waiting(self._client):
                 break
             self._hub.turn(0.0)
         return len(packet)
 
     def recv_into(self, buffer: bytearray) -> int:
         """Serve the bus, then read a packet of frames. Raises BlockingIOError if there is none."""
-        burst = self.receive(MOST_FRAMES if self._party.bursts else 1)
+        burst = self.receive(MOST_FRAMES if self._client.bursts else 1)
         if not burst:
             raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
         buffer[: len(burst)] = burst
@@ -99,12 +99,12 @@ class ServedHub:
 
     def receive(self, most_frames: int) -> bytearray:
         """Serve the bus, then take at most so many frames; there may be none."""
-        party = self._party
-        if not party.inbox:
+        client = self._client
+        if not client.inbox:
             self._hub.turn(0.0)
-        inbox, size = party.inbox, most_frames * FRAME_BYTES
+        inbox, size = client.inbox, most_frames * FRAME_BYTES
         if len(inbox) <= size:
-            party.inbox = bytearray()
+            client.inbox = bytearray()
             return inbox
         burst = inbox[:size]
         del inbox[:size]

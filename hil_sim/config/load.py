@@ -13,8 +13,8 @@ from hil_sim.config.model import PlantConfig
 from hil_sim.physics.kinds import Kind
 from hil_sim.physics.registry import EFFECTS, of_kind
 from hil_sim.plant import amplifier
-from kernels.complaints import plain_complaint
 from kernels.quantities import AXIS, fields_of, section_of
+from kernels.validation_messages import plain_message
 
 SENSORS = {section_of(module) for module in of_kind(Kind.SENSOR)}
 """Effects whose sections (encoder, scale) also have other keys, so that `model` declares them."""
@@ -69,7 +69,7 @@ def load_plant(path: Path) -> PlantConfig:
         config = PlantConfig.model_validate(plant)
     except ValidationError as error:
         first = error.errors()[0]
-        raise ConfigError(file, _key_of(first["loc"]), plain_complaint(first["msg"])) from error
+        raise ConfigError(file, _key_of(first["loc"]), plain_message(first["msg"])) from error
     for name, axis in config.axes.items():
         for section, reason in problems_of(axis, config.dt_s):
             raise ConfigError(file, f"axis.{name}.{section}", reason)

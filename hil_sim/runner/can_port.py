@@ -13,13 +13,13 @@ from can_frames.frame import (
     REMOTE,
     pack_frame,
 )
-from can_frames.frame_bus import Patience, frame_bus
+from can_frames.frame_bus import SendTimeouts, frame_bus
 from kernels.lean_import import as_if_absent
 
 with as_if_absent("asammdf"):  # python-can loads it for MF4 logs, and pandas with it: 0.5 s of every start
     import can
 
-PATIENCE = Patience(queue_s=1.0, interface_s=1.0)
+SEND_TIMEOUTS = SendTimeouts(queue_s=1.0, interface_s=1.0)
 """Longest time that a transmit queue may stay full before the bus counts as lost (chosen).
 
 An adapter's queue holds ten frames, a block of an SDO upload has 127.
@@ -80,7 +80,7 @@ class CanPort:
     """
 
     def __init__(self, bus: can.BusABC) -> None:
-        self._bus, self._frames = bus, frame_bus(bus, PATIENCE)
+        self._bus, self._frames = bus, frame_bus(bus, SEND_TIMEOUTS)
         self.on_overrun: Callable[[], None] = lambda: None
         self.on_remote: Callable[[int], None] = lambda _can_id: None
         self.on_restart: Callable[[], None] = lambda: None

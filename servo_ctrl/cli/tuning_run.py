@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from rich.console import Console
 
 from servo_ctrl.cli.progress import ignored, json_steps, progress_bar
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.daemon.run.report import Pacing
@@ -35,10 +35,10 @@ class TuningChoice(NamedTuple):
     pacing: Pacing
     force_n: float | None
 
-    def asker(self) -> Who | None:
+    def requester(self) -> Requester | None:
         """Parse `who`. Raises typer.BadParameter."""
         try:
-            return None if self.who is None else Who.model_validate_json(self.who)
+            return None if self.who is None else Requester.model_validate_json(self.who)
         except ValidationError:
             raise typer.BadParameter("expected user, role and address in JSON", param_hint="--who") from None
 
@@ -50,9 +50,9 @@ def tune_and_report(choice: TuningChoice, *, as_json: bool, apply: bool) -> None
     """
     if choice.bus is not None and choice.controller is not None:
         raise typer.BadParameter("a controller has its own bus: leave --bus out", param_hint="--controller")
-    asker = choice.asker()
+    requester = choice.requester()
     config = load_machine(choice.machine)
-    result = _tuned(choice, config, asker, as_json=as_json)
+    result = _tuned(choice, config, requester, as_json=as_json)
     for line in summary_lines(result):
         typer.echo(line)
     for file in write_files(result, choice.out):
@@ -65,7 +65,9 @@ def tune_and_report(choice: TuningChoice, *, as_json: bool, apply: bool) -> None
         typer.echo(f"applied: {config.source}; as it was: {kept}")
 
 
-def _tuned(choice: TuningChoice, config: MachineConfig, asker: Who | None, *, as_json: bool) -> TuneResult:
+def _tuned(
+    choice: TuningChoice, config: MachineConfig, requester: Requester | None, *, as_json: bool
+) -> TuneResult:
     console = Console(stderr=True)
 
     def print_line(text: str) -> None:
@@ -83,4 +85,4 @@ def _tuned(choice: TuningChoice, config: MachineConfig, asker: Who | None, *, as
         )
         if choice.controller is None:
             return asyncio.run(simulated.tune_axis(request, choice.bus, choice.pacing))
-        return asyncio.run(simulated.tune_by_controller(request, choice.controller, asker))
+        return asyncio.run(simulated.tune_by_controller(request, choice.controller, requester))

@@ -176,7 +176,7 @@ def _known_setting(name: str) -> str:
     return name
 
 
-class Who(BaseModel):
+class Requester(BaseModel):
     """The user of the page who sends a request."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -224,7 +224,7 @@ class LocalRequest(BaseModel):
 
     kind: Literal["request"] = "request"
     id: Annotated[int, Strict(), Field(ge=0, lt=1 << 53)]
-    who: Who
+    who: Requester
     do: Do
     axis: Short = ""
     """Axis of a command, "" = all axes; axis of a jog."""

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from kernels.complaints import plain_complaint
+from kernels.validation_messages import plain_message
 from servo_ctrl.config.contour import contour_objection
 from servo_ctrl.config.file_format import format_problem
 from servo_ctrl.config.model import MachineConfig
@@ -146,7 +146,7 @@ def _read(path: Path) -> tuple[dict[str, Any], str]:
 def as_config_error(
     path: Path, error: ValidationError, document: Mapping[str, Any] | None = None
 ) -> ConfigError:
-    """Convert the first complaint of pydantic to a ConfigError, with the number of further ones."""
+    """Convert the first error of pydantic to a ConfigError, with the number of further ones."""
     details = error.errors(include_url=False, include_context=True)
     first = details[0]
     key = _key_of(first, document or {})
@@ -190,7 +190,7 @@ def _reason_of(detail: ErrorDetails) -> str:
         case "value_error":
             reason = str(context["error"])
         case _:
-            reason = f"{plain_complaint(detail['msg'])} (got {detail['input']!r})"
+            reason = f"{plain_message(detail['msg'])} (got {detail['input']!r})"
     return reason
 
 

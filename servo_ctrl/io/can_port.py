@@ -18,7 +18,7 @@ from can_frames.frame import (
     LARGEST_STANDARD,
     pack_frame,
 )
-from can_frames.frame_bus import Patience, error_code, frame_bus
+from can_frames.frame_bus import SendTimeouts, error_code, frame_bus
 from kernels.lean_import import as_if_absent
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.io.error_frames import BusNews, describe_error_frame
@@ -35,7 +35,7 @@ CATCH_UP_STEPS = 100
 """Interval and number of the checks of `caught_up`; chosen."""
 FRAMES_PER_STEP_MAX = 106
 """Bounds the frames of a bus of 1 Mbit/s in `CATCH_UP_S`; if more arrive, some had been queued."""
-PATIENCE = Patience(queue_s=0.02, interface_s=None)
+SEND_TIMEOUTS = SendTimeouts(queue_s=0.02, interface_s=None)
 """Bounds how long a transmit queue may stay full; chosen. SocketCAN queues ten frames by default."""
 SIZE_AT = 4
 """Offset of the data length in a frame."""
@@ -78,7 +78,7 @@ class CanPort:
         """Called after frames were read."""
         self.off = False
         """Bus-off: frames are neither sent nor passed on until the interface reports its restart."""
-        self._bus, self._frames = bus, frame_bus(bus, PATIENCE)
+        self._bus, self._frames = bus, frame_bus(bus, SEND_TIMEOUTS)
         self._burst: list[bytes] = []
         """Cyclic frames that the next `flush` sends."""
         self._loop: asyncio.AbstractEventLoop | None = None

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self, TypeVar
 import numpy as np
 from pydantic import Field, Strict, ValidationError
 
-from kernels.complaints import plain_complaint
+from kernels.validation_messages import plain_message
 from servo_ctrl.config.section import FileSection, NonNegative, Number, Positive
 from servo_ctrl.learned.file_model import Scalar  # pydantic resolves the annotation
 from servo_ctrl.learning.stroke_result import ERROR_RESOLUTION_M
@@ -85,5 +85,5 @@ def decoded(kind: type[Content], line: bytes, before: int) -> tuple[Content, int
     except ValidationError as error:
         first = error.errors()[0]
         raise ValueError(
-            f"was not written by this servo-ctrl: {first['loc']}: {plain_complaint(first['msg'])}"
+            f"was not written by this servo-ctrl: {first['loc']}: {plain_message(first['msg'])}"
         ) from None

@@ -8,7 +8,7 @@ import asyncio
 import shutil
 from pathlib import Path
 
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.compensation import notch
 from servo_ctrl.excitation.measuring_motion import TuneError
@@ -29,7 +29,7 @@ HEARTBEAT_S = 0.25
 class ControllerRuns:
     """Requests one motion after the other from a controller; recordings go below `out`."""
 
-    def __init__(self, link: MachineLink, who: Who, out: Path) -> None:
+    def __init__(self, link: MachineLink, who: Requester, out: Path) -> None:
         self._link, self._who, self._out = link, who, out
 
     async def connected(self) -> None:

@@ -5,7 +5,7 @@ import contextlib
 import getpass
 from pathlib import Path
 
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.daemon.run.report import Pacing
 from servo_ctrl.excitation.measuring_motion import TuneError
 from servo_ctrl.hil_rig.simulated_machine import simulated_machine
@@ -31,7 +31,7 @@ async def tune_axis(request: TuneRequest, bus: str | None, pacing: Pacing) -> Tu
         return (await TuneRun(request, runs).run())._replace(simulated=True)
 
 
-async def tune_by_controller(request: TuneRequest, socket: Path, who: Who | None = None) -> TuneResult:
+async def tune_by_controller(request: TuneRequest, socket: Path, who: Requester | None = None) -> TuneResult:
     """Tune an axis of the machine that the controller at this local socket is in charge of.
 
     Its log says that `who` asked; None: this system user. Raises TuneError, also where nothing answers.
@@ -41,7 +41,7 @@ async def tune_by_controller(request: TuneRequest, socket: Path, who: Who | None
     link = MachineLink(socket)
     linked = asyncio.create_task(link.run())
     try:
-        who = who or Who(user=getpass.getuser(), role="operate", address="")
+        who = who or Requester(user=getpass.getuser(), role="operate", address="")
         return await TuneRun(request, ControllerRuns(link, who, request.out)).run()
     finally:
         linked.cancel()

@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic_core import PydanticKnownError
 
 import servo_ctrl
-from kernels.complaints import plain_complaint
+from kernels.validation_messages import plain_message
 from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.config.file_format import ADVICE
@@ -213,7 +213,7 @@ def _inserted_words() -> set[str]:
         text = PydanticKnownError(kind, context or None).message_template  # type: ignore[arg-type]  # kinds are literals there
         for number, field in enumerate(re.findall(r"\{\w+\}", text)):
             text = text.replace(field, f"{{{number}}}", 1)
-        library.add(plain_complaint(text))
+        library.add(plain_message(text))
     return (
         {code.meaning for code in refused}
         | set(FILE_KINDS.values())

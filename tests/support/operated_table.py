@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.config.load import load_machine, load_program
 from servo_ctrl.daemon.page.page_process import PageOptions
 from servo_ctrl.daemon.run.report import RunReport
@@ -17,7 +17,7 @@ from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hmi.link.machine_link import MachineLink
 
 LIMIT_S = 60.0
-ANNA = Who(user="anna", role="configure", address="192.0.2.7")
+ANNA = Requester(user="anna", role="configure", address="192.0.2.7")
 
 
 class Operated:

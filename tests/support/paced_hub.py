@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from local_can.hub import Hub
-from local_can.port import Party
+from local_can.port import Client
 from local_can.wire import FRAME_BYTES, headers_of
 
 SYNC = 0x80
@@ -25,14 +25,14 @@ class PacedHub(Hub):
         super().__init__(path, bitrate=0, queue_frames=16384, patience_s=0.25)
         self._period_s, self._due_s = period_s, 0.0
 
-    def take(self, party: Party, packet: bytes) -> bool:
+    def take(self, client: Client, packet: bytes) -> bool:
         """Take a packet; one with a SYNC when it is due."""
         if len(packet) % FRAME_BYTES == 0 and SYNC in headers_of(packet):
             now_s = time.monotonic()
             if now_s < self._due_s:
                 time.sleep(self._due_s - now_s)
             self._due_s = max(now_s, self._due_s) + self._period_s
-        return super().take(party, packet)
+        return super().take(client, packet)
 
 
 def main() -> None:

@@ -17,8 +17,8 @@ from servo_ctrl.commands.local_messages import (
     LocalAnswer,
     LocalRequest,
     NodeInfo,
+    Requester,
     Reversal,
-    Who,
 )
 from servo_ctrl.commands.machine_status import MachineStatus
 from servo_ctrl.commands.stage import Stage
@@ -85,7 +85,7 @@ class StubLink:
         for listener in tuple(self.listeners):
             listener(self.status)
 
-    async def request(self, who: Who, do: str, **fields: Any) -> LocalAnswer:
+    async def request(self, who: Requester, do: str, **fields: Any) -> LocalAnswer:
         """Accept the request, unless `answers` holds another answer; the status shows its effect."""
         request = LocalRequest.model_validate({"id": len(self.requests) + 1, "who": who, "do": do, **fields})
         self.requests.append(request)

@@ -8,14 +8,14 @@ import contextlib
 import sys
 from pathlib import Path
 
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.excitation.measuring_motion import TuneError
 from servo_ctrl.excitation.tuning_motion import TuningMotion
 from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.tuning.controller_runs import ControllerRuns
 
-WHO = Who(user="otto", role="configure", address="192.0.2.8")
+WHO = Requester(user="otto", role="configure", address="192.0.2.8")
 
 
 async def main(socket: Path, machine: Path, out: Path) -> None:

@@ -6,7 +6,7 @@ from servo_ctrl.axis.servo import AxisServo
 from servo_ctrl.canopen.watch import HeartbeatWatch
 from servo_ctrl.daemon.cycle.cycle import Cycle
 
-SWITCH_ON = "check its supply and its cable; Enable sets it up again once it responds"
+SWITCH_ON = "check its supply and its cable; Enable configures it again once it responds"
 EMCY_BYTES = 8
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from nicegui import app
 from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response  # FastAPI reads it
 
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.files.diagnosis_files import MODEL_FILE, REPORT_FILE
 from servo_ctrl.hmi.diagnosis.job import DiagnosisJobs
 from servo_ctrl.hmi.diagnosis.job_files import MEDIA_TYPES, accept_model
@@ -27,14 +27,14 @@ class Diagnoses(LoggedJobs[DiagnosisJobs]):
     def __init__(self, directory: Path) -> None:
         super().__init__(DiagnosisJobs(directory / DIRECTORY), LOG_FILE)
 
-    async def start(self, recordings: Sequence[Path], model: Path, who: Who) -> Job:
+    async def start(self, recordings: Sequence[Path], model: Path, who: Requester) -> Job:
         """Start a diagnosis."""
         job = await self.jobs.start(recordings, model, who.user)
         paths = [str(path) for path in recordings]
         await self.log(who, "start", job, recordings=paths, model=str(model))
         return job
 
-    async def accept(self, job: Job, target: Path, who: Who) -> Path | None:
+    async def accept(self, job: Job, target: Path, who: Requester) -> Path | None:
         """Copy the repaired model into use; return the path of the old one, None without one."""
         kept = await asyncio.to_thread(accept_model, job.directory / MODEL_FILE, target, who.user)
         await self.log(who, "accept", job, target=str(target), kept=str(kept or ""))

@@ -28,9 +28,9 @@ from servo_ctrl.commands.local_messages import (
     Hello,
     LocalAnswer,
     LocalRequest,
+    Requester,
     Reversal,
     ServerMessage,
-    Who,
     server_message,
 )
 from servo_ctrl.commands.machine_status import MachineStatus
@@ -99,7 +99,7 @@ class MachineLink:
             await asyncio.sleep(retry_s)
 
     async def request(
-        self, who: Who, do: str, *, limit_s: float = ANSWER_TIMEOUT_S, **fields: Any
+        self, who: Requester, do: str, *, limit_s: float = ANSWER_TIMEOUT_S, **fields: Any
     ) -> LocalAnswer:
         """Send a request and return its answer; `fields` are those of `commands.local_messages.LocalRequest`.
 

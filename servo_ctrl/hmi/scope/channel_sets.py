@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, TypeAdapter, ValidationError
 
-from kernels.complaints import plain_complaint
+from kernels.validation_messages import plain_message
 from servo_ctrl.config.file_format import FORMAT, format_problem
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.directory import locked
@@ -70,7 +70,7 @@ def load_sets(directory: Path) -> dict[str, ChannelSet]:
     except ValidationError as error:
         first = error.errors()[0]
         raise SetsError(
-            f"{path}: {'.'.join(map(str, first['loc']))}: {plain_complaint(first['msg'])}"
+            f"{path}: {'.'.join(map(str, first['loc']))}: {plain_message(first['msg'])}"
         ) from None
     except (ValueError, RecursionError) as error:
         raise SetsError(f"{path}: is not JSON: {error}") from None

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from kernels.complaints import plain_complaint
+from kernels.validation_messages import plain_message
 from servo_ctrl.errors import ServoCtrlError, reason_of
 
 Content = TypeVar("Content", bound=BaseModel)
@@ -35,6 +35,6 @@ def read_json_file(
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))
-        raise failed(f"{path}: {key}: {plain_complaint(first['msg'])}") from None
+        raise failed(f"{path}: {key}: {plain_message(first['msg'])}") from None
     except (ValueError, RecursionError) as error:
         raise failed(f"{path}: is not JSON: {error}") from None

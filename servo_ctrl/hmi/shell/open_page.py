@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from servo_ctrl.commands.command import Command, Right
-from servo_ctrl.commands.local_messages import Do, LocalAnswer, Who, right_for
+from servo_ctrl.commands.local_messages import Do, LocalAnswer, Requester, right_for
 from servo_ctrl.hmi.access.control_right import ControlRight
 from servo_ctrl.hmi.access.sessions import Sessions
 from servo_ctrl.hmi.access.users import Access, Role
@@ -73,9 +73,9 @@ class OpenPage:
         return self.services.link
 
     @property
-    def who(self) -> Who:
+    def who(self) -> Requester:
         """The visitor as the controller records them."""
-        return Who(user=self.user[:64], role=self.role.label, address=self.address[:64])
+        return Requester(user=self.user[:64], role=self.role.label, address=self.address[:64])
 
     def current_role(self) -> Role | None:
         """Return the visitor's role now; None when their login has ended or their token was revoked.

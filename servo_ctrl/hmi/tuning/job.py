@@ -9,7 +9,7 @@ import asyncio
 from collections.abc import Sequence
 from pathlib import Path
 
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.files.tuning_files import LEAST_MS, MOST_MS
 from servo_ctrl.hmi.shell.program_jobs import Job, ProgramJobs
 from servo_ctrl.hmi.shell.program_process import JobError, installed_program
@@ -26,7 +26,7 @@ class TuningJobs(ProgramJobs):
         super().__init__(directory, PROGRAM)
 
     async def start(
-        self, machine_file: Path, axis: str, ms: float, who: Who, controller: Path | None = None
+        self, machine_file: Path, axis: str, ms: float, who: Requester, controller: Path | None = None
     ) -> Job:
         """Start a tuning on the simulator, or on the machine of the controller at this socket.
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from nicegui import app
 
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.hmi.shell.logged_jobs import LoggedJobs
 from servo_ctrl.hmi.shell.program_jobs import ENDED, Job
 from servo_ctrl.hmi.tuning.job import TuningJobs
@@ -25,7 +25,7 @@ class PageTunings(LoggedJobs[TuningJobs]):
         self._watch: asyncio.Task[None] | None = None
 
     async def start(
-        self, machine_file: Path, axis: str, ms: float, who: Who, controller: Path | None = None
+        self, machine_file: Path, axis: str, ms: float, who: Requester, controller: Path | None = None
     ) -> None:
         """Start a tuning, on the machine of the controller at this socket if one is given."""
         job = await self.jobs.start(machine_file, axis, ms, who, controller)

@@ -92,7 +92,7 @@ def _block(content: str, line: int, source: Path) -> Block:
         if item is None:
             if not content[place:].strip(" \t"):
                 break
-            raise ConfigError(source, line_key(line), _complaint(content, place))
+            raise ConfigError(source, line_key(line), _reason(content, place))
         letter, number = item["letter"], item["number"]
         if letter is not None:
             value = float(number)
@@ -103,7 +103,7 @@ def _block(content: str, line: int, source: Path) -> Block:
     return Block(line, tuple(words), optional=deleted is not None)
 
 
-def _complaint(content: str, place: int) -> str:
+def _reason(content: str, place: int) -> str:
     """Return why the text from `place` on is not a word."""
     rest = content[place:].lstrip(" \t")
     if any(sign in rest for sign in "#[]=<>"):

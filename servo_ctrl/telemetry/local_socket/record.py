@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from kernels.complaints import plain_complaint
+from kernels.validation_messages import plain_message
 from servo_ctrl.commands.local_messages import LocalRequest
 
 LOGGED_CHARACTERS_MAX = 200
@@ -62,9 +62,9 @@ def _mm(value: object) -> str:
     return f"{1e3 * value:g} mm" if isinstance(value, int | float) else "?"
 
 
-def complaint(error: ValidationError) -> str:
-    """Return the first complaint of pydantic: the key and the fault."""
+def reason_of(error: ValidationError) -> str:
+    """Return the reason of pydantic's first error: the key and the fault."""
     first = error.errors(include_url=False, include_context=False, include_input=False)[0]
     place = ".".join(str(part) for part in first["loc"])
-    text = plain_complaint(first["msg"])
+    text = plain_message(first["msg"])
     return f"{place}: {text}" if place else text

@@ -27,7 +27,7 @@ from servo_ctrl.commands.settings import SETTINGS
 from servo_ctrl.config.part_program import PartProgram
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.errors import ServoCtrlError
-from servo_ctrl.telemetry.local_socket.record import LOGGED_CHARACTERS_MAX, complaint, in_words, record_of
+from servo_ctrl.telemetry.local_socket.record import LOGGED_CHARACTERS_MAX, in_words, reason_of, record_of
 
 Reply = Callable[[bytes], None]
 
@@ -122,7 +122,7 @@ class LocalRequests:
         try:
             request = LocalRequest.model_validate_json(payload)
         except ValidationError as error:
-            return self.malformed(complaint(error))
+            return self.malformed(reason_of(error))
         required, given = REQUIRED_FIELDS.get(request.do, set()), request.model_fields_set - _ENVELOPE
         if missing := required - given:
             return self.malformed(f"{request.do}: {min(missing)} is missing", request.id)

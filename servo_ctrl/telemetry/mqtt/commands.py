@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints, TypeAdapter, ValidationError
 
-from kernels.complaints import plain_complaint
+from kernels.validation_messages import plain_message
 from servo_ctrl.commands.command import COMMANDS, Command, CommandRequest, CommandResult, Refusal, Right
 from servo_ctrl.commands.handler import CommandHandler
 from servo_ctrl.commands.settings import SETTINGS, Setting
@@ -109,7 +109,7 @@ class MqttCommands:
         try:
             value = _value(setting, message.value)
         except ValidationError as error:
-            return _refused(Refusal.OUT_OF_RANGE, _complaint(error, "value"))
+            return _refused(Refusal.OUT_OF_RANGE, _reason(error, "value"))
         return self._wrong_topic(setting) or _answer_of(self._handler.change(setting.name, value))
 
     def _wrong_topic(self, request: Command | Setting) -> tuple[str, str] | None:
@@ -131,7 +131,7 @@ def _document(payload: bytes) -> Any:
     if len(payload) > LENGTH_LIMIT:
         raise _MalformedError(f"{len(payload)} bytes, at most {LENGTH_LIMIT} are read")
     try:
-        return json.loads(payload.decode("utf-8"), object_pairs_hook=_without_doubles)
+        return json.loads(payload.decode("utf-8"), object_pairs_hook=_without_duplicates)
     except UnicodeDecodeError as error:
         raise _MalformedError(f"not UTF-8 at byte {error.start}") from None
     except RecursionError:
@@ -140,7 +140,7 @@ def _document(payload: bytes) -> Any:
         raise _MalformedError(f"not JSON: {error}") from None
 
 
-def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """Return the object; refuse repeated keys, because it is unknown which value the sender means."""
     content = dict(pairs)
     if len(content) < len(pairs):
@@ -155,7 +155,7 @@ def _message(document: Any) -> _CommandMessage | _SettingMessage:
     try:
         return kind.model_validate(document)
     except ValidationError as error:
-        raise _MalformedError(_complaint(error)) from None
+        raise _MalformedError(_reason(error)) from None
 
 
 def _id_of(document: Any) -> str | None:
@@ -183,8 +183,8 @@ def _refused(refusal: Refusal, reason: str, known: dict[str, Any] | None = None)
     return refusal.name.lower(), reason + (f", only {', '.join(known)}" if known else "")
 
 
-def _complaint(error: ValidationError, key: str = "") -> str:
-    """Return the first complaint: the key, the fault and the received value."""
+def _reason(error: ValidationError, key: str = "") -> str:
+    """Return the reason of the first error: the key, the fault and the received value."""
     detail = error.errors(include_url=False, include_context=False)[0]
     where = ".".join(_shown(part).strip("'\"") for part in detail["loc"]) or key or "message"
     match detail["type"]:
@@ -192,7 +192,7 @@ def _complaint(error: ValidationError, key: str = "") -> str:
             return f"{where}: is missing"
         case "extra_forbidden":
             return f"{where}: unknown key"
-    return f"{where}: {plain_complaint(detail['msg'])} (got {_shown(detail['input'])})"
+    return f"{where}: {plain_message(detail['msg'])} (got {_shown(detail['input'])})"
 
 
 def _shown(value: Any) -> str:

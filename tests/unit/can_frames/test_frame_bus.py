@@ -12,10 +12,10 @@ from can.interfaces.socketcan import SocketcanBus
 from can.interfaces.socketcan.socketcan import build_can_frame
 
 from can_frames.frame import FRAME, pack_frame
-from can_frames.frame_bus import Patience, frame_bus
+from can_frames.frame_bus import SendTimeouts, frame_bus
 
-PATIENCE = Patience(queue_s=1.0, interface_s=1.0)
-BRIEF = Patience(queue_s=1e-3, interface_s=1.0)
+SEND_TIMEOUTS = SendTimeouts(queue_s=1.0, interface_s=1.0)
+BRIEF = SendTimeouts(queue_s=1e-3, interface_s=1.0)
 
 
 class PairedSocketcan(SocketcanBus):
@@ -46,7 +46,7 @@ def test_frames_are_those_of_socketcan(paired: PairedSocketcan) -> None:
     message = can.Message(arbitration_id=0x181, data=b"\1\2\3", is_extended_id=False)
     paired.far.send(build_can_frame(message))
     paired.far.send(build_can_frame(message))
-    bus = frame_bus(paired, PATIENCE)
+    bus = frame_bus(paired, SEND_TIMEOUTS)
     bursts = list(bus.waiting())  # both in one system call
     assert [list(FRAME.iter_unpack(burst)) for burst in bursts] == [
         [(0x181, 3, b"\1\2\3".ljust(8, b"\0"))] * 2
@@ -73,7 +73,7 @@ def test_messages_of_any_interface_become_frames_and_back(virtual: tuple[can.Bus
         {"is_extended_id": False, "is_fd": True},
     ):
         far.send(can.Message(arbitration_id=0x181, **flags))
-    bus = frame_bus(near, PATIENCE)
+    bus = frame_bus(near, SEND_TIMEOUTS)
     headers = [int.from_bytes(burst[:4], "little") for burst in bus.waiting()]
     assert headers == [0x181, 0x8000_0181, 0x4000_0181, 0x2000_0181, 0x8000_0181]
     bus.send(pack_frame(0x201, b"\7") + pack_frame(0x80, b""))

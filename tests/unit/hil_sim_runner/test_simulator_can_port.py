@@ -7,7 +7,7 @@ from typing import cast
 import can
 import pytest
 
-from can_frames.frame_bus import Patience
+from can_frames.frame_bus import SendTimeouts
 from hil_sim.runner.can_port import BusError, CanPort, open_bus
 
 
@@ -133,7 +133,7 @@ def test_sending_does_not_wait_for_a_bus_that_is_down() -> None:
 
 
 def test_a_queue_that_stays_full_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hil_sim.runner.can_port.PATIENCE", Patience(queue_s=0.01, interface_s=0.01))
+    monkeypatch.setattr("hil_sim.runner.can_port.SEND_TIMEOUTS", SendTimeouts(queue_s=0.01, interface_s=0.01))
     with pytest.raises(BusError, match="bus full"):
         put(FullBus(10**9, errno.ENOBUFS))
 

@@ -1,4 +1,4 @@
-"""A bus that one of its parties serves in its own process: the same to everybody else, and to itself."""
+"""A bus that one of its clients serves in its own process: the same to everybody else, and to itself."""
 
 import os
 import random
@@ -37,7 +37,7 @@ def client(path: Path, server: LocalCanBus) -> Iterator[Any]:
 
 
 def attached(path: Path, server: LocalCanBus, **options: Any) -> Any:
-    """Another party: the hub answers while the server is read, so both sides take turns in this thread."""
+    """Another client: the hub answers while the server is read, so both sides take turns in this thread."""
     made: list[Any] = []
     thread = threading.Thread(target=lambda: made.append(LocalCanBus(str(path), **options)))
     thread.start()
@@ -93,9 +93,9 @@ def test_its_filters_and_own_frames_are_those_of_a_client(path: Path) -> None:
 def test_a_packet_goes_whole_or_in_the_parts_that_a_filter_passes(path: Path) -> None:
     hub = Hub(path, bitrate=0, queue_frames=1, patience_s=0.0)
     sender, whole, part = (InProcessClient() for _ in range(3))
-    for party in (sender, whole, part):
-        hub.join(party)
-        assert hub.take(party, ATTACH)
+    for client in (sender, whole, part):
+        hub.join(client)
+        assert hub.take(client, ATTACH)
     assert hub.take(part, pack_filters(((0x100, 0x700),)))
     draw = random.Random(21)
     packets = [

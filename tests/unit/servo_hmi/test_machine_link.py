@@ -12,12 +12,12 @@ from local_socket_bench import CHANNELS, LIMIT_S, WHO, LocalSocketBench
 
 from servo_ctrl.commands.command import CommandResult, Refusal
 from servo_ctrl.commands.local_frames import JSON, ROWS, frame
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.hmi.link import machine_link
 from servo_ctrl.hmi.link.machine_link import MachineLink
 
-ANNA = Who.model_validate(WHO)
+ANNA = Requester.model_validate(WHO)
 
 
 @contextlib.asynccontextmanager

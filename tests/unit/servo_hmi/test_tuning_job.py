@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from servo_ctrl.cli.main import app
 from servo_ctrl.cli.tune import tune
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.daemon.run.report import Pacing
 from servo_ctrl.errors import ServoCtrlError
 from servo_ctrl.files.tuning_files import LEAST_MS, MOST_MS, USUAL_MS
@@ -21,7 +21,7 @@ from servo_ctrl.tuning import simulated
 from servo_ctrl.tuning.request import TuneRequest
 
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table" / "controller.toml"
-ADA = Who(user="ada, 'the first'", role="configure", address="192.0.2.7")
+ADA = Requester(user="ada, 'the first'", role="configure", address="192.0.2.7")
 SAY_ARGUMENTS = "import sys\nprint('\\n'.join(sys.argv[1:]), flush=True)\n"
 
 
@@ -72,7 +72,7 @@ def test_a_controller_is_told_the_visitor_who_asked(
 ) -> None:
     told: list[object] = []
 
-    async def noted(_request: TuneRequest, socket: Path, who: Who | None) -> None:
+    async def noted(_request: TuneRequest, socket: Path, who: Requester | None) -> None:
         told.extend((socket, who))
         raise ServoCtrlError("asked")
 

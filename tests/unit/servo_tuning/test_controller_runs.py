@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from local_socket_bench import LocalSocketBench
 
-from servo_ctrl.commands.local_messages import Who
+from servo_ctrl.commands.local_messages import Requester
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.excitation.measuring_motion import TuneError
 from servo_ctrl.excitation.tuning_motion import TuningMotion
@@ -15,7 +15,7 @@ from servo_ctrl.hmi.link.machine_link import MachineLink
 from servo_ctrl.tuning import controller_runs
 from servo_ctrl.tuning.controller_runs import ControllerRuns
 
-ANNA = Who(user="anna", role="operate", address="")
+ANNA = Requester(user="anna", role="operate", address="")
 TRIAL = TuningMotion("x", trial=True)
 
 

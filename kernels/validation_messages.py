@@ -17,7 +17,7 @@ _WORDS = (
 )
 
 
-def plain_complaint(message: str) -> str:
+def plain_message(message: str) -> str:
     """Return pydantic's message about a value without words of its schema, with a small first letter."""
     for pattern, words in _WORDS:
         message = pattern.sub(words, message)

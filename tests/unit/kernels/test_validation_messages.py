@@ -3,7 +3,7 @@
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from kernels.complaints import plain_complaint
+from kernels.validation_messages import plain_message
 
 
 class Inner(BaseModel):
@@ -33,7 +33,7 @@ class Declared(BaseModel):
         ({}, "is missing"),
     ],
 )
-def test_a_complaint_has_no_words_of_a_schema(values: dict[str, object], said: str) -> None:
+def test_a_message_has_no_words_of_a_schema(values: dict[str, object], said: str) -> None:
     with pytest.raises(ValidationError) as refused:
         Declared.model_validate(values)
-    assert plain_complaint(refused.value.errors()[0]["msg"]) == said
+    assert plain_message(refused.value.errors()[0]["msg"]) == said
