@@ -189,7 +189,7 @@ def _watch_bus(port: CanPort, machine: MachineController, cycle: Cycle, *, locks
             machine.event(Event.BUS_OFF, text)
         elif news.restarted and machine.bus_off:
             machine.bus_off = ""
-            machine.note(f"{text}: the drives have braked by themselves; Enable sets the nodes up again")
+            machine.note(f"{text}: the drives have braked by themselves; Enable configures the nodes again")
             machine.on_fault(Event.BUS_OFF, text)
         elif news.frames_lost:
             machine.event(Event.FRAMES_LOST, text)
