@@ -1,8 +1,9 @@
 """Positioning on random precision stages: `python -m studies.wang_2014.random_study --json FILE`.
 
 One procedure: the gain of the sampled loop beside the table, and its corrections at an end point, are
-searched on training stages; every setting is then judged on other stages, from a cold start, at targets off
-the grid. Each stage learns its own screw table. All in the batch twin.
+searched on training stages, and the kind of an input shaper on further ones; every setting is then judged on
+other stages, from a cold start, at targets off the grid. Each stage learns its own screw table, and its swing
+is measured. All in the batch twin.
 """
 
 import argparse
@@ -18,11 +19,13 @@ import numpy as np
 from servo_ctrl.cli.figures_file import write_figures
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.metrology.iso_230_2 import positioning
+from servo_ctrl.motion.input_shaper import ShaperKind
 from studies.wang_2014.plan import AXIS, stage_machine
 from studies.wang_2014.random_stages import RandomStage, random_stages
 from studies.wang_2014.readings import Deviations, deviations
 from studies.wang_2014.stages import STAGES, Stage
 from studies.wang_2014.study import AIM_UM, UM
+from studies.wang_2014.swing import measured_swing
 from studies.wang_2014.twin_screw import learn_screw
 from studies.wang_2014.twin_study import Twin, positioned, powered_up
 from twin.plant_file import load_plant
@@ -32,6 +35,8 @@ TRAINING_SEED, SEED = 2013, 2014
 """Seeds of the stages for training and of the measured ones; chosen."""
 TRAINING_STAGES = 3
 """Number of stages for training; chosen."""
+SHAPER_SEED, SHAPER_STAGES = 2015, 20
+"""Seed and number of the stages on which the input shaper is chosen; chosen: the three have no slow arm."""
 CYCLES = 5
 """Of a series, from power-up: six minutes, in which the screw takes on half of the change of the room."""
 GAINS, CORRECTIONS = (1.0, 0.25, 0.1, 0.05, 0.02), (1, 5)
@@ -39,6 +44,9 @@ GAINS, CORRECTIONS = (1.0, 0.25, 0.1, 0.05, 0.02), (1, 5)
 COMPARED = ("smoothed", "screw_table", "screw_table_sampled")
 TRIMMED = "screw_table_trimmed"
 """Table and sampled loop with the gain and the corrections of the search."""
+SHAPED = "screw_table_shaped"
+"""The same, with an input shaper for the measured swing."""
+SHAPERS: tuple[ShaperKind | None, ...] = (None, "zv", "zvd")
 
 
 def trimmed(gain: float, corrections: int) -> Stage:
@@ -46,13 +54,15 @@ def trimmed(gain: float, corrections: int) -> Stage:
     return STAGES["screw_table_sampled"]._replace(name=TRIMMED, gain=gain, corrections=corrections)
 
 
-def with_table(drawn: RandomStage) -> Twin:
-    """Return the stage with the table that it has learned, after its own power-up."""
+def commissioned(drawn: RandomStage) -> Twin:
+    """Return the stage with its learned table and its measured swing, each after a power-up of its own."""
     twin = Twin(MACHINE, drawn.plant)
     machine = stage_machine(MACHINE, STAGES["screw_table"])
     params = axis_params(machine, AXIS)
     learned = learn_screw(machine, AXIS, powered_up(twin, machine, params).rollout, params)
-    return twin._replace(screw=learned)
+    plain = stage_machine(MACHINE, STAGES["uncompensated"])
+    swing = measured_swing(plain, powered_up(twin, plain, axis_params(plain, AXIS)).rollout)
+    return twin._replace(screw=learned, swing=swing)
 
 
 def deviations_on(twin: Twin, drawn: RandomStage, setting: Stage) -> Deviations:
@@ -78,7 +88,7 @@ def figures_of(found: Deviations) -> dict[str, float]:
 
 def searched(drawn: Sequence[RandomStage], pool: ThreadPoolExecutor) -> list[dict[str, float]]:
     """Return each gain and number of corrections with its cost: mean largest |deviation|, um; least first."""
-    twins = list(pool.map(with_table, drawn))
+    twins = list(pool.map(commissioned, drawn))
     settings = list(product(GAINS, CORRECTIONS))
 
     def cost(setting: tuple[float, int]) -> float:
@@ -96,9 +106,27 @@ def searched(drawn: Sequence[RandomStage], pool: ThreadPoolExecutor) -> list[dic
     return sorted(rows, key=lambda row: row["cost_um"])
 
 
+def shapers_tried(
+    drawn: Sequence[RandomStage], setting: Stage, pool: ThreadPoolExecutor
+) -> list[dict[str, Any]]:
+    """Return each kind of shaper with the mean and the largest deviation over the stages, um; least first."""
+    twins = list(pool.map(commissioned, drawn))
+
+    def largest_um(kind: ShaperKind | None) -> list[float]:
+        shaped = setting._replace(shaper=kind)
+        pairs = zip(twins, drawn, strict=True)
+        return [figures_of(deviations_on(twin, one, shaped))["largest_um"] for twin, one in pairs]
+
+    rows = [
+        {"shaper": kind, "cost_um": float(np.mean(found)), "worst_um": max(found)}
+        for kind, found in zip(SHAPERS, pool.map(largest_um, SHAPERS), strict=True)
+    ]
+    return sorted(rows, key=lambda row: row["cost_um"])
+
+
 def judged(drawn: RandomStage, settings: Sequence[Stage]) -> dict[str, dict[str, float]]:
     """Return the figures of every setting on one stage."""
-    twin = with_table(drawn)
+    twin = commissioned(drawn)
     return {setting.name: figures_of(deviations_on(twin, drawn, setting)) for setting in settings}
 
 
@@ -113,9 +141,13 @@ def main() -> None:
     with ThreadPoolExecutor(max_workers=len(os.sched_getaffinity(0))) as pool:
         search = searched(training, pool)
         best = search[0]
-        settings = [*(STAGES[name] for name in COMPARED), trimmed(best["gain"], int(best["corrections"]))]
+        alone = trimmed(best["gain"], int(best["corrections"]))
+        further = list(random_stages(plant, AXIS, SHAPER_STAGES, SHAPER_SEED, CYCLES))
+        shapers = shapers_tried(further, alone, pool)
+        shaped = alone._replace(name=SHAPED, shaper=shapers[0]["shaper"])
+        settings = [*(STAGES[name] for name in COMPARED), alone, shaped]
         figures: dict[str, Any] = {"made": "batch twin", "aim_um": AIM_UM, "cycles": CYCLES, "seed": SEED}
-        figures |= {"search": search, "stages": []}
+        figures |= {"search": search, "shapers": shapers, "stages": []}
         drawn = random_stages(plant, AXIS, options.stages, SEED, CYCLES)
         for found in pool.map(lambda one: judged(one, settings), drawn):
             figures["stages"].append(found)

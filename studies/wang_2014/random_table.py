@@ -17,8 +17,8 @@ COLUMNS = {
 
 
 def tables(figures: dict[str, Any]) -> str:
-    """Return both tables in Markdown: all settings over the stages, and what the search found."""
-    return "\n".join((over_stages(figures), search_rows(figures)))
+    """Return the tables in Markdown: all settings over the stages, and what both searches found."""
+    return "\n".join((over_stages(figures), search_rows(figures), shaper_rows(figures)))
 
 
 def over_stages(figures: dict[str, Any]) -> str:
@@ -41,5 +41,15 @@ def search_rows(figures: dict[str, Any]) -> str:
     heads = ("gain", "corrections", "largest deviation, mean of the training stages, um")
     rows = [
         (f"{row['gain']:g}", str(row["corrections"]), f"{row['cost_um']:.2f}") for row in figures["search"]
+    ]
+    return markdown_table(heads, rows)
+
+
+def shaper_rows(figures: dict[str, Any]) -> str:
+    """Return what the search found for every kind of input shaper, the best first."""
+    heads = ("input shaper", "largest deviation, mean of the further stages, um", "worst, um")
+    rows = [
+        (row["shaper"] or "none", f"{row['cost_um']:.2f}", f"{row['worst_um']:.2f}")
+        for row in figures["shapers"]
     ]
     return markdown_table(heads, rows)

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from servo_ctrl.motion.input_shaper import ShaperKind
+
 TARGETS = 20
 """Targets over the travel of the precision stage."""
 
@@ -22,6 +24,8 @@ class Stage(NamedTuple):
     """Most corrections at one end point."""
     screw: bool = False
     """Learned screw table and backlash take-up."""
+    shaper: ShaperKind | None = None
+    """Input shaper for the swing that was measured."""
     continuous: bool = False
     """Position loop on the scale, in the controller (controller_continuous.toml)."""
 

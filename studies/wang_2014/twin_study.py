@@ -8,7 +8,7 @@ and by an ideal interferometer: the true position of the measured point in the p
 import os
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +17,7 @@ import numpy as np
 
 from hil_sim.config import PlantConfig
 from hil_sim.plant.measured_point import measured_point_m
+from kernels.arrays import Array
 from servo_ctrl.config.kernel_params import axis_params, with_screw
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program import check_program, program_segments
@@ -24,11 +25,14 @@ from servo_ctrl.config.steps import program_steps
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learned.store import ScrewStore
 from servo_ctrl.learning.screw import ScrewLearned, error_table
+from servo_ctrl.motion.input_shaper import Taps, shaped, taps
+from servo_ctrl.motion.program import Segment
 from servo_ctrl.units import MM
 from studies.twin_axis import REST_CYCLES, TwinAxis, set_points, twin_axis
 from studies.wang_2014.plan import AXIS, SERIES, Series, plan_series, stage_machine
 from studies.wang_2014.readings import Deviations, Reading, deviations, write_readings
 from studies.wang_2014.stages import STAGES, Stage
+from studies.wang_2014.swing import Swing
 from studies.wang_2014.twin_screw import learn_screw
 from twin.plant_file import load_plant
 
@@ -65,6 +69,8 @@ class Twin(NamedTuple):
     rest_cycles: int = REST_CYCLES
     screw: ScrewLearned | None = None
     """The learned screw table, None before learning."""
+    swing: Swing | None = None
+    """The measured swing of the structure, for stages with an input shaper."""
 
     @property
     def cycles_before(self) -> int:
@@ -94,8 +100,12 @@ def positioned(
     readings: list[Reading] = []
     column = list(machine.axes).index(AXIS)
     cycles = twin.cycles_before
-    for segment in program_segments(program_steps(plan.program, machine), machine, [0.0] * len(machine.axes)):
-        rows = rollout.rows(set_points(segment, column))
+    shaper = None
+    if stage.shaper is not None and twin.swing is not None:
+        shaper = taps(stage.shaper, *twin.swing, machine.period_s)
+    segments = program_segments(program_steps(plan.program, machine), machine, [0.0] * len(machine.axes))
+    for segment, commands in shaped_segments(segments, column, shaper):
+        rows = rollout.rows(commands)
         cycles += len(rows)
         visit = plan.visits.get(segment.step)
         if visit is None:
@@ -116,6 +126,21 @@ def positioned(
         )
     on_run()
     return readings
+
+
+def shaped_segments(
+    segments: Iterable[Segment], column: int, shaper: Taps | None
+) -> Iterator[tuple[Segment, Array]]:
+    """Yield each segment with the set points (n, 4) of an axis, which rests at zero before the first."""
+    before = np.zeros((0 if shaper is None else shaper.longest, 4))
+    for segment in segments:
+        points = set_points(segment, column)
+        if shaper is None:
+            yield segment, points
+            continue
+        whole = np.concatenate([before, points])
+        yield segment, shaped(whole, shaper)[len(before) :]
+        before = whole[len(whole) - shaper.longest :]
 
 
 def learned_in_twin(twin: Twin, stage: Stage, out: Path) -> ScrewLearned:

@@ -14,13 +14,15 @@ from studies.wang_2014.random_study import (
     CYCLES,
     MACHINE,
     SEED,
+    SHAPED,
+    SHAPERS,
     TRIMMED,
+    commissioned,
     deviations_on,
     figures_of,
     trimmed,
-    with_table,
 )
-from studies.wang_2014.random_table import over_stages, search_rows
+from studies.wang_2014.random_table import over_stages, search_rows, shaper_rows
 from twin.plant_file import load_plant
 
 FIGURES = json.loads(
@@ -53,7 +55,7 @@ def test_committed_figures_are_those_of_the_code() -> None:
     drawn = next(random_stages(load_plant(MACHINE), AXIS, 1, SEED, CYCLES))
     best = FIGURES["search"][0]
     setting = trimmed(best["gain"], int(best["corrections"]))
-    found = figures_of(deviations_on(with_table(drawn), drawn, setting))
+    found = figures_of(deviations_on(commissioned(drawn), drawn, setting))
     assert found == pytest.approx(FIGURES["stages"][0][TRIMMED], rel=1e-6)
 
 
@@ -66,6 +68,18 @@ def test_the_setting_is_the_cheapest_of_the_search() -> None:
 def test_the_page_shows_the_worst_of_all_stages() -> None:
     lines = over_stages(FIGURES).splitlines()
     assert len(FIGURES["stages"]) == 20
-    assert len(lines) == 2 + len(COMPARED) + 1
-    worst_um = max(stage[TRIMMED]["largest_um"] for stage in FIGURES["stages"])
-    assert f"{worst_um:.2f}" in lines[-1].split("|")[2]
+    assert len(lines) == 2 + len(COMPARED) + 2
+    for name, line in ((TRIMMED, lines[-2]), (SHAPED, lines[-1])):
+        worst_um = max(stage[name]["largest_um"] for stage in FIGURES["stages"])
+        assert f"{worst_um:.2f}" in line.split("|")[2]
+
+
+def test_the_shaper_is_the_cheapest_of_its_search_and_the_figures_are_those_of_the_code() -> None:
+    costs = [row["cost_um"] for row in FIGURES["shapers"]]
+    assert costs == sorted(costs)
+    assert len(shaper_rows(FIGURES).splitlines()) == 2 + len(SHAPERS)
+    drawn = next(random_stages(load_plant(MACHINE), AXIS, 1, SEED, CYCLES))
+    best = FIGURES["search"][0]
+    setting = trimmed(best["gain"], int(best["corrections"]))._replace(shaper=FIGURES["shapers"][0]["shaper"])
+    found = figures_of(deviations_on(commissioned(drawn), drawn, setting))
+    assert found == pytest.approx(FIGURES["stages"][0][SHAPED], rel=1e-6)
