@@ -45,11 +45,17 @@ class Params(NamedTuple):
 
 
 @kernel
-def estimate_velocity(p: Any, s: Any, resolution_m: float, counts: int, dt_s: float) -> None:
+def velocity_filter_gain(p: Any, dt_s: float) -> float:
+    """Return the share of a new difference in the velocity estimate: backward Euler over a substep."""
+    w_dt = 2.0 * math.pi * p.velocity_filter_hz * dt_s
+    return float(w_dt / (1.0 + w_dt))
+
+
+@kernel
+def estimate_velocity(s: Any, resolution_m: float, counts: int, filter_gain: float, dt_s: float) -> None:
     """Store the encoder counts of a substep, and low-pass their difference into `s.encoder_velocity_m_s`."""
     raw_m_s = (counts - s.encoder_counts) * resolution_m / dt_s
-    w_dt = 2.0 * math.pi * p.velocity_filter_hz * dt_s
-    estimate_m_s = s.encoder_velocity_m_s + w_dt / (1.0 + w_dt) * (raw_m_s - s.encoder_velocity_m_s)
+    estimate_m_s = s.encoder_velocity_m_s + filter_gain * (raw_m_s - s.encoder_velocity_m_s)
     s.encoder_velocity_m_s = estimate_m_s if abs(estimate_m_s) > SPEED_MIN_M_S else 0.0
     s.encoder_counts = counts
 
@@ -109,15 +115,20 @@ def current_reference_a(
 
 
 @kernel
-def drive_current(p: Any, p_winding: Any, s: Any, reference_a: float, back_emf_v: float, dt_s: float) -> None:
-    """Advance current loop and winding by a substep; without a winding the current is the reference."""
+def drive_current(
+    p: Any, p_winding: Any, s: Any, reference_a: float, back_emf_v: float, decay: float, dt_s: float
+) -> None:
+    """Advance current loop and winding by a substep; without a winding the current is the reference.
+
+    `decay`: `winding.decay` of the substep.
+    """
     if p_winding.enabled == 0:
         s.current_a = reference_a
         return
     if p.current_gain_v_a > 0.0:
         unlimited_v = p.current_gain_v_a * (reference_a - s.current_a)
         s.voltage_v = max(-p.voltage_limit_v, min(p.voltage_limit_v, unlimited_v))
-        s.current_a = winding.current_a(p_winding, s.current_a, s.voltage_v, back_emf_v, dt_s)
+        s.current_a = winding.current_a(p_winding, s.current_a, s.voltage_v, back_emf_v, decay)
         return
     bandwidth_1_s = 2.0 * math.pi * p.current_bandwidth_hz
     proportional_v_a = p_winding.inductance_h * bandwidth_1_s
@@ -126,4 +137,4 @@ def drive_current(p: Any, p_winding: Any, s: Any, reference_a: float, back_emf_v
     unlimited_v = proportional_v_a * error_a + s.current_integral_v
     s.voltage_v = max(-p.voltage_limit_v, min(p.voltage_limit_v, unlimited_v))
     s.current_integral_v += integral_gain_v_a * (error_a + (s.voltage_v - unlimited_v) / proportional_v_a)
-    s.current_a = winding.current_a(p_winding, s.current_a, s.voltage_v, back_emf_v, dt_s)
+    s.current_a = winding.current_a(p_winding, s.current_a, s.voltage_v, back_emf_v, decay)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from hil_sim.physics.motor import winding
 from hil_sim.physics.sensor import encoder
 from hil_sim.plant import amplifier, readings, step
 from hil_sim.plant.measured_point import measured_point_m
@@ -36,6 +37,9 @@ def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
     resolution_m = p.encoder.resolution_m
     span_s = substeps * dt_s
     has = presence_of(p)
+    # constant over the call, and of divisions: computed in each substep they would take a fifth of its time
+    decay = winding.decay(p.winding, dt_s) if p.winding.enabled else 0.0
+    filter_gain = amplifier.velocity_filter_gain(p.amplifier, dt_s)
     if sp.loop != s.loop:
         amplifier.enter_loop(s, sp, force_constant_n_a)
     for index in range(substeps):
@@ -52,13 +56,19 @@ def advance_axis(p: Any, s: Any, sp: Any, substeps: int, dt_s: float) -> None:
             )
             back_emf_v = force_constant_n_a * s.motor_velocity_m_s
             amplifier.drive_current(
-                p.amplifier, p.winding, s, reference_a=reference_a, back_emf_v=back_emf_v, dt_s=dt_s
+                p.amplifier,
+                p.winding,
+                s,
+                reference_a=reference_a,
+                back_emf_v=back_emf_v,
+                decay=decay,
+                dt_s=dt_s,
             )
         step.mechanics_step(p, s, has, dt_s)
         counts = encoder.counts(p.encoder, s.motor_position_m) - s.encoder_origin_counts
         if has.encoder:
             counts = readings.encoder_counts(p, s) - s.encoder_origin_counts
-        amplifier.estimate_velocity(p.amplifier, s, resolution_m, counts, dt_s)
+        amplifier.estimate_velocity(s, resolution_m, counts, filter_gain, dt_s)
         s.substeps += 1
         s.time_s = s.substeps * dt_s
     s.position_setpoint_m = sp.position_m

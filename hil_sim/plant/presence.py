@@ -17,6 +17,7 @@ FRICTION = of_kind(
     Kind.FRICTION_DIRECTION,
     Kind.DAMPING,
     Kind.PRESLIDING_LEVEL,
+    Kind.FRICTION_CHANGE,
     Kind.CHANGE_IN_TIME,
     Kind.CHANGE_WITH_POSITION,
     common=False,
@@ -30,6 +31,7 @@ LOAD = of_kind(
     Kind.MASS,
     common=False,
 )
+SCREW_AND_USE = of_kind(Kind.POSITION_ERROR, Kind.FRICTION_CHANGE)
 ENCODER = of_kind(Kind.ENCODER_READING)
 
 
@@ -39,6 +41,7 @@ class Presence(NamedTuple):
     current_path: bool
     friction: bool
     load: bool
+    screw_or_use: bool
     encoder: bool
 
 
@@ -46,13 +49,15 @@ class Presence(NamedTuple):
 @unrolled
 def presence_of(p: Any) -> Presence:
     """Return the present groups of one AXIS_PARAMS."""
-    current_path, friction, load, encoder = 0, 0, 0, 0
+    current_path, friction, load, screw_or_use, encoder = 0, 0, 0, 0, 0
     for effect in CURRENT_PATH:
         current_path += p[effect].enabled
     for effect in FRICTION:
         friction += p[effect].enabled
     for effect in LOAD:
         load += p[effect].enabled
+    for effect in SCREW_AND_USE:
+        screw_or_use += p[effect].enabled
     for effect in ENCODER:
         encoder += p[effect].enabled
-    return Presence(current_path > 0, friction > 0, load > 0, encoder > 0)
+    return Presence(current_path > 0, friction > 0, load > 0, screw_or_use > 0, encoder > 0)

@@ -146,9 +146,9 @@ def slide(
     """Advance friction by `dt_s` (s) under `force_n` (N); return the velocity (m/s) of the table afterwards.
 
     Writes the mean friction force of the substep (N) to `s.friction_n`. `has_less_common`: whether any effect
-    of `less_common_friction` is present.
+    of `less_common_friction` or `friction_factors` is present.
     """
-    level_factor, damping_factor = friction_factors(p, s)
+    level_factor, damping_factor = friction_factors(p, s) if has_less_common else (1.0, 1.0)
     level_n = friction_level_n(p, s, abs(velocity_m_s))
     damping = 0.0
     for effect in DAMPINGS:

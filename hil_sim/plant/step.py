@@ -151,7 +151,7 @@ def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
     if p.structural_mode.enabled:
         load_n += advance_carried_mass(p, s, dt_s)
     if p.drive_compliance.enabled:
-        error_m, slope = screw_error(p, s, s.motor_position_m, turn_rad_m)
+        error_m, slope = screw_error(p, s, s.motor_position_m, turn_rad_m) if has.screw_or_use else (0.0, 0.0)
         gap_m = s.motor_position_m + error_m - s.table_position_m
         rate_m_s = s.motor_velocity_m_s * (1.0 + slope) - s.table_velocity_m_s
         s.transmitted_n = transmitted_force_n(p, gap_m, rate_m_s)
@@ -183,11 +183,12 @@ def mechanics_step(p: Any, s: Any, has: Presence, dt_s: float) -> None:
         s.transmitted_n = motor_n - m.motor_mass_kg * (velocity_m_s - s.motor_velocity_m_s) / dt_s
         s.motor_velocity_m_s = velocity_m_s
         s.motor_position_m += dt_s * velocity_m_s
-        error_m, slope = screw_error(p, s, s.motor_position_m, turn_rad_m)
+        error_m, slope = screw_error(p, s, s.motor_position_m, turn_rad_m) if has.screw_or_use else (0.0, 0.0)
         s.table_position_m = s.motor_position_m + error_m
         s.table_velocity_m_s = velocity_m_s * (1.0 + slope)
     if p.structural_mode.enabled:
         s.carried_position_m += dt_s * s.carried_velocity_m_s
     if has.load:
         advance_memory_forces(p, s, dt_s)
-    advance_heat_and_wear(p, s, dt_s)
+    if has.screw_or_use:
+        advance_heat_and_wear(p, s, dt_s)

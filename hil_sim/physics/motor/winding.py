@@ -33,7 +33,16 @@ NEUTRAL = None
 
 
 @kernel
-def current_a(p: Any, current: float, voltage_v: float, back_emf_v: float, dt_s: float) -> float:
-    """Return the current (A) after `dt_s` at constant voltage and back-EMF (V); exact for any dt R / L."""
+def decay(p: Any, dt_s: float) -> float:
+    """Return the share of a current that is left after `dt_s` with the winding short-circuited."""
+    return math.exp(-p.resistance_v_a * dt_s / p.inductance_h)
+
+
+@kernel
+def current_a(p: Any, current: float, voltage_v: float, back_emf_v: float, decay_of_step: float) -> float:
+    """Return the current (A) after a step at constant voltage and back-EMF (V); exact for any dt R / L.
+
+    `decay_of_step`: `decay` of the step's duration.
+    """
     final = (voltage_v - back_emf_v) / p.resistance_v_a
-    return float(final + (current - final) * math.exp(-p.resistance_v_a * dt_s / p.inductance_h))
+    return float(final + (current - final) * decay_of_step)

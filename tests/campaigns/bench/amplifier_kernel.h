@@ -1,12 +1,11 @@
 /* The amplifier of one axis and the advance by a number of substeps in C: hil_sim/plant/amplifier.py and
  * integrate.py. Include plant_kernel.h first. */
 
-static void estimate_velocity(const AxisPlant *p, AxisPlantState *s, double resolution_m, int64_t counts,
+static void estimate_velocity(AxisPlantState *s, double resolution_m, int64_t counts, double filter_gain,
                               double dt_s) {
     double raw_m_s = (double)(counts - s->encoder_counts) * resolution_m / dt_s;
-    double corner = 2.0 * PI * p->amplifier.velocity_filter_hz * dt_s;
-    s->encoder_velocity_m_s = standing_if_slow(
-        s->encoder_velocity_m_s + corner / (1.0 + corner) * (raw_m_s - s->encoder_velocity_m_s));
+    s->encoder_velocity_m_s =
+        standing_if_slow(s->encoder_velocity_m_s + filter_gain * (raw_m_s - s->encoder_velocity_m_s));
     s->encoder_counts = counts;
 }
 
@@ -44,14 +43,13 @@ static double current_reference_a(const AxisPlant *p, AxisPlantState *s, const S
     return limited_a;
 }
 
-static void flow(const AxisPlant *p, AxisPlantState *s, double back_emf_v, double dt_s) {
+static void flow(const AxisPlant *p, AxisPlantState *s, double back_emf_v, double decay) {
     double final_a = (s->voltage_v - back_emf_v) / p->winding.resistance_v_a;
-    s->current_a =
-        final_a + (s->current_a - final_a) * exp(-p->winding.resistance_v_a * dt_s / p->winding.inductance_h);
+    s->current_a = final_a + (s->current_a - final_a) * decay;
 }
 
 static void drive_current(const AxisPlant *p, AxisPlantState *s, double reference_a, double back_emf_v,
-                          double dt_s) {
+                          double decay, double dt_s) {
     if (!p->winding.enabled) {
         s->current_a = reference_a;
         return;
@@ -60,7 +58,7 @@ static void drive_current(const AxisPlant *p, AxisPlantState *s, double referenc
     if (gain_v_a > 0.0) {
         double proportional_v = gain_v_a * (reference_a - s->current_a);
         s->voltage_v = greater(-limit_v, lesser(limit_v, proportional_v));
-        flow(p, s, back_emf_v, dt_s);
+        flow(p, s, back_emf_v, decay);
         return;
     }
     double bandwidth_1_s = 2.0 * PI * p->amplifier.current_bandwidth_hz;
@@ -70,7 +68,7 @@ static void drive_current(const AxisPlant *p, AxisPlantState *s, double referenc
     double wanted_v = proportional_v_a * error_a + s->current_integral_v;
     s->voltage_v = greater(-limit_v, lesser(limit_v, wanted_v));
     s->current_integral_v += integral_gain_v_a * (error_a + (s->voltage_v - wanted_v) / proportional_v_a);
-    flow(p, s, back_emf_v, dt_s);
+    flow(p, s, back_emf_v, decay);
 }
 
 static int64_t nearest_count(double position_m, double resolution_m) {
@@ -81,17 +79,20 @@ static void advance_axis(const AxisPlant *p, AxisPlantState *s, const SetPoint *
                          double dt_s) {
     double force_constant_n_a = p->mechanics.force_constant_n_a, resolution_m = p->encoder.resolution_m;
     double span_s = (double)substeps * dt_s;
+    double decay =
+        p->winding.enabled ? exp(-p->winding.resistance_v_a * dt_s / p->winding.inductance_h) : 0.0;
+    double w_dt = 2.0 * PI * p->amplifier.velocity_filter_hz * dt_s, filter_gain = w_dt / (1.0 + w_dt);
     if (sp->loop != s->loop) enter_loop(s, sp, force_constant_n_a);
     for (int64_t index = 0; index < substeps; index++) {
         if (sp->loop != LOOP_OFF) {
             double fraction = (double)(index + 1) / (double)substeps;
             double reference_a =
                 current_reference_a(p, s, sp, resolution_m, force_constant_n_a, fraction, dt_s, span_s);
-            drive_current(p, s, reference_a, force_constant_n_a * s->motor_velocity_m_s, dt_s);
+            drive_current(p, s, reference_a, force_constant_n_a * s->motor_velocity_m_s, decay, dt_s);
         }
         mechanics_step(p, s, dt_s);
         int64_t counts = nearest_count(s->motor_position_m, resolution_m) - s->encoder_origin_counts;
-        estimate_velocity(p, s, resolution_m, counts, dt_s);
+        estimate_velocity(s, resolution_m, counts, filter_gain, dt_s);
         s->substeps += 1;
         s->time_s = (double)s->substeps * dt_s;
     }

@@ -16,7 +16,7 @@ def test_current_rises_as_the_closed_form_of_equation_1() -> None:
     p = winding.Params(RESISTANCE_OHM, INDUCTANCE_H)
     current, dt_s = 0.0, 50e-6
     for _ in range(1000):
-        current = winding.current_a(p, current, 24.0, 4.0, dt_s)
+        current = winding.current_a(p, current, 24.0, 4.0, winding.decay(p, dt_s))
     expected = 20.0 / RESISTANCE_OHM * (1.0 - math.exp(-RESISTANCE_OHM * 0.05 / INDUCTANCE_H))
     assert current == pytest.approx(expected, rel=1e-12)
 
@@ -25,8 +25,8 @@ def test_one_long_step_equals_many_short_ones() -> None:
     p = winding.Params(RESISTANCE_OHM, INDUCTANCE_H)
     many = 3.0
     for _ in range(64):
-        many = winding.current_a(p, many, -10.0, 1.0, 1e-3)
-    assert winding.current_a(p, 3.0, -10.0, 1.0, 64e-3) == pytest.approx(many, rel=1e-12)
+        many = winding.current_a(p, many, -10.0, 1.0, winding.decay(p, 1e-3))
+    assert winding.current_a(p, 3.0, -10.0, 1.0, winding.decay(p, 64e-3)) == pytest.approx(many, rel=1e-12)
 
 
 def test_cogging_has_the_fourier_coefficients_of_its_parameters() -> None:
