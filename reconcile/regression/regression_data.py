@@ -85,7 +85,9 @@ def _motion(recording: AxisRecording) -> Kinematics:
 
     A rigid mass is the same in every bandwidth; noise in its acceleration makes the fitted one smaller, the
     more the wider (errors in variables). Jitter of the stamps, vibration of the frame and gears are such
-    noise, and only the force shows it. So the highest corner that shows nearly all of the mass is taken.
+    noise, and only the force shows it. So the highest corner that shows nearly all of the mass is taken. All
+    are compared without the ends that the lowest one falsifies: a stop in the last sample would outweigh the
+    motion before it.
     """
     motion = kinematics(recording.motor_m, recording.period_s)
     if motion.corner_hz > NOISY_HZ:
@@ -102,9 +104,10 @@ def _motion(recording: AxisRecording) -> Kinematics:
 def _mass_kg(recording: AxisRecording, motion: Kinematics, corner_hz: float) -> float:
     """Mass (kg) fitted behind a low pass, beside friction and forces that depend on the position."""
     width, period_s = gaussian_width_s(corner_hz) / recording.period_s, recording.period_s
+    used = motion.moving & ~_ends(len(motion.moving), period_s, LOWERED_CORNERS_HZ[-1])
 
     def smooth(values: Array) -> Array:
-        return gaussian_low_pass(values, width)[motion.moving]
+        return gaussian_low_pass(values, width)[used]
 
     x = motion.position_m - motion.position_m.mean()
     v = np.gradient(x, period_s)
@@ -221,12 +224,17 @@ def samples_in_use(data: RegressionData, channel: ResidualChannel) -> NDArray[np
     The low pass of noisy positions holds their first and last value beyond the ends, as no axis does: what it
     reaches of that is left out.
     """
-    used = np.ones(len(data.time_s), dtype=np.bool_)
-    corner_hz = _low_pass_hz(data)
-    reach_s = EDGE_WIDTHS * gaussian_width_s(corner_hz) if corner_hz else 0.0
-    reach_s = min(reach_s, LARGEST_EDGE_SHARE * len(used) * data.period_s)
-    used[: StateFilter(data.period_s, FILTER_HZ).settled + math.ceil(reach_s / data.period_s)] = False
-    used[-math.ceil(max(END_S, reach_s) / data.period_s) :] = False
+    used = ~_ends(len(data.time_s), data.period_s, _low_pass_hz(data))
     if channel is ResidualChannel.FORCE:
         used &= data.motion.moving
     return used
+
+
+def _ends(samples: int, period_s: float, corner_hz: float | None) -> NDArray[np.bool_]:
+    """Samples (n,) at either end that filters falsify; `corner_hz`: of the low pass, None without one."""
+    ends = np.zeros(samples, dtype=np.bool_)
+    reach_s = EDGE_WIDTHS * gaussian_width_s(corner_hz) if corner_hz else 0.0
+    reach_s = min(reach_s, LARGEST_EDGE_SHARE * samples * period_s)
+    ends[: StateFilter(period_s, FILTER_HZ).settled + math.ceil(reach_s / period_s)] = True
+    ends[-math.ceil(max(END_S, reach_s) / period_s) :] = True
+    return ends
