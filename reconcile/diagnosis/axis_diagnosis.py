@@ -73,7 +73,7 @@ def diagnose_axis(
     written = [without_simulated_terms(one, simulated, axis) for one in written]
     updated = update_axis(written, model, name)
     explanations = [
-        _with_unwritten_findings(one, whole)._replace(selected=None)  # its columns take most of the memory
+        _as_reported(one, whole)._replace(selected=None)  # its columns take most of the memory
         for one, whole in zip(updated.explanations, reported, strict=True)
     ]
     left_out = [note for effect, note in sections.left_out.items() if note not in updated.notes]
@@ -115,13 +115,22 @@ def _may_be_of_the_model(explanation: Explanation) -> bool:
     return bool(explanation.findings) or explanation.nominal_is_worse or not (sizes and sizes.is_noise)
 
 
-def _with_unwritten_findings(written: Explanation, whole: Explanation) -> Explanation:
-    """The explanation that is written, with the findings of the `whole` one that are not in the file."""
-    own = {f.effect for f in [*written.findings, *written.minor]}
+def _as_reported(written: Explanation, reported: Explanation) -> Explanation:
+    """The explanation that is written, with the findings of the one that is reported.
+
+    What the written model has beside what was identified, as textbook friction, is no finding. What nothing
+    explains is that of the written model.
+    """
+    names = {f.effect for f in [*reported.findings, *reported.minor]}
+    findings = [
+        f for f in written.findings if f.effect in names or (f.effect == "unknown" and not f.candidates)
+    ]
+    minor = [*written.minor, *(f for f in written.findings if f not in findings)]
+    own = {f.effect for f in [*findings, *minor]}
     return written._replace(
-        findings=[*written.findings, *(f for f in whole.findings if f.effect not in own)],
-        minor=[*written.minor, *(f for f in whole.minor if f.effect not in own)],
-        withdrawn=whole.withdrawn,
+        findings=[*findings, *(f for f in reported.findings if f.effect not in own)],
+        minor=[*minor, *(f for f in reported.minor if f.effect not in own)],
+        withdrawn=reported.withdrawn,
     )
 
 

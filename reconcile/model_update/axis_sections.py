@@ -149,6 +149,8 @@ def plant_values(
     if finding.effect not in CATALOGUE:
         if section_of_finding(finding, found) not in CATALOGUE:
             raise NotInAPlant("it is in no catalogue, so no plant has it")
+        if found.channel is not ResidualChannel.FORCE:
+            raise NotInAPlant("it is a curve of positions, and a plant has tables of forces only")
         return term(finding.candidates[0].effect).to_plant(found.terms[0]), []
     entry, residuals = CATALOGUE[finding.effect], explanation.residuals
     notes: list[str] = []

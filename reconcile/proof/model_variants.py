@@ -177,13 +177,7 @@ def _with_textbook(
     best = min(fits, key=_training_squares, default=None)
     if best is None or [c.key for c in best.terms] == [c.key for c in selected.terms]:
         return explanation
-    variant = with_terms(explanation, best, parameters_only=parameters_only)
-    reported = {f.effect for f in explanation.findings}
-    unreported = [
-        f for f in variant.findings if f.effect not in reported and (f.candidates or f.effect != "unknown")
-    ]
-    findings = [f for f in variant.findings if f not in unreported]
-    return variant._replace(findings=findings, minor=[*variant.minor, *unreported])
+    return with_terms(explanation, best, parameters_only=parameters_only)
 
 
 def _training_squares(selected: SelectedTerms) -> float:
@@ -209,7 +203,10 @@ def _fit_possible(selected: SelectedTerms, kept: list[CandidateTerm], added: Ter
     while True:
         slots = equations.slots(terms)
         weights = equations.denormalised(slots, equations.solve(slots, equations.totals(selected.train)))
-        impossible = {*vetoed(problem, terms, weights, selected.inputs.axis)} & {name for name, _ in added}
+        # the ridge shares a force equally among columns that nothing tells apart: of a motion in one direction
+        # half becomes Coulomb friction and half a constant force, which errs least in the other direction
+        refused = vetoed(problem, terms, weights, selected.inputs.axis, to_be_named=False)
+        impossible = {*refused} & {name for name, _ in added}
         if not impossible:
             break
         terms = [c for c in terms if c.effect not in impossible]

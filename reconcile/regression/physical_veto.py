@@ -17,13 +17,19 @@ from reconcile.regression.regression_problem import RegressionProblem
 
 
 def vetoed(
-    problem: RegressionProblem, chosen: Sequence[CandidateTerm], weights: Array, axis: NominalAxis
+    problem: RegressionProblem,
+    chosen: Sequence[CandidateTerm],
+    weights: Array,
+    axis: NominalAxis,
+    *,
+    to_be_named: bool = True,
 ) -> dict[str, str]:
     """Return why effects among the `chosen` terms are impossible; those that physics admits are not in it.
 
     `weights` (k,): coefficients of the columns before normalisation, as `equations.slots(chosen)`.
     Coefficients that are free in each recording are judged by those of the first one. A level of a recording
-    is Coulomb friction there; only what drifts is held against the baseline.
+    is Coulomb friction there; only what drifts is held against the baseline. Effects `to_be_named` must also
+    be told apart from the baseline.
     """
     slots = problem.equations.slots(chosen)
     terms: dict[str, list[ModelTerm]] = {}
@@ -48,7 +54,7 @@ def vetoed(
             model=[*problem.model_terms, *(term for own in terms.values() for term in own)],
             highest_hz=min(FILTER_HZ, 0.5 / problem.datasets[0].period_s),
             prediction=parts[effect],
-            baseline=parts[""],
+            baseline=parts[""] if to_be_named else None,
         )
         if reason := veto(ENTRIES[effect], terms[effect], context):
             reasons[effect] = reason

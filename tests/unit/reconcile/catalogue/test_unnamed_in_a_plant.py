@@ -15,7 +15,7 @@ from hil_sim.config import load_plant
 from hil_sim.physics.registry import EFFECTS
 from kernels.arrays import Array
 from kernels.quantities import section_of
-from reconcile.catalogue.kinds import IN_A_RECORDING, RegressionData
+from reconcile.catalogue.kinds import IN_A_RECORDING, RegressionData, ResidualChannel
 from reconcile.catalogue.unnamed_terms import TERMS, term
 from reconcile.identification.findings import IdentifiedEffect
 from reconcile.identification.parameter_estimates import Estimate
@@ -155,6 +155,14 @@ def test_every_term_has_a_section_or_a_note_that_it_has_none(tmp_path: Path, see
     finding, _ = found("moment_of_delay", np.array([1e-3]), seen)
     _, [note] = written(tmp_path, [finding], seen)
     assert "it is in no catalogue, so no plant has it" in note
+
+
+def test_a_curve_of_the_deviation_is_no_table_of_force(tmp_path: Path, seen: RegressionData) -> None:
+    finding, _ = found("run_time", RNG.uniform(-1e-4, 1e-4, 16), seen)
+    deviation = finding._replace(channel=ResidualChannel.POSITION_DEVIATION.value)
+    file, [note] = written(tmp_path, [deviation], seen)
+    assert "a plant has tables of forces only" in note
+    assert not read_back(file, seen).any()
 
 
 def test_a_mass_on_a_spring_is_taken_off_a_model_that_has_it(tmp_path: Path, seen: RegressionData) -> None:

@@ -72,6 +72,21 @@ def test_a_force_that_differs_in_each_recording_has_no_name_and_is_in_no_model(
     assert proof["written"] <= 1.02 * proof["rigid"]
 
 
+def test_textbook_friction_that_is_written_is_no_finding(tmp_path: Path) -> None:
+    """Damping in proportion to the position, which no plant has, and a drift: friction is fitted to both."""
+
+    def foreign(t: Array, x: Array, v: Array) -> Array:
+        knots = np.random.default_rng(4).normal(size=30)
+        return np.asarray(3000.0 * x * np.abs(v) + 2.0 * np.interp(t, np.linspace(0.0, t[-1], 30), knots))
+
+    verdict = diagnosed(tmp_path, foreign, 1)
+    [proof] = verdict["proof"]["x"]
+    assert proof["written_model"] == "beside textbook friction"
+    assert any("none of them a finding" in note for note in verdict["notes"])
+    named = {f["effect"] for f in verdict["findings"]}
+    assert not named & {"constant_force", "asymmetric_viscous_friction", "stribeck_friction"}
+
+
 def test_a_rigid_axis_with_right_values_is_consistent(tmp_path: Path) -> None:
     verdict = diagnosed(tmp_path, lambda t, _x, _v: np.zeros(len(t)), 2)
     assert (verdict["verdict"], verdict["findings"]) == ("consistent", [])

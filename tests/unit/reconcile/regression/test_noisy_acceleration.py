@@ -43,6 +43,17 @@ def test_jitter_of_the_stamps_does_not_hide_the_mass() -> None:
     assert data.motion.corner_hz < 45.0
 
 
+def test_a_recording_that_ends_in_motion_does_not_hide_the_mass() -> None:
+    """A low pass holds the last position beyond the end, as if the joint stopped at once."""
+    rng, t = np.random.default_rng(5), np.arange(N) * T
+    read_s = t + JITTER_S * rng.normal(size=N)
+    angle = 0.15 * read_s**2 + 0.033 * np.sin(3.0 * read_s)
+    torque = INERTIA_KG_M2 * (0.3 - 0.3 * np.sin(3.0 * t)) + COULOMB_NM + rng.normal(size=N) * 2e-4
+    counted = np.round(angle / 4e-4) * 4e-4
+    ends_fast = AxisRecording("r", "j", T, t, counted, torque, None, None, None, {})
+    assert mass_kg(ends_fast) == pytest.approx(INERTIA_KG_M2, rel=0.12)
+
+
 def test_a_clean_recording_keeps_its_bandwidth() -> None:
     clean = recorded(0.0)
     assert regression_data(clean, AXIS).motion.corner_hz >= 45.0
