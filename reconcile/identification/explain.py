@@ -8,6 +8,7 @@ import numpy as np
 
 from kernels.arrays import Array, Index
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
+from reconcile.formats.nominal_axis import baseline_parameters
 from reconcile.identification.accounted import Accounted, accounted
 from reconcile.identification.compared_models import compared_models
 from reconcile.identification.findings import IdentifiedEffect, ReportedEffects
@@ -107,21 +108,24 @@ def explain(search: TermSearch, left_out: Index | None = None) -> Explanation:
 def _with_non_negative_baseline(selected: SelectedTerms) -> SelectedTerms:
     """The terms with a baseline of no negative mass or friction, which would drive the axis.
 
-    A negative coefficient is held at zero and the others are refitted; clipped after the fit, it would bias
-    them.
+    Where a coefficient is negative, the motion does not tell it: the mass is held at that of the model,
+    friction at zero, and the others are refitted; clipped after the fit, it would bias them.
     """
     if selected.inputs.channel is not ResidualChannel.FORCE:
         return selected
     equations = selected.problem.equations
-    slots, held = equations.slots(selected.terms), list[int]()
+    slots, held = equations.slots(selected.terms), dict[int, float]()
     totals = equations.totals(np.concatenate((selected.train, selected.held_out)))
+    names = selected.problem.baseline_names
+    of_model = {"mass_kg": baseline_parameters(selected.inputs.axis)["mass_kg"]}
     while True:
-        values = equations.solve(slots, totals)[: len(equations.baseline_is_free)].tolist()
+        values = equations.solve(slots, totals)[: len(names)].tolist()
         negative = [k for k, value in enumerate(values) if value < 0.0 and k not in held]
         if not negative:
             return selected._replace(problem=selected.problem._replace(equations=equations))
-        held.append(min(negative, key=lambda k: values[k]))
-        equations = selected.problem.equations.held_at_zero(held)
+        worst = min(negative, key=lambda k: values[k])
+        held[worst] = of_model.get(names[worst], 0.0)
+        equations = selected.problem.equations.held(held)
 
 
 def _explained(selected: SelectedTerms) -> Explanation:

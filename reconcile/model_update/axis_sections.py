@@ -4,6 +4,7 @@ An effect that a plant cannot represent exactly is written as nearly as possible
 it.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -207,6 +208,8 @@ def _write_base(explanation: Explanation, axis: NominalAxis, sections: Sections,
     given = baseline_parameters(axis)
     elsewhere_kg, elsewhere_n = given["mass_kg"] - axis.mass_kg, given["coulomb_n"] - axis.coulomb_n
     moved_kg, motor_kg = explanation.base["mass_kg"] - elsewhere_kg, axis.motor_mass_kg
+    if math.isclose(moved_kg, axis.mass_kg):
+        notes.append("table.mass_kg is left as it was: the recordings do not tell the moved mass")
     if LEAST_MASS_KG < moved_kg < motor_kg + LEAST_MASS_KG:
         motor_kg = moved_kg * axis.motor_mass_kg / axis.mass_kg
         sections["motor"] = rotor(motor_kg, axis)

@@ -5,7 +5,7 @@ because a model is judged by how well it predicts blocks that it was not fitted 
 coefficients of its own in each recording.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 
 import numpy as np
@@ -17,8 +17,8 @@ from reconcile.regression.candidate_term import CandidateTerm
 
 RIDGE = 1e-10
 """Ridge on the normalised columns, as a share of the target's squares; collinear columns share their part."""
-ZERO_RIDGE = 1e12
-"""Ridge that holds the coefficient of a column at zero."""
+HOLDING_RIDGE = 1e12
+"""Ridge that holds the coefficient of a column at a value."""
 SMOOTH_RIDGE = 1e-3
 """Ridge on unnamed terms: what they share with named terms is attributed to the named ones."""
 
@@ -50,6 +50,8 @@ class BlockNormalEquations:
         """(blocks, k, c + 1 + k): products of the k columns of `extended` with all."""
         self.unit = np.ones(width)
         self._ridge = np.full(width, RIDGE)
+        self._centre = np.zeros(width)
+        """Normalised coefficients to which the ridge draws: those that are held."""
         self._set_smooth_ridge(candidates)
         self.rows: list[Array] = []
         """(c + 1, n) of each recording: target and columns, normalised."""
@@ -88,19 +90,19 @@ class BlockNormalEquations:
                 self.unit[places] = self.unit[places].max()
         self.unit[self.unit == 0.0] = 1.0  # columns without any excitation
 
-    def held_at_zero(self, columns: Sequence[int]) -> "BlockNormalEquations":
-        """A copy with the coefficients of some columns held at zero."""
-        ridge = self._ridge.copy()
-        ridge[[column + 1 for column in columns]] = ZERO_RIDGE
-        return self._with_ridges(ridge)
+    def held(self, coefficients: Mapping[int, float]) -> "BlockNormalEquations":
+        """A copy with the coefficients of some columns held at values, before normalisation."""
+        places = [column + 1 for column in coefficients]
+        changed, ridge = copy(self), self._ridge.copy()
+        ridge[places] = HOLDING_RIDGE
+        changed._ridge, changed._centre = ridge, self._centre.copy()  # noqa: SLF001 its own class
+        changed._centre[places] = np.array([*coefficients.values()]) * self.unit[places] / self.unit[0]  # noqa: SLF001
+        return changed
 
     def with_ridge(self, share: float) -> "BlockNormalEquations":
         """A copy with at least this ridge on every column, as a share of the target's squares."""
-        return self._with_ridges(np.maximum(self._ridge, share))
-
-    def _with_ridges(self, ridge: Array) -> "BlockNormalEquations":
         changed = copy(self)
-        changed._ridge = ridge  # noqa: SLF001 its own class
+        changed._ridge = np.maximum(self._ridge, share)  # noqa: SLF001 its own class
         return changed
 
     def extended(self, terms: Sequence[tuple[CandidateTerm, Sequence[Array]]]) -> "BlockNormalEquations":
@@ -186,6 +188,7 @@ class BlockNormalEquations:
         g = (totals[..., column, 0] * active).sum(axis=-2)
         size = np.maximum(totals[..., 0, 0].sum(axis=-1), 1e-300)
         a += np.diag(self._ridge[column]) * size[..., None, None]
+        g += self._ridge[column] * self._centre[column] * size[..., None]
         solution: Array = np.linalg.solve(a, g[..., None])[..., 0]
         return solution
 
@@ -200,7 +203,7 @@ class BlockNormalEquations:
             own = self.recording_of_block == recording
             sums[:, recording] = counts[:, own] @ sub[own]
         narrow = copy(self)
-        narrow._ridge = self._ridge[kept]  # noqa: SLF001 its own class
+        narrow._ridge, narrow._centre = self._ridge[kept], self._centre[kept]  # noqa: SLF001 its own class
         own_slots = [(int(p) - 1, recording) for p, (_, recording) in zip(place[1:], slots, strict=True)]
         return narrow.solve(own_slots, sums.reshape(*sums.shape[:2], len(kept), len(kept)))
 

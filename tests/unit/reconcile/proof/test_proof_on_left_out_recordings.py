@@ -73,11 +73,12 @@ def test_a_force_that_differs_in_each_recording_has_no_name_and_is_in_no_model(
 
 
 def test_textbook_friction_that_is_written_is_no_finding(tmp_path: Path) -> None:
-    """Damping in proportion to the position, which no plant has, and a drift: friction is fitted to both."""
+    """A drift that no plant has, damping that grows with the position, and a pull below both."""
 
     def foreign(t: Array, x: Array, v: Array) -> Array:
         knots = np.random.default_rng(4).normal(size=30)
-        return np.asarray(3000.0 * x * np.abs(v) + 2.0 * np.interp(t, np.linspace(0.0, t[-1], 30), knots))
+        drift = 3.0 * np.interp(t, np.linspace(0.0, t[-1], 30), knots)
+        return np.asarray(1500.0 * x * np.abs(v) + drift + 2.0)
 
     verdict = diagnosed(tmp_path, foreign, 1)
     [proof] = verdict["proof"]["x"]

@@ -1,4 +1,4 @@
-"""A coefficient that is held at zero: the others are those of a fit without its column."""
+"""A coefficient that is held at a value: the others are those of a fit to what its column leaves."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,8 @@ def driving(given: RegressionData) -> Array:
     )
 
 
-def test_the_others_are_those_of_a_fit_without_its_column() -> None:
+@pytest.mark.parametrize("value", [0.0, 30.0])
+def test_the_others_are_those_of_a_fit_to_what_its_column_leaves(value: float) -> None:
     found = problem(driving, [("cogging", (1.0,))])
     blocks = np.flatnonzero(found.equations.samples)
     assert BASELINE_PARAMETERS[found.channel][VISCOUS] == "viscous_n_s_m"
@@ -26,15 +27,17 @@ def test_the_others_are_those_of_a_fit_without_its_column() -> None:
     slots = found.equations.slots(chosen)
 
     def fitted(held: bool) -> Array:
-        equations = found.equations.held_at_zero([VISCOUS]) if held else found.equations
+        equations = found.equations.held({VISCOUS: value}) if held else found.equations
         return equations.denormalised(slots, equations.solve(slots, equations.totals(blocks)))
 
     assert fitted(held=False)[VISCOUS] == pytest.approx(-40.0, abs=3.0)
     y, columns = found.target_and_columns(0)
     used = found.used[0]
     others = [place for place in range(columns.shape[1]) if place != VISCOUS]
-    [wanted] = np.linalg.lstsq(columns[used][:, others], y[used], rcond=None)[:1]
+    [wanted] = np.linalg.lstsq(
+        columns[used][:, others], (y - value * columns[:, VISCOUS])[used], rcond=None
+    )[:1]
     held = fitted(held=True)
-    assert abs(held[VISCOUS]) < 1e-6
+    assert held[VISCOUS] == pytest.approx(value, abs=1e-6)
     assert held[others] == pytest.approx(wanted, rel=0.02, abs=0.05)
     assert fitted(held=False)[VISCOUS] < 0.0  # what was held is free in the equations it came from
