@@ -203,8 +203,8 @@ def _fit_possible(selected: SelectedTerms, kept: list[CandidateTerm], added: Ter
     while True:
         slots = equations.slots(terms)
         weights = equations.denormalised(slots, equations.solve(slots, equations.totals(selected.train)))
-        # the ridge shares a force equally among columns that nothing tells apart: of a motion in one direction
-        # half becomes Coulomb friction and half a constant force, which errs least in the other direction
+        # the ridge shares a force equally among columns that nothing tells apart: of a motion in one
+        # direction half is Coulomb friction and half a constant force, which errs least in the other one
         refused = vetoed(problem, terms, weights, selected.inputs.axis, to_be_named=False)
         impossible = {*refused} & {name for name, _ in added}
         if not impossible:

@@ -34,9 +34,9 @@ def test_the_others_are_those_of_a_fit_to_what_its_column_leaves(value: float) -
     y, columns = found.target_and_columns(0)
     used = found.used[0]
     others = [place for place in range(columns.shape[1]) if place != VISCOUS]
-    [wanted] = np.linalg.lstsq(
-        columns[used][:, others], (y - value * columns[:, VISCOUS])[used], rcond=None
-    )[:1]
+    [wanted] = np.linalg.lstsq(columns[used][:, others], (y - value * columns[:, VISCOUS])[used], rcond=None)[
+        :1
+    ]
     held = fitted(held=True)
     assert held[VISCOUS] == pytest.approx(value, abs=1e-6)
     assert held[others] == pytest.approx(wanted, rel=0.02, abs=0.05)
