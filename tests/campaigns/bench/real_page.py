@@ -18,10 +18,8 @@ HEAD = """# reconcile on axes that others have measured
 Written by `python -m tests.campaigns.bench.real_page docs/reconcile_real.json > docs/reconcile_real.md`; the
 figures are those of `make bench-real`{quick}.
 
-The rows of kinova are of the engine that lets a weight and a table over the travel compete to be written;
-the ridge of these (`COLLINEAR_RIDGE`) was chosen with kinova, kuka and bam in view: no proof of it.
-Those of kuka and fditools_motor are of the engine before, in which an engineer's friction competed already;
-those of bam and fditools_load, and PySINDy's, are of the engine before that.
+All rows are of one engine. It was developed with these sets in view, and the ridge on textbook friction and
+weight (`COLLINEAR_RIDGE`) was chosen on kinova, kuka and bam: they are no proof of it.
 
 Each recording is left out in turn. `reconcile diagnose` reads the others and a nominal model from data
 sheets; the `model.toml` that it writes is loaded again, and its force is held against the recording that was
