@@ -35,7 +35,7 @@ def running_programs() -> int | None:
 
 
 class AwakeLoop:
-    """Call `on_burst` after each burst of frames; `look` reads the bus, and returns whether frames had come.
+    """Call `on_burst` after each burst of frames; `look` reads the bus, and returns whether frames arrived.
 
     It stays awake where both sides of the bus have a processor: `peers` are the process ids of the other one,
     empty where the bus does not tell. Then a second program that runs may be the other side, or not; so

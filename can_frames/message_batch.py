@@ -100,7 +100,7 @@ class BatchSocket:
     def receive(self) -> bytearray:
         """Return at most `MOST_FRAMES` received frames; empty if none waits. Raises OSError.
 
-        The kernel tells with each frame how many had been lost when it was queued; the first one is asked.
+        With each frame the kernel reports how many were lost before it was queued; that of the first is read.
         """
         batch, first = self._received, self._first
         first.control_size = LOST.size

@@ -43,7 +43,7 @@ class LocalCanBus(can.BusABC):
 
         With `serve` the hub runs in this process unless another process serves it already. It then passes
         frames on while this bus is read: the file to wait on is readable when any client needs service, and
-        `more` tells of frames that wait although it is not readable.
+        `more` is true while frames wait although it is not readable.
 
         Raises:
             can.CanInitializationError: No hub is at `channel`, it does not answer, none can be there, or `fd`
@@ -67,13 +67,13 @@ class LocalCanBus(can.BusABC):
         super().__init__(channel, can_filters=can_filters, **kwargs)  # sends the filters to the hub again
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        """Return the next message that passes the filters, or None after `timeout` s (None waits for ever).
+        """Return the next message that passes the filters, or None after `timeout` s; None: no limit.
 
         It replaces python-can's `recv`, whose deadlines use the wall clock, and whose filtering, logging and
         inner call cost more than the reception itself.
 
         Raises:
-            can.CanOperationError: The hub has gone.
+            can.CanOperationError: The hub has ended.
         """
         deadline_s = None if not timeout else time.monotonic() + timeout
         while True:
@@ -103,7 +103,7 @@ class LocalCanBus(can.BusABC):
         Filters beyond the number that the hub accepts are not applied; the reader handles error frames.
 
         Raises:
-            can.CanOperationError: The hub has gone.
+            can.CanOperationError: The hub has ended.
         """
         if self._served is not None:
             return self._served.receive(wire.MOST_FRAMES)
@@ -159,7 +159,7 @@ class LocalCanBus(can.BusABC):
                         f"{self.channel_info} took no frame from this client for {limit_s:g} s"
                     ) from None
             except OSError as error:
-                raise can.CanOperationError(f"{self.channel_info} has gone: {error.strerror}") from error
+                raise can.CanOperationError(f"{self.channel_info} has ended: {error.strerror}") from error
             else:
                 return
 
@@ -170,9 +170,9 @@ class LocalCanBus(can.BusABC):
         except BlockingIOError:
             return 0
         except OSError as error:
-            raise can.CanOperationError(f"{self.channel_info} has gone: {error.strerror}") from error
+            raise can.CanOperationError(f"{self.channel_info} has ended: {error.strerror}") from error
         if not size:
-            raise can.CanOperationError(f"{self.channel_info} has gone")
+            raise can.CanOperationError(f"{self.channel_info} has ended")
         return size
 
     def _wait(self, event: int, deadline_s: float | None) -> bool:

@@ -41,7 +41,7 @@ class CountedTpdo(Tpdo):
         self._started = False
 
     def on_sync(self) -> None:
-        """Count once the SYNC to begin with has come."""
+        """Count from the SYNC on whose counter equals the SYNC start value (CiA 301)."""
         self._started = self._started or self._counter() == self.settings.sync_start
         if self._started:
             super().on_sync()

@@ -159,7 +159,7 @@ class SimulatedMachine:
             slave.on_overrun()
 
     def on_restart(self) -> None:
-        """Have every node report that it was off the bus and has come back."""
+        """Make every node report that it was bus-off and has recovered."""
         for slave in self.slaves:
             slave.on_restart()
 

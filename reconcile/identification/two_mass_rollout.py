@@ -3,7 +3,7 @@
 The measured force drives motor and table as a plant file describes them. After each sample a slow observer
 corrects both by the error of the motor's position (position, velocity, constant force; three equal poles), so
 that they do not drift; the state between motor and table is not corrected. The errors of encoder and scale
-against this prediction identify spring, damper and play.
+against this prediction identify spring, damper and backlash.
 Source: innovation form of an output error model, Ljung (1999), section 7.3.
 """
 

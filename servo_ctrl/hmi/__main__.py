@@ -74,7 +74,7 @@ def token(
 def revoke(
     name: Annotated[str, typer.Argument(help="Whose token.")], access: AccessOption = ACCESS_FILE
 ) -> None:
-    """Take a token away; whoever is logged in with it is out at once."""
+    """Revoke a token; the sessions that were opened with it end at once."""
     remove_token(access, name)
     typer.echo(f"{access}: {name} is out")
 

@@ -45,9 +45,9 @@ PAGES: dict[str, ModuleType] = {
 STATIC = Path(__file__).parent / "static"
 STATIC_ADDRESS = "/bench"
 QUASAR_LANGUAGES: dict[str, Literal["en-GB", "de-DE"]] = {"en": "en-GB", "de": "de-DE"}
-"""Of the library's own words, and of the attribute `lang`, by ours."""
+"""Language codes of Quasar and of the attribute `lang`, by ours."""
 _LANGUAGES: WeakKeyDictionary[Client, str] = WeakKeyDictionary()
-"""Of the open pages."""
+"""The language of each open page."""
 RECONNECT_S = 15.0
 """Bounds the time that a browser may be disconnected before its page is rebuilt, seconds; chosen."""
 

@@ -28,7 +28,7 @@ def adapted(
 ) -> Learned | None:
     """Return the functions after one more reversal; None if it changes nothing.
 
-    A reversal outside the learned accelerations changes nothing, because it tells nothing about those inside.
+    A reversal outside the learned accelerations changes nothing: it gives no information on those inside.
     """
     a_min, *_, a_max = settings.accelerations_m_s2
     if not a_min <= acceleration_m_s2 <= a_max:

@@ -96,7 +96,7 @@ class Cycle:
     def begin(self, elapsed: int = 1) -> None:
         """Start a cycle `elapsed` periods after the last one; first complete a cycle that is still open."""
         if self.open:
-            self._read()  # inputs that arrived while this process was late came in time
+            self._read()  # inputs that arrived while this process was late were in time
         if self.open:
             self.complete_without_missing()
         if not self.running:
@@ -151,7 +151,7 @@ class Cycle:
     def input_age(self, *nodes: int) -> int:
         """Return how many cycles old the last inputs of these nodes may be: late frames to come."""
         ages = (self._pending_late_frames[node] for node in nodes if self.number <= self._late_until[node])
-        return min(max(ages, default=0), LATE_CYCLES_MAX)  # lost frames do not add up for ever
+        return min(max(ages, default=0), LATE_CYCLES_MAX)  # lost frames do not accumulate without bound
 
     @property
     def inputs_late(self) -> bool:

@@ -15,7 +15,7 @@ class Counted(Protocol):
 
 
 class EventTimer:
-    """Monitors the PDO called `name`; a PDO without an event timer may be silent for ever."""
+    """Monitors the PDO called `name`; a PDO without an event timer may be silent for any time."""
 
     def __init__(self, name: str, pdo: PdoPlan, period_s: float, cycle: Counted) -> None:
         self._name, self._cycle = name, cycle

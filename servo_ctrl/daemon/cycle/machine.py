@@ -33,16 +33,14 @@ class MachineController(MachineState):
         if self.bus_off:
             return self.bus_off
         if self.setting_up:
-            return (
-                f"{self._node_names[self._node_boot.nodes[0]]}: is being configured again; wait for its end"
-            )
+            return f"{self._node_names[self._boot.nodes[0]]}: is being configured again; wait for its end"
         if self.nodes is not None:
             if problem := self.nodes.objection(self._missing.lost):
                 return problem
             if unconfigured := self.nodes.to_boot(self._missing.lost):
                 names = ", ".join(self._node_names[node] for node in unconfigured)
                 self.note(f"{names}: booted and configured again before the drives get power")
-                self._node_boot.begin(unconfigured)
+                self._boot.begin(unconfigured)
                 self._unhomed = [node for node in unconfigured if not self.nodes.keeps_position(node)]
                 self.nodes.begin_boot(unconfigured)
                 return ""
@@ -53,13 +51,13 @@ class MachineController(MachineState):
         """Note that the nodes have booted again; `problem` says why they have not."""
         if self.nodes is None or not self.setting_up:
             return
-        if problem := problem or self.nodes.booted(self._node_boot.nodes):
-            self.nodes.not_booted(self._node_boot.nodes)
-            self._node_boot.end()
+        if problem := problem or self.nodes.booted(self._boot.nodes):
+            self.nodes.not_booted(self._boot.nodes)
+            self._boot.end()
             self.note(f"not enabled: {problem}")
             self.on_rest()
         else:
-            self._node_boot.started = True
+            self._boot.started = True
 
     def home(self, servos: Iterable[AxisServo]) -> None:
         """Start homing of these drives while the other axes hold; do nothing unless the machine is ready."""
@@ -106,7 +104,7 @@ class MachineController(MachineState):
         elif self.stage is Stage.STANDBY:
             if self._missing.lost:
                 self._accept_nodes()
-            elif self._node_boot.started:
+            elif self._boot.started:
                 self._end_setting_up()
         return payloads
 
@@ -140,7 +138,7 @@ class MachineController(MachineState):
     def event(self, event: Event, text: str, servo: AxisServo | None = None) -> None:
         """Log an event, of axis `servo` if given, and carry out the reaction of the fault policy."""
         failed_before = self.failed
-        if event in REQUESTS and self._node_boot.cancel_power():
+        if event in REQUESTS and self._boot.cancel_power():
             self.note("configured again, and left without power")
         reaction = self._incidents.handle(self.stage, event, text, self._cycle)
         if self.failed and not failed_before:
@@ -206,11 +204,11 @@ class MachineController(MachineState):
     def _end_setting_up(self) -> None:
         """Give the drives power once the nodes are configured and their inputs arrive."""
         if self.nodes is not None:
-            self.nodes.mark_operational(self._node_boot.nodes)
+            self.nodes.mark_operational(self._boot.nodes)
         for name, homes in self._drives.forget_homes(self._unhomed):
             what = "it homes again" if homes else "it has no homing: compare its position with the machine"
             self.note(f"axis {name}: its drive was configured again and has lost its reference; {what}")
-        if self._node_boot.end():
+        if self._boot.end():
             self._switch_on()
         else:
             self.on_rest()

@@ -38,7 +38,7 @@ class MachineState:
         self._drives = Drives(places)
         self._incidents = Incidents(round(EVENT_AGAIN_S / period_s))
         self._missing = MissingInputs(len(node_names), tolerance)
-        self._node_boot = NodeBoot()
+        self._boot = NodeBoot()
         self._missed = MissedTicks(period_s, tolerance.per_block)
         self._disturbed_at = -math.inf
         """The last cycle with missed ticks or missing inputs."""
@@ -119,7 +119,7 @@ class MachineState:
     @property
     def setting_up(self) -> bool:
         """Whether nodes boot again before their drives get power."""
-        return bool(self._node_boot.nodes)
+        return bool(self._boot.nodes)
 
     def note(self, text: str) -> None:
         """Log an event that needs no reaction."""

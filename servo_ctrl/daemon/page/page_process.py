@@ -23,7 +23,7 @@ LONGEST_LINE = 500
 SUPERVISOR_PAUSE_S = 1.0
 """Pause before the supervisor is restarted."""
 SUPERVISOR_RESTARTS_MAX = 8
-"""Bounds the restarts of the supervisor in a run: whoever kills it more often wants no page."""
+"""Bounds the restarts of the supervisor in a run; after more there is no page."""
 SUPERVISOR_ENDED = "the supervisor of the page's process has ended"
 NICENESS = 10
 """Niceness of the page: every other process, above all the cycle, runs first. All numbers are chosen."""

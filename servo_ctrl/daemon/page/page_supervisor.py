@@ -79,7 +79,7 @@ def _end(page: subprocess.Popen[bytes]) -> None:
 
 
 def _input_ends(within_s: float | None) -> bool:
-    """Wait for the end of standard input, at most `within_s` or for ever; return whether it ended."""
+    """Wait for the end of standard input, at most `within_s` (None: no limit); return whether it ended."""
     deadline_s = None if within_s is None else time.monotonic() + within_s
     with selectors.DefaultSelector() as selector:
         selector.register(0, selectors.EVENT_READ)

@@ -1,6 +1,6 @@
 """Makes and connects the services beside the cycle: compensation, monitoring, learning, command handler.
 
-One object knows all services, so that they need not know each other.
+One object holds all services, so that they do not refer to each other.
 """
 
 import asyncio

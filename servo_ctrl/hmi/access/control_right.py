@@ -48,7 +48,7 @@ class ControlRight:
         return holder is not None and holder.browser == browser
 
     def take(self, browser: str, user: str, address: str, now_s: float) -> None:
-        """Give the right to this browser, whoever had it; the browser must have a page open."""
+        """Give the right to this browser, also if another one has it; the browser must have a page open."""
         self._expire(now_s)
         if browser in self._open_pages and not self.held_by(browser, now_s):
             self._hand_over(ControlHolder(browser, user, address))

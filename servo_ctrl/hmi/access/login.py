@@ -1,4 +1,4 @@
-"""The login page: plain HTML without a script, the only page that a stranger gets."""
+"""The login page: plain HTML without a script, the only page for visitors who are not logged in."""
 
 import asyncio
 import logging

@@ -1,4 +1,4 @@
-"""An ECharts element that is fed with binary frames, no faster than browser and event loop bear.
+"""An ECharts element that is fed with binary frames, no faster than browser and event loop can handle.
 
 NiceGUI keeps each message for a browser that reconnects, and sends numbers as text: too much for 30 pictures
 a second. So the frames go out on the same socket as events of their own and are not kept; a chart that has

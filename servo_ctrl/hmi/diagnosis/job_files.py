@@ -103,7 +103,7 @@ def models_in(directory: Path) -> list[Path]:
 def read_model(path: Path) -> dict[str, Any]:
     """Read a model file. Raises FilesError naming the file.
 
-    Its tables [axis.NAME] have a motor or a table, which those of a controller have not.
+    Its tables [axis.NAME] have a motor or a table, which those of a controller have neither.
     """
     try:
         with path.open("rb") as file:

@@ -1,4 +1,4 @@
-"""What the list of recordings says of each: when, program, length, axes, and whether it can tell anything."""
+"""The line of a recording in the list: when, program, length, axes, and whether a diagnosis can use it."""
 
 from pathlib import Path
 

@@ -88,7 +88,7 @@ class DiagnosisResult:
             return
         try:
             verdict = await run.io_bound(read_verdict, job.directory / VERDICT_FILE)
-        except Exception as error:  # noqa: BLE001  # a diagnosis without a result would be taken for none
+        except Exception as error:  # noqa: BLE001  # an empty result would look as if there had been no diagnosis
             with self._place:
                 note("verdict-problem", "bad").set_text(problem_text(error))
             return

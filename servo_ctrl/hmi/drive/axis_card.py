@@ -100,7 +100,7 @@ def position_unknown(drive: DriveStatus | None) -> bool:
 
 
 def homed_text(drive: DriveStatus | None) -> str:
-    """Whether the axis knows its home; a lost drive may have moved or forgotten it."""
+    """Whether the axis is homed; a lost drive may have moved or lost its home position."""
     if drive is None or drive.phase == "lost":
         return tr("position unknown")
     return tr("homed") if drive.homed else tr("not homed")

@@ -1,4 +1,4 @@
-"""The reversals of each axis since what compensates it was last changed: older ones say nothing about it."""
+"""The reversals of each axis since its compensation was last changed: older ones do not represent it."""
 
 from functools import cache
 

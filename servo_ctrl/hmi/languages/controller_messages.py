@@ -17,7 +17,7 @@ from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage, catalogue
 from servo_ctrl.units import with_signs
 
 DEEPEST = 6
-"""Bounds how far a message that a node had a part in is taken to pieces; ours have three levels."""
+"""Bounds the levels to which a message with the text of a node is divided; ours have three."""
 LONGEST = 2000
 """Bounds the characters of a text that is translated; chosen: the longest message has about 300."""
 KEPT = 2000

@@ -42,7 +42,7 @@ def catalogue(language: str, part: str = "pages") -> Mapping[str, str]:
 
 
 def word(text: str) -> str:
-    """Mark a constant for the catalogues; whoever shows it translates it by `tr`."""
+    """Mark a constant for the catalogues; the code that shows it translates it by `tr`."""
     return text
 
 

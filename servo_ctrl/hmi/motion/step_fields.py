@@ -51,7 +51,7 @@ class StepField(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The label without the axis; whoever shows it translates it."""
+        """The label without the axis, in English; the form translates it."""
         return self.label.removesuffix(f" {self.axis}") if self.axis else self.label
 
 

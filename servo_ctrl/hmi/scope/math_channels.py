@@ -49,7 +49,7 @@ class MathChannel(NamedTuple):
 
     expression: str
     unit: str
-    """What stands in brackets behind it; "" without."""
+    """The unit in brackets behind it, "" without one."""
     tree: ast.expr
 
     def values(self, rows: Array, places: Mapping[str, int], period_s: float) -> Array:
@@ -103,7 +103,7 @@ def _check(node: ast.expr, names: Mapping[str, int]) -> None:
 
 
 def _name(node: ast.expr) -> str:
-    """Return a channel's name; "" for what is none."""
+    """Return a channel's name; "" for any other expression."""
     match node:
         case ast.Name(id=name):
             return name

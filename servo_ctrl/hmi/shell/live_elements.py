@@ -1,4 +1,4 @@
-"""Elements whose content changes several times a second without rendering the page anew.
+"""Elements whose content changes several times a second without rendering the page again.
 
 At an update of a NiceGUI element the browser renders all elements of the page, 6 to 40 ms of processor time.
 These send what has changed to a component of their own, and keep it for a browser that connects later.
@@ -27,7 +27,7 @@ class LiveLabel(TextElement, component=COMPONENT):
 
 
 class LiveHtml(Element, component=COMPONENT):
-    """HTML that changes all the time; whoever sets it has escaped what is not his own."""
+    """HTML that changes all the time; its caller has escaped every text from outside."""
 
     def __init__(self) -> None:
         super().__init__()

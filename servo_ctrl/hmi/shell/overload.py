@@ -42,7 +42,7 @@ class RecentShare:
 
 
 def overload_text(share: float) -> str:
-    """Return what a banner says about this share of missed ticks; "" while the computer keeps the cycle."""
+    """Return the text of the banner on this share of missed ticks; "" while the computer keeps the cycle."""
     if share < TOO_MANY:
         return ""
     return tr(

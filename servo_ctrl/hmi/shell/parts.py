@@ -24,7 +24,7 @@ WARNING = "\N{WARNING SIGN}"
 CHECK = "\N{CHECK MARK}"
 CROSS = "\N{HEAVY MULTIPLICATION X}"
 Kind = Literal["positive", "negative", "warning", "info", "ongoing"]
-"""Of a notice, as NiceGUI has it."""
+"""Kinds of a notice in NiceGUI."""
 ButtonLook = Literal["outline", "unelevated", "flat"]
 E = TypeVar("E", bound=Element)
 _OPTION = """

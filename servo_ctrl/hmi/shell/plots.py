@@ -62,7 +62,7 @@ DARK = Theme(
 
 
 class Look(NamedTuple):
-    """How a visitor sees figures."""
+    """Units and colours of a visitor's figures."""
 
     units: UnitSystem
     theme: Theme

@@ -20,7 +20,7 @@ NAMES = {
     VELOCITY_LOOP: word("velocity loop, after"),
 }
 DASHES = ("solid", "dash", "dot", "dashdot")
-"""Of the curves, which can be told apart without their colours."""
+"""Dashes of the curves, which distinguish them without their colours."""
 HIGHEST_SENSITIVITY = 5.0
 """Bounds the drawn sensitivity; chosen: that of an unstable loop has no bound."""
 

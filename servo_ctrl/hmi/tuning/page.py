@@ -28,7 +28,7 @@ from servo_ctrl.hmi.tuning.tunings import (
 
 TITLE = word("Tuning")
 OUT = Path("out")
-"""Where `servo-ctrl tune` writes unless it is told otherwise, below the directory the controller runs in."""
+"""Where `servo-ctrl tune` writes without `--out`, below the directory the controller runs in."""
 INDICATORS = {
     "step_peak_m": word("step of force, largest deviation"),
     "step_settling_s": word("step of force, settled to a tenth"),

@@ -33,7 +33,7 @@ class PageTunings(LoggedJobs[TuningJobs]):
         await self.log(who, "start", job, machine_file=str(machine_file), axis=axis, ms=ms, place=place)
 
     def end_unless(self, permitted: Callable[[], bool]) -> None:
-        """Cancel the running tuning as soon as whoever started it may not move the machine any more."""
+        """Cancel the running tuning as soon as its requester may no longer move the machine."""
         self._watch = asyncio.create_task(self._watched(self.jobs.running, permitted))
 
     async def _watched(self, job: Job | None, permitted: Callable[[], bool]) -> None:
