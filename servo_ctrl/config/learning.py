@@ -5,9 +5,10 @@ from collections.abc import Sequence
 
 from servo_ctrl.config.kernel_params import axis_params
 from servo_ctrl.config.model import AxisConfig, MachineConfig
-from servo_ctrl.control.compensation.learned_waveform import AHEAD_S, SLIP_M, LearnedWaveformSettings
+from servo_ctrl.control.compensation.learned_waveform import SLIP_M, LearnedWaveformSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.control.waveform_table import AHEAD_S
 from servo_ctrl.errors import ConfigError
 from servo_ctrl.learning.reversal_waveform import SPAN_S, LoopModel
 from servo_ctrl.learning.schedule import RAMP_SHARE

@@ -41,14 +41,13 @@ from servo_ctrl.control.presliding_memory import (
 from servo_ctrl.control.reversal_forecast import forecast, reversal_between_samples
 from servo_ctrl.control.section import AxisFacts, Key, LawSection
 from servo_ctrl.control.types import AxisSample
+from servo_ctrl.control.waveform_table import AHEAD_S, wave_n
 
 SLIP_M = (2e-6, 8e-6, 30e-6, 100e-6)
 """Slip distances x_i. Chosen: presliding of rolling guides and screws spans 1 to 100 um."""
 SLIPPED = 1e-12
 """Distance of a memory from +-1 below which it is that, because exponentials take a fifth of a tick. Chosen:
 of 170 N it is 0.2 nN."""
-AHEAD_S = 0.03
-"""How long before a reversal the waveform begins. Chosen: more than ten dead times at 1 kHz."""
 DEAD_PERIODS = 2.0
 """Dead time of the loop in periods: one until a set point acts, half a period each of hold and difference."""
 
@@ -155,44 +154,6 @@ def relaxed(memory: float, step_m: float, slip_m: float) -> float:
     if abs(direction - memory) < SLIPPED:
         return direction
     return memory + (direction - memory) * -math.expm1(-abs(step_m) / slip_m)
-
-
-@kernel
-def wave_in_row(
-    waves: Table, row: int, since_s: float, reverse_m_s2: float, lead_s: float, period_s: float
-) -> float:
-    """The waveform of one row, `since_s` after the reversal of the command at t + L; 0 outside of the row.
-
-    After the reversal, equal distances a t^2 / 2 correspond; before it, equal times.
-    """
-    stretch = math.sqrt(reverse_m_s2 / waves[row, 0]) if since_s > 0.0 else 1.0
-    # learning takes the first increment of the new direction for the reversal: on average a period late
-    place = (AHEAD_S - lead_s + since_s * stretch) / period_s - 1.0
-    if not 0.0 <= place < waves.shape[1] - 2:
-        return 0.0
-    column = int(place)
-    share = place - column
-    return float((1.0 - share) * waves[row, 1 + column] + share * waves[row, 2 + column])
-
-
-@kernel
-def wave_n(waves: Table, since_s: float, reverse_m_s2: float, lead_s: float, period_s: float) -> float:
-    """w, N: interpolated over the logarithm of the acceleration, held above the table, fading to 0 below."""
-    last = waves.shape[0] - 1
-    if not reverse_m_s2 > 0.0 or not waves[0, 0] > 0.0:
-        return 0.0
-    fade = min(reverse_m_s2 / waves[0, 0], 1.0)
-    within_m_s2 = min(max(reverse_m_s2, waves[0, 0]), waves[last, 0])
-    lower = 0
-    while lower < last - 1 and waves[lower + 1, 0] <= within_m_s2:
-        lower += 1
-    upper = min(lower + 1, last)
-    share = 0.0
-    if waves[upper, 0] > waves[lower, 0]:
-        share = math.log(within_m_s2 / waves[lower, 0]) / math.log(waves[upper, 0] / waves[lower, 0])
-    lower_n = wave_in_row(waves, lower, since_s, reverse_m_s2, lead_s, period_s)
-    upper_n = wave_in_row(waves, upper, since_s, reverse_m_s2, lead_s, period_s)
-    return float(fade * ((1.0 - share) * lower_n + share * upper_n))
 
 
 @kernel

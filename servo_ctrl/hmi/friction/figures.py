@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from servo_ctrl.commands.local_messages import Reversal
-from servo_ctrl.control.compensation.learned_waveform import AHEAD_S
+from servo_ctrl.control.waveform_table import AHEAD_S
 from servo_ctrl.hmi.languages.texts import tr, word
 from servo_ctrl.hmi.shell.plots import Look, curve, figure, horizontal_line, plot_layout
 from servo_ctrl.hmi.shell.units import UnitSystem

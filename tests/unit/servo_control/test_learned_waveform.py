@@ -10,10 +10,11 @@ from waveform_examples import example_waveform
 from servo_ctrl.config.kernel_params import axis_params, with_observer, with_waveform
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.compensation.learned_waveform import AHEAD_S, NEUTRAL, wave_n
+from servo_ctrl.control.compensation.learned_waveform import NEUTRAL
 from servo_ctrl.control.reversal_forecast import forecast
 from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
+from servo_ctrl.control.waveform_table import AHEAD_S, wave_n
 from servo_ctrl.learning.performance import reversals
 from servo_ctrl.learning.reversal_waveform import presliding_states, wave_table
 from studies.feng_2015.planned_force import force_along
