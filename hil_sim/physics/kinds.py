@@ -51,7 +51,10 @@ _CONTACT = (("force_and_damping", "p s velocity_m_s level"), ("slide", "p s velo
 class Kind(Enum):
     """Kind of an effect. The plant names each effect of the kinds WINDING, COUPLING, GAP and SENSOR."""
 
-    WINDING = Role("voltage to current", (("current_a", "p current voltage_v back_emf_v dt_s"),))
+    WINDING = Role(
+        "voltage to current",
+        (("decay", "p dt_s"), ("current_a", "p current voltage_v back_emf_v decay_of_step")),
+    )
     CURRENT_PATH = Role(
         "reported current to force-producing current", (("force_producing_a", "p s current back_emf_v dt_s"),)
     )

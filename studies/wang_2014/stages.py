@@ -1,8 +1,9 @@
 """The stages of the positioning study: those of Wang et al. 2014, and the alternatives to them."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from servo_ctrl.motion.input_shaper import ShaperKind
+if TYPE_CHECKING:  # the command's help names the stages, and loads no numpy
+    from servo_ctrl.motion.input_shaper import ShaperKind
 
 TARGETS = 20
 """Targets over the travel of the precision stage."""
@@ -24,7 +25,7 @@ class Stage(NamedTuple):
     """Most corrections at one end point."""
     screw: bool = False
     """Learned screw table and backlash take-up."""
-    shaper: ShaperKind | None = None
+    shaper: "ShaperKind | None" = None
     """Input shaper for the swing that was measured."""
     continuous: bool = False
     """Position loop on the scale, in the controller (controller_continuous.toml)."""

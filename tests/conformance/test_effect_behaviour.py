@@ -149,7 +149,7 @@ def test_winding_moves_towards_its_final_current(
 ) -> None:
     p = data.draw(parameters(effect))
     final = volts / p.resistance_v_a
-    after = effect.current_a(p, current, volts, 0.0, DT_S)
+    after = effect.current_a(p, current, volts, 0.0, effect.decay(p, DT_S))
     assert min(current, final) - 1e-9 * abs(final) <= after <= max(current, final) + 1e-9 * abs(final)
 
 
