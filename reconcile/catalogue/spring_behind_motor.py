@@ -12,12 +12,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import minimize
 from scipy.signal import lfilter, welch
 
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import RegressionData, ShapeParameters
+from reconcile.recording.gaussian_low_pass import gaussian_low_pass
 from reconcile.recording.kinematics import gaussian_width_s
 
 LOWEST_HZ, HIGHEST_HZ = 8.0, 120.0
@@ -151,8 +151,7 @@ class _SmoothedStart:
         self._force_n = self._smooth(data.force_n[:count])
 
     def _smooth(self, values: Array) -> Array:
-        smooth: Array = gaussian_filter1d(values, self._width, axis=0, mode="nearest")[self._kept]
-        return smooth
+        return gaussian_low_pass(values, self._width)[self._kept]
 
     def rigid(self) -> tuple[Array, Array]:
         """Force (m,) and columns (m, 4) of a rigid axis."""

@@ -12,10 +12,10 @@ from reconcile.catalogue import gravity, presliding_hysteresis
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel
 from reconcile.catalogue.periodic import pair
 from reconcile.formats.nominal_axis import NominalAxis
+from reconcile.recording.gaussian_low_pass import gaussian_low_pass
 from reconcile.recording.kinematics import Kinematics, gaussian_width_s, kinematics
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.time_column import SLOW_CORNER_SHARE, SLOW_RATE_HZ
-from reconcile.regression.gaussian_low_pass import gaussian_low_pass
 from reconcile.regression.model_presliding import presliding_n
 from reconcile.regression.state_filter import StateFilter
 from reconcile.regression.thinning import thinned, thinned_kinematics

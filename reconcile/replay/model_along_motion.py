@@ -9,7 +9,6 @@ import math
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from hil_sim.config import PlantConfig, build_plant
 from hil_sim.plant import readings, step
@@ -18,6 +17,7 @@ from hil_sim.plant.presence import presence_of
 from kernels.arrays import Array
 from kernels.jit import kernel
 from reconcile.recording.first_sample import set_initial_motion
+from reconcile.recording.gaussian_low_pass import gaussian_low_pass
 from reconcile.recording.kinematics import gaussian_width_s
 from reconcile.recording.recording import AxisRecording
 from reconcile.sensing.channel import quantum
@@ -37,7 +37,7 @@ def along_motion(recording: AxisRecording, plant: PlantConfig) -> AxisRecording:
     built, index = build_plant(plant), list(plant.axes).index(recording.axis)
     params, state = built.params[index], built.state[index]
     width, period_s = gaussian_width_s(MOTION_HZ) / recording.period_s, recording.period_s
-    position_m = gaussian_filter1d(recording.motor_m, width, mode="nearest")
+    position_m = gaussian_low_pass(recording.motor_m, width)
     velocity_m_s = np.gradient(position_m, period_s)
     track = np.stack((position_m, velocity_m_s, np.gradient(velocity_m_s, period_s)))
     set_initial_motion(params, state, float(position_m[0]), float(velocity_m_s[0]))

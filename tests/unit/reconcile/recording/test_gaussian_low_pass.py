@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.ndimage import gaussian_filter1d
 
-from reconcile.regression.gaussian_low_pass import gaussian_low_pass
+from reconcile.recording.gaussian_low_pass import gaussian_low_pass
 
 RNG = np.random.default_rng(5)
 
