@@ -93,16 +93,19 @@ class BlockNormalEquations:
     def held(self, coefficients: Mapping[int, float]) -> "BlockNormalEquations":
         """A copy with the coefficients of some columns held at values, before normalisation."""
         places = [column + 1 for column in coefficients]
-        changed, ridge = copy(self), self._ridge.copy()
+        ridge, centre = self._ridge.copy(), self._centre.copy()
         ridge[places] = HOLDING_RIDGE
-        changed._ridge, changed._centre = ridge, self._centre.copy()  # noqa: SLF001 its own class
-        changed._centre[places] = np.array([*coefficients.values()]) * self.unit[places] / self.unit[0]  # noqa: SLF001
-        return changed
+        centre[places] = np.array([*coefficients.values()]) * self.unit[places] / self.unit[0]
+        return self._drawn_to(centre, ridge)
 
     def with_ridge(self, share: float) -> "BlockNormalEquations":
         """A copy with at least this ridge on every column, as a share of the target's squares."""
+        return self._drawn_to(self._centre, np.maximum(self._ridge, share))
+
+    def _drawn_to(self, centre: Array, ridge: Array) -> "BlockNormalEquations":
+        """A copy with another ridge, which draws to other coefficients."""
         changed = copy(self)
-        changed._ridge = np.maximum(self._ridge, share)  # noqa: SLF001 its own class
+        changed._centre, changed._ridge = centre, ridge  # noqa: SLF001 its own class
         return changed
 
     def extended(self, terms: Sequence[tuple[CandidateTerm, Sequence[Array]]]) -> "BlockNormalEquations":
@@ -202,8 +205,7 @@ class BlockNormalEquations:
         for recording in range(self.recordings):
             own = self.recording_of_block == recording
             sums[:, recording] = counts[:, own] @ sub[own]
-        narrow = copy(self)
-        narrow._ridge, narrow._centre = self._ridge[kept], self._centre[kept]  # noqa: SLF001 its own class
+        narrow = self._drawn_to(self._centre[kept], self._ridge[kept])
         own_slots = [(int(p) - 1, recording) for p, (_, recording) in zip(place[1:], slots, strict=True)]
         return narrow.solve(own_slots, sums.reshape(*sums.shape[:2], len(kept), len(kept)))
 
