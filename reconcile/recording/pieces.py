@@ -60,7 +60,6 @@ class _AxisChannels(NamedTuple):
             end_s=float(self.time_s[last]),
             size=size,
             unit=unit,
-            message="",
         )
 
 

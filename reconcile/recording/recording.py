@@ -1,6 +1,5 @@
 """Loads recordings of any format as evenly sampled, complete pieces by axis."""
 
-import math
 from collections.abc import Mapping as ByName
 from collections.abc import Sequence
 from pathlib import Path
@@ -119,12 +118,6 @@ def _skipped(table: Table) -> SensorFinding:
         check="skipped",
         severity="note",
         source=table.source,
-        axis="",
-        channel="",
-        start_s=math.nan,
-        end_s=math.nan,
-        size=0.0,
-        unit="",
         message=message,
         remedy="record the classic bus alone",
     )
@@ -137,12 +130,6 @@ def _set_aside(error: ReconcileError) -> SensorFinding:
         check="unreadable",
         severity="warning",
         source=error.file,
-        axis="",
-        channel="",
-        start_s=math.nan,
-        end_s=math.nan,
-        size=0.0,
-        unit="",
         message=message,
         remedy=error.remedy,
     )
@@ -194,9 +181,6 @@ def _left_out(source: str, axis: str, pieces: Sequence[Piece], short: Sequence[P
         severity=severity,
         source=source,
         axis=axis,
-        channel="",
-        start_s=math.nan,
-        end_s=math.nan,
         size=lost_s,
         unit="s",
         message=message,

@@ -18,15 +18,15 @@ class SensorFinding(NamedTuple):
     """Short name, as in docs/recordings.md: `gap`, `hold`, `clipped`, ..."""
     severity: Severity
     source: str
-    axis: str
-    channel: str
+    axis: str = ""
+    channel: str = ""
     """Field of `AxisRecording`, empty for the recording as a whole."""
-    start_s: float
-    end_s: float
+    start_s: float = math.nan
+    end_s: float = math.nan
     """Both in the time of the file; NaN for the whole recording."""
-    size: float
-    unit: str
-    message: str
+    size: float = 0.0
+    unit: str = ""
+    message: str = ""
     remedy: str = ""
 
     def __str__(self) -> str:

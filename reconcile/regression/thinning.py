@@ -43,7 +43,6 @@ def to_be_thinned(recordings: Sequence[AxisRecording]) -> tuple[list[AxisRecordi
                     severity="note",
                     source=recording.source,
                     axis=recording.axis,
-                    channel="",
                     start_s=recording.start_s,
                     end_s=recording.start_s,
                     size=float(count),

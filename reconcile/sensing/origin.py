@@ -1,6 +1,5 @@
 """Checks whether encoders kept their zeros between recordings; incremental ones lose them at power-off."""
 
-import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -39,7 +38,6 @@ def rezeroed(recordings: Sequence[AxisRecording], lead_m: float) -> Iterator[Sen
                     axis=other.axis,
                     channel="motor_m",
                     start_s=other.start_s,
-                    end_s=math.nan,
                     size=offset_m,
                     unit="m",
                     message=message,

@@ -22,8 +22,6 @@ LEAST_PROMINENCE = 0.25
 """Peak of a mode, as a share of the rigid response at its frequency, from which it is called a resonance."""
 RESONANT_DAMPING = 0.5
 """Damping ratio below which a mode has a peak that can be called a resonance."""
-
-
 LOWEST_HZ, POINTS = 0.02, 900
 """Lowest frequency of the grid, far below any crossover, and its points at equal ratios."""
 MODE_POINTS = np.sinh(np.linspace(-4.0, 4.0, 61)) / 4.0

@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT / "tests" / "support"))  # pytest has it on its path, a program has not: E402
 from browser_program import CHROMIUM  # noqa: E402
-from free_port import free_tcp_port  # noqa: E402
+from free_port import free_tcp_port  # noqa: E402  # likewise
 from live_page import go  # noqa: E402
 from machine_files import XY_TABLE, text_of  # noqa: E402
 from playwright.sync_api import Page, expect, sync_playwright  # noqa: E402
