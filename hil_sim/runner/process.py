@@ -16,6 +16,7 @@ from hil_sim.runner.pacing import Lockstep, RealTime
 from hil_sim.runner.realtime import take_priority
 from kernels.batch_scheduling import batch_scheduling
 from kernels.compiler_memory import release_compiler
+from kernels.short_slice import short_slice
 
 
 async def serve(
@@ -31,7 +32,8 @@ async def serve(
     """Simulate until SIGTERM or SIGINT; calls `on_ready` when the nodes are on the bus.
 
     It opens the bus after compiling the plant: a process that serves the bus must not make its clients wait.
-    In lockstep the process has the policy SCHED_BATCH until the end of the simulation.
+    Until the end of the simulation the process has the policy SCHED_BATCH in lockstep, in real time the
+    shortest time slice, or with `fifo` a priority.
 
     Raises:
         ConfigError, FaultError: see `SimulatedMachine`.
@@ -44,8 +46,7 @@ async def serve(
 
     bench = SimulatedMachine(config, send, state_directory, faults)
     release_compiler()  # all kernels are loaded
-    scheduling = contextlib.nullcontext() if realtime or fifo else batch_scheduling()
-    with scheduling, contextlib.closing(open_port()) as port:
+    with _scheduling(realtime=realtime, fifo=fifo), contextlib.closing(open_port()) as port:
         port.on_overrun = bench.on_overrun
         port.on_remote = bench.frames.handle_remote
         bench.send_burst = port.send_burst
@@ -54,6 +55,12 @@ async def serve(
         if fifo:
             take_priority()
         await _run(bench, port, pacing, on_ready)
+
+
+def _scheduling(*, realtime: bool, fifo: bool) -> contextlib.AbstractContextManager[None]:
+    if fifo:
+        return contextlib.nullcontext()  # `take_priority` follows, once the bus is open
+    return short_slice() if realtime else batch_scheduling()
 
 
 async def _run(

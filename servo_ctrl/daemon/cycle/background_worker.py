@@ -8,7 +8,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-from servo_ctrl.daemon.cycle.realtime import lower_priority
+from kernels.thread_priority import lower_priority
 from servo_ctrl.errors import ServoCtrlError
 
 T = TypeVar("T")

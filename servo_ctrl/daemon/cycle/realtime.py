@@ -1,20 +1,19 @@
-"""Lets a Python process keep a period: no garbage collection, no page faults, optional priority."""
+"""Lets a Python process keep a period: no garbage collection, a short slice or priority and locked memory."""
 
 import ctypes
 import gc
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 import numpy as np
 
+from kernels.short_slice import short_slice
 from servo_ctrl.errors import ServoCtrlError
 
 FIFO_PRIORITY = 80
 """Priority of the cycle; chosen."""
-BACKGROUND_PRIORITY = 1
-"""Priority of other threads: above processes that could preempt a holder of the interpreter lock; chosen."""
 SWITCH_INTERVAL_S = 2e-4
 """After this time another thread must return the interpreter lock to the cycle; chosen."""
 MCL_ALL_ON_FAULT = 7
@@ -26,9 +25,10 @@ class RealtimeError(ServoCtrlError):
 
 
 @contextmanager
-def uninterrupted(*, fifo: bool) -> Iterator[None]:
+def uninterrupted(*, fifo: bool, realtime: bool) -> Iterator[None]:
     """Run the block without garbage collection, with `fifo` also under SCHED_FIFO with locked memory.
 
+    In `realtime` without `fifo` the process has the shortest time slice.
     Objects allocated before are frozen out of the collector after collecting the young generations only: a
     full collection takes a tenth of a second.
     Raises RealtimeError when `fifo` is not permitted.
@@ -41,7 +41,8 @@ def uninterrupted(*, fifo: bool) -> Iterator[None]:
     gc.disable()
     sys.setswitchinterval(SWITCH_INTERVAL_S)
     try:
-        yield
+        with short_slice() if realtime and not fifo else nullcontext():
+            yield
     finally:
         sys.setswitchinterval(interval_s)
         gc.unfreeze()
@@ -49,12 +50,6 @@ def uninterrupted(*, fifo: bool) -> Iterator[None]:
             gc.enable()
         if fifo:
             _restore_priority()
-
-
-def lower_priority() -> None:
-    """Lower the calling thread's priority below the cycle's, which it has inherited."""
-    if hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) == os.SCHED_FIFO:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(BACKGROUND_PRIORITY))
 
 
 def _raise_priority() -> None:

@@ -7,13 +7,13 @@ write while axes move. The EDS gives the data types.
 import asyncio
 from collections.abc import Callable, Sequence
 
+from kernels.thread_priority import lower_priority
 from servo_ctrl.canopen.errors import AbortCode, SdoError
 from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import EdsVariable, Network, SdoPort
 from servo_ctrl.commands.command import Refusal
 from servo_ctrl.commands.stage import Stage
 from servo_ctrl.daemon.cycle.machine import MachineController
-from servo_ctrl.daemon.cycle.realtime import lower_priority
 from servo_ctrl.daemon.page.object_values import decoded, encoded
 from servo_ctrl.telemetry.local_socket.requests import Outcome
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from kernels.arrays import Array
+from kernels.thread_priority import lower_priority
 from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.commands.client_activity import ClientActivity
@@ -32,7 +33,6 @@ from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.part_program import PartProgram, ReadingOptions
 from servo_ctrl.config.program_model import ProgramConfig, SamplesStep
 from servo_ctrl.daemon.cycle.machine import MachineController
-from servo_ctrl.daemon.cycle.realtime import lower_priority
 from servo_ctrl.daemon.cycle.rows import RowRouter
 from servo_ctrl.daemon.page.bus_watch import BusWatch
 from servo_ctrl.daemon.page.object_access import ObjectAccess

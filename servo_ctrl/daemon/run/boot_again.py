@@ -3,12 +3,12 @@
 import asyncio
 from collections.abc import Sequence
 
+from kernels.thread_priority import lower_priority
 from servo_ctrl.canopen.boot import boot_nodes
 from servo_ctrl.canopen.errors import BootError
 from servo_ctrl.canopen.node_plan import NodePlan
 from servo_ctrl.canopen.stack import Network
 from servo_ctrl.daemon.cycle.machine import MachineController
-from servo_ctrl.daemon.cycle.realtime import lower_priority
 from servo_ctrl.io.can_port import BusError
 
 INPUTS_LIMIT_S = 5.0

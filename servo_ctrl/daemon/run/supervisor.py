@@ -135,14 +135,14 @@ class _Supervisor:
     async def test_computer(self) -> None:
         """Test the ticks before the bus is opened; log an event if the computer does not hold the period."""
         self._tested = True
-        with uninterrupted(fifo=self._fifo):
+        with uninterrupted(fifo=self._fifo, realtime=True):
             if problem := await objection(self._config.bus.sync_period_us * 1000):
                 self._machine.note(problem)
 
     async def run(self, bus_spec: str) -> RunReport:
         """Run the online part, from opening the bus to closing it."""
         if self._fifo:
-            with uninterrupted(fifo=True):
+            with uninterrupted(fifo=True, realtime=True):
                 pass  # a refusal of --fifo shows now, before the bus is opened, rather than after the boot
         port = open_port(bus_spec)
         if problem := await asyncio.to_thread(rate_problem, bus_spec, self._config.bus.bit_rate_kbit_s):
@@ -216,7 +216,7 @@ class _Supervisor:
     async def _run_cycle(self, bus: RunBus, cycle: Cycle, recording: RunRecording) -> None:
         """Start the nodes and run the cycle."""
         try:
-            with uninterrupted(fifo=self._fifo):
+            with uninterrupted(fifo=self._fifo, realtime=not self._lockstep):
                 command_nodes(bus.network, self._plans, NmtCommand.START)
                 bus.node.operational(running=True)
                 with changes_noted(self._config, self._plans, self._machine.note):

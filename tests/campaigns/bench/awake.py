@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from servo_ctrl.daemon.cycle.realtime import BACKGROUND_PRIORITY
+from kernels.thread_priority import BACKGROUND_PRIORITY
 
 SPIN = """
 import contextlib, os, sys

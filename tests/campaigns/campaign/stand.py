@@ -159,7 +159,7 @@ def _recorder(directory: Path, channels: Any, header: Any, *, wait_s: float) -> 
 
 
 @contextlib.contextmanager
-def _uninterrupted(*, fifo: bool) -> Iterator[None]:
+def _uninterrupted(*, fifo: bool, realtime: bool) -> Iterator[None]:
     """Leave the collector as it is, because only simulated time counts."""
     assert not fifo
     yield

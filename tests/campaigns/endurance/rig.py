@@ -44,7 +44,7 @@ class Rig(NamedTuple):
 def fifo_is_permitted() -> bool:
     """Return whether this user may use SCHED_FIFO and lock memory."""
     try:
-        with uninterrupted(fifo=True):
+        with uninterrupted(fifo=True, realtime=True):
             return True
     except RealtimeError:
         return False

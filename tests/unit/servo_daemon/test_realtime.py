@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from servo_ctrl.daemon.cycle import realtime
-from servo_ctrl.daemon.cycle.realtime import RealtimeError, lower_priority, uninterrupted
+from servo_ctrl.daemon.cycle.realtime import RealtimeError, uninterrupted
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="SCHED_FIFO is Linux")
 
@@ -51,7 +51,7 @@ def pretend(monkeypatch: pytest.MonkeyPatch, libc: Libc, *, priority: bool) -> l
 
 def test_garbage_collector_is_paused_and_resumed() -> None:
     interval_s = sys.getswitchinterval()
-    with uninterrupted(fifo=False):
+    with uninterrupted(fifo=False, realtime=True):
         assert not gc.isenabled()
         assert gc.get_freeze_count() > 0
         assert sys.getswitchinterval() < interval_s
@@ -61,7 +61,7 @@ def test_garbage_collector_is_paused_and_resumed() -> None:
 
 
 def test_garbage_collector_is_resumed_after_an_error() -> None:
-    with pytest.raises(ValueError, match="under way"), uninterrupted(fifo=False):
+    with pytest.raises(ValueError, match="under way"), uninterrupted(fifo=False, realtime=True):
         raise ValueError("under way")
     assert gc.isenabled()
 
@@ -69,22 +69,9 @@ def test_garbage_collector_is_resumed_after_an_error() -> None:
 def test_priority_and_memory_lock_are_set_and_released(monkeypatch: pytest.MonkeyPatch) -> None:
     libc = Libc(granted=True)
     policies = pretend(monkeypatch, libc, priority=True)
-    with uninterrupted(fifo=True):
+    with uninterrupted(fifo=True, realtime=True):
         assert (policies, libc.locked) == ([os.SCHED_FIFO], 1)
     assert (policies, libc.locked) == ([os.SCHED_FIFO, os.SCHED_OTHER], 0)
-
-
-def test_thread_drops_the_inherited_priority_of_the_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
-    priorities: list[int] = []
-    monkeypatch.setattr(os, "sched_getscheduler", lambda _pid: os.SCHED_FIFO)
-    monkeypatch.setattr(
-        os, "sched_setscheduler", lambda _pid, _policy, given: priorities.append(given.sched_priority)
-    )
-    lower_priority()
-    assert priorities == [1]
-    monkeypatch.setattr(os, "sched_getscheduler", lambda _pid: os.SCHED_OTHER)
-    lower_priority()
-    assert priorities == [1]
 
 
 def test_refused_priority_is_reported_and_the_memory_unlocked(
@@ -94,7 +81,7 @@ def test_refused_priority_is_reported_and_the_memory_unlocked(
     pretend(monkeypatch, libc, priority=False)
     with (
         pytest.raises(RealtimeError, match=r"--fifo: priority 80 is not permitted; needs CAP_SYS_NICE"),
-        uninterrupted(fifo=True),
+        uninterrupted(fifo=True, realtime=True),
     ):
         pytest.fail("it was entered")
     assert libc.locked == 0
@@ -105,6 +92,6 @@ def test_refused_memory_lock_is_reported(monkeypatch: pytest.MonkeyPatch) -> Non
     pretend(monkeypatch, Libc(granted=False), priority=True)
     with (
         pytest.raises(RealtimeError, match=r"--fifo: mlockall: .*; needs CAP_IPC_LOCK"),
-        uninterrupted(fifo=True),
+        uninterrupted(fifo=True, realtime=True),
     ):
         pytest.fail("it was entered")
