@@ -19,3 +19,9 @@ def processor_s(pid: int) -> float:
     """Seconds on a processor so far, all threads that still exist."""
     tasks = Path(f"/proc/{pid}/task").glob("*/schedstat")
     return sum(int(task.read_text().split()[0]) for task in tasks) * 1e-9
+
+
+def stolen_s() -> float:
+    """Seconds since the boot in which the host ran something else on our processors; proc(5), `steal`."""
+    fields = Path("/proc/stat").read_text(encoding="ascii").split("\n", 1)[0].split()
+    return int(fields[8]) / os.sysconf("SC_CLK_TCK")

@@ -31,6 +31,7 @@ from servo_ctrl.daemon.run.supervisor import run_machine
 from servo_ctrl.hil_rig.simulated_machine import SimulatorError, simulated_machine
 from tests.campaigns.bench import cyclictest
 from tests.campaigns.bench.main import machine_facts, write_whole
+from tests.campaigns.bench.process_time import stolen_s
 from tests.campaigns.bench.tick_lateness import (
     LATE_AIM,
     MACHINE,
@@ -66,6 +67,8 @@ class Run(NamedTuple):
     yardstick: Counter[int]
     reason: str
     """Why it stopped early; "" when it did not."""
+    stolen_s: float
+    """Processor time that the host of a virtual machine took away meanwhile."""
 
     def as_json(self) -> dict[str, Any]:
         """Return the figures, and which aims they meet."""
@@ -84,6 +87,7 @@ class Run(NamedTuple):
             "cyclictest_us": late_us,
             "p99_ratio": ratio,
             "reason": self.reason,
+            "stolen_s": self.stolen_s,
             "met": met,
         }
 
@@ -125,6 +129,7 @@ async def _run(policy: str, minutes: float, *, fifo: bool) -> Run:
             simulated_machine(MACHINE, "realtime", fifo=fifo) as bus,
         ):
             await asyncio.sleep(SETTLED_S)
+            stolen_before_s = stolen_s()
             report = await run_machine(
                 machine,
                 load_program(program, machine),
@@ -134,10 +139,11 @@ async def _run(policy: str, minutes: float, *, fifo: bool) -> Run:
                 fifo=fifo,
                 page=PageOptions(None, on_socket),
             )
+            taken_s = stolen_s() - stolen_before_s
             period_us = machine.bus.sync_period_us
             loops = round(YARDSTICK_S * 1e6 / period_us)
             yardstick = await asyncio.to_thread(cyclictest.run, loops, period_us, fifo=fifo)
-    return Run(policy, Ticks.of(report), yardstick, report.reason)
+    return Run(policy, Ticks.of(report), yardstick, report.reason, taken_s)
 
 
 @contextlib.asynccontextmanager
@@ -182,7 +188,14 @@ async def _open(program: str, address: str, folder: Path) -> None:
 def table_of(runs: list[dict[str, Any]]) -> Table:
     """Return a row a run; what misses its aim is red."""
     table = Table(
-        "policy", "ticks", "missed of 10,000", "late inputs, %", "p99, us", "of cyclictest", "stopped"
+        "policy",
+        "ticks",
+        "missed of 10,000",
+        "late inputs, %",
+        "p99, us",
+        "of cyclictest",
+        "stopped",
+        "taken by the host, ms",
     )
     for run in runs:
         cells = {
@@ -195,7 +208,7 @@ def table_of(runs: list[dict[str, Any]]) -> Table:
         p99_us = f"{run['lateness_us']['p99']:.0f}"
         table.add_row(
             *(run["policy"], f"{run['ticks']}", shown["missed"], shown["late inputs"], p99_us),
-            *(shown["p99"], shown["no stop"]),
+            *(shown["p99"], shown["no stop"], f"{run['stolen_s'] * 1e3:.0f}"),
         )
     return table
 
