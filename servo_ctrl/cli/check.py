@@ -34,6 +34,7 @@ def check(
     from servo_ctrl.canopen.plan import plan_machine
     from servo_ctrl.cli.option_values import read_program
     from servo_ctrl.cli.part_program_report import print_dry_run
+    from servo_ctrl.config.contour import contour_note
     from servo_ctrl.config.dry_run import dry_run
     from servo_ctrl.config.load import load_machine
     from servo_ctrl.daemon.learning.axis_learning import LearningError
@@ -52,6 +53,8 @@ def check(
     for plan in plans:
         mapped = ", ".join(m.name for pdo in plan.pdos for m in pdo.codec.objects)
         typer.echo(f"  node {plan.node_id:3d}  {plan.key}: {mapped}")
+    if note := contour_note(config):
+        typer.echo(f"  {note}")
     if beyond_limits := [*motion.strokes_beyond_limits().values(), *motion.travels_beyond_limits().values()]:
         raise LearningError("; ".join(dict.fromkeys(beyond_limits)))
     if chosen is not None:

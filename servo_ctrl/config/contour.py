@@ -1,4 +1,7 @@
-"""Converts `[contour_control]` to the coupling of the cycle, and refuses gains without a stability margin."""
+"""Converts `[contour_control]` to the coupling of the cycle, and refuses gains without a stability margin.
+
+A gain that was accepted on a plant that nobody has measured is used, and noted.
+"""
 
 import math
 from collections.abc import Sequence
@@ -50,15 +53,31 @@ def contour_objection(machine: MachineConfig) -> str:
     return f"kp_1_s: with {gain} 1/s Ms of the two axes is {peak:.2f}, above {limit}, on {plants}"
 
 
+def contour_note(machine: MachineConfig) -> str:
+    """Return that an accepted gain has a margin on rigid masses only, and what to do; "" where it has not."""
+    section = machine.contour_control
+    if section is None or not section.enabled or not (rigid := _not_measured(machine, section.axes)):
+        return ""
+    return (
+        f"contour_control: kp_1_s was accepted on {_plants_of(machine, section.axes)}; "
+        f"the margin lacks resonances and delay of {', '.join(rigid)}: "
+        "servo-ctrl tune --axis NAME --apply measures them"
+    )
+
+
+def _not_measured(machine: MachineConfig, names: Sequence[str]) -> list[str]:
+    return [name for name in names if machine.axes[name].measured_plant is None]
+
+
 def _plants_of(machine: MachineConfig, names: Sequence[str]) -> str:
     """Return what a margin was computed on, and the known structures that are not in it."""
-    measured = [name for name in names if machine.axes[name].measured_plant is not None]
-    if len(measured) == len(names):
+    rigid = _not_measured(machine, names)
+    if not rigid:
         return "their measured plants"
     plants = "their masses"
-    if measured:
-        (rigid,) = set(names) - set(measured)
-        plants = f"the measured plant of {measured[0]} and the mass of {rigid}"
+    if len(rigid) < len(names):
+        (measured,) = set(names) - set(rigid)
+        plants = f"the measured plant of {measured} and the mass of {rigid[0]}"
     unused = [text for name in names for text in unused_structures(machine, name)]
     if not unused:
         return plants

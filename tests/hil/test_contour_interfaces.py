@@ -79,7 +79,9 @@ async def test_object_and_mqtt_tell_the_contour_error_of_their_cycle(bench: Any,
         await asyncio.to_thread(run.wait, 60.0)
 
     assert {coupled, *(state.content["contour"]["coupled"] for state in states)} == {"x, y"}
-    error_m = distance_from_the_circle_m(load_recording(record).columns, last)
+    recording = load_recording(record)
+    assert str(recording.header["events"]).count("accepted on their masses") == 1
+    error_m = distance_from_the_circle_m(recording.columns, last)
     told = [(state.content["cycle"], state.content["contour"]["error_um"]) for state in states]
     over_mqtt = [(cycle, cycle, 1e-6 * error_um) for cycle, error_um in told if cycle - 2 in error_m]
     by_object = [(before, after, NM * error_nm) for before, error_nm, after in read if before - 2 in error_m]

@@ -13,6 +13,7 @@ from servo_ctrl.canopen.node import load_own_eds
 from servo_ctrl.canopen.own_settings import FILE
 from servo_ctrl.canopen.plan import plan_machine
 from servo_ctrl.canopen.stack import LOCKSTEP_SDO_TIMEOUT_S, SDO_TIMEOUT_S, Network
+from servo_ctrl.config.contour import contour_note
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.config.program_model import ProgramConfig
 from servo_ctrl.daemon.cycle.cycle import Cycle
@@ -147,6 +148,8 @@ class _Supervisor:
         port = open_port(bus_spec)
         if problem := await asyncio.to_thread(rate_problem, bus_spec, self._config.bus.bit_rate_kbit_s):
             self._machine.note(problem)
+        if note := contour_note(self._config):
+            self._machine.note(note)
         try:
             port.attach(asyncio.get_running_loop())
             network = Network(port.send)

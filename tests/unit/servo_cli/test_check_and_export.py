@@ -37,6 +37,15 @@ def test_strokes_of_learning_that_do_not_fit_fail_the_check(tmp_path: Path) -> N
     assert "beyond the limit" in reason
 
 
+def test_a_coupling_that_was_accepted_on_masses_is_noted_once(tmp_path: Path) -> None:
+    section = '\n[contour_control]\naxes = ["x", "y"]\nkp_1_s = 20.0\n'
+    write_controller(tmp_path, text_of(XY_TABLE / "controller.toml") + section)
+    result = RUNNER.invoke(app, ["check", "--machine", str(tmp_path)])
+    assert result.exit_code == 0
+    assert result.output.count("accepted on their masses") == 1
+    assert "servo-ctrl tune --axis NAME --apply" in result.output
+
+
 def test_export_writes_every_column(tmp_path: Path) -> None:
     channels = channels_of(["x"])
     recorder = Recorder(tmp_path / "r", channels, {"axes": ["x"], "segments": []})

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from machine_files import XY_TABLE, text_of
 
-from servo_ctrl.config.contour import couplings, sensitivity_peak_of
+from servo_ctrl.config.contour import contour_note, couplings, sensitivity_peak_of
 from servo_ctrl.config.contour_model import ContourControl
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
@@ -132,6 +132,44 @@ def test_a_structure_that_the_file_names_and_nobody_measured_is_named(tmp_path: 
     )
     with pytest.raises(ConfigError, match=reason):
         table(tmp_path, 'axes = ["x", "y"]\nkp_1_s = 57.0' + shaper)
+
+
+SECTION = 'axes = ["x", "y"]\nkp_1_s = 20.0\n'
+MEASURED = """
+[axis.{axis}.measured_plant]
+mass_kg = 80.0
+scale_mass_kg = 80.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("sections", "plants", "rigid"),
+    [
+        ("", "their masses", "x, y"),
+        (MEASURED.format(axis="y"), "the measured plant of y and the mass of x", "x"),
+        (
+            "[axis.y.input_shaper]\nfrequency_hz = 38.0\n",
+            "their masses, without the structure at 38 Hz of axis y (input_shaper), which is not measured",
+            "x, y",
+        ),
+    ],
+)
+def test_a_gain_that_was_accepted_on_masses_is_noted_with_what_to_do(
+    tmp_path: Path, sections: str, plants: str, rigid: str
+) -> None:
+    assert contour_note(table(tmp_path, SECTION + sections)) == (
+        f"contour_control: kp_1_s was accepted on {plants}; "
+        f"the margin lacks resonances and delay of {rigid}: "
+        "servo-ctrl tune --axis NAME --apply measures them"
+    )
+
+
+def test_no_note_where_nothing_is_coupled_or_all_is_measured(tmp_path: Path) -> None:
+    assert contour_note(load_machine(XY_TABLE)) == ""
+    assert contour_note(table(tmp_path, f"enabled = false\n{SECTION}")) == ""
+    assert (
+        contour_note(table(tmp_path, SECTION + MEASURED.format(axis="x") + MEASURED.format(axis="y"))) == ""
+    )
 
 
 def test_an_axis_that_is_unstable_alone_is_refused_with_any_coupling(tmp_path: Path) -> None:

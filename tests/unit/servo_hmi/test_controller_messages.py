@@ -6,6 +6,15 @@ from servo_ctrl.hmi.languages.controller_messages import controller_text, diagno
 from servo_ctrl.hmi.languages.report_page import note_text
 from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage
 
+ACCEPTED_ON_MASSES = (
+    "contour_control: kp_1_s was accepted on the measured plant of y and the mass of x; the margin lacks "
+    "resonances and delay of x: servo-ctrl tune --axis NAME --apply measures them"
+)
+ACCEPTED_ON_MASSES_IN_GERMAN = (
+    "contour_control: kp_1_s wurde angenommen auf der gemessenen Strecke von y und der Masse von x; "
+    "in der Reserve fehlen Resonanzen und Totzeit von x: servo-ctrl tune --axis NAME --apply misst sie"
+)
+
 
 @pytest.mark.parametrize(
     ("english", "german"),
@@ -31,6 +40,7 @@ from servo_ctrl.hmi.languages.texts import ENGLISH, CurrentLanguage
             "the controller has made no run: the run is over; nothing was changed",
             "die Steuerung hat die Fahrt nicht gemacht: der Lauf ist zu Ende; nichts wurde geändert",
         ),
+        (ACCEPTED_ON_MASSES, ACCEPTED_ON_MASSES_IN_GERMAN),
         ("anna: enable", "anna: enable"),
         ("x; " * 600, "x; " * 600),
         ("x: " * 600, "x: " * 600),
