@@ -116,6 +116,17 @@ def coupled_loop_of(params: AxisParams, plant: Plant) -> CoupledLoop:
     return CoupledLoop(np.asarray(loop / own), np.asarray(per_gain / own))
 
 
+def characteristic_of(params: AxisParams, plant: Plant) -> Response:
+    """1 + L of a cst axis without the poles that its observer adds to L where it is on, (n,).
+
+    Its zeros are the poles of the closed loop; its own poles are inside the unit circle, or integrators of L.
+    """
+    z = on_circle(plant.frequency_hz, params.period_s)
+    model, recall = observer_paths(params, z)
+    observed = notch_response(params.notch, z) * (model * plant.motor - recall)
+    return np.asarray(1.0 + loop_of(params, plant) + observed)
+
+
 def velocity_loop_of(params: AxisParams, plant: Plant) -> Response:
     """The velocity loop alone, with the position loop open, (n,)."""
     z = on_circle(plant.frequency_hz, params.period_s)

@@ -19,9 +19,9 @@ from servo_ctrl.control.axis_loop import (
     CoupledLoop,
     Plant,
     Response,
+    characteristic_of,
     coupled_loop_of,
     integrators_of,
-    loop_of,
     on_circle,
 )
 from servo_ctrl.control.contour_control import Params
@@ -51,9 +51,7 @@ def coupled_sensitivity_peak(
 def stable_alone(params: AxisParams, plant: Plant) -> bool:
     """Whether an axis without coupling is stable, without its observer and with it."""
     plain = params._replace(observer=params.observer._replace(enabled=False))
-    if not is_stable(1.0 + loop_of(plain, plant), integrators_of(plain)):
-        return False
-    return stays_stable(coupled_loop_of(plain, plant), coupled_loop_of(params, plant))
+    return all(is_stable(characteristic_of(one, plant), integrators_of(one)) for one in (plain, params))
 
 
 def stays_stable(alone: CoupledLoop, observed: CoupledLoop) -> bool:

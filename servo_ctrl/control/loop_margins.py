@@ -4,10 +4,20 @@ The model is linear in z and includes the one-period delay until a set point act
 compiled law.
 """
 
+import math
+
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.control.axis_loop import Response, coupled_loop_of, rigid_mass, rigid_plant
+from servo_ctrl.control.axis_loop import (
+    Response,
+    characteristic_of,
+    coupled_loop_of,
+    integrators_of,
+    rigid_mass,
+    rigid_plant,
+)
+from servo_ctrl.control.stability import is_stable
 from servo_ctrl.control.tick import AxisParams
 
 FREQUENCIES = 20_000
@@ -25,9 +35,11 @@ def all_frequencies_hz(period_s: float) -> Array:
 
 
 def sensitivity_peak(params: AxisParams, mass_kg: float) -> float:
-    """Return Ms, the largest |1 / (1 + L)|."""
-    loop = open_loop(params, mass_kg, all_frequencies_hz(params.period_s))
-    return float(np.abs(1.0 / (1.0 + loop)).max())
+    """Return Ms, the largest |1 / (1 + L)|; infinite where the loop is unstable."""
+    plant = rigid_plant(params.period_s, mass_kg, all_frequencies_hz(params.period_s))
+    if not is_stable(characteristic_of(params, plant), integrators_of(params)):
+        return math.inf
+    return float(np.abs(1.0 / (1.0 + coupled_loop_of(params, plant).loop)).max())
 
 
 def noise_gain_n_m(params: AxisParams, mass_kg: float) -> float:

@@ -128,6 +128,27 @@ def law_of(p: AxisParams) -> StateSpace:
     return series(velocity_of(p), force_law(p))
 
 
+def law_with_observer(p: AxisParams) -> StateSpace:
+    """The same with the observer, which is on and has no viscous friction in its model.
+
+    It adds the filtered force of its mass, less the filtered force that acted: a feedback of the force.
+    """
+    observer = p.observer
+    low = filtered([observer.filter_blend], [1.0, observer.filter_blend - 1.0])
+    second = filtered((observer.mass_kg / T**2 * np.array([1.0, -2.0, 1.0])).tolist(), [1.0])
+    watch = of_input(series(second, low), np.array([[1.0, 0.0]]))
+    recall = series(filtered([0.0, 0.0, 0.5, 0.5], [1.0]), low)  # of the force itself, without a direct part
+    forward = parallel(law_of(p), watch)
+    states = np.block(
+        [
+            [forward.a, np.zeros((len(forward.a), len(recall.a)))],
+            [-recall.b @ forward.c, recall.a + recall.b @ recall.c],
+        ]
+    )
+    inputs, outputs = np.vstack([forward.b, -recall.b @ forward.d]), np.hstack([forward.c, -recall.c])
+    return StateSpace(states, inputs, outputs, forward.d)
+
+
 def radius(*loops: tuple[StateSpace, StateSpace]) -> float:
     """The spectral radius of loops that are closed by minus their output."""
     largest = []

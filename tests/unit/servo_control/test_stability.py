@@ -6,13 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from axis_state_space import (
-    StateSpace,
     T,
     coupled_radius,
-    filtered,
     law_of,
-    of_input,
-    parallel,
+    law_with_observer,
     plant_of,
     radius,
     series,
@@ -124,20 +121,7 @@ def test_an_observer_is_judged_by_what_it_makes_of_a_stable_loop(base: AxisParam
     params = base._replace(observer=observer)
     rigid = ModalModel(T, 1.0 / mass_kg, 1.0 / mass_kg, 0.0, 0.0, (), 0.0)
     plant = rigid.plant(hz, scale_feedback=True)
-    second = observer.mass_kg / T**2 * np.array([1.0, -2.0, 1.0])
-    low = filtered([0.3], [1.0, -0.7])
-    watch = of_input(series(filtered(second.tolist(), [1.0]), low), np.array([[1.0, 0.0]]))
-    recall = series(filtered([0.0, 0.0, 0.5, 0.5], [1.0]), low)  # of the force itself, without a direct part
-    forward = parallel(law_of(params), watch)
-    states = np.block(
-        [
-            [forward.a, np.zeros((len(forward.a), len(recall.a)))],
-            [-recall.b @ forward.c, recall.a + recall.b @ recall.c],
-        ]
-    )
-    inputs, outputs = np.vstack([forward.b, -recall.b @ forward.d]), np.hstack([forward.c, -recall.c])
-    law_with_it = StateSpace(states, inputs, outputs, forward.d)
-    largest = radius((plant_of(rigid), law_with_it))
+    largest = radius((plant_of(rigid), law_with_observer(params)))
     assert stable_alone(params, plant) is bool(largest < 1.0)
     assert np.isfinite(coupled_loop_of(params, plant).loop).all()
 
