@@ -37,6 +37,17 @@ def relaxed_at(position_m: float) -> Branch:
 
 
 @kernel
+def moved_by(branch: Branch, shift_m: float) -> Branch:
+    """The same memory in coordinates in which all positions are by `shift_m` larger."""
+    return Branch(
+        rest_m=branch.rest_m + shift_m,
+        turn_1_m=branch.turn_1_m + shift_m,
+        turn_2_m=branch.turn_2_m + shift_m,
+        turn_3_m=branch.turn_3_m + shift_m,
+    )
+
+
+@kernel
 def turned(branch: Branch, turn_m: float) -> Branch:
     """Remember a reversal; with a fourth the oldest is forgotten, and what was before it."""
     rest_m = branch.rest_m if math.isinf(branch.turn_3_m) else FORGOTTEN_M

@@ -15,6 +15,8 @@ from kernels.jit import kernel
 from kernels.record_layout import Pool
 from kernels.records import read, write
 from servo_ctrl.control.axis_record import tick_axis
+from servo_ctrl.control.compensation.learned_waveform import State as WaveformState
+from servo_ctrl.control.compensation.learned_waveform import powered_again
 from servo_ctrl.control.set_point_counts import SetPointCounts
 from servo_ctrl.control.tick import at_rest
 from servo_ctrl.control.types import Status
@@ -102,6 +104,7 @@ def step_axis(
     step = advance(route, sequence, inputs["statusword"], complete, age, at_standstill, mode_shown)
     if sequence.phase == _HOMING and step.sequence.phase in (_SETTLING, _TAKING_OVER):
         axis["homed"] = True
+        axis["last_m"] = math.nan  # homing has moved the axis, and its coordinates
     write(axis["sequence"], step.sequence)
     axis["controlword"], axis["sent_mode"] = step.controlword, step.sent_mode
     axis["problem"], axis["found"] = step.problem, 0
@@ -123,14 +126,20 @@ def step_axis(
 
 @kernel
 def take_over(axis: Any) -> None:
-    """Lead the axis where it is, the law at rest; the scale reads there what the motor encoder reads."""
-    inputs = axis["inputs"]
+    """Lead the axis where it is, the law at rest; the scale reads there what the motor encoder reads.
+
+    Only what presliding remembers of the motion before is kept.
+    """
+    inputs, law_state = axis["inputs"], axis["law"]["state"]
+    moved_m = inputs["motor_m"] - axis["last_m"]
     axis["hold_m"] = axis["last_m"] = inputs["motor_m"]
     axis["periods_without_input"] = 0
     inputs["scale_offset_m"] = inputs["motor_m"] - inputs["scale_raw_m"]
     if not math.isnan(inputs["scale_raw_m"]):
         inputs["scale_m"] = inputs["motor_m"]
-    write(axis["law"]["state"], at_rest(inputs["motor_m"]))
+    waveform = powered_again(read(law_state["waveform"], WaveformState), moved_m, inputs["motor_m"])
+    write(law_state, at_rest(inputs["motor_m"]))
+    write(law_state["waveform"], waveform)
     axis["correction_m"] = 0.0
     begin_watch(axis, inputs["motor_m"])
 

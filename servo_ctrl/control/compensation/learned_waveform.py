@@ -11,8 +11,8 @@ quotient, and the dead time of the inertia force. w is a free waveform that was 
 (`learning.reversal_waveform`). It is stretched in time, so that it covers the same distance at each
 acceleration. Behind the reversal it is read at the distance x and the speed v of the command at t + L, as on
 the motion of constant acceleration that passes there: a = v^2 / (2 x), t - t1 = 2 x / v. After a short motion
-x is the distance with as much slip (`control.presliding_memory`), also before the first reversal. Below the
-learned accelerations w fades out, above them it is held.
+x is the distance with as much slip (`control.presliding_memory`), also before the first reversal and behind a
+time without power. Below the learned accelerations w fades out, above them it is held.
 
 `control.reversal_forecast` predicts the reversal from the command alone.
 
@@ -33,6 +33,7 @@ from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.control.limits import clamp
 from servo_ctrl.control.presliding_memory import (
     Branch,
+    moved_by,
     relaxed_at,
     slip_travel_m,
     turned,
@@ -45,6 +46,9 @@ from servo_ctrl.control.waveform_table import AHEAD_S, wave_n
 
 SLIP_M = (2e-6, 8e-6, 30e-6, 100e-6)
 """Slip distances x_i. Chosen: presliding of rolling guides and screws spans 1 to 100 um."""
+SPRING_BACK_M = SLIP_M[-1]
+"""Longest way that friction springs back without power. Chosen: what was moved further was moved by something
+else, there and back perhaps."""
 SLIPPED = 1e-12
 """Distance of a memory from +-1 below which it is that, because exponentials take a fifth of a tick. Chosen:
 of 170 N it is 0.2 nN."""
@@ -100,6 +104,8 @@ class State(NamedTuple):
     """Position command at t + L, one sample ago."""
     acceleration_m_s2: float
     """Acceleration of the command, one sample ago."""
+    direction: float
+    """Direction of the last motion, +1 or -1; 0 before the first."""
     branch: Branch
     """Where presliding has turned, between two samples."""
     memory_1: float
@@ -139,7 +145,33 @@ def at_rest(position_command_m: float) -> State:
     return State(
         lead_position_m=position_command_m,
         acceleration_m_s2=0.0,
+        direction=0.0,
         branch=relaxed_at(position_command_m),
+        memory_1=0.0,
+        memory_2=0.0,
+        memory_3=0.0,
+        memory_4=0.0,
+    )
+
+
+@kernel
+def powered_again(state: State, moved_m: float, position_m: float) -> State:
+    """State of an axis that gets power again at `position_m`, and that has moved by `moved_m` without it.
+
+    Friction has sprung back until its springs held each other: no force is left, but a reversal in their
+    memory. What has moved further than `SPRING_BACK_M`, or by a way that is not known (NaN), has no memory.
+    """
+    if state.direction == 0.0 or not abs(moved_m) <= SPRING_BACK_M:
+        return at_rest(position_m)
+    shift_m = position_m - moved_m - state.lead_position_m  # from the command to the motor's encoder
+    branch, direction = moved_by(state.branch, shift_m), state.direction
+    if moved_m * direction < 0.0:
+        branch, direction = turned(branch, position_m - moved_m), -direction
+    return State(
+        lead_position_m=position_m,
+        acceleration_m_s2=0.0,
+        direction=direction,
+        branch=without_closed_loop(branch, position_m, direction),
         memory_1=0.0,
         memory_2=0.0,
         memory_3=0.0,
@@ -162,10 +194,10 @@ def planned_force(
 ) -> tuple[float, State]:
     """The force, N, and the state one period later.
 
-    `pulse`: state of the friction pulse at this sample, for the direction of motion and whether it has just
-    reversed. Disabled, the state follows the command and the force is 0.
+    `pulse`: state of the friction pulse at this sample, for the direction of motion. Disabled, the state
+    follows the command and the force is 0.
     """
-    direction = pulse.direction
+    direction = pulse.direction if pulse.direction != 0.0 else state.direction
     position_m, velocity_m_s = sample.position_command_m, sample.velocity_command_m_s
     acceleration_m_s2 = sample.acceleration_command_m_s2
     jerk_m_s3 = clamp((acceleration_m_s2 - state.acceleration_m_s2) / period_s, p.jerk_m_s3)
@@ -175,7 +207,7 @@ def planned_force(
     )
     step_m = lead_position_m - state.lead_position_m
     branch = state.branch
-    if pulse.age_s == 0.0:
+    if direction * state.direction < 0.0:
         turn_m = reversal_between_samples(direction, position_m, velocity_m_s, acceleration_m_s2, period_s)
         branch = turned(branch, turn_m)
     else:
@@ -183,6 +215,7 @@ def planned_force(
     now = State(
         lead_position_m=lead_position_m,
         acceleration_m_s2=acceleration_m_s2,
+        direction=direction,
         branch=branch,
         memory_1=relaxed(state.memory_1, step_m, SLIP_M[0]),
         memory_2=relaxed(state.memory_2, step_m, SLIP_M[1]),

@@ -99,7 +99,7 @@ STATES = st.builds(
         st.builds(trapezoidal_pulse.PulseShape, *[SIGNED] * 5),
     ),
     st.builds(disturbance_observer.State, SIGNED, SIGNED, SIGNED | st.just(math.nan)),
-    st.builds(learned_waveform.State, SIGNED, SIGNED, BRANCHES, *[SIGNED] * 4),
+    st.builds(learned_waveform.State, SIGNED, SIGNED, SIGNED, BRANCHES, *[SIGNED] * 4),
     SIGNED,
     MOTIONS,
     st.builds(sampled_dual_loop.State, POSITIVE, st.integers(0, 9), MOTIONS),

@@ -10,7 +10,14 @@ from waveform_examples import example_waveform
 from servo_ctrl.config.kernel_params import axis_params, with_observer, with_waveform
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
-from servo_ctrl.control.compensation.learned_waveform import NEUTRAL
+from servo_ctrl.control.compensation.learned_waveform import (
+    NEUTRAL,
+    SPRING_BACK_M,
+    State,
+    at_rest,
+    powered_again,
+)
+from servo_ctrl.control.presliding_memory import FORGOTTEN_M, Branch
 from servo_ctrl.control.reversal_forecast import forecast
 from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
@@ -190,3 +197,36 @@ def test_a_short_motion_before_the_reversal_shortens_the_waveform() -> None:
         force_n = force_along(params, commands)[there + 1 :]
         passed_m = commands[there, 0] - commands[there + 1 :, 0]
         assert passed_m[force_n < -0.5][-1] == pytest.approx(expected_m, rel=0.1)
+
+
+BEFORE = State(
+    lead_position_m=0.02,
+    acceleration_m_s2=0.0,
+    direction=1.0,
+    branch=Branch(rest_m=0.0, turn_1_m=FORGOTTEN_M, turn_2_m=FORGOTTEN_M, turn_3_m=FORGOTTEN_M),
+    memory_1=1.0,
+    memory_2=1.0,
+    memory_3=1.0,
+    memory_4=0.9,
+)
+
+
+def test_friction_that_springs_back_without_power_is_a_reversal_in_the_memory() -> None:
+    """The motor's encoder is 3 um from the command, and reads 8 um less than when power went."""
+    found = powered_again(BEFORE, -8e-6, 0.019989)
+    assert found == State(0.019989, 0.0, -1.0, found.branch, 0.0, 0.0, 0.0, 0.0)
+    expected = Branch(rest_m=-3e-6, turn_1_m=0.019997, turn_2_m=FORGOTTEN_M, turn_3_m=FORGOTTEN_M)
+    assert found.branch == pytest.approx(expected, abs=1e-12)
+
+
+def test_an_axis_that_stayed_or_went_on_has_turned_nowhere() -> None:
+    for moved_m in (0.0, 5e-6):
+        found = powered_again(BEFORE, moved_m, 0.02 + moved_m)
+        assert found.direction == 1.0
+        assert found.branch == pytest.approx(BEFORE.branch)
+
+
+@pytest.mark.parametrize("moved_m", [1.01 * SPRING_BACK_M, -0.3, math.nan])
+def test_an_axis_that_was_moved_is_at_rest_without_a_memory(moved_m: float) -> None:
+    assert powered_again(BEFORE, moved_m, 0.01) == at_rest(0.01)
+    assert powered_again(at_rest(0.02), -8e-6, 0.01) == at_rest(0.01)

@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 
 from kernels.arrays import Array
+from kernels.record_layout import store
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.control.compensation.learned_waveform import State, powered_again
+from servo_ctrl.control.presliding_memory import Branch
+from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning import waveform_run
 from servo_ctrl.learning.reversal_waveform import (
     FILTER_HZ,
@@ -20,6 +24,7 @@ from servo_ctrl.learning.reversal_waveform import (
     presliding_states,
 )
 from servo_ctrl.learning.waveform_run import GAIN, WaveformRun, extrapolated_waveform
+from servo_ctrl.motion.move import Move
 from studies.feng_2015.rival_tuning import Setting, Tuner
 from studies.feng_2015.waveform_drift import BEFORE, recovery
 from studies.feng_2015.waveform_learning import (
@@ -29,6 +34,7 @@ from studies.feng_2015.waveform_learning import (
     with_learned,
 )
 from studies.feng_2015.waveform_tables import tables
+from studies.twin_axis import TwinAxis, motion, twin_axis
 from twin.plant_file import load_plant
 
 XY_TABLE = Path(__file__).parents[3] / "machines" / "xy_table"
@@ -177,6 +183,43 @@ def test_a_run_that_is_over_takes_no_more_strokes(learned: LearnedWaveforms) -> 
     assert run.outlook.strokes_done == 1
     assert run.learned is None
     assert learned.learned.machine_time_s > 100.0
+
+
+OFF_CYCLES, SETTLED_CYCLES, PEAK_CYCLES = 500, 30, 200
+"""Without power, until friction has sprung back; until control has begun; of a start, whose peak is taken."""
+
+
+def move(to_m: float) -> Array:
+    """A move of x from 0."""
+    feed_m_s, acceleration_m_s2 = 0.03, 0.5
+    return motion(MACHINE, "x", [Move("start", (to_m, math.nan), feed_m_s, acceleration_m_s2, False)])
+
+
+def wound_up(params: AxisParams) -> tuple[TwinAxis, float]:
+    """The axis with power again, after a move in + direction; and how far it moved without, m."""
+    before, after = (twin_axis(MACHINE, PLANT, "x", params) for _ in range(2))
+    before.rollout.rows(move(0.02))
+    after.plant_state["presliding_gms"] = before.plant_state["presliding_gms"]
+    after.rollout.rows(np.zeros((OFF_CYCLES + SETTLED_CYCLES, 4)), off_cycles=OFF_CYCLES)
+    moved_m = float(after.plant_state["table_position_m"])
+    values = before.rollout._records["law"]["state"]["waveform"][0].tolist()
+    state = State(*values[:3], Branch(*values[3]), *values[4:])
+    store(after.rollout._records["law"]["state"]["waveform"], [powered_again(state, moved_m, 0.0)])
+    return after, moved_m
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_start_from_wound_up_friction_is_known(learned: LearnedWaveforms, direction: float) -> None:
+    reference, peaks_m = move(direction * 0.02), []
+    begins = int(np.flatnonzero(reference[:, 0])[0])
+    plain = ErrorStrokes(MACHINE, PLANT, "x").params
+    for params in (plain, with_learned(plain, learned.learned)):
+        axis, moved_m = wound_up(params)
+        assert -50e-6 < moved_m < -2e-6
+        error_m = np.abs(axis.rollout.rows(reference)["position_error_m"])
+        peaks_m.append(float(error_m[begins : begins + PEAK_CYCLES].max()))
+    without_m, with_m = peaks_m
+    assert with_m < (0.45 if direction > 0.0 else 0.15) * without_m
 
 
 def test_the_tables_of_the_documents_are_the_committed_figures() -> None:
