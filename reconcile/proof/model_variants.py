@@ -83,6 +83,9 @@ VARIANTS: Mapping[str, Variant] = {
     WITH_TABLE: textbook_and_table,
 }
 """By the name in verdict.json; of those that predict alike the first is written."""
+OVER_POSITION = frozenset({WITH_WEIGHT, WITH_TABLE})
+"""Variants with a force over the position that was not identified. It may be that of one pose or load, so it
+must hold from one recording to the next by more than the scatter of their errors."""
 PREDICTED_BETTER = "predicted what was left out better"
 TEXTBOOK_FRICTION = (
     "a constant force, viscous friction by direction and Stribeck friction, none of them a finding,"
@@ -127,7 +130,7 @@ def variants_of(explanation: Explanation) -> Mapping[str, Variant]:
         return {}
     omitted = {AS_FOUND}
     if len(selected.problem.datasets) == 1:
-        omitted |= {WITH_WEIGHT, WITH_TABLE}
+        omitted |= OVER_POSITION
     return {name: variant for name, variant in VARIANTS.items() if name not in omitted}
 
 

@@ -4,11 +4,17 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.proof.model_variants import AS_FOUND
 
 BETTER_RMS_RATIO = 0.98
 """RMS error of a model over that of another, below which it counts as better; chosen."""
+LEAST_RMS = 1e-300
+"""Least RMS error in a ratio, N or m."""
+ROUNDING = 1e-9
+"""Relative difference from a standard error that is none: two parts of which one is predicted alike."""
 
 
 class HeldOutErrors(NamedTuple):
@@ -46,6 +52,22 @@ class Proof(NamedTuple):
     def written(self) -> float:
         """RMS error of the written model over all parts, N or m."""
         return _pooled_rms(self.parts, [part.written for part in self.parts])
+
+    def is_better_than(self, other: "Proof", *, by_standard_error: bool = False) -> bool:
+        """Whether the written model predicts the same parts better than that of another proof.
+
+        `by_standard_error`: the mean log ratio of the errors must also reach its standard error over the
+        parts. Of two parts, neither may be predicted worse; of one there is no standard error.
+        Source: the one-standard-error rule of Hastie, Tibshirani and Friedman (2009), section 7.10.
+        """
+        if self.written >= BETTER_RMS_RATIO * other.written:
+            return False
+        if not by_standard_error or len(self.parts) < 2:
+            return True
+        ours, others = (np.array([part.written for part in proof.parts]) for proof in (self, other))
+        log_ratios = np.log(np.maximum(others, LEAST_RMS) / np.maximum(ours, LEAST_RMS))
+        standard_error = log_ratios.std(ddof=1) / math.sqrt(len(log_ratios))
+        return bool(log_ratios.mean() >= (1.0 - ROUNDING) * standard_error)
 
     @property
     def improves(self) -> bool:

@@ -22,10 +22,11 @@ from reconcile.proof.model_choice import ModelChoice, dropping_order, writable_m
 from reconcile.proof.model_variants import (
     AS_FOUND,
     OF_ALL_RECORDINGS,
+    OVER_POSITION,
     has_unnamed_per_recording,
     variants_of,
 )
-from reconcile.proof.proof import BETTER_RMS_RATIO, HeldOutErrors, Proof
+from reconcile.proof.proof import HeldOutErrors, Proof
 from reconcile.proof.written_model import written_residual
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.residual import without_traces
@@ -97,7 +98,7 @@ class _ModelChoosing:
             previous = choices[channel]
             choices[channel] = previous._replace(variant=variant)
             proof_of_variant = self._proof(channel)
-            if proof_of_variant.written < BETTER_RMS_RATIO * proof.written:
+            if proof_of_variant.is_better_than(proof, by_standard_error=variant in OVER_POSITION):
                 proof = proof_of_variant
             else:
                 choices[channel] = previous
