@@ -15,7 +15,7 @@ PINNED_AND_OURS := --constraint constraints.txt --editable '.[dev]'
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONDONTWRITEBYTECODE  # else each process of the tests compiles all its modules anew
 
-.PHONY: help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi bench-real-time tune-random soak load mutation campaign hostile fuzz audit site tutorials test-image test-history test-fleet notebooks budget release hashes clean
+.PHONY: true-model help setup demo test check check-fast tests tests-fast test-vcan conformance vcan-fast system pages bench bench-reconcile bench-real bench-fleet bench-hmi bench-real-time tune-random soak load mutation campaign hostile fuzz audit site tutorials test-image test-history test-fleet notebooks budget release hashes clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 17
@@ -147,6 +147,9 @@ campaign: setup  ## every fault in every state, seeded (RUNS=); goes on where it
 tune-random: setup  ## random axes measured, tuned for Ms 2 and measured again, in the batch twin
 	$(BIN)/python -m tests.campaigns.tuning.main
 
+true-model: setup  ## every program of every machine and of random ones, against their own plants; writes true-model.json
+	$(BIN)/python -m tests.campaigns.true_model.main --json true-model.json
+
 hostile: setup  ## hostile frames at controller, simulator and bus, seeded (FRAMES=); writes hostile.json
 	$(BIN)/python -m tests.campaigns.hostile.main --frames $(FRAMES) --json hostile.json
 
@@ -154,4 +157,4 @@ fuzz: setup  ## coverage-guided fuzzing of every parser, so many seconds each (S
 	$(BIN)/python -m tests.campaigns.hostile.fuzz --seconds $(SECONDS) --json fuzz.json
 
 clean:  ## remove the environment and everything that was made
-	rm -rf $(VENV) out bench.json bench-reconcile.json bench-real.json bench-fleet.json bench-hmi.json bench-real-time.json campaign.json soak.json load.json mutation.json hostile.json fuzz.json image.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) out bench.json bench-reconcile.json bench-real.json bench-fleet.json bench-hmi.json bench-real-time.json campaign.json soak.json load.json mutation.json hostile.json fuzz.json image.json true-model.json .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

@@ -5,24 +5,18 @@ only, and presliding, the rounding of the current and its hold are a large part 
 drive closes the position loop, its current is sampled in step with the jumps of its set points.
 """
 
-import asyncio
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from machine_files import REPOSITORY, text_of
+from own_plant import diagnosed, recorded
 
 from hil_sim.config import load_plant
-from reconcile.diagnosis.diagnose import diagnose
 from reconcile.nominal_model.model_file import load_model
 from reconcile.recording.recording import load_recordings
 from reconcile.replay.along_reference import along_reference
 from reconcile.sensing.channel import quantum
-from servo_ctrl.config.load import load_machine, load_program
-from servo_ctrl.daemon.learning.pulse_compensation import Compensation
-from servo_ctrl.daemon.run.supervisor import run_machine
-from servo_ctrl.hil_rig.simulated_machine import simulated_machine
 
 MACHINES = REPOSITORY / "machines"
 PROGRAMS = (
@@ -31,28 +25,7 @@ PROGRAMS = (
     ("fuzzy_table", "velocity_step.toml"),
     ("precision_stage", "first_move.toml"),
 )
-"""Machine and program; the programs that take longer are held against their plants by hand."""
-
-
-def recorded(
-    folder: Path, program_name: str, out: Path, compensation: Compensation = "as configured"
-) -> Path:
-    """Record a program of a machine, run by the daemon on a simulator of the machine's own plant."""
-    machine = load_machine(folder)
-    program = load_program(folder / "programs" / program_name, machine)
-
-    async def run() -> None:
-        async with asyncio.timeout(300.0), simulated_machine(folder / "plant.toml", "lockstep") as bus:
-            report = await run_machine(machine, program, bus, "lockstep", out, compensation=compensation)
-        assert report.completed, report.reason
-
-    asyncio.run(run())
-    return out
-
-
-def diagnosed(recording: Path, model: Path) -> dict[str, Any]:
-    out = recording.parent / f"{model.stem}_verdict"
-    return diagnose([recording], model, out, with_report=False, with_next=False).verdict
+"""Machine and program; all of them, and random plants: `make true-model`."""
 
 
 @pytest.mark.parametrize(("name", "program"), PROGRAMS)
