@@ -7,7 +7,8 @@ reversal at full sliding a spring slips from the travel 2 b on; on the first bra
 motion is as far on the other side.
 
 Slipping are hence the springs with 2 b below one travel, `slip_travel_m`. It is the travel since the reversal
-unless the motion before it was short. Three reversals are remembered: deeper loops count as never closed.
+unless the motion before it was short. Five reversals are remembered. With a sixth the innermost loop, the
+smallest one, counts as closed.
 """
 
 import math
@@ -28,48 +29,51 @@ class Branch(NamedTuple):
     """The last reversal."""
     turn_2_m: float
     turn_3_m: float
+    turn_4_m: float
+    turn_5_m: float
 
 
 @kernel
 def relaxed_at(position_m: float) -> Branch:
     """All springs relaxed."""
-    return Branch(rest_m=position_m, turn_1_m=FORGOTTEN_M, turn_2_m=FORGOTTEN_M, turn_3_m=FORGOTTEN_M)
+    return Branch(position_m, FORGOTTEN_M, FORGOTTEN_M, FORGOTTEN_M, FORGOTTEN_M, FORGOTTEN_M)
 
 
 @kernel
 def moved_by(branch: Branch, shift_m: float) -> Branch:
     """The same memory in coordinates in which all positions are by `shift_m` larger."""
     return Branch(
-        rest_m=branch.rest_m + shift_m,
-        turn_1_m=branch.turn_1_m + shift_m,
-        turn_2_m=branch.turn_2_m + shift_m,
-        turn_3_m=branch.turn_3_m + shift_m,
+        branch.rest_m + shift_m,
+        branch.turn_1_m + shift_m,
+        branch.turn_2_m + shift_m,
+        branch.turn_3_m + shift_m,
+        branch.turn_4_m + shift_m,
+        branch.turn_5_m + shift_m,
     )
 
 
 @kernel
 def turned(branch: Branch, turn_m: float) -> Branch:
-    """Remember a reversal; with a fourth the oldest is forgotten, and what was before it."""
-    rest_m = branch.rest_m if math.isinf(branch.turn_3_m) else FORGOTTEN_M
-    return Branch(rest_m=rest_m, turn_1_m=turn_m, turn_2_m=branch.turn_1_m, turn_3_m=branch.turn_2_m)
+    """Remember a reversal; with a sixth the innermost loop is forgotten."""
+    rest_m, first_m, second_m, third_m, fourth_m, fifth_m = branch
+    if math.isinf(fifth_m):
+        return Branch(rest_m, turn_m, first_m, second_m, third_m, fourth_m)
+    return Branch(rest_m, turn_m, third_m, fourth_m, fifth_m, FORGOTTEN_M)
 
 
 @kernel
 def without_closed_loop(branch: Branch, position_m: float, direction: float) -> Branch:
     """Forget the last loop where a motion in `direction` (+1 or -1) has closed it."""
-    from_rest = math.isinf(branch.turn_2_m)
-    opened_m = 2.0 * branch.rest_m - branch.turn_1_m if from_rest else branch.turn_2_m
+    rest_m, first_m, second_m, third_m, fourth_m, fifth_m = branch
+    opened_m = 2.0 * rest_m - first_m if math.isinf(second_m) else second_m
     if not math.isfinite(opened_m) or direction * (position_m - opened_m) < 0.0:
         return branch
-    turn_m = FORGOTTEN_M if from_rest else branch.turn_3_m
-    return Branch(rest_m=branch.rest_m, turn_1_m=turn_m, turn_2_m=FORGOTTEN_M, turn_3_m=FORGOTTEN_M)
+    return Branch(rest_m, third_m, fourth_m, fifth_m, FORGOTTEN_M, FORGOTTEN_M)
 
 
 @kernel
 def slip_travel_m(branch: Branch, position_m: float, direction: float) -> float:
-    """Travel behind a reversal at full sliding, m, with as much slip; infinite where that is forgotten."""
+    """Travel behind a reversal at full sliding, m, with as much slip."""
     if not math.isinf(branch.turn_1_m):
         return direction * (position_m - branch.turn_1_m)
-    if not math.isinf(branch.rest_m):
-        return 2.0 * direction * (position_m - branch.rest_m)
-    return math.inf
+    return 2.0 * direction * (position_m - branch.rest_m)

@@ -51,7 +51,7 @@ SCREWS = st.integers(1, 4).flatmap(
         lambda errors: np.vstack((np.linspace(-1.0, 1.0, n), errors))
     )
 )
-BRANCHES = st.builds(Branch, *[SIGNED | st.just(FORGOTTEN_M)] * 4)
+BRANCHES = st.builds(Branch, *[SIGNED | st.just(FORGOTTEN_M)] * 6)
 PARAMS = st.builds(
     AxisParams,
     st.floats(1e-4, 0.1),

@@ -210,7 +210,7 @@ def test_a_bad_sample_gives_a_status_and_keeps_the_last_commands(
     passed_on = held._replace(
         observer=disturbance_observer.State(0.0, 0.0, 0.0),
         position_loop=position_loop.State(0.0, 0.0, 0.0),
-        waveform=held.waveform._replace(branch=Branch(0.0, 0.0, 0.0, 0.0)),  # what is forgotten is infinite
+        waveform=held.waveform._replace(branch=Branch(*[0.0] * 6)),  # what is forgotten is infinite
     )
     assert "nan" not in repr(passed_on)
     assert "inf" not in repr(passed_on)

@@ -17,7 +17,7 @@ from servo_ctrl.control.compensation.learned_waveform import (
     at_rest,
     powered_again,
 )
-from servo_ctrl.control.presliding_memory import FORGOTTEN_M, Branch
+from servo_ctrl.control.presliding_memory import relaxed_at, turned
 from servo_ctrl.control.reversal_forecast import forecast
 from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
@@ -203,7 +203,7 @@ BEFORE = State(
     lead_position_m=0.02,
     acceleration_m_s2=0.0,
     direction=1.0,
-    branch=Branch(rest_m=0.0, turn_1_m=FORGOTTEN_M, turn_2_m=FORGOTTEN_M, turn_3_m=FORGOTTEN_M),
+    branch=relaxed_at(0.0),
     memory_1=1.0,
     memory_2=1.0,
     memory_3=1.0,
@@ -215,7 +215,7 @@ def test_friction_that_springs_back_without_power_is_a_reversal_in_the_memory() 
     """The motor's encoder is 3 um from the command, and reads 8 um less than when power went."""
     found = powered_again(BEFORE, -8e-6, 0.019989)
     assert found == State(0.019989, 0.0, -1.0, found.branch, 0.0, 0.0, 0.0, 0.0)
-    expected = Branch(rest_m=-3e-6, turn_1_m=0.019997, turn_2_m=FORGOTTEN_M, turn_3_m=FORGOTTEN_M)
+    expected = turned(relaxed_at(-3e-6), 0.019997)
     assert found.branch == pytest.approx(expected, abs=1e-12)
 
 

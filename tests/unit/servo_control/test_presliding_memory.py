@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from kernels.arrays import Array
-from servo_ctrl.control.presliding_memory import relaxed_at, slip_travel_m, turned, without_closed_loop
+from servo_ctrl.control.presliding_memory import (
+    FORGOTTEN_M,
+    relaxed_at,
+    slip_travel_m,
+    turned,
+    without_closed_loop,
+)
 
 STEP_M = 1e-6
 BREAKAWAYS_M = np.geomspace(3e-6, 400e-6, 60)
@@ -69,10 +75,10 @@ def test_as_many_springs_slip_as_the_travel_says(turns_um: list[float]) -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_so_it_is_on_random_paths_of_three_open_loops_at_most(seed: int) -> None:
+def test_so_it_is_on_random_paths_of_five_open_loops_at_most(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    first_um, second_um, third_um = 1000.0 * np.cumprod(rng.uniform(0.1, 0.9, 3))
-    turns_um = np.cumsum([first_um, -second_um, third_um, -5000.0])
+    lengths_um = 1000.0 * np.cumprod(rng.uniform(0.3, 0.9, 5)) * np.array([1.0, -1.0, 1.0, -1.0, 1.0])
+    turns_um = np.cumsum([*lengths_um, -5000.0])
     path_m = path_through(turns_um.tolist())
     assert agreement(path_m) > 0.995
 
@@ -83,12 +89,23 @@ def test_behind_a_long_motion_it_is_the_travel_since_the_reversal() -> None:
     assert travels_m(path_m)[behind] == pytest.approx(2000e-6 - path_m[behind], abs=1e-12)
 
 
-def test_what_was_before_a_fourth_loop_is_forgotten() -> None:
+@pytest.mark.parametrize("seed", range(8))
+def test_behind_more_loops_than_are_remembered_it_is_right_again_when_they_have_closed(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    lengths_um = 2000.0 * np.cumprod(np.array([1.0, *rng.uniform(0.3, 0.9, 2 * rng.integers(3, 5))]))
+    turns_um = np.cumsum(lengths_um * np.resize([1.0, -1.0], len(lengths_um))).tolist()
+    path_m = path_through([*turns_um, -1900.0])
+    closed = np.arange(len(path_m)) >= len(path_through(turns_um))
+    closed &= path_m < 1e-6 * turns_um[1] - 2.0 * STEP_M
+    assert closed.any()
+    assert travels_m(path_m)[closed] == pytest.approx(1e-6 * turns_um[0] - path_m[closed], abs=STEP_M)
+
+
+def test_with_a_sixth_reversal_the_innermost_loop_is_forgotten() -> None:
     branch = relaxed_at(0.0)
-    for turn_m in (50e-6, -40e-6, 30e-6, -20e-6):
+    for turn_m in (60e-6, -50e-6, 40e-6, -30e-6, 20e-6, -10e-6):
         branch = turned(branch, turn_m)
-    assert np.isinf(branch.rest_m)
-    assert branch[1:] == (-20e-6, 30e-6, -40e-6)
-    assert slip_travel_m(branch, -10e-6, 1.0) == pytest.approx(10e-6)
-    opened = without_closed_loop(without_closed_loop(branch, 31e-6, 1.0), 60e-6, 1.0)
-    assert slip_travel_m(opened, 60e-6, 1.0) == pytest.approx(100e-6)
+    assert branch == (0.0, -10e-6, 40e-6, -50e-6, 60e-6, FORGOTTEN_M)
+    assert slip_travel_m(branch, -5e-6, 1.0) == pytest.approx(5e-6)
+    opened = without_closed_loop(branch, 41e-6, 1.0)
+    assert slip_travel_m(opened, 41e-6, 1.0) == pytest.approx(91e-6)
