@@ -181,15 +181,22 @@ def _findings(
     sizes: Accounted,
     added_mass: IdentifiedEffect | None,
 ) -> tuple[list[IdentifiedEffect], list[IdentifiedEffect]]:
-    """The reported effects that are large enough; and the payload and the unexplained residual, if any."""
+    """The reported effects that are large enough; and the payload and the unexplained residual, if any.
+
+    A force is named by what it removes from the residual of the refitted rigid model: one that mass and
+    friction imitate may be large beside them.
+    """
     axis, channel = selected.inputs.axis, selected.inputs.channel
-    rigid_suffices = (
-        channel is ResidualChannel.FORCE and rms(all_residuals, "refitted") < sizes.least_reported
-    )
+    is_force = channel is ResidualChannel.FORCE
+    refitted_rms = rms(all_residuals, "refitted")
+    rigid_suffices = is_force and refitted_rms < sizes.least_reported
+    removed = math.sqrt(max(refitted_rms**2 - rms(all_residuals, "after") ** 2, 0.0))
     large = [
         f
         for f in reported.findings
-        if sizes.is_relevant(f.effect) and not (f.effect == "unknown" and rigid_suffices)
+        if sizes.is_relevant(f.effect)
+        and not (f.effect == "unknown" and rigid_suffices)
+        and not (is_force and removed < sizes.negligible_rms)
     ]
     beside_terms = [added_mass] if added_mass else []
     if not rigid_suffices and not any(finding.effect == "unknown" for finding in large):

@@ -101,3 +101,17 @@ def test_nothing_without_a_name_is_reported_where_a_rigid_model_leaves_a_negligi
 
     assert reported(0.9 * share) == {"unknown"}
     assert reported(1.1 * share) == set()
+
+
+def test_a_force_that_mass_and_friction_imitate_is_not_named_however_large_it_is(tmp_path: Path) -> None:
+    """Along a motion in one direction it takes the place of Coulomb friction, and removes next to nothing."""
+    t = np.arange(N) * T
+    one_way = explained(tmp_path, 0.06 * t + 0.008 * np.sin(5.0 * t))
+    made = VARIANTS["textbook friction"](one_way, True)
+    assert made.selected is not None
+    reported = with_terms(one_way, made.selected)
+    assert reported.accounted is not None
+    assert reported.accounted.effects["constant_force"] > 5.0
+    assert reported.refitted.train - reported.after.train < reported.accounted.negligible_rms
+    assert [f.effect for f in reported.findings] == ["unknown"]
+    assert "constant_force" in [f.effect for f in reported.minor]
