@@ -14,7 +14,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from kernels.thread_priority import lower_priority
 from servo_ctrl.config.file_format import FORMAT
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.directory import make_directory, sync_directory
@@ -75,7 +74,6 @@ class CommandLog:
         return f"{self.path}: {self.lost} requests are not in it" if self.lost else ""
 
     def _write_all(self) -> None:
-        lower_priority()
         while (entry := self._waiting.get()) is not None:
             text = json.dumps({"format": FORMAT, **entry}, allow_nan=False, ensure_ascii=True)
             line = text.encode() + b"\n"

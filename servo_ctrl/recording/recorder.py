@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from kernels.arrays import Array
-from kernels.thread_priority import lower_priority
 from servo_ctrl.errors import ServoCtrlError, reason_of
 from servo_ctrl.files.whole_file import write_text_whole
 from servo_ctrl.recording.channels import Channel
@@ -149,7 +148,6 @@ class Recorder:
             return None
 
     def _write_all(self) -> None:
-        lower_priority()
         while (item := self._full.get()) is not None:
             try:
                 if isinstance(item, dict):

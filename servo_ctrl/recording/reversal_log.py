@@ -10,7 +10,6 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from kernels.thread_priority import lower_priority
 from servo_ctrl.errors import reason_of
 from servo_ctrl.learning.types import ReversalReport
 from servo_ctrl.recording.recorder import CLOSE_LIMIT_S, RecordingError
@@ -64,7 +63,6 @@ class ReversalLog:
             raise RecordingError(f"{self.path}: the disk was too slow, {self.lost} reversals lost")
 
     def _write_all(self) -> None:
-        lower_priority()
         while (report := self._waiting.get()) is not None:
             if self.problem:  # a partial line may be in the file, after which no line could be read
                 self._not_written += 1
