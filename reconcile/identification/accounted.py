@@ -9,6 +9,7 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.regression.candidate_term import CandidateTerm, effect_names
 from reconcile.regression.regression_problem import RegressionProblem
+from reconcile.regression.residual import rms_between
 from reconcile.sensing.channel import quantum
 
 NOISE_RATIO = 1.5
@@ -37,7 +38,7 @@ class Accounted(NamedTuple):
     @property
     def unexplained(self) -> float:
         """RMS of the residual without the noise, N or m."""
-        return math.sqrt(max(self.residual**2 - self.noise**2, 0.0))
+        return rms_between(self.residual, self.noise)
 
     @property
     def is_noise(self) -> bool:

@@ -17,7 +17,7 @@ from reconcile.identification.term_search import SelectedTerms, TermSearch
 from reconcile.identification.unexplained_residual import unexplained_residual
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.normal_equations import BlockNormalEquations
-from reconcile.regression.residual import Residual, residuals, rms
+from reconcile.regression.residual import Residual, residuals, rms, rms_between
 from reconcile.regression.residual_noise import noise_floor
 from reconcile.selection.block_statistics import bonferroni_threshold, log_ratio_t
 from reconcile.selection.cross_validation import CrossValidation
@@ -163,7 +163,7 @@ def _explained(selected: SelectedTerms) -> Explanation:
         base={name: estimate.value for name, estimate in reported.base.items()},
         timing=reported.timing,
         timing_s=reported.timing_s,
-        nominal_is_worse=_rms_between(before, refitted) >= sizes.negligible_rms
+        nominal_is_worse=rms_between(before.train, refitted.train) >= sizes.negligible_rms
         and refitted.heldout <= before.heldout
         and _nominal_values_are_worse(equations, *models[0], train, rules),
         residuals=all_residuals,
@@ -190,7 +190,7 @@ def _findings(
     is_force = channel is ResidualChannel.FORCE
     refitted_rms = rms(all_residuals, "refitted")
     rigid_suffices = is_force and refitted_rms < sizes.least_reported
-    removed = math.sqrt(max(refitted_rms**2 - rms(all_residuals, "after") ** 2, 0.0))
+    removed = rms_between(refitted_rms, rms(all_residuals, "after"))
     large = [
         f
         for f in reported.findings
@@ -205,11 +205,6 @@ def _findings(
         unexplained = unexplained_residual(all_residuals, channel, sizes, resolution_m, alone=alone)
         beside_terms += [unexplained] if unexplained else []
     return large, beside_terms
-
-
-def _rms_between(before: ResidualRms, refitted: ResidualRms) -> float:
-    """RMS that refitting the values removes, N or m."""
-    return math.sqrt(max(before.train**2 - refitted.train**2, 0.0))
 
 
 def _residual_rms(

@@ -28,7 +28,7 @@ from reconcile.regression.candidate_term import effect_names
 from reconcile.regression.model_presliding import regressed_terms
 from reconcile.regression.regression_data import regression_data
 from reconcile.regression.regression_problem import regression_problem
-from reconcile.regression.residual import rms
+from reconcile.regression.residual import rms, rms_between
 from reconcile.replay.along_reference import along_reference
 from reconcile.replay.model_along_motion import along_motion
 from reconcile.selection.predictive_terms import WithdrawnEffect
@@ -87,7 +87,7 @@ def without_simulated_terms(
     if simulation.residual >= LEAST_SIMULATED_RATIO * sizes.residual:
         findings = [f for f in findings if f.effect != "unknown" or f.candidates]
     nominal, refitted = explanation.before.train, explanation.refitted.train
-    removed = math.sqrt(max(nominal**2 - refitted**2, 0.0))
+    removed = rms_between(nominal, refitted)
     return explanation._replace(
         findings=findings,
         accounted=sizes._replace(noise=min(math.hypot(sizes.noise, simulation.residual), sizes.residual)),

@@ -1,5 +1,6 @@
 """Residuals of a recording under three models: nominal, refitted, and with the identified effects."""
 
+import math
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
@@ -80,3 +81,8 @@ def rms(of: Sequence[Residual], model: Literal["refitted", "after"]) -> float:
     """Root mean square over the samples in use of all recordings, N or m."""
     by_model: list[Array] = [getattr(residual, model)[residual.used] ** 2 for residual in of]
     return float(np.sqrt(np.mean(np.concatenate(by_model))))
+
+
+def rms_between(before: float, after: float) -> float:
+    """RMS of what was removed from a residual, if what is left is independent of it; 0 where nothing was."""
+    return math.sqrt(max(before**2 - after**2, 0.0))
