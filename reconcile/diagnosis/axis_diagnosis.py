@@ -73,7 +73,7 @@ def diagnose_axis(
     written = [without_simulated_terms(one, simulated, axis) for one in written]
     updated = update_axis(written, model, name)
     explanations = [
-        _as_reported(one, whole)._replace(selected=None)  # its columns take most of the memory
+        as_reported(one, whole)._replace(selected=None)  # its columns take most of the memory
         for one, whole in zip(updated.explanations, reported, strict=True)
     ]
     left_out = [note for effect, note in sections.left_out.items() if note not in updated.notes]
@@ -115,13 +115,13 @@ def _may_be_of_the_model(explanation: Explanation) -> bool:
     return bool(explanation.findings) or explanation.nominal_is_worse or not (sizes and sizes.is_noise)
 
 
-def _as_reported(written: Explanation, reported: Explanation) -> Explanation:
+def as_reported(written: Explanation, reported: Explanation) -> Explanation:
     """The explanation that is written, with the findings of the one that is reported.
 
-    What the written model has beside what was identified, as textbook friction, is no finding. What nothing
-    explains is that of the written model.
+    What the written model has beside what was identified, as textbook friction, is no finding, nor is an
+    effect that was minor beside what was identified. What nothing explains is that of the written model.
     """
-    names = {f.effect for f in [*reported.findings, *reported.minor]}
+    names = {f.effect for f in reported.findings}
     findings = [
         f for f in written.findings if f.effect in names or (f.effect == "unknown" and not f.candidates)
     ]
