@@ -1,4 +1,4 @@
-"""The embedded bus and the simulator as real processes, every wait bounded."""
+"""The simulator, which carries the embedded bus, as a real process; every wait is bounded."""
 
 import contextlib
 import os
@@ -59,15 +59,19 @@ class BusMonitor:
 
 
 class Bench:
-    """A hub, simulators on it, and monitors of its frames."""
+    """Simulators on a bus that the first of them carries, and monitors of its frames."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._socket = folder / "can.sock"
         self._running: list[ForkedProgram | subprocess.Popen[bytes]] = []
         self.bus_spec = f"localcan:{self._socket}"
-        self.hub = self._start([*HUB, str(self._socket)])
+
+    def serve_bus(self) -> ForkedProgram:
+        """Start a lone hub: for a bus that is there without a simulator, or outlives one."""
+        hub = self._start([*HUB, str(self._socket)])
         self._await_hub()
+        return hub
 
     def simulate(self, machine: Path, pacing: str = "lockstep") -> ForkedProgram:
         """Start a simulator; return when its nodes are on the bus."""
@@ -154,6 +158,12 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     made = Bench(tmp_path)
     yield made
     made.close()
+
+
+@pytest.fixture
+def hub(bench: Bench) -> ForkedProgram:
+    """A lone hub, which serves the bus of the bench."""
+    return bench.serve_bus()
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ from servo_ctrl.commands.learning_status import LearningState
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.io.can_port import open_port
 
+pytestmark = pytest.mark.usefixtures("hub")
 ASK_LIMIT_S = 60.0
 
 

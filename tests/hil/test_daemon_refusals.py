@@ -14,6 +14,7 @@ from servo_ctrl.daemon.run.stop_signals import StoppedError
 from servo_ctrl.daemon.run.supervisor import run_machine
 
 
+@pytest.mark.usefixtures("hub")
 async def test_absent_nodes_are_named_together_and_nothing_is_started(
     bench: Any, xy_table: Path, tmp_path: Path
 ) -> None:
@@ -53,6 +54,7 @@ async def test_scale_where_a_drive_should_be_is_a_foreign_node(bench: Any, xy_ta
     assert "axis.x.scale (node 1): a foreign node: 1000h:00 (device type)" in str(caught.value)
 
 
+@pytest.mark.usefixtures("hub")
 async def test_signal_during_boot_stops_at_once(bench: Any, xy_table: Path) -> None:
     async def signal_once_it_is_handled() -> None:
         while signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:  # noqa: ASYNC110  # setting it raises no event

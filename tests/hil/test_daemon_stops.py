@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from forked_program import ForkedProgram
 from program_steps import circle
 
 from servo_ctrl.commands.stage import Stage
@@ -110,6 +111,7 @@ async def test_following_error_makes_the_drives_brake(bench: Any, tmp_path: Path
         assert drive_state(int(columns[f"{axis}.statusword"][-1])) is DriveState.SWITCH_ON_DISABLED
 
 
+@pytest.mark.usefixtures("hub")
 async def test_simulator_that_dies_is_noticed_within_the_input_timeout(
     bench: Any, xy_table: Path, tmp_path: Path
 ) -> None:
@@ -121,6 +123,7 @@ async def test_simulator_that_dies_is_noticed_within_the_input_timeout(
     assert len(columns["cycle"]) == report.cycles
 
 
+@pytest.mark.usefixtures("hub")
 async def test_simulator_that_dies_is_noticed_in_real_time(
     bench: Any, xy_table: Path, tmp_path: Path
 ) -> None:
@@ -133,10 +136,10 @@ async def test_simulator_that_dies_is_noticed_in_real_time(
 
 
 async def test_bus_that_dies_ends_the_run_and_keeps_the_recording(
-    bench: Any, xy_table: Path, tmp_path: Path
+    bench: Any, hub: ForkedProgram, xy_table: Path, tmp_path: Path
 ) -> None:
     bench.simulate(xy_table)
-    report, columns = await run_circle(bench, xy_table, tmp_path, bench.hub.kill)
+    report, columns = await run_circle(bench, xy_table, tmp_path, hub.kill)
     assert report.failed
     assert report.reason.startswith(f"bus {bench.bus_spec} failed: ")
     assert len(columns["cycle"]) > 1000

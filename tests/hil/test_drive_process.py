@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from forked_program import ForkedProgram
 
 XY_TABLE = Path(__file__).parents[2] / "machines" / "xy_table"
 LIMIT_S = 20.0
@@ -19,6 +20,7 @@ def ended(process: subprocess.Popen[bytes]) -> tuple[int, str]:
     return process.returncode, output.decode()
 
 
+@pytest.mark.usefixtures("hub")
 def test_nodes_boot_up_and_answer_a_reset(bench: Any) -> None:
     with bench.monitor() as monitor:
         bench.simulate_by_command(XY_TABLE)
@@ -40,6 +42,7 @@ def test_signals_end_the_simulator_cleanly(bench: Any, number: signal.Signals) -
     assert time.monotonic() - started_s < 5.0
 
 
+@pytest.mark.usefixtures("hub")
 def test_real_time_keeps_heartbeats_going_without_sync(bench: Any) -> None:
     with bench.monitor() as monitor:
         bench.simulate_by_command(XY_TABLE, "realtime")
@@ -50,6 +53,7 @@ def test_real_time_keeps_heartbeats_going_without_sync(bench: Any) -> None:
             monitor.wait_for(0x701, b"\x7f")
 
 
+@pytest.mark.usefixtures("hub")
 def test_lockstep_is_silent_without_sync(bench: Any) -> None:
     with bench.monitor() as monitor:
         bench.simulate_by_command(XY_TABLE)
@@ -63,9 +67,9 @@ def test_lockstep_is_silent_without_sync(bench: Any) -> None:
         assert [frame for frame in monitor.frames if frame[0] == 0x701] == [(0x701, b"\x7f")] * 3
 
 
-def test_a_lost_bus_ends_the_simulator_with_one_line(bench: Any) -> None:
+def test_a_lost_bus_ends_the_simulator_with_one_line(bench: Any, hub: ForkedProgram) -> None:
     process = bench.simulate_by_command(XY_TABLE)
-    bench.hub.terminate()
+    hub.terminate()
     status, output = ended(process)
     assert status == 1
     (line,) = output.splitlines()

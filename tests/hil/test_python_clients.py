@@ -62,6 +62,7 @@ def blocking_dialogue(machine: Path, bus: str) -> str:
         return next(client.subscribe()).axes[0].name
 
 
+@pytest.mark.usefixtures("hub")
 async def test_both_clients_command_a_controller_and_read_its_status(bench: Any, xy_table: Path) -> None:
     with controller(bench.bus_spec, xy_table) as handler:
         first = await asyncio.to_thread(blocking_dialogue, xy_table, bench.bus_spec)

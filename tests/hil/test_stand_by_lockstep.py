@@ -204,6 +204,7 @@ async def test_stops_and_faults_end_in_standby_and_enabling_begins_afresh(
     assert (report.signal, report.completed) == ("SIGTERM", False)
 
 
+@pytest.mark.usefixtures("hub")
 async def test_a_simulator_killed_in_motion_and_started_again_is_enabled_from_standby(
     bench: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
