@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 
 from tests.campaigns.blind.families.score import Row
+from tests.campaigns.blind.families.seeds import KEPT_OUT
 
 KEPT = Path(__file__).parents[4] / "docs" / "blind_families.json"
 
@@ -18,9 +19,11 @@ def merged(runs: list[Row], engine: str) -> Row:
     """Return one result of all runs' rows, by family and seed.
 
     Raises:
-        ValueError: a case is in two of the runs, or scored and training seeds are mixed.
+        ValueError: a case is in two of the runs, scored and training seeds are mixed, or a family is kept out.
     """
     rows = [row for run in runs for row in run["rows"]]
+    for family in {*KEPT_OUT} & {row["family"] for row in rows}:
+        raise ValueError(f"{family} is kept out: what is merged here is fitted on or published")
     cases = [(row["family"], row["seed"]) for row in rows]
     if len({*cases}) != len(cases):
         raise ValueError("a case is in two of the files: give each once")

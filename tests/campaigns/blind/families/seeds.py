@@ -8,6 +8,8 @@ FILE = Path(__file__).with_name("used_seeds.json")
 FIRST_SCORED = 10_000
 """First seed of scored cases; chosen. Seeds below are for training and are never a proof."""
 FAMILIES = ("ball_screw", "belt_drive", "linear_motor", "rack_and_pinion", "robot_joint")
+KEPT_OUT = ("tilting_table",)
+"""Families kept for a check: no case of theirs is fitted or developed on, and none is in the published tables."""
 
 
 def used(file: Path = FILE) -> dict[str, list[list[int]]]:
@@ -49,4 +51,4 @@ def _claim(family: str, first: int, last: int, file: Path) -> None:
 
 def fresh_words() -> str:
     """Return a line a family: where its fresh seeds begin."""
-    return "; ".join(f"{family} from {first_fresh(family)}" for family in FAMILIES)
+    return "; ".join(f"{family} from {first_fresh(family)}" for family in (*FAMILIES, *KEPT_OUT))

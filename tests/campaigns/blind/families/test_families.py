@@ -15,6 +15,7 @@ import pytest
 from tests.campaigns.blind.families import grammar, seeds
 from tests.campaigns.blind.families.files import record
 from tests.campaigns.blind.families.interface import SHARES, Channels, plan
+from tests.campaigns.blind.families.merge import merged
 from tests.campaigns.blind.families.score import scored, summary
 
 HERE = Path(__file__).parent
@@ -22,6 +23,7 @@ OWN = "tests.campaigns.blind.families"
 ALLOWED = {"numpy", "scipy", "numba", "pyarrow", *sys.stdlib_module_names}
 LONG_LINE = 28
 """Characters beside names of effects from which on a line says something."""
+EVERY = (*seeds.FAMILIES, *seeds.KEPT_OUT)
 OF_FAMILIES = {"numpy", "scipy", "numba", "math", "typing", "collections"}
 
 
@@ -40,7 +42,7 @@ def imported(file: Path) -> set[str]:
     return names
 
 
-@pytest.mark.parametrize("family", seeds.FAMILIES)
+@pytest.mark.parametrize("family", EVERY)
 def test_a_family_imports_itself_the_interface_and_mathematics(family: str) -> None:
     strangers = {
         name
@@ -61,7 +63,7 @@ def test_what_the_families_share_imports_nothing_of_the_product() -> None:
 
 def test_no_function_body_and_no_line_is_equal_between_families() -> None:
     owners: dict[str, set[str]] = defaultdict(set)
-    for family in seeds.FAMILIES:
+    for family in EVERY:
         for file in sources(family):
             text = file.read_text(encoding="utf-8")
             for node in ast.walk(ast.parse(text)):
@@ -76,7 +78,7 @@ def test_no_function_body_and_no_line_is_equal_between_families() -> None:
     assert [text for text, families in owners.items() if len(families) > 1] == []
 
 
-@pytest.mark.parametrize("family", seeds.FAMILIES)
+@pytest.mark.parametrize("family", EVERY)
 def test_a_case_is_written_with_its_truth_and_the_same_seed_writes_the_same(
     family: str, tmp_path: Path
 ) -> None:
@@ -94,7 +96,7 @@ def test_a_case_is_written_with_its_truth_and_the_same_seed_writes_the_same(
     assert record(draw(5, "single"), tmp_path / "b")[1] == seal
 
 
-@pytest.mark.parametrize("family", seeds.FAMILIES)
+@pytest.mark.parametrize("family", EVERY)
 def test_a_loop_follows_its_motion_whatever_is_concealed(family: str) -> None:
     draw = importlib.import_module(f"{OWN}.{family}").draw
     for seed in (11, 23):
@@ -153,6 +155,14 @@ def test_a_seed_is_scored_once(tmp_path: Path) -> None:
         seeds.claim("belt_drive", 9_999, 2, file)
     assert seeds.claim("ball_screw", 10_000, 1, file)
     assert seeds.first_fresh("belt_drive", file) == 10_020
+
+
+def test_a_family_that_is_kept_out_is_in_no_merged_table() -> None:
+    run = {"scored": True, "rows": [{"family": family, "seed": 10_000} for family in seeds.FAMILIES]}
+    assert len(merged([run], "1")["rows"]) == len(seeds.FAMILIES)
+    kept_out = {"scored": True, "rows": [{"family": seeds.KEPT_OUT[0], "seed": 10_000}]}
+    with pytest.raises(ValueError, match="kept out"):
+        merged([run, kept_out], "1")
 
 
 def test_scores_by_hand() -> None:
