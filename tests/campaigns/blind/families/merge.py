@@ -19,7 +19,7 @@ def merged(runs: list[Row], engine: str) -> Row:
     """Return one result of all runs' rows, by family and seed.
 
     Raises:
-        ValueError: a case is in two of the runs, scored and training seeds are mixed, or a family is kept out.
+        ValueError: a case is in two of the runs, sorts of seeds are mixed, or a family is kept out.
     """
     rows = [row for run in runs for row in run["rows"]]
     for family in {*KEPT_OUT} & {row["family"] for row in rows}:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.signal import lfilter
 
-from tests.campaigns.blind.families.interface import Array, Case, Channels, Effect, Nominal, plan
+from tests.campaigns.blind.families.interface import Array, Case, Channels, Nominal, plan
 from tests.campaigns.blind.families.tilting_table.cycles import CYCLES
 from tests.campaigns.blind.families.tilting_table.hidden import (
     AT_THE_TABLE,
@@ -18,7 +18,9 @@ from tests.campaigns.blind.families.tilting_table.loop import Drive, follow
 from tests.campaigns.blind.families.tilting_table.trunnion import Trunnion
 
 STEP_S = 1.25e-4
-"""Longest step of the equations, s: a tenth of the period of the stiffest mesh."""
+"""Longest step of the equations, s: less than a sixth of the period of the stiffest mesh."""
+STIFFEST_HZ = 1200.0
+"""Bounds the frequency of shaft against table on the mesh; chosen."""
 SLOWEST_LOOP_HZ = 2000.0
 """The drive closes its loops at least so often; a slower recording is each n-th cycle of it."""
 MOST_SAMPLES = 36_000
@@ -52,7 +54,9 @@ def draw(seed: int, kind: str | None = None, names: Sequence[str] | None = None)
     every = max(round(SLOWEST_LOOP_HZ / rate), 1)
     period_s = 1.0 / rate / every
     chosen = rng.permutation(len(CYCLES))[: 3 if rate > 2000.0 else int(rng.integers(3, 5))]
-    lengths = [min(round(rng.uniform(10.5, 15.5) * rate), max(round(10.2 * rate), MOST_SAMPLES)) for _ in chosen]
+    lengths = [
+        min(round(rng.uniform(10.5, 15.5) * rate), max(round(10.2 * rate), MOST_SAMPLES)) for _ in chosen
+    ]
     gain = rng.uniform(0.01, 0.03) * (m.worm_dry + m.seal_dry)
 
     def simulate(acting: frozenset[str], noisy: bool, foreign: Sequence[Array] | None) -> list[Channels]:
@@ -91,7 +95,12 @@ def draw(seed: int, kind: str | None = None, names: Sequence[str] | None = None)
         scale_count=table_count * has_scale,
         gear_ratio=m.gear,
     )
-    small = ("presliding_hysteresis", "encoder_eccentricity", "lead_error_periodic", "load_dependent_friction")
+    small = (
+        "presliding_hysteresis",
+        "encoder_eccentricity",
+        "lead_error_periodic",
+        "load_dependent_friction",
+    )
     return Case(
         "tilting_table", seed, kind, _catalogue_values(rng, sound), sound, effects, simulate, small,
         rotary=True, as_csv=bool(rng.random() < 0.2),
@@ -103,18 +112,20 @@ def _machine(
 ) -> tuple[Trunnion, float]:
     """Return the axis without concealed effects, and the most torque of its motor in N m."""
     gear = float(rng.choice([60, 72, 90, 120] if by_worm else [24, 30, 40, 48]))
-    shaft = gear**2 * rng.uniform(0.8e-3, 2.4e-3)
+    shaft = gear**2 * (rng.uniform(0.8e-3, 2.4e-3) if by_worm else rng.uniform(1.6e-3, 4e-3))
     table, dry = rng.uniform(4.0, 30.0), rng.uniform(30.0, 120.0) if by_worm else rng.uniform(14.0, 50.0)
     viscous = rng.uniform(0.3, 1.0) * dry / fast
     seal = rng.uniform(0.12, 0.3)
     most = 4.0 * dry + (shaft + table) * fast * 14.0 + 350.0
     # the mesh is so stiff that it yields by no more than a count or two of an encoder at the table
     mesh = (seal * dry + table * 6.0 * fast) / table_count / rng.uniform(0.5, 1.5)
+    reduced = shaft * table / (shaft + table)
+    mesh = min(mesh, (2.0 * math.pi * STIFFEST_HZ) ** 2 * reduced)
     return Trunnion(
         shaft=shaft,
         table=table,
         mesh=mesh,
-        mesh_damper=rng.uniform(0.06, 0.15) * math.sqrt(mesh * shaft * table / (shaft + table)),
+        mesh_damper=rng.uniform(0.06, 0.15) * math.sqrt(mesh * reduced),
         worm_viscous=(1.0 - seal) * viscous,
         seal_viscous=seal * viscous,
         worm_dry=(1.0 - seal) * dry,
@@ -138,14 +149,14 @@ def _drive(rng: np.random.Generator, m: Trunnion, most: float, table_count: floa
         speed=2.0 * math.pi * speed_hz * inertia,
         reset_s=rng.uniform(4.0, 8.0) / (2.0 * math.pi * speed_hz),
         inertia=inertia,
-        speed_filter_hz=rng.uniform(120.0, 250.0),
+        speed_filter_hz=rng.uniform(200.0, 350.0),
         notch_hz=resonance_hz if resonance_hz < 0.35 * SLOWEST_LOOP_HZ else 0.0,
         observer_1_s=2.0 * math.pi * speed_hz * 0.2 if rng.random() < 0.5 else 0.0,
         weight=0.0,
         weight_rad=0.0,
         most=most,
         step=2.0 * most / 2.0 ** int(rng.integers(12, 15)),
-        motor_count=2.0 * math.pi / 2.0 ** int(rng.integers(17, 21)) / m.gear,
+        motor_count=2.0 * math.pi / 2.0 ** int(rng.integers(18, 23)) / m.gear,
         table_count=table_count,
     )
 
@@ -169,7 +180,7 @@ def _noise(rng: np.random.Generator, n: int, period_s: float, gain: float, d: Dr
 def _catalogue_values(rng: np.random.Generator, sound: Nominal) -> Nominal:
     """Return a maker's values: the inertia 10 to 30 % wrong, its friction up to 30 %."""
     wrong = 1.0 + float(rng.choice([-1.0, 1.0])) * rng.uniform(0.1, 0.3)
-    viscous, coulomb = rng.uniform(0.7, 1.3, 2)
+    viscous, coulomb = rng.uniform(0.7, 1.3), rng.uniform(0.7, 1.3)
     return Nominal(
         inertia=sound.inertia * wrong,
         viscous=sound.viscous * viscous,

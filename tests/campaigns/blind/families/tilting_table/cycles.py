@@ -1,7 +1,7 @@
 """Cycles of a tilting axis: indexing, swarf cutting, sines, holding, the test of ISO 230-2; (n, 3) each.
 
-Each is a list of angles to stand at and of speeds between them, or a curve; speeds are rounded off by a moving
-mean, as a numerical control bounds its jerk, so that angle, speed and acceleration agree exactly.
+Each is a list of angles to stand at and of speeds between them, or a curve; speeds are rounded off by a
+moving mean, as a numerical control bounds its jerk, so that angle, speed and acceleration agree exactly.
 """
 
 import math
@@ -13,6 +13,9 @@ from tests.campaigns.blind.families.interface import Array
 
 REST_S = 0.35
 """Least rest at either end, s; chosen."""
+LONGEST_LEG = 0.3
+"""Bounds the share of a course in one leg, which is faster than drawn then; chosen: one that is longer than
+the course would leave it at rest."""
 
 
 def smoothed(speed: Array, begin: float, period_s: float, ramp_s: float) -> Array:
@@ -24,10 +27,13 @@ def smoothed(speed: Array, begin: float, period_s: float, ramp_s: float) -> Arra
 
 
 def stops(legs: list[tuple[float, float, float]], n: int, period_s: float, ramp_s: float) -> Array:
-    """Return a course of `legs`: angle to go to in rad, speed in rad/s, rest there in s; it begins at the first."""
+    """Return a course of `legs`, each an angle in rad, speed to it in rad/s and rest there in s.
+
+    It begins at the angle of the first.
+    """
     speed, now, k = np.zeros(n), legs[0][0], round(REST_S / period_s)
     for goal, fast, rest_s in legs[1:]:
-        size = max(round(abs(goal - now) / fast / period_s), 1)
+        size = min(max(round(abs(goal - now) / fast / period_s), 1), round(LONGEST_LEG * n))
         if k + size + round((ramp_s + REST_S) / period_s) > n:
             break
         speed[k : k + size] = (goal - now) / (size * period_s)

@@ -1,4 +1,4 @@
-"""The drive: P of position, PI of speed, notch, and either an observer of the load or its weight fed forward."""
+"""The drive: P of position, PI of speed, notch; an observer of the load, or its weight fed forward."""
 
 import math
 from typing import NamedTuple
@@ -14,7 +14,6 @@ from tests.campaigns.blind.families.tilting_table.trunnion import (
     load_torque,
     transmission_error,
 )
-
 
 TRUST = 0.7
 """Share of the observed load that the drive feeds forward; chosen."""
@@ -62,13 +61,14 @@ def counted(value: float, count: float, real: bool) -> float:
 
 @njit(cache=True)
 def follow(
-    m: Trunnion, d: Drive, wanted: Array, period_s: float, pieces: int, noise: Array, outer: Array, warm: Array,
-    real: bool,
+    m: Trunnion, d: Drive, wanted: Array, period_s: float, pieces: int,
+    noise: Array, outer: Array, warm: Array, real: bool,
 ) -> Array:  # fmt: skip
     """Follow `wanted` (n, 3) in rad, rad/s, rad/s² and return (n, 4).
 
     Columns: angle of the motor's encoder, torque asked, torque of the current, angle of the table's encoder.
-    `noise` (n, 3): of either encoder in rad and of the current in N m; `outer` (n,) in N m, `warm` (n,) 0 to 1.
+    `noise` (n, 3): of either encoder in rad and of the current in N m; `outer` (n,) in N m; `warm` (n,), 0
+    to 1.
     """
     n, h = len(wanted), period_s / pieces
     out, sent = np.zeros((n, 4)), np.zeros(n)

@@ -33,6 +33,8 @@ class Trunnion(NamedTuple):
     worm_dry: float = 40.0
     seal_dry: float = 10.0
     yield_rad: float = 4e-5
+    held_damping: float = 0.15
+    """Damping ratio of either side on its element below the yield."""
     loss: float = 0.0
     """Friction of the mesh over the torque that it carries."""
     mixed: float = 0.0
@@ -112,7 +114,15 @@ def touching(m: Trunnion, twist: float) -> float:
 
 @njit(cache=True)
 def attempt(
-    m: Trunnion, s: Array, rub: Array, level: Array, drag: float, drive: float, load: float, error: float, h: float
+    m: Trunnion,
+    s: Array,
+    rub: Array,
+    level: Array,
+    drag: float,
+    drive: float,
+    load: float,
+    error: float,
+    h: float,
 ) -> tuple[float, float, float, float, float]:
     """Return angles and speeds after `h` seconds and the mesh's torque, no element changing its state.
 
@@ -126,10 +136,12 @@ def attempt(
     k1 = level[1] / rub[1, 2] if rub[1, 1] == 0.0 else 0.0
     fixed0 = drive - m.flank_viscous * abs(s[1]) - level[0] * rub[0, 1] - k0 * rub[0, 0]
     fixed1 = -load - level[1] * rub[1, 1] - k1 * rub[1, 0]
+    d0 = drag + 2.0 * m.held_damping * math.sqrt(k0 * m.shaft)
+    d1 = m.seal_viscous + 2.0 * m.held_damping * math.sqrt(k1 * m.table)
     k, c = m.mesh * abs(side), m.mesh_damper * abs(side)
     carried = k * (s[0] - s[2] - error - 0.5 * side * m.play_rad) + c * (s[1] - s[3])
-    a0 = (fixed0 - drag * s[1] - carried) / m.shaft
-    a1 = (fixed1 - m.seal_viscous * s[3] + carried) / m.table
+    a0 = (fixed0 - d0 * s[1] - carried) / m.shaft
+    a1 = (fixed1 - d1 * s[3] + carried) / m.table
     slow0, slow1 = s[1] + r * a0, s[3] + r * a1
     far0, far1 = h * s[1] + q * a0, h * s[3] + q * a1
     x0, v0, x1, v1 = s[0], s[1], s[2], s[3]
@@ -138,9 +150,9 @@ def attempt(
         free = error + 0.5 * side * m.play_rad
         bind = k * q + c * r
         known = k * (s[0] + far0 - s[2] - far1 - free) + c * (slow0 - slow1)
-        y0 = fixed0 - k0 * far0 - drag * slow0 - known
-        y1 = fixed1 - k1 * far1 - m.seal_viscous * slow1 + known
-        m0, m1 = m.shaft + k0 * q + drag * r + bind, m.table + k1 * q + m.seal_viscous * r + bind
+        y0 = fixed0 - k0 * far0 - d0 * slow0 - known
+        y1 = fixed1 - k1 * far1 - d1 * slow1 + known
+        m0, m1 = m.shaft + k0 * q + d0 * r + bind, m.table + k1 * q + d1 * r + bind
         det = m0 * m1 - bind * bind
         e0, e1 = (m1 * y0 + bind * y1) / det, (bind * y0 + m0 * y1) / det
         x0, v0, x1, v1 = s[0] + far0 + q * e0, slow0 + r * e0, s[2] + far1 + q * e1, slow1 + r * e1
@@ -173,7 +185,15 @@ def first_event(s: Array, rub: Array, ends: tuple[float, float, float, float]) -
 
 @njit(cache=True)
 def advance(
-    m: Trunnion, s: Array, rub: Array, drive: float, carried: float, t: float, h: float, warm: float, outer: float
+    m: Trunnion,
+    s: Array,
+    rub: Array,
+    drive: float,
+    carried: float,
+    t: float,
+    h: float,
+    warm: float,
+    outer: float,
 ) -> float:
     """Advance `s` and `rub` in place by `h` seconds and return the torque that the mesh carries.
 
