@@ -138,7 +138,7 @@ def proof_sentences(verdict: Mapping[str, Any]) -> Iterator[str]:
             elif proof["channel"] == "force" and verdict["verdict"] != "consistent":
                 yield (
                     f"{part} left out, nothing that was found predicts the {channel} better than a refitted "
-                    f"rigid model ({rigid} RMS), so model.toml holds that."
+                    f"rigid model ({rigid} RMS); model.toml leaves {written}."
                 )
 
 
