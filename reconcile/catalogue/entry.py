@@ -21,8 +21,12 @@ from reconcile.catalogue.kinds import (
     TermFamily,
 )
 
-HalfWidths = Callable[[Mapping[str, float], Mapping[str, float], Sequence[RegressionData]], dict[str, float]]
-"""Arguments: values of an effect's parameters, half widths of their intervals, and the recordings."""
+Interval = tuple[float, float]
+"""Lower and upper end of a 95 % interval."""
+Intervals = Callable[
+    [Mapping[str, float], Mapping[str, Interval], Sequence[RegressionData]], dict[str, Interval]
+]
+"""Arguments: values of an effect's parameters, their intervals by resampling, and the recordings."""
 POSITIVE = (0.0, math.inf)
 """A value of `CatalogueEntry.physical`."""
 
@@ -122,8 +126,8 @@ class CatalogueEntry:
     """Sentence with an observation that an engineer can check."""
     systematic: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """By parameter: systematic errors below and above its value, as shares of it."""
-    spread: HalfWidths = lambda _values, _half_widths, _datasets: {}
-    """Half widths of the 95 % intervals of shape parameters; those of coefficients come by resampling."""
+    intervals: Intervals = lambda _values, _resampled, _datasets: {}
+    """95 % intervals of parameters of which resampling does not tell all, as of shape parameters."""
     equivalent: tuple[str, ...] = ()
     """Effects that these sensors cannot distinguish from it."""
     on_every_axis: bool = False

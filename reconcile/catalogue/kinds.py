@@ -46,6 +46,8 @@ class RegressionData(NamedTuple):
     """The model's force without friction and rotor, which the drive train transmits."""
     rotary: bool = False
     """The coordinate is an angle: 1 m stands for 1 rad."""
+    spring: ShapeParameters = ()
+    """Antiresonance (Hz) and damping ratio of the load on a spring behind the motor; empty: rigid."""
 
 
 class SiParameter(NamedTuple):

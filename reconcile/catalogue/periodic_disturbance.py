@@ -11,9 +11,10 @@ from scipy.ndimage import median_filter
 
 from hil_sim.physics.load import periodic_disturbance as physics
 from kernels.arrays import Array
-from reconcile.catalogue.entry import CatalogueEntry, PlausibleTerm
+from reconcile.catalogue.entry import CatalogueEntry, Interval, PlausibleTerm
 from reconcile.catalogue.kinds import OWN, RegressionData, ShapeParameters, TermFamily
 from reconcile.catalogue.periodic import Wave, pair
+from reconcile.catalogue.spring_behind_motor import transmission
 
 LOWEST_HZ, HIGHEST_HZ = 0.3, 60.0
 NYQUIST_SHARE = 0.8
@@ -82,17 +83,36 @@ def _summit(power: Array, peak: int) -> float:
     return peak + (float(np.clip(0.5 * (before - after) / curvature, -0.5, 0.5)) if curvature < 0.0 else 0.0)
 
 
-def _frequency_spread(
-    values: Mapping[str, float], half_widths: Mapping[str, float], datasets: Sequence[RegressionData]
-) -> dict[str, float]:
-    """Half the width of the frequency's interval, Hz, by that of the amplitude and the longest recording.
+def _intervals(
+    values: Mapping[str, float], given: Mapping[str, Interval], datasets: Sequence[RegressionData]
+) -> dict[str, Interval]:
+    """The frequency's interval, Hz, by that of the amplitude and the longest recording; and the amplitude's.
 
     Source: the Cramer-Rao bounds of one tone in noise, var(omega) = 12 var(A) / (A T)^2 (Rife and Boorstyn
-    1974, IEEE Trans. Inf. Theory 20, eq. 24 and 25).
+    1974, IEEE Trans. Inf. Theory 20, eq. 24 and 25). With a spring behind the motor, a force of one frequency
+    may act on the load or on the motor: its amplitude is between what either takes.
     """
     longest_s = max(float(data.time_s[-1] - data.time_s[0]) for data in datasets)
-    share = half_widths["amplitude"] / max(values["amplitude"], 1e-300)
-    return {WAVE.pitch: math.sqrt(12.0) / (2.0 * math.pi) * share / longest_s}
+    frequency_hz, (low_n, high_n) = values[WAVE.pitch], given["amplitude"]
+    share = 0.5 * (high_n - low_n) / max(values["amplitude"], 1e-300)
+    half_hz = math.sqrt(12.0) / (2.0 * math.pi) * share / longest_s
+    of_motor = abs(_passed_on(datasets[0], frequency_hz))
+    return {
+        WAVE.pitch: (frequency_hz - half_hz, frequency_hz + half_hz),
+        "amplitude": (min(low_n, of_motor * low_n), max(high_n, of_motor * high_n)),
+    }
+
+
+def _columns(data: RegressionData, shape: ShapeParameters) -> Array:
+    """Columns (n, 2) of a force on the load, which a spring in between passes on to the motor."""
+    passed_on = _passed_on(data, shape[0])
+    turned = np.array([[passed_on.real, passed_on.imag], [-passed_on.imag, passed_on.real]])
+    columns: Array = pair(2.0 * np.pi * shape[0] * data.time_s) @ turned.T
+    return columns
+
+
+def _passed_on(data: RegressionData, frequency_hz: float) -> complex:
+    return transmission(frequency_hz, *data.spring) if data.spring else 1.0 + 0.0j
 
 
 def _is_apart_from_motion(
@@ -172,13 +192,9 @@ def _coherence(residuals_n: Sequence[Array], frequency_hz: float, period_s: floa
 
 ENTRY = CatalogueEntry(
     physics=physics,
-    terms=(
-        TermFamily(
-            lambda data, shape: pair(2.0 * np.pi * shape[0] * data.time_s), _shapes, per_recording=OWN
-        ),
-    ),
+    terms=(TermFamily(_columns, _shapes, per_recording=OWN),),
     parameters_of=WAVE.parameters,
-    spread=_frequency_spread,
+    intervals=_intervals,
     sentence=lambda p: (
         f"a force of {p['amplitude']:.2f} N at {p['frequency_hz']:.2f} Hz, fixed in time whatever the speed: "
         "a disturbance from outside; cogging would change its frequency with the speed"

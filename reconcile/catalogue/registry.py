@@ -9,7 +9,7 @@ from hil_sim.physics.registry import EFFECTS
 from kernels.arrays import Array
 from kernels.quantities import section_of
 from reconcile import catalogue
-from reconcile.catalogue.entry import CatalogueEntry, Rival
+from reconcile.catalogue.entry import CatalogueEntry, Interval, Rival
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, TermFamily
 
 FORM = {ResidualChannel.FORCE: 0.08, ResidualChannel.POSITION_DEVIATION: 0.01}
@@ -62,14 +62,14 @@ def systematic(effect: str, parameter: str, channel: ResidualChannel) -> tuple[f
     return own.get(parameter, (FORM[channel], FORM[channel]))
 
 
-def shape_spread(
+def declared_intervals(
     effect: str,
     values: Mapping[str, float],
-    half_widths: Mapping[str, float],
+    resampled: Mapping[str, Interval],
     datasets: Sequence[RegressionData],
-) -> dict[str, float]:
-    """Return half widths of the 95 % intervals of an effect's shape parameters; empty if it declares none."""
-    return CATALOGUE[effect].spread(values, half_widths, datasets) if effect in CATALOGUE else {}
+) -> dict[str, Interval]:
+    """Return the 95 % intervals that an effect's entry declares itself; empty if it declares none."""
+    return CATALOGUE[effect].intervals(values, resampled, datasets) if effect in CATALOGUE else {}
 
 
 def confused_with(effect: str) -> list[str]:

@@ -57,6 +57,13 @@ def column(position_m: Array, period_s: float, frequency_hz: float, damping_rati
     return spring - _acceleration(position_m, period_s)
 
 
+def transmission(force_hz: float, frequency_hz: float, damping_ratio: float) -> complex:
+    """Return the force on the motor by a force on the load, the motor held: H at a frequency."""
+    s, w = 1j * force_hz, frequency_hz
+    passed = 2.0 * damping_ratio * w * s + w * w
+    return passed / (s * s + passed)
+
+
 def _deflection_taps(w: float, damping_ratio: float, period_s: float) -> tuple[Array, Array]:
     """Numerator and denominator of s2 / (s2 + 2 z w s + w2) by the bilinear transform, w in rad/s.
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernels.arrays import Array, Index
-from reconcile.catalogue.registry import TIMING, shape_spread, systematic
+from reconcile.catalogue.registry import TIMING, declared_intervals, systematic
 from reconcile.catalogue.smooth_terms import PREFIX
 from reconcile.catalogue.unnamed_terms import meaning_of
 from reconcile.identification.confidence import INDEPENDENT_S
@@ -84,10 +84,10 @@ def estimates(
                 high += over * abs(value) + hold_s
             by_term[candidate][key] = Estimate(value, low, high, unit)
         values = {key: one.value for key, one in by_term[candidate].items()}
-        halves = {key: 0.5 * (one.high - one.low) for key, one in by_term[candidate].items()}
-        for key, half in shape_spread(candidate.effect, values, halves, problem.datasets).items():
-            one = by_term[candidate][key]
-            by_term[candidate][key] = one._replace(low=one.value - half, high=one.value + half)
+        given = {key: (one.low, one.high) for key, one in by_term[candidate].items()}
+        declared = declared_intervals(candidate.effect, values, given, problem.datasets) if drawn else {}
+        for key, (low, high) in declared.items():
+            by_term[candidate][key] = by_term[candidate][key]._replace(low=low, high=high)
         if unnamed_per_recording:
             by_term[candidate]["recording"] = Estimate(number + 1.0, number + 1.0, number + 1.0, "")
     return Estimates(base, by_term)

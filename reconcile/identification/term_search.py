@@ -19,6 +19,12 @@ from reconcile.identification.held_out_blocks import training_and_held_out
 from reconcile.identification.parameter_estimates import RESAMPLES
 from reconcile.identification.refinement import refine
 from reconcile.identification.rivals import RivalEffect, compare_rivals
+from reconcile.identification.spring_beside_terms import (
+    passed_on_by_spring,
+    spring_beside,
+    spring_of,
+    with_spring_refitted,
+)
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.candidate_term import CandidateTerm, TermKey, effect_names
 from reconcile.regression.model_presliding import regressed_terms
@@ -71,7 +77,8 @@ class SelectedTerms(NamedTuple):
         """Return the terms without some effects; `unknown` stands for all unnamed terms."""
         kept = [c for c in self.terms if _name(c) not in effects and c.effect not in effects]
         rivals = {effect: of for effect, of in self.rivals.items() if any(c.effect == effect for c in kept)}
-        return self._replace(terms=kept, rivals=rivals)
+        problem, kept = passed_on_by_spring(self.problem, kept)
+        return self._replace(problem=problem, terms=kept, rivals=rivals)
 
     def report(self, resamples: int = RESAMPLES) -> ReportedEffects:
         """Return parameters, rivals and confidence of each effect; with 0 `resamples`, no intervals."""
@@ -89,6 +96,8 @@ class _Selection(NamedTuple):
     refined: SelectedTerms
     scanned: list[CandidateTerm]
     """The same terms in the problem of all candidates, at the shape parameters of the scan."""
+    spring: TermKey | None
+    """Among them, a spring that the scan has not found."""
 
 
 class TermSearch:
@@ -111,7 +120,10 @@ class TermSearch:
         ]  # a term of another axis has the same columns in all
         model_terms = regressed_terms(axis, datasets, channel)
         self.problem = regression_problem(
-            datasets, channel, model_terms=model_terms, spare=rules.most_unnamed_terms * max(KNOTS)
+            [data._replace(spring=spring_of(model_terms)) for data in datasets],
+            channel,
+            model_terms=model_terms,
+            spare=rules.most_unnamed_terms * max(KNOTS) + 1,
         )
         self._train, self._held_out = training_and_held_out(self.problem)
 
@@ -125,27 +137,46 @@ class TermSearch:
             blocks if left_out is None else blocks[~np.isin(blocks, left_out)]
             for blocks in (self._train, self._held_out)
         )
-        named = self._select_named(train, held_out)
+        return self._select(train, held_out)
+
+    def _select(self, train: Index, held_out: Index, spring: TermKey | None = None) -> SelectedTerms:
+        """Select named terms, then unnamed ones; again beside a spring in what either leaves, if any."""
+        named = self._select_named(train, held_out, spring)
         first = named.refined
         if self._is_noise(first):
             return first
+        if spring is None and (found := self._spring_beside(first)):
+            return self._select(train, held_out, found)
         unnamed = select_unnamed(first.problem, first.terms, train, self.rules)
         if not unnamed:
             return first
         second = self._select_beside(unnamed, named)
         before, after = ({f.effect for f in fit.report(resamples=0).findings} for fit in (first, second))
         # the second fit is kept only if no reported name is lost, or an unnamed term was accepted
-        return second if "unknown" in after or after >= before else first
+        best = second if "unknown" in after or after >= before else first
+        if spring is None and (found := self._spring_beside(best)):
+            return self._select(train, held_out, found)
+        return best
 
-    def _select_named(self, train: Index, held_out: Index) -> _Selection:
-        """Select named terms, again without those that do not predict held-out folds."""
-        validation = CrossValidation(self.problem.equations, train)
+    def _spring_beside(self, selected: SelectedTerms) -> TermKey | None:
+        """A load on a spring in what the selected terms leave of the force, unless one is known already."""
+        known = spring_of(selected.terms) or self.problem.datasets[0].spring
+        if known or self.channel is not ResidualChannel.FORCE:
+            return None
+        return spring_beside(selected.problem, selected.terms, selected.train)
+
+    def _select_named(self, train: Index, held_out: Index, spring: TermKey | None = None) -> _Selection:
+        """Select named terms beside a `spring`, again without those that do not predict held-out folds."""
+        problem = extended(self.problem, [spring] if spring else [])
+        given = [problem.equations.by_key[spring]] if spring else []
+        validation = CrossValidation(problem.equations, train)
         withdrawn: list[WithdrawnEffect] = []
         for _ in range(MOST_SEARCHES):
-            chosen = select(validation, self.rules, {one.effect for one in withdrawn})
-            refined, terms = refine(self.problem, chosen, train)
+            chosen = select(validation, self.rules, {one.effect for one in withdrawn}, given)
+            refined, terms = with_spring_refitted(*refine(problem, chosen, train), train, spring)
             terms, more = self._admissible_and_predictive(refined, terms, train)
             withdrawn += more
+            given = [c for c in given if any(c.effect == other.effect for other in terms)]
             if not more:
                 break
         kept = {c.effect for c in terms}
@@ -162,21 +193,25 @@ class TermSearch:
                 withdrawn=withdrawn,
             ),
             scanned=chosen,
+            spring=spring if given else None,
         )
 
     def _select_beside(self, unnamed: Sequence[TermKey], before: _Selection) -> SelectedTerms:
         """Select named terms once more beside the `unnamed` ones."""
         train = before.refined.train
-        wide = extended(self.problem, unnamed)
+        wide = extended(self.problem, [*([before.spring] if before.spring else []), *unnamed])
         validation = CrossValidation(wide.equations, train)
         own = wide.equations.by_key
         previous, beside = [own[c.key] for c in before.scanned], [own[key] for key in unnamed]
         excluded = {one.effect for one in before.refined.withdrawn}
-        chosen = select_beside_unnamed(validation, self.rules, previous, beside, excluded)
+        given = [own[before.spring]] if before.spring else []
+        chosen = select_beside_unnamed(validation, self.rules, previous, beside, excluded, given)
         rivals = {name: compare_rivals(validation, chosen, name) for name in effect_names(chosen)}
         del validation  # free its memory before the refinement
-        refined, terms = refine(wide, chosen, train)
+        refined, terms = with_spring_refitted(*refine(wide, chosen, train), train, before.spring)
         terms, more = self._admissible_and_predictive(refined, terms, train)
+        if before.spring and not spring_of(terms):
+            return before.refined
         withdrawn = [*before.refined.withdrawn, *more]
         return before.refined._replace(problem=refined, terms=terms, rivals=rivals, withdrawn=withdrawn)
 

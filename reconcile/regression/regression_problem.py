@@ -152,24 +152,25 @@ def regression_problem(
     )
 
 
-def extended(problem: RegressionProblem, unnamed: Sequence[TermKey]) -> RegressionProblem:
-    """The problem with `unnamed` terms in its spare columns.
+def extended(problem: RegressionProblem, further: Sequence[TermKey]) -> RegressionProblem:
+    """The problem with `further` terms in its spare columns, unnamed ones or of a shape that was not scanned.
 
     Columns of the others are not computed again. What was extended before is no longer valid.
     """
     known = {(one.effect, one.shape_parameters) for one in problem.terms}
     added, terms = list(problem.terms), []
     place = problem.equations.columns
-    for effect, shape, own in unnamed:
-        if (effect, shape) in known:
+    for effect, shape, own in further:
+        columns_of_term = columns_of(effect, problem.channel)
+        if (effect, shape) in known or columns_of_term is None:
             continue
         values = []
         for data, counts in zip(problem.datasets, problem.used, strict=True):
             kept, low_pass = np.flatnonzero(counts)[:: stride(data.period_s)], low_pass_of(data)
-            columns = term(effect).columns(data, shape)
+            columns = columns_of_term(data, shape)
             values.append(np.stack([low_pass(column)[kept] for column in columns.T]))
         width = len(values[0])
-        added.append(TermColumns(effect, shape, term(effect).columns, width))
+        added.append(TermColumns(effect, shape, columns_of_term, width))
         terms.append((CandidateTerm(effect, shape, own, tuple(range(place, place + width))), values))
         place += width
     return problem._replace(equations=problem.equations.extended(terms), terms=added) if terms else problem

@@ -33,6 +33,8 @@ class SelectionContext(NamedTuple):
     """Cross-validated squares of the model without any term but timing."""
     since_reversal_terms: list[CandidateTerm]
     """Unnamed terms over the distance since the reversal; what they explain as well is presliding."""
+    given: Sequence[CandidateTerm] = ()
+    """Terms that stay."""
 
 
 def is_accepted(

@@ -23,12 +23,15 @@ LARGEST_SET = 6
 
 
 def select(
-    validation: CrossValidation, rules: SelectionRules, excluded: Container[str] = ()
+    validation: CrossValidation,
+    rules: SelectionRules,
+    excluded: Container[str] = (),
+    given: Sequence[CandidateTerm] = (),
 ) -> list[CandidateTerm]:
-    """Select terms, none of `excluded` effects, in the order of their addition; timing before physics."""
-    context = _context(validation, rules, [], excluded)
+    """Select terms beside `given` ones, none of `excluded` effects; timing before physics."""
+    context = _context(validation, rules, [], excluded, given)
     timing_terms = [c for c in context.named_terms if c.effect in TIMING]
-    timing = _select_forward(context._replace(named_terms=timing_terms), [])
+    timing = _select_forward(context._replace(named_terms=timing_terms), [*given])
     context = context._replace(initial_squares=initial_squares(validation, timing))
     return _exchange_with_rivals(context, _select_forward(context, timing))
 
@@ -39,12 +42,13 @@ def select_beside_unnamed(
     previous: Sequence[CandidateTerm],
     unnamed: Sequence[CandidateTerm],
     excluded: Container[str] = (),
+    given: Sequence[CandidateTerm] = (),
 ) -> list[CandidateTerm]:
-    """Select again beside `unnamed` terms, from the `previous` selection.
+    """Select again beside `unnamed` terms, from the `previous` selection, of which the `given` terms stay.
 
     Terms that presliding can imitate must be accepted again, and none of these is added.
     """
-    context = _context(validation, rules, unnamed, excluded)._replace(
+    context = _context(validation, rules, unnamed, excluded, given)._replace(
         initial_squares=initial_squares(validation, previous)
     )
     chosen = [*previous, *unnamed]
@@ -65,12 +69,13 @@ def _context(
     rules: SelectionRules,
     unnamed: Sequence[CandidateTerm],
     excluded: Container[str],
+    given: Sequence[CandidateTerm],
 ) -> SelectionContext:
     candidates = validation.equations.candidates
     named_terms = [c for c in candidates if not c.effect.startswith(PREFIX) and c.effect not in excluded]
     since_reversal_terms = [c for c in candidates if c.effect == SINCE_REVERSAL and c not in unnamed]
     squares = float(validation.cross_validated_squares([]).sum())
-    return SelectionContext(validation, rules, named_terms, squares, since_reversal_terms)
+    return SelectionContext(validation, rules, named_terms, squares, since_reversal_terms, given)
 
 
 def _select_forward(context: SelectionContext, chosen: list[CandidateTerm]) -> list[CandidateTerm]:
@@ -145,7 +150,7 @@ def _eliminate_backward(context: SelectionContext, chosen: list[CandidateTerm]) 
     """Drop earlier terms that are no longer accepted beside the others."""
     chosen = _drop_impossible(context, chosen)
     for term in chosen[:-1]:
-        if term.effect.startswith(PREFIX):
+        if term.effect.startswith(PREFIX) or term in context.given:
             continue
         others = _without(chosen, term)
         if term.effect in ADDITIVE and any(c.effect == term.effect for c in others):
@@ -166,7 +171,7 @@ def _is_still_accepted(
 
 def _drop_impossible(context: SelectionContext, chosen: list[CandidateTerm]) -> list[CandidateTerm]:
     """Drop terms whose coefficients became physically impossible beside the others."""
-    for term in chosen:
+    for term in (c for c in chosen if c not in context.given):
         others = _without(chosen, term)
         coefficients = context.validation.coefficients([*others, term])[-len(term.columns) :]
         if not possible(term.effect, coefficients):
@@ -178,7 +183,7 @@ def _exchange_with_rivals(context: SelectionContext, chosen: list[CandidateTerm]
     """Replace each term by a clearly better term of another effect, if there is one."""
     validation = context.validation
     for index, term in enumerate(chosen):
-        if term.effect.startswith(PREFIX):
+        if term.effect.startswith(PREFIX) or term in context.given:
             continue
         others = _without(chosen, term)
         squares_without = validation.cross_validated_squares(others)

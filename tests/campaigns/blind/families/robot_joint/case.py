@@ -132,7 +132,7 @@ def draw(seed: int, kind: str | None = None, names: Sequence[str] | None = None)
 
     true = Nominal(whole, viscous, dry, plain.count_rad, gear_ratio=gear)
     hidden = tuple(choice[name][1] for name in some)
-    clutter = ("presliding_hysteresis", "encoder_eccentricity")
+    clutter = ("presliding_hysteresis", "encoder_eccentricity", "drive_compliance")
     return Case("robot_joint", seed, kind, sheet(gen, true), true, hidden, simulate, clutter, rotary=True)
 
 
