@@ -1,6 +1,7 @@
 """`servo-ctrl experiment friction`: the friction study of Feng et al. 2015 on the simulated table."""
 
 import asyncio
+import resource
 import time
 from pathlib import Path
 
@@ -47,12 +48,19 @@ def friction_study(
         seed=seed,
         bus=bus,
         wall_s=time.monotonic() - start_s,
+        processor_s=_processor_s(),
         waveforms=waveforms,
     )
     print_study(console, study)
     for picture in draw_study(machine, study, out):
         console.print(f"picture: {picture}", highlight=False)
     write_figures(json_file, summary(study))
+
+
+def _processor_s() -> float:
+    """Return the seconds on processors so far, of this process and of those that it has started and ended."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(entry.ru_utime + entry.ru_stime for entry in used)
 
 
 def _waveforms(console: Console, machine: Path, out: Path) -> WaveformStudy:

@@ -52,7 +52,10 @@ def print_study(console: Console, study: FrictionStudy) -> None:
     speeds = ", ".join(f"{name} {result.times_real_time:.1f}" for name, result in study.results.items())
     console.print(f"over the bus in lockstep, times real time: {speeds}", highlight=False)
     _print_missed(console, missed(found))
-    console.print(f"the whole study took {study.wall_s:.0f} s", highlight=False)
+    console.print(
+        f"the whole study took {study.wall_s:.0f} s, and {study.processor_s:.0f} s of processor time",
+        highlight=False,
+    )
 
 
 def _errors(found: list[Cell]) -> Table:

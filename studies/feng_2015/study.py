@@ -51,6 +51,8 @@ class FrictionStudy(NamedTuple):
     seed: int
     bus: BusLearning | None
     wall_s: float
+    processor_s: float
+    """Seconds on processors, of all programs of the study."""
     waveforms: WaveformStudy | None = None
     """Learned waveforms, and rivals in the batch twin."""
 
@@ -132,6 +134,7 @@ def summary(study: FrictionStudy) -> dict[str, Any]:
         ],
         "times_real_time": {name: result.times_real_time for name, result in study.results.items()},
         "wall_s": study.wall_s,
+        "processor_s": study.processor_s,
     }
 
 

@@ -31,6 +31,8 @@ UNSEEN = ((10.0, 1500.0), (15.0, 750.0), (40.0, 2500.0), (30.0, 3000.0))
 """Radius (mm) and feed (mm/min) of further circles; chosen before any was run with waveforms."""
 SEED = 24
 """Seed of the random tables; chosen."""
+DECIMALS = 4
+"""Of micrometres, per cent, and settings in the JSON; chosen."""
 Figures = dict[tuple[str, str], ReversalFigures]
 """(Axis or "S", label) to the four indicators, micrometres."""
 
@@ -122,6 +124,15 @@ def _least_percent(without: ReversalFigures, learned: ReversalFigures) -> float:
     return min(100.0 * (1.0 - b / a) for a, b in zip(without, learned, strict=True))
 
 
+def rounded(figures: Any) -> Any:
+    """Return figures for JSON with as many decimals as mean something: half the file."""
+    if isinstance(figures, dict):
+        return {key: rounded(value) for key, value in figures.items()}
+    if isinstance(figures, list | tuple):
+        return [rounded(value) for value in figures]
+    return round(figures, DECIMALS) if isinstance(figures, float) else figures
+
+
 def main() -> None:
     """Measure every condition and the random tables; write JSON after each."""
     parser = argparse.ArgumentParser()
@@ -148,7 +159,7 @@ def main() -> None:
             f"{condition.name}: least reduction {least:.1f} %, largest contour error {peak_um:.2f} um",
             flush=True,
         )
-        write_figures(options.json, figures)
+        write_figures(options.json, rounded(figures))
 
 
 if __name__ == "__main__":

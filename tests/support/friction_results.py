@@ -85,4 +85,5 @@ def study(pulse: float = 0.15, observer: float = 0.6) -> FrictionStudy:
         seed=2015,
         bus=None,
         wall_s=200.0,
+        processor_s=250.0,
     )

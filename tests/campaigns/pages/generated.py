@@ -12,6 +12,7 @@ from hil_sim.config import effect_tables
 from servo_ctrl.config import key_tables
 from studies.compensations.run import markdown
 from studies.compensations.twin_study import Row
+from studies.feng_2015 import aims, study_tables, waveform_tables
 from studies.koren_1991 import contour_tables
 from studies.wang_2014 import random_table
 from studies.xia_fuzzy_pd import random_figures
@@ -21,6 +22,9 @@ from tests.campaigns.pages import claims, dependencies, drive_objects, families,
 ROOT = Path(__file__).parents[3]
 BLIND = tuple(f"docs/blind_families{end}.json" for end in ("", "_training", "_rivals"))
 """Scored cases, training cases, and what rivals said of both."""
+FRICTION = tuple(f"docs/friction_{end}.json" for end in ("study", "drift", "waveforms", "recovery"))
+"""Figures of the study over the bus, of production that drifts, of waveforms and rivals, and of recovery."""
+POSITIONING, FUZZY_PD = "docs/positioning_random.json", "docs/fuzzy_pd_random.json"
 
 
 class Generated(NamedTuple):
@@ -61,11 +65,34 @@ def _contour_control(document: str) -> str:
 
 
 def _fuzzy_pd(document: str) -> str:
-    return between(document, "figures", random_figures.over_tables(_figures("docs/fuzzy_pd_random.json")))
+    return between(document, "figures", random_figures.over_tables(_figures(FUZZY_PD)))
 
 
 def _positioning(document: str) -> str:
-    return between(document, "figures", random_table.tables(_figures("docs/positioning_random.json")))
+    return between(document, "figures", random_table.tables(_figures(POSITIONING)))
+
+
+def _friction(document: str) -> str:
+    study, drift, waveforms, recovery = (_figures(source) for source in FRICTION)
+    positions = aims.at_rest(_figures(POSITIONING), _figures(FUZZY_PD))
+    texts = {
+        "aims": aims.aims(waveforms, recovery, study, positions),
+        "errors": study_tables.errors(study),
+        "reductions": study_tables.reductions(study),
+        "learning": study_tables.learning(study),
+        "repeated strokes": study_tables.repeated(study),
+        "waveforms": waveform_tables.by_motion(waveforms),
+        "waveforms on other machines": waveform_tables.by_condition(waveforms),
+        "rivals": waveform_tables.by_rival(waveforms),
+        "drift": study_tables.drift(drift),
+    }
+    for mark, text in texts.items():
+        document = between(document, mark, text)
+    return document
+
+
+def _learning(document: str) -> str:
+    return between(document, "learners", study_tables.learners(_figures(FRICTION[0])))
 
 
 def _families(document: str) -> str:
@@ -107,10 +134,12 @@ GENERATED = (
     Generated("docs/contour_control.md", ("docs/contour_control.json",), _contour_control),
     Generated("docs/drive_objects.md", ("eds/servo_drive.eds", "eds/linear_scale.eds"), _drive_objects),
     Generated("docs/dependencies.md", ("docs/dependencies.json", "docs/dependencies.toml"), _dependencies),
-    Generated("docs/fuzzy_pd.md", ("docs/fuzzy_pd_random.json",), _fuzzy_pd),
+    Generated("docs/friction_study.md", (*FRICTION, POSITIONING, FUZZY_PD), _friction),
+    Generated("docs/fuzzy_pd.md", (FUZZY_PD,), _fuzzy_pd),
+    Generated("docs/learning.md", FRICTION[:1], _learning),
     Generated("docs/machines.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
     Generated("docs/plant.md", ("hil_sim/config/effect_tables.py",), effect_tables.filled),
-    Generated("docs/positioning_study.md", ("docs/positioning_random.json",), _positioning),
+    Generated("docs/positioning_study.md", (POSITIONING,), _positioning),
     Generated("docs/programs.md", ("servo_ctrl/config/key_tables.py",), key_tables.filled),
     Generated("docs/reconcile_real.md", ("docs/reconcile_real.json",), _measured_axes),
     *_tables(),

@@ -1,6 +1,5 @@
 """Learned waveform compensation: closed forms of its parts, convergence, and motions outside the learning."""
 
-import json
 import math
 from pathlib import Path
 
@@ -33,7 +32,6 @@ from studies.feng_2015.waveform_learning import (
     learn_waveforms,
     with_learned,
 )
-from studies.feng_2015.waveform_tables import tables
 from studies.twin_axis import TwinAxis, motion, twin_axis
 from twin.plant_file import load_plant
 
@@ -220,13 +218,3 @@ def test_a_start_from_wound_up_friction_is_known(learned: LearnedWaveforms, dire
         peaks_m.append(float(error_m[begins : begins + PEAK_CYCLES].max()))
     without_m, with_m = peaks_m
     assert with_m < (0.45 if direction > 0.0 else 0.15) * without_m
-
-
-def test_the_tables_of_the_documents_are_the_committed_figures() -> None:
-    docs = XY_TABLE.parents[1] / "docs"
-    figures = json.loads((docs / "friction_waveforms.json").read_text(encoding="utf-8"))
-    page = (docs / "friction_study.md").read_text(encoding="utf-8").splitlines()
-    for table in tables(figures):
-        rows = [row for row in table.splitlines() if row.strip("|- ")]
-        first = page.index(rows[0])
-        assert [row for row in page[first : first + len(rows) + 1] if row.strip("|- ")] == rows
