@@ -77,7 +77,8 @@ def _over_the_bus(study: dict[str, Any]) -> Iterator[Aim]:
     yield Aim(f"at most {STROKES} strokes per axis", f"{max(strokes)}", max(strokes) <= STROKES)
     wall_s = study["wall_s"]
     text = f"the whole study within {STUDY_WALL_S:.0f} s on two cores"
-    yield Aim(text, f"{wall_s:.0f} s", wall_s <= STUDY_WALL_S)
+    figure = f"{wall_s:.0f} s, and {study['processor_s']:.0f} s of processor time"
+    yield Aim(text, figure, wall_s <= STUDY_WALL_S)
 
 
 def _motions(waveforms: dict[str, Any]) -> Iterator[Aim]:

@@ -37,7 +37,7 @@ def errors(figures: dict[str, Any]) -> str:
     for group, name, entry in motions(figures):
         for variant in VARIANTS:
             values = ReversalFigures(**entry[variant])
-            theirs = PUBLISHED_X.get(variant, {}).get(entry.get("feed_mm_min")) if group == "x" else None
+            theirs = PUBLISHED_X.get(variant, {}).get(entry.get("feed_mm_min", 0)) if group == "x" else None
             cells = [f"{value:.2f}" for value in values]
             if theirs is not None:
                 cells = [f"{cell} ({value:.2f})" for cell, value in zip(cells, theirs, strict=True)]

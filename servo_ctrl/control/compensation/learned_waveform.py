@@ -10,9 +10,14 @@ misses: viscous friction, wrong mass, half a period between the set point of the
 quotient, and the dead time of the inertia force. w is a free waveform that was learned from strokes
 (`learning.reversal_waveform`). It is stretched in time, so that it covers the same distance at each
 acceleration. Behind the reversal it is read at the distance x and the speed v of the command at t + L, as on
-the motion of constant acceleration that passes there: a = v^2 / (2 x), t - t1 = 2 x / v. After a short motion
-x is the distance with as much slip (`control.presliding_memory`), also before the first reversal and behind a
-time without power. Below the learned accelerations w fades out, above them it is held.
+the motion of constant acceleration that passes there: a = v^2 / (2 x), but at least the slowest learned one:
+w is still there where the axis stops. After a short motion x is the distance with as much slip
+(`control.presliding_memory`), also before the first reversal and behind a time without power.
+
+Where the axis turns before all has slipped, the friction of the new branch begins at that of the old one, and
+where a loop closes it goes on as if the loop had not been (Masing 1926). So what w had come to at a reversal
+is held until its loop closes. Before a reversal w fades out below the learned accelerations; above them it is
+held.
 
 `control.reversal_forecast` predicts the reversal from the command alone.
 
@@ -33,6 +38,7 @@ from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.control.limits import clamp
 from servo_ctrl.control.presliding_memory import (
     Branch,
+    Turn,
     moved_by,
     relaxed_at,
     slip_travel_m,
@@ -166,7 +172,7 @@ def powered_again(state: State, moved_m: float, position_m: float) -> State:
     shift_m = position_m - moved_m - state.lead_position_m  # from the command to the motor's encoder
     branch, direction = moved_by(state.branch, shift_m), state.direction
     if moved_m * direction < 0.0:
-        branch, direction = turned(branch, position_m - moved_m), -direction
+        branch, direction = turned(branch, Turn(position_m - moved_m, 0.0)), -direction
     return State(
         lead_position_m=position_m,
         acceleration_m_s2=0.0,
@@ -186,6 +192,19 @@ def relaxed(memory: float, step_m: float, slip_m: float) -> float:
     if abs(direction - memory) < SLIPPED:
         return direction
     return memory + (direction - memory) * -math.expm1(-abs(step_m) / slip_m)
+
+
+@kernel
+def branch_n(
+    p: Params, branch: Branch, position_m: float, direction: float, speed_m_s: float, period_s: float
+) -> float:
+    """The waveforms behind the last reversal, N, moving at `speed_m_s` >= 0 in `direction`."""
+    distance_m, slowest_m_s2 = slip_travel_m(branch, position_m, direction), p.waves[0, 0]
+    if not distance_m > 0.0 or not slowest_m_s2 > 0.0:
+        return branch.turn_1.held_n
+    as_of_m_s2 = max(speed_m_s * speed_m_s / (2.0 * distance_m), slowest_m_s2)
+    since_s = math.sqrt(2.0 * distance_m / as_of_m_s2)
+    return branch.turn_1.held_n + direction * wave_n(p.waves, since_s, as_of_m_s2, p.lead_s, period_s)
 
 
 @kernel
@@ -209,7 +228,7 @@ def planned_force(
     branch = state.branch
     if direction * state.direction < 0.0:
         turn_m = reversal_between_samples(direction, position_m, velocity_m_s, acceleration_m_s2, period_s)
-        branch = turned(branch, turn_m)
+        branch = turned(branch, Turn(turn_m, branch_n(p, branch, turn_m, -direction, 0.0, period_s)))
     else:
         branch = without_closed_loop(branch, lead_position_m, direction)
     now = State(
@@ -234,12 +253,12 @@ def planned_force(
     until_s, foreseen_m_s2 = forecast(direction, velocity_m_s, acceleration_m_s2, jerk_m_s3)
     if until_s <= AHEAD_S:
         force_n -= direction * wave_n(p.waves, lead_s - until_s, foreseen_m_s2, lead_s, period_s)
-    if not until_s <= lead_s:  # what slips less is still to come when a short motion ends
-        distance_m = slip_travel_m(branch, lead_position_m, direction)
-        speed_m_s = direction * (velocity_m_s + lead_s * (acceleration_m_s2 + 0.5 * lead_s * jerk_m_s3))
-        if distance_m > 0.0 and speed_m_s > 0.0:
-            since_s = 2.0 * distance_m / speed_m_s
-            force_n += direction * wave_n(p.waves, since_s, speed_m_s / since_s, lead_s, period_s)
+    place_m = lead_position_m
+    speed_m_s = direction * (velocity_m_s + lead_s * (acceleration_m_s2 + 0.5 * lead_s * jerk_m_s3))
+    if until_s <= lead_s:  # the command at t + L has turned: what is left of the old branch is held
+        place_m, speed_m_s = position_m + direction * 0.5 * foreseen_m_s2 * until_s * until_s, 0.0
+    if pulse.direction != 0.0:  # without a motion since power came, no force is left in the springs
+        force_n += branch_n(p, branch, place_m, direction, max(speed_m_s, 0.0), period_s)
     motion_n = (
         friction.per_speed_n_s_m * velocity_m_s
         + friction.per_acceleration_kg * acceleration_m_s2

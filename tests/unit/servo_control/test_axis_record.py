@@ -27,7 +27,7 @@ from servo_ctrl.control.compensation import (
 )
 from servo_ctrl.control.limits import AxisLimits
 from servo_ctrl.control.offset_motion import OffsetMotion
-from servo_ctrl.control.presliding_memory import FORGOTTEN_M, Branch
+from servo_ctrl.control.presliding_memory import FORGOTTEN_M, Branch, Turn
 from servo_ctrl.control.tick import AxisParams, AxisState, axis_tick, initial_state
 from servo_ctrl.control.types import AxisCommand, AxisSample
 
@@ -51,7 +51,8 @@ SCREWS = st.integers(1, 4).flatmap(
         lambda errors: np.vstack((np.linspace(-1.0, 1.0, n), errors))
     )
 )
-BRANCHES = st.builds(Branch, *[SIGNED | st.just(FORGOTTEN_M)] * 6)
+TURNS = st.builds(Turn, SIGNED | st.just(FORGOTTEN_M), SIGNED)
+BRANCHES = st.builds(Branch, SIGNED, *[TURNS] * 5)
 PARAMS = st.builds(
     AxisParams,
     st.floats(1e-4, 0.1),

@@ -12,7 +12,7 @@ from scipy import signal
 from servo_ctrl.control import position_loop, velocity_loop
 from servo_ctrl.control.compensation import disturbance_observer, feedforward
 from servo_ctrl.control.limits import AxisLimits
-from servo_ctrl.control.presliding_memory import Branch
+from servo_ctrl.control.presliding_memory import Branch, Turn
 from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample, Output, Status
 
@@ -210,7 +210,9 @@ def test_a_bad_sample_gives_a_status_and_keeps_the_last_commands(
     passed_on = held._replace(
         observer=disturbance_observer.State(0.0, 0.0, 0.0),
         position_loop=position_loop.State(0.0, 0.0, 0.0),
-        waveform=held.waveform._replace(branch=Branch(*[0.0] * 6)),  # what is forgotten is infinite
+        waveform=held.waveform._replace(
+            branch=Branch(0.0, *[Turn(0.0, 0.0)] * 5)
+        ),  # what is forgotten is infinite
     )
     assert "nan" not in repr(passed_on)
     assert "inf" not in repr(passed_on)

@@ -10,14 +10,16 @@ from waveform_examples import example_waveform
 from servo_ctrl.config.kernel_params import axis_params, with_observer, with_waveform
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
+from servo_ctrl.control.compensation import trapezoidal_pulse
 from servo_ctrl.control.compensation.learned_waveform import (
     NEUTRAL,
     SPRING_BACK_M,
     State,
     at_rest,
+    planned_force,
     powered_again,
 )
-from servo_ctrl.control.presliding_memory import relaxed_at, turned
+from servo_ctrl.control.presliding_memory import Branch, Turn, relaxed_at, turned
 from servo_ctrl.control.reversal_forecast import forecast
 from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
@@ -211,22 +213,79 @@ BEFORE = State(
 )
 
 
+def positions(branch: Branch) -> list[float]:
+    """Positions of a memory; it holds no force."""
+    assert not any(turn.held_n for turn in branch[1:])
+    return [branch.rest_m, *(turn.position_m for turn in branch[1:])]
+
+
 def test_friction_that_springs_back_without_power_is_a_reversal_in_the_memory() -> None:
     """The motor's encoder is 3 um from the command, and reads 8 um less than when power went."""
     found = powered_again(BEFORE, -8e-6, 0.019989)
     assert found == State(0.019989, 0.0, -1.0, found.branch, 0.0, 0.0, 0.0, 0.0)
-    expected = turned(relaxed_at(-3e-6), 0.019997)
-    assert found.branch == pytest.approx(expected, abs=1e-12)
+    expected = turned(relaxed_at(-3e-6), Turn(0.019997, 0.0))
+    assert positions(found.branch) == pytest.approx(positions(expected), abs=1e-12)
 
 
 def test_an_axis_that_stayed_or_went_on_has_turned_nowhere() -> None:
     for moved_m in (0.0, 5e-6):
         found = powered_again(BEFORE, moved_m, 0.02 + moved_m)
         assert found.direction == 1.0
-        assert found.branch == pytest.approx(BEFORE.branch)
+        assert positions(found.branch) == pytest.approx(positions(BEFORE.branch))
 
 
 @pytest.mark.parametrize("moved_m", [1.01 * SPRING_BACK_M, -0.3, math.nan])
 def test_an_axis_that_was_moved_is_at_rest_without_a_memory(moved_m: float) -> None:
     assert powered_again(BEFORE, moved_m, 0.01) == at_rest(0.01)
     assert powered_again(at_rest(0.02), -8e-6, 0.01) == at_rest(0.01)
+
+
+def there_and_back(ways_m: list[float], reverse_m_s2: float = 0.02) -> np.ndarray:
+    """Motions of half a cosine that reverse without a rest, at this acceleration."""
+    parts, begin_m = [np.zeros((50, 4))], 0.0
+    for way_m in ways_m:
+        rate = math.sqrt(2.0 * reverse_m_s2 / abs(way_m))
+        samples = math.ceil(math.pi / rate / T)
+        angle, rate = np.pi * np.arange(1, samples + 1) / samples, math.pi / samples / T
+        shape = (1.0 - np.cos(angle), rate * np.sin(angle), rate**2 * np.cos(angle), 0.0 * angle)
+        part = 0.5 * way_m * np.column_stack(shape)
+        part[:, 0] += begin_m
+        parts.append(part)
+        begin_m += way_m
+    return np.concatenate(parts)
+
+
+def within_100_um(level_n: float) -> AxisParams:
+    """A waveform that ends 100 um behind a reversal."""
+    ends = round((AHEAD_S + math.sqrt(2.0 * 100e-6 / 0.01)) / T)
+    level = tuple(np.where(np.arange(480) < ends, level_n, 0.0).tolist())
+    return with_waveform(PARAMS, (0.0,) * 7, wave_table((0.01,), (level,)))
+
+
+def test_where_a_short_motion_has_come_back_the_waveform_is_as_if_it_had_not_been() -> None:
+    before = there_and_back([5e-3, -30e-6])
+    commands = there_and_back([5e-3, -30e-6, 5e-3])
+    force_n = force_along(within_100_um(3.0), commands)
+    way_m = commands[:, 0] - 5e-3
+    returning = np.arange(len(way_m)) > len(before)
+    returning[-40:] = False  # there the end of the motion is taken for a reversal
+    held_n = force_n[returning & (way_m < -2e-6)]
+    assert np.abs(held_n).max() < 1e-9  # -3 N of the short motion, 3 N of the way back
+    assert np.abs(force_n[returning & (way_m > 2e-6)]).max() < 1e-9
+
+
+def test_a_waveform_stays_where_the_axis_stops_and_begins_there() -> None:
+    commands = there_and_back([5e-3, -30e-6])
+    rest = np.tile([commands[-1, 0], 0.0, 0.0, 0.0], (100, 1))
+    assert force_along(within_100_um(3.0), np.concatenate([commands, rest]))[-50:] == pytest.approx(-3.0)
+
+
+def test_without_a_motion_since_power_came_no_force_is_left() -> None:
+    state = powered_again(BEFORE, -8e-6, 0.019992)
+    params = within_100_um(3.0)
+    resting = AxisSample(0.019992, 0.0, 0.0, 0.0, 0.019992, 0.019992, 0.0)
+    still = trapezoidal_pulse.at_rest(0.019992)
+    force_n, now = planned_force(params.waveform, state, still, resting, T)
+    assert (force_n, now.branch) == (0.0, state.branch)
+    moving = still._replace(direction=-1.0)
+    assert planned_force(params.waveform, state, moving, resting, T)[0] == pytest.approx(-3.0)

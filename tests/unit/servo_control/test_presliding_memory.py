@@ -7,7 +7,8 @@ import pytest
 
 from kernels.arrays import Array
 from servo_ctrl.control.presliding_memory import (
-    FORGOTTEN_M,
+    NO_TURN,
+    Turn,
     relaxed_at,
     slip_travel_m,
     turned,
@@ -31,7 +32,7 @@ def travels_m(path_m: Array) -> Array:
     for before_m, position_m in zip(path_m[:-1].tolist(), path_m[1:].tolist(), strict=True):
         now = float(np.sign(position_m - before_m))
         if now * direction < 0.0:
-            branch = turned(branch, before_m)
+            branch = turned(branch, Turn(before_m, 0.0))
         else:
             branch = without_closed_loop(branch, position_m, now)
         direction = now
@@ -102,10 +103,12 @@ def test_behind_more_loops_than_are_remembered_it_is_right_again_when_they_have_
 
 
 def test_with_a_sixth_reversal_the_innermost_loop_is_forgotten() -> None:
+    turns = [Turn(turn_m, 1e6 * turn_m) for turn_m in (60e-6, -50e-6, 40e-6, -30e-6, 20e-6, -10e-6)]
     branch = relaxed_at(0.0)
-    for turn_m in (60e-6, -50e-6, 40e-6, -30e-6, 20e-6, -10e-6):
-        branch = turned(branch, turn_m)
-    assert branch == (0.0, -10e-6, 40e-6, -50e-6, 60e-6, FORGOTTEN_M)
+    for turn in turns:
+        branch = turned(branch, turn)
+    assert branch == (0.0, turns[5], turns[2], turns[1], turns[0], NO_TURN)
     assert slip_travel_m(branch, -5e-6, 1.0) == pytest.approx(5e-6)
     opened = without_closed_loop(branch, 41e-6, 1.0)
     assert slip_travel_m(opened, 41e-6, 1.0) == pytest.approx(91e-6)
+    assert opened.turn_1.held_n == pytest.approx(-50.0)

@@ -42,14 +42,14 @@ def test_friction_that_sprang_back_is_a_reversal_where_the_axis_lost_its_power(e
     left_m = made.positions_m()[0]
     found = powered_again(made, -8e-6)
     assert found["direction"] == -1.0
-    assert found["branch"]["turn_1_m"] == pytest.approx(left_m, abs=LAST_STEP_M)
+    assert found["branch"]["turn_1"]["position_m"] == pytest.approx(left_m, abs=LAST_STEP_M)
     assert found["lead_position_m"] == pytest.approx(left_m - 8e-6, abs=LAST_STEP_M)
 
 
 def test_of_an_axis_that_was_pushed_nothing_is_remembered(enabled: Operate) -> None:
     found = powered_again(without_power(enabled()), 1e-3)
     assert found["direction"] == 0.0
-    assert np.isinf(found["branch"]["turn_1_m"])
+    assert np.isinf(found["branch"]["turn_1"]["position_m"])
 
 
 def test_homing_forgets_as_it_moves_the_coordinates(enabled: Operate) -> None:

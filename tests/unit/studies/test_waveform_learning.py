@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from kernels.record_layout import store
 from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation.learned_waveform import State, powered_again
-from servo_ctrl.control.presliding_memory import Branch
+from servo_ctrl.control.presliding_memory import Branch, Turn
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning import waveform_run
 from servo_ctrl.learning.reversal_waveform import (
@@ -193,6 +194,11 @@ def move(to_m: float) -> Array:
     return motion(MACHINE, "x", [Move("start", (to_m, math.nan), feed_m_s, acceleration_m_s2, False)])
 
 
+def branch_of(values: list[Any]) -> Branch:
+    """A memory from the values of its record."""
+    return Branch(values[0], *(Turn(*turn) for turn in values[1:]))
+
+
 def wound_up(params: AxisParams) -> tuple[TwinAxis, float]:
     """The axis with power again, after a move in + direction; and how far it moved without, m."""
     before, after = (twin_axis(MACHINE, PLANT, "x", params) for _ in range(2))
@@ -201,7 +207,7 @@ def wound_up(params: AxisParams) -> tuple[TwinAxis, float]:
     after.rollout.rows(np.zeros((OFF_CYCLES + SETTLED_CYCLES, 4)), off_cycles=OFF_CYCLES)
     moved_m = float(after.plant_state["table_position_m"])
     values = before.rollout._records["law"]["state"]["waveform"][0].tolist()
-    state = State(*values[:3], Branch(*values[3]), *values[4:])
+    state = State(*values[:3], branch_of(values[3]), *values[4:])
     store(after.rollout._records["law"]["state"]["waveform"], [powered_again(state, moved_m, 0.0)])
     return after, moved_m
 
