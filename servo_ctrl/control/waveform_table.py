@@ -49,3 +49,13 @@ def wave_n(waves: Table, since_s: float, reverse_m_s2: float, lead_s: float, per
     lower_n = wave_in_row(waves, lower, since_s, reverse_m_s2, lead_s, period_s)
     upper_n = wave_in_row(waves, upper, since_s, reverse_m_s2, lead_s, period_s)
     return float(fade * ((1.0 - share) * lower_n + share * upper_n))
+
+
+@kernel
+def wave_at_n(waves: Table, distance_m: float, speed_m_s: float, lead_s: float, period_s: float) -> float:
+    """w, N, `distance_m` behind a reversal at `speed_m_s` >= 0; below the table its slowest row is held."""
+    slowest_m_s2 = waves[0, 0]
+    if not distance_m > 0.0 or not slowest_m_s2 > 0.0:
+        return 0.0
+    as_of_m_s2 = max(speed_m_s * speed_m_s / (2.0 * distance_m), slowest_m_s2)
+    return wave_n(waves, math.sqrt(2.0 * distance_m / as_of_m_s2), as_of_m_s2, lead_s, period_s)

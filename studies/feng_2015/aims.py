@@ -61,7 +61,7 @@ def aims(
         *_motions(waveforms),
         *_robust(waveforms),
         *_recovery(recovery),
-        *_at_rest(positions),
+        *map(within_aim, positions),
     ]
     rows = [[aim.text, aim.figure, "met" if aim.met else "**missed**"] for aim in found]
     return markdown_table(["aim", "figure", ""], rows)
@@ -124,16 +124,22 @@ def _recovery(recovery: dict[str, Any]) -> Iterator[Aim]:
     before = recovery["before"]
     for factor, change in ((1.8, "friction +80 %"), (0.6, "friction -40 %")):
         courses = [course for course in recovery["courses"] if course["level_factor"] == factor]
-        taken = [_reversals_to_recover(course, before) for course in courses]
-        text = f"{change}: 90 % less again within {RECOVERY_REVERSALS} reversals of production"
-        late = [f"{c['axis']} F {c['feed_mm_min']}" for c, n in zip(courses, taken, strict=True) if n is None]
-        most = max((count for count in taken if count is not None), default=0)
-        figure = f"not on {', '.join(late)}" if late else f"{most}"
-        yield Aim(text, figure, not late and most <= RECOVERY_REVERSALS)
+        yield recovered(courses, before, change)
         pairs = [pair for course in courses for pair in _behind(course, before, "stale_J_um")]
         worst = round(max(adapted / stale for adapted, stale in pairs), 2)
         text = f"{change}: never worse while it learns than without learning"
         yield Aim(text, f"J at most {worst:.2f} of that", worst <= 1.0)
+
+
+def recovered(courses: Rows, before: int, change: str) -> Aim:
+    """Return after how many reversals of production all courses have recovered from a change of friction."""
+    taken = [_reversals_to_recover(course, before) for course in courses]
+    late = [f"{c['axis']} F {c['feed_mm_min']}" for c, n in zip(courses, taken, strict=True) if n is None]
+    most = max((count for count in taken if count is not None), default=0)
+    text = f"{change}: 90 % less again within {RECOVERY_REVERSALS} reversals of production"
+    return Aim(
+        text, f"not on {', '.join(late)}" if late else f"{most}", not late and most <= RECOVERY_REVERSALS
+    )
 
 
 def _behind(course: dict[str, Any], before: int, rival: str) -> Iterable[tuple[float, float]]:
@@ -149,11 +155,12 @@ def _reversals_to_recover(course: dict[str, Any], before: int) -> int | None:
     return len(good) - next((i for i, held in enumerate(reversed(good)) if not held), len(good))
 
 
-def _at_rest(positions: list[Positions]) -> Iterator[Aim]:
-    for name, values_um, aim_um in positions:
-        within = sum(value <= aim_um for value in values_um)
-        figure = f"{within} of {len(values_um)}, worst {max(values_um):.2f} um"
-        yield Aim(f"{name} within {aim_um:g} um", figure, within == len(values_um))
+def within_aim(positions: Positions) -> Aim:
+    """Return on how many of the random machines the aim is met."""
+    name, values_um, aim_um = positions
+    within = sum(value <= aim_um for value in values_um)
+    figure = f"{within} of {len(values_um)}, worst {max(values_um):.2f} um"
+    return Aim(f"{name} within {aim_um:g} um", figure, within == len(values_um))
 
 
 def _least(rows: Rows) -> float:

@@ -48,7 +48,7 @@ from servo_ctrl.control.presliding_memory import (
 from servo_ctrl.control.reversal_forecast import forecast, reversal_between_samples
 from servo_ctrl.control.section import AxisFacts, Key, LawSection
 from servo_ctrl.control.types import AxisSample
-from servo_ctrl.control.waveform_table import AHEAD_S, wave_n
+from servo_ctrl.control.waveform_table import AHEAD_S, wave_at_n, wave_n
 
 SLIP_M = (2e-6, 8e-6, 30e-6, 100e-6)
 """Slip distances x_i. Chosen: presliding of rolling guides and screws spans 1 to 100 um."""
@@ -173,16 +173,8 @@ def powered_again(state: State, moved_m: float, position_m: float) -> State:
     branch, direction = moved_by(state.branch, shift_m), state.direction
     if moved_m * direction < 0.0:
         branch, direction = turned(branch, Turn(position_m - moved_m, 0.0)), -direction
-    return State(
-        lead_position_m=position_m,
-        acceleration_m_s2=0.0,
-        direction=direction,
-        branch=without_closed_loop(branch, position_m, direction),
-        memory_1=0.0,
-        memory_2=0.0,
-        memory_3=0.0,
-        memory_4=0.0,
-    )
+    branch = without_closed_loop(branch, position_m, direction)
+    return State(position_m, 0.0, direction, branch, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
@@ -192,19 +184,6 @@ def relaxed(memory: float, step_m: float, slip_m: float) -> float:
     if abs(direction - memory) < SLIPPED:
         return direction
     return memory + (direction - memory) * -math.expm1(-abs(step_m) / slip_m)
-
-
-@kernel
-def branch_n(
-    p: Params, branch: Branch, position_m: float, direction: float, speed_m_s: float, period_s: float
-) -> float:
-    """The waveforms behind the last reversal, N, moving at `speed_m_s` >= 0 in `direction`."""
-    distance_m, slowest_m_s2 = slip_travel_m(branch, position_m, direction), p.waves[0, 0]
-    if not distance_m > 0.0 or not slowest_m_s2 > 0.0:
-        return branch.turn_1.held_n
-    as_of_m_s2 = max(speed_m_s * speed_m_s / (2.0 * distance_m), slowest_m_s2)
-    since_s = math.sqrt(2.0 * distance_m / as_of_m_s2)
-    return branch.turn_1.held_n + direction * wave_n(p.waves, since_s, as_of_m_s2, p.lead_s, period_s)
 
 
 @kernel
@@ -228,7 +207,8 @@ def planned_force(
     branch = state.branch
     if direction * state.direction < 0.0:
         turn_m = reversal_between_samples(direction, position_m, velocity_m_s, acceleration_m_s2, period_s)
-        branch = turned(branch, Turn(turn_m, branch_n(p, branch, turn_m, -direction, 0.0, period_s)))
+        old_n = wave_at_n(p.waves, slip_travel_m(branch, turn_m, -direction), 0.0, lead_s, period_s)
+        branch = turned(branch, Turn(turn_m, branch.turn_1.held_n - direction * old_n))
     else:
         branch = without_closed_loop(branch, lead_position_m, direction)
     now = State(
@@ -258,7 +238,9 @@ def planned_force(
     if until_s <= lead_s:  # the command at t + L has turned: what is left of the old branch is held
         place_m, speed_m_s = position_m + direction * 0.5 * foreseen_m_s2 * until_s * until_s, 0.0
     if pulse.direction != 0.0:  # without a motion since power came, no force is left in the springs
-        force_n += branch_n(p, branch, place_m, direction, max(speed_m_s, 0.0), period_s)
+        distance_m = slip_travel_m(branch, place_m, direction)
+        new_n = wave_at_n(p.waves, distance_m, max(speed_m_s, 0.0), lead_s, period_s)
+        force_n += branch.turn_1.held_n + direction * new_n
     motion_n = (
         friction.per_speed_n_s_m * velocity_m_s
         + friction.per_acceleration_kg * acceleration_m_s2
