@@ -74,10 +74,6 @@ def _answers(result: Mapping[str, Any]) -> Iterator[str]:
     for row in result["rows"]:
         named = ", ".join(row["named"]) or _reason(row["failure"]) or "nothing"
         yield f"| {row['machine']} {row['axis']} | {row['left_out']} | {row['verdict']} | {named} |"
-    yield (
-        "\nThe recordings of bam are shorter than four stretches of two seconds: nothing is held out of them"
-        "\nto judge a name, which therefore has at most 50 %."
-    )
 
 
 def _reason(failure: str) -> str:
