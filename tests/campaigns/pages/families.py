@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+from tests.campaigns.blind.families.fit import fitted
 from tests.campaigns.blind.families.score import scores_of, summary
 from tests.campaigns.pages import rivals
 from tests.campaigns.pages.leave_out import BEGUN, LeftOut, leave_out
@@ -61,19 +62,41 @@ def section(
     return "\n".join(lines)
 
 
+def kept_out(scored: Mapping[str, Any], training: Mapping[str, Any]) -> str:
+    """Return the table of families on which nothing was fitted, under rules fitted on all training cases."""
+    scores = scores_of(list(scored["rows"]), fitted(list(training["rows"]), BEGUN))
+    found, shipped = summary(scores), summary(scores_of(list(scored["rows"])))
+    lines = [f"Engine {scored['engine']}."]
+    for family in sorted(found):
+        lines += ["", f"| {family}, score | bar | | rules fitted on all others | rules not fitted |"]
+        lines += ["| --- | --- | --- | --- | --- |"]
+        for name, bar in BARS.items():
+            title, limit, verdict = _bar(name, bar, {family: found[family][name]})
+            cells = " | ".join(_cell(one[family][name]) for one in (found, shipped))
+            lines.append(f"| {title} | {limit} | {verdict} | {cells} |")
+    return "\n".join([*lines, "", *_wrong(scores)])
+
+
 def _rows(found: Mapping[str, Any], shipped: Mapping[str, Any], families: Sequence[str]) -> Iterator[str]:
     for name, bar in BARS.items():
         of_family = {family: found[family][name] for family in families}
         low_is_good = bar.at_most if isinstance(bar, Bar) else name in {"failed", "unknown_of_quiet"}
         worst, before = (_worst(one, name, low_is_good=low_is_good) for one in (found, shipped))
-        title = bar.title if isinstance(bar, Bar) else bar
-        text = f"{'at most' if low_is_good else 'at least'} {bar.share:.2f}" if isinstance(bar, Bar) else ""
-        verdict = ""
-        if isinstance(bar, Bar) and worst is not None:
-            enough = all(one["of"] >= ENOUGH for one in of_family.values())
-            verdict = ("met" if enough else "within, too few to say") if bar.met(worst) else "**missed**"
+        title, text, verdict = _bar(name, bar, of_family)
         cells = " | ".join(_cell(one) for one in of_family.values())
         yield f"| {title} | {text} | {cells} | {_share(worst)} | {verdict} | {_share(before)} |"
+
+
+def _bar(name: str, bar: Bar | str, of_family: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Return title, limit and verdict of a score; only the title where the issue sets no share."""
+    if isinstance(bar, str):
+        return bar, "", ""
+    worst = _worst({family: {name: one} for family, one in of_family.items()}, name, low_is_good=bar.at_most)
+    verdict = ""
+    if worst is not None:
+        enough = all(one["of"] >= ENOUGH for one in of_family.values())
+        verdict = ("met" if enough else "within, too few to say") if bar.met(worst) else "**missed**"
+    return bar.title, f"{'at most' if bar.at_most else 'at least'} {bar.share:.2f}", verdict
 
 
 def _worst(found: Mapping[str, Any], name: str, *, low_is_good: bool) -> float | None:

@@ -20,8 +20,8 @@ from tests.campaigns.bench import real_page
 from tests.campaigns.pages import claims, dependencies, drive_objects, families, tables
 
 ROOT = Path(__file__).parents[3]
-BLIND = tuple(f"docs/blind_families{end}.json" for end in ("", "_training", "_rivals"))
-"""Scored cases, training cases, and what rivals said of both."""
+BLIND = tuple(f"docs/blind_families{end}.json" for end in ("", "_training", "_rivals", "_kept_out"))
+"""Scored cases, training cases, what rivals said of both, and cases of families that are kept out."""
 FRICTION = tuple(f"docs/friction_{end}.json" for end in ("study", "drift", "waveforms", "recovery"))
 """Figures of the study over the bus, of production that drifts, of waveforms and rivals, and of recovery."""
 POSITIONING, FUZZY_PD = "docs/positioning_random.json", "docs/fuzzy_pd_random.json"
@@ -96,8 +96,9 @@ def _learning(document: str) -> str:
 
 
 def _families(document: str) -> str:
-    scored, training, rivals = (_figures(source) for source in BLIND)
-    return between(document, "figures", families.section(scored, training, rivals["rows"]))
+    scored, training, rivals, kept_out = (_figures(source) for source in BLIND)
+    filled = between(document, "figures", families.section(scored, training, rivals["rows"]))
+    return between(filled, "kept out", families.kept_out(kept_out, training))
 
 
 def _measured_axes(_: str) -> str:

@@ -161,8 +161,11 @@ def test_a_family_that_is_kept_out_is_in_no_merged_table() -> None:
     run = {"scored": True, "rows": [{"family": family, "seed": 10_000} for family in seeds.FAMILIES]}
     assert len(merged([run], "1")["rows"]) == len(seeds.FAMILIES)
     kept_out = {"scored": True, "rows": [{"family": seeds.KEPT_OUT[0], "seed": 10_000}]}
-    with pytest.raises(ValueError, match="kept out"):
+    with pytest.raises(ValueError, match="tilting_table does not belong here: nothing is fitted on it"):
         merged([run, kept_out], "1")
+    assert len(merged([kept_out], "1", kept_out=True)["rows"]) == 1
+    with pytest.raises(ValueError, match="does not belong here: it is fitted on"):
+        merged([run], "1", kept_out=True)
 
 
 def test_scores_by_hand() -> None:
