@@ -13,6 +13,7 @@ from kernels.arrays import Index
 from reconcile.catalogue.gravity import ENTRY as GRAVITY_ENTRY
 from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import KNOTS, PREFIX
+from reconcile.errors import ReconcileError
 from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.findings import ReportedEffects, report_findings
 from reconcile.identification.held_out_blocks import training_and_held_out
@@ -126,6 +127,10 @@ class TermSearch:
             spare=rules.most_unnamed_terms * max(KNOTS) + 1,
         )
         self._train, self._held_out = training_and_held_out(self.problem)
+        if not len(self._train):
+            reason = "in no half second does the motion stand out from noise or oscillation"
+            remedy = "record larger or faster motions, and softer gains if the axis oscillates"
+            raise ReconcileError(", ".join(self.sources), f"axis {recordings[0].axis}", reason, remedy)
 
     def release(self) -> None:
         """Release the memory of the columns; only the blocks of samples are still known."""

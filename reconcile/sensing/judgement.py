@@ -83,9 +83,14 @@ class Judge(NamedTuple):
         travel_m, swing_n = float(np.ptp(self.recording.motor_m)), float(np.ptp(self.recording.force_n))
         motor_m = self.recording.motor_m
         noise_m = LEAST_TRAVEL_NOISES * noise(motor_m, quantum(motor_m))
-        if travel_m < max(LEAST_TRAVEL_M, 10.0 * (self.model.encoder_resolution_m or 0.0), noise_m):
+        least_m = max(LEAST_TRAVEL_M, 10.0 * (self.model.encoder_resolution_m or 0.0))
+        if travel_m < max(least_m, noise_m):
             message = f"the motor moves by {travel_m * 1e6:.3g} um in all: there is no motion to compare"
             remedy = "is it the right column, and is its unit the right one?"
+            if travel_m >= least_m:
+                jitter_um, travel_um = noise_m / LEAST_TRAVEL_NOISES * 1e6, travel_m * 1e6
+                message = f"jitters by {jitter_um:.3g} um RMS, too much for a motion of {travel_um:.3g} um"
+                remedy = "does the axis oscillate, or is it the wrong column?"
             yield self.finding(
                 "constant", "unusable", "motor_m", size=travel_m, unit="m", message=message, remedy=remedy
             )

@@ -207,6 +207,7 @@ REFUSED: list[tuple[str, Change, str]] = [
     ("force_n", lambda r: r._replace(force_n=r.force_n * 0.01 / 6.2832), r"torque in N m"),
     ("force_n", lambda r: r._replace(motor_m=r.motor_m * 1e3, scale_m=None, reference_m=None), r"in mm"),
     ("motor_m", lambda r: r._replace(motor_m=0.0 * r.motor_m), r"no motion"),
+    ("motor_m", lambda r: r._replace(motor_m=np.resize([0.02, -0.02], len(r.time_s))), r"jitters.*oscillat"),
     ("force_n", lambda r: r._replace(force_n=0.0 * r.force_n + 1.0), r"1 N throughout"),
 ]
 
