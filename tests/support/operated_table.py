@@ -52,6 +52,7 @@ async def operated(
 ) -> AsyncIterator[Operated]:
     """Run the table, with changes of its controller.toml, with a page's link; stop it at the end."""
     machine_dir = bench.machine(dict(changes))
+    bench.serve_bus()  # slower than the simulator's bus: clients in lockstep have bounds in SYNC time
     bench.simulate(machine_dir)
     machine = load_machine(machine_dir)
     path = machine_dir / "round.toml"
