@@ -5,7 +5,7 @@ import numpy as np
 from kernels.arrays import Array
 from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
 from reconcile.formats.nominal_axis import NominalAxis, baseline_parameters
-from reconcile.identification.term_search import SelectedTerms
+from reconcile.identification.selected_terms import SelectedTerms
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.regression_problem import RegressionProblem
 

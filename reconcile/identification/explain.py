@@ -13,7 +13,8 @@ from reconcile.identification.accounted import Accounted, accounted
 from reconcile.identification.compared_models import compared_models
 from reconcile.identification.findings import IdentifiedEffect, ReportedEffects
 from reconcile.identification.payload import mass_bias_kg, payload
-from reconcile.identification.term_search import SelectedTerms, TermSearch
+from reconcile.identification.selected_terms import SelectedTerms
+from reconcile.identification.term_search import TermSearch
 from reconcile.identification.unexplained_residual import unexplained_residual
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.normal_equations import BlockNormalEquations

@@ -147,7 +147,7 @@ class _BesideTerms:
         if top_hz <= LOWEST_HZ * RATIO_OF_SCAN or not len(self._residual_n):
             return None
 
-        def left(logarithms: Array) -> float:
+        def unexplained_share(logarithms: Array) -> float:
             frequency_hz, ratio = (float(value) for value in np.exp(logarithms))
             lowest, highest = DAMPING_RATIO_BOUNDS
             if not LOWEST_HZ < frequency_hz < top_hz or not lowest < ratio < highest:
@@ -157,9 +157,9 @@ class _BesideTerms:
         count = math.ceil(math.log(top_hz / LOWEST_HZ) / math.log(RATIO_OF_SCAN))
         grid_hz = np.geomspace(LOWEST_HZ, top_hz, count + 1)[1:-1]
         starts = [start] if start else [(hz, FIRST_DAMPING_RATIO) for hz in grid_hz]
-        first = min((np.log(one) for one in starts), key=left)
+        first = min((np.log(one) for one in starts), key=unexplained_share)
         best = minimize(
-            left,
+            unexplained_share,
             first,
             method="Nelder-Mead",
             options={"maxfev": MOST_EVALUATIONS, "xatol": 1e-3, "fatol": 1e-5},

@@ -4,7 +4,7 @@ The columns of all candidates are computed once. A search on fewer recordings us
 columns, so that names, shapes and coefficients come from these recordings alone.
 """
 
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,13 +15,11 @@ from reconcile.catalogue.kinds import ResidualChannel
 from reconcile.catalogue.smooth_terms import KNOTS, PREFIX
 from reconcile.errors import ReconcileError
 from reconcile.formats.nominal_axis import NominalAxis
-from reconcile.identification.findings import ReportedEffects, report_findings
 from reconcile.identification.held_out_blocks import training_and_held_out
-from reconcile.identification.parameter_estimates import RESAMPLES
 from reconcile.identification.refinement import refine
-from reconcile.identification.rivals import RivalEffect, compare_rivals
+from reconcile.identification.rivals import compare_rivals
+from reconcile.identification.selected_terms import SearchInputs, SelectedTerms
 from reconcile.identification.spring_beside_terms import (
-    passed_on_by_spring,
     spring_beside,
     spring_of,
     with_spring_refitted,
@@ -50,47 +48,6 @@ LEAST_MASS_SHARE = 0.3
 absorbed the inertia. Chosen: plausible forces change the fitted mass far less."""
 LEAST_NOMINAL_SHARE = 0.01
 """Least mass over the nominal one, which may be far off; chosen."""
-
-
-class SearchInputs(NamedTuple):
-    """The axis, channel and recordings of a search, and the rules of selection."""
-
-    axis: NominalAxis
-    channel: ResidualChannel
-    rules: SelectionRules
-    sources: list[str]
-    """By recording."""
-
-
-class SelectedTerms(NamedTuple):
-    """The selected terms of a channel, and the data of their fit."""
-
-    inputs: SearchInputs
-    problem: RegressionProblem
-    """With these terms alone, at their refined shape parameters."""
-    terms: list[CandidateTerm]
-    train: Index
-    held_out: Index
-    rivals: dict[str, tuple[float, list[RivalEffect]]]
-    withdrawn: list[WithdrawnEffect]
-
-    def without(self, effects: Container[str]) -> "SelectedTerms":
-        """Return the terms without some effects; `unknown` stands for all unnamed terms."""
-        kept = [c for c in self.terms if _name(c) not in effects and c.effect not in effects]
-        rivals = {effect: of for effect, of in self.rivals.items() if any(c.effect == effect for c in kept)}
-        problem, kept = passed_on_by_spring(self.problem, kept)
-        return self._replace(problem=problem, terms=kept, rivals=rivals)
-
-    def report(self, resamples: int = RESAMPLES) -> ReportedEffects:
-        """Return parameters, rivals and confidence of each effect; with 0 `resamples`, no intervals."""
-        return report_findings(
-            problem=self.problem,
-            chosen=self.terms,
-            rivals=self.rivals,
-            train=self.train,
-            held_out_blocks=self.held_out,
-            resamples=resamples,
-        )
 
 
 class _Selection(NamedTuple):
@@ -158,10 +115,11 @@ class TermSearch:
         second = self._select_beside(unnamed, named)
         before, after = ({f.effect for f in fit.report(resamples=0).findings} for fit in (first, second))
         # the second fit is kept only if no reported name is lost, or an unnamed term was accepted
-        best = second if "unknown" in after or after >= before else first
-        if spring is None and (found := self._spring_beside(best)):
+        if "unknown" not in after and not after >= before:
+            return first
+        if spring is None and (found := self._spring_beside(second)):
             return self._select(train, held_out, found)
-        return best
+        return second
 
     def _spring_beside(self, selected: SelectedTerms) -> TermKey | None:
         """A load on a spring in what the selected terms leave of the force, unless one is known already."""
@@ -272,7 +230,3 @@ class TermSearch:
         after = residuals(selected.problem, self.sources, models, selected.held_out)
         floor = noise_floor(after, self.channel, self.axis.mass_kg).rms
         return rms(after, "after") <= NOISE_FLOOR_RATIO * floor
-
-
-def _name(candidate: CandidateTerm) -> str:
-    return "unknown" if candidate.effect.startswith(PREFIX) else candidate.effect

@@ -16,7 +16,7 @@ from reconcile.catalogue.kinds import ResidualChannel, ShapeParameters
 from reconcile.catalogue.smooth_terms import COARSE_KNOTS, PREFIX, SMOOTH_TERMS
 from reconcile.catalogue.stribeck_friction import ENTRY as STRIBECK
 from reconcile.identification.explain import Explanation, with_terms, without
-from reconcile.identification.term_search import SelectedTerms
+from reconcile.identification.selected_terms import SelectedTerms
 from reconcile.regression.candidate_term import CandidateTerm
 from reconcile.regression.physical_veto import vetoed
 from reconcile.regression.regression_problem import regression_problem

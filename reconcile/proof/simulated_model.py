@@ -21,7 +21,7 @@ from reconcile.formats.nominal_axis import NominalAxis
 from reconcile.identification.accounted import UNNAMED, accounted
 from reconcile.identification.compared_models import nominal_coefficients
 from reconcile.identification.explain import Explanation, without
-from reconcile.identification.term_search import SelectedTerms
+from reconcile.identification.selected_terms import SelectedTerms
 from reconcile.nominal_model.model_file import NominalModel
 from reconcile.recording.recording import AxisRecording
 from reconcile.regression.candidate_term import effect_names

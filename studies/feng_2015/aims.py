@@ -122,7 +122,8 @@ def _on(name: str, rows: Rows) -> Iterator[Aim]:
 
 def _recovery(recovery: dict[str, Any]) -> Iterator[Aim]:
     before = recovery["before"]
-    for factor, change in ((1.8, "friction +80 %"), (0.6, "friction -40 %")):
+    for factor in dict.fromkeys(course["level_factor"] for course in recovery["courses"]):
+        change = f"friction {100.0 * (factor - 1.0):+.0f} %"
         courses = [course for course in recovery["courses"] if course["level_factor"] == factor]
         yield recovered(courses, before, change)
         pairs = [pair for course in courses for pair in _behind(course, before, "stale_J_um")]

@@ -1,7 +1,7 @@
 """The figures of the blind families as tables of docs/blind-trials.md: each family left out, worst, bar."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -71,8 +71,9 @@ def kept_out(scored: Mapping[str, Any], training: Mapping[str, Any]) -> str:
         lines += ["", f"| {family}, score | bar | | rules fitted on all others | rules not fitted |"]
         lines += ["| --- | --- | --- | --- | --- |"]
         for name, bar in BARS.items():
-            title, limit, verdict = _bar(name, bar, {family: found[family][name]})
-            cells = " | ".join(_cell(one[family][name]) for one in (found, shipped))
+            one = found[family][name]
+            title, limit, verdict = _bar(bar, one["share"] if one["of"] else None, [one])
+            cells = " | ".join(_cell(under[family][name]) for under in (found, shipped))
             lines.append(f"| {title} | {limit} | {verdict} | {cells} |")
     return "\n".join([*lines, "", *_wrong(scores)])
 
@@ -82,19 +83,18 @@ def _rows(found: Mapping[str, Any], shipped: Mapping[str, Any], families: Sequen
         of_family = {family: found[family][name] for family in families}
         low_is_good = bar.at_most if isinstance(bar, Bar) else name in {"failed", "unknown_of_quiet"}
         worst, before = (_worst(one, name, low_is_good=low_is_good) for one in (found, shipped))
-        title, text, verdict = _bar(name, bar, of_family)
+        title, text, verdict = _bar(bar, worst, of_family.values())
         cells = " | ".join(_cell(one) for one in of_family.values())
         yield f"| {title} | {text} | {cells} | {_share(worst)} | {verdict} | {_share(before)} |"
 
 
-def _bar(name: str, bar: Bar | str, of_family: Mapping[str, Any]) -> tuple[str, str, str]:
+def _bar(bar: Bar | str, worst: float | None, counted: Iterable[Mapping[str, Any]]) -> tuple[str, str, str]:
     """Return title, limit and verdict of a score; only the title where the issue sets no share."""
     if isinstance(bar, str):
         return bar, "", ""
-    worst = _worst({family: {name: one} for family, one in of_family.items()}, name, low_is_good=bar.at_most)
     verdict = ""
     if worst is not None:
-        enough = all(one["of"] >= ENOUGH for one in of_family.values())
+        enough = all(one["of"] >= ENOUGH for one in counted)
         verdict = ("met" if enough else "within, too few to say") if bar.met(worst) else "**missed**"
     return bar.title, f"{'at most' if bar.at_most else 'at least'} {bar.share:.2f}", verdict
 
