@@ -63,6 +63,9 @@ class Kind(Enum):
     )
     MOTOR_FORCE = Role("sum of forces on the motor side", _FORCE)
     TABLE_FORCE = Role("sum of forces on the table", _FORCE)
+    STATE_FORCE = Role(
+        "sum of forces on the table, by position and velocity", (("force_n", "p position_m velocity_m_s"),)
+    )
     FORCE_IN_TIME = Role("sum of forces on the table, by time", (("force_n", "p time_s"),))
     MEMORY_FORCE = Role(
         "sum of forces on the table, by the previous motion",

@@ -24,6 +24,7 @@ FRICTION = of_kind(
 )
 LOAD = of_kind(
     Kind.TABLE_FORCE,
+    Kind.STATE_FORCE,
     Kind.FORCE_IN_TIME,
     Kind.MEMORY_FORCE,
     Kind.CHANGE_IN_TIME,

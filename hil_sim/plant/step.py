@@ -24,6 +24,7 @@ from kernels.unrolled import unrolled
 
 TABLE_FORCES = of_kind(Kind.TABLE_FORCE, common=True)
 LESS_COMMON_FORCES = of_kind(Kind.TABLE_FORCE, common=False)
+STATE_FORCES = of_kind(Kind.STATE_FORCE)
 FORCES_IN_TIME = of_kind(Kind.FORCE_IN_TIME)
 MEMORY_FORCES = of_kind(Kind.MEMORY_FORCE)
 CHANGES_IN_TIME = of_kind(Kind.CHANGE_IN_TIME)
@@ -46,9 +47,20 @@ def load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
 
 @kernel
 @unrolled
+def state_force_n(p: Any, s: Any) -> float:
+    """Return the sum of the external forces on the table by its position and velocity (N)."""
+    force = 0.0
+    for effect in STATE_FORCES:
+        if p[effect].enabled:
+            force += effect.force_n(p[effect], s[effect], s.table_position_m, s.table_velocity_m_s)
+    return force
+
+
+@kernel
+@unrolled
 def less_common_load_force_n(p: Any, s: Any, turn_rad_m: float) -> float:
     """Return the sum of the less common external forces on the table (N)."""
-    force = 0.0
+    force = state_force_n(p, s)
     for effect in LESS_COMMON_FORCES:
         if p[effect].enabled:
             force += effect.force_n(p[effect], s[effect], s.table_position_m, turn_rad_m)

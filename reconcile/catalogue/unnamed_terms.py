@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from kernels.arrays import Array
 from reconcile.catalogue.entry import CatalogueEntry
 from reconcile.catalogue.kinds import RegressionData, ResidualChannel, ShapeParameters, UnnamedTerm
+from reconcile.catalogue.map_term import MAP, MAP_TERM
 from reconcile.catalogue.registry import CATALOGUE, family
 from reconcile.catalogue.relaxation_terms import RELAXATION, RINGING
 from reconcile.catalogue.smooth_terms import PREFIX, SMOOTH_TERMS
@@ -17,6 +18,7 @@ _FORCE = {
     **{f"moment_of_{name}": moment for name, moment in MOMENTS.items()},
     "ringing": RINGING,
     "relaxation": RELAXATION,
+    MAP: MAP_TERM,
 }
 _DEVIATION = {**SMOOTH_TERMS, **{f"moment_of_{name}": slip for name, slip in SLIPS.items()}}
 TERMS = {ResidualChannel.FORCE: _FORCE, ResidualChannel.POSITION_DEVIATION: _DEVIATION}

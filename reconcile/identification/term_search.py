@@ -12,6 +12,7 @@ import numpy as np
 from kernels.arrays import Index
 from reconcile.catalogue.gravity import ENTRY as GRAVITY_ENTRY
 from reconcile.catalogue.kinds import ResidualChannel
+from reconcile.catalogue.map_term import MAP_COLUMNS
 from reconcile.catalogue.smooth_terms import KNOTS, PREFIX
 from reconcile.errors import ReconcileError
 from reconcile.formats.nominal_axis import NominalAxis
@@ -33,6 +34,7 @@ from reconcile.regression.regression_problem import RegressionProblem, extended,
 from reconcile.regression.residual import residuals, rms
 from reconcile.regression.residual_noise import noise_floor
 from reconcile.selection.cross_validation import CrossValidation
+from reconcile.selection.map_selection import MAP_EFFECT, select_map
 from reconcile.selection.predictive_terms import WithdrawnEffect, predictive_terms
 from reconcile.selection.selection_rules import SelectionRules
 from reconcile.selection.stepwise_selection import select, select_beside_unnamed
@@ -81,7 +83,7 @@ class TermSearch:
             [data._replace(spring=spring_of(model_terms)) for data in datasets],
             channel,
             model_terms=model_terms,
-            spare=rules.most_unnamed_terms * max(KNOTS) + 1,
+            spare=rules.most_unnamed_terms * max(KNOTS) + MAP_COLUMNS + 1,
         )
         self._train, self._held_out = training_and_held_out(self.problem)
         if not len(self._train):
@@ -111,15 +113,24 @@ class TermSearch:
             return self._select(train, held_out, found)
         unnamed = select_unnamed(first.problem, first.terms, train, self.rules)
         if not unnamed:
-            return first
+            return self._with_map(first, named)
         second = self._select_beside(unnamed, named)
-        before, after = ({f.effect for f in fit.report(resamples=0).findings} for fit in (first, second))
+        before, after = _names(first), _names(second)
         # the second fit is kept only if no reported name is lost, or an unnamed term was accepted
         if "unknown" not in after and not after >= before:
-            return first
+            return self._with_map(first, named)
         if spring is None and (found := self._spring_beside(second)):
             return self._select(train, held_out, found)
-        return second
+        return self._with_map(second, named)
+
+    def _with_map(self, before: SelectedTerms, named: _Selection) -> SelectedTerms:
+        """The terms with the map over two coordinates, if it is accepted and changes no name."""
+        unnamed = select_map(before.problem, before.terms, before.train, self.rules)
+        if not unnamed:
+            return before
+        mapped = self._select_beside(unnamed, named)
+        is_kept = any(c.effect == MAP_EFFECT for c in mapped.terms)
+        return mapped if is_kept and _names(mapped) - {"unknown"} == _names(before) - {"unknown"} else before
 
     def _spring_beside(self, selected: SelectedTerms) -> TermKey | None:
         """A load on a spring in what the selected terms leave of the force, unless one is known already."""
@@ -230,3 +241,8 @@ class TermSearch:
         after = residuals(selected.problem, self.sources, models, selected.held_out)
         floor = noise_floor(after, self.channel, self.axis.mass_kg).rms
         return rms(after, "after") <= NOISE_FLOOR_RATIO * floor
+
+
+def _names(selected: SelectedTerms) -> set[str]:
+    """The names that a report of the terms has; `unknown` stands for unnamed ones."""
+    return {finding.effect for finding in selected.report(resamples=0).findings}

@@ -11,6 +11,7 @@ from kernels.readable_units import display_unit
 from reconcile.formats.rotary_units import unit_of
 from reconcile.report.experiment_text import next_experiment_text
 from reconcile.report.unnamed_curve import curve_as_text
+from reconcile.report.unnamed_map import map_as_text
 from reconcile.report.words import (
     CHANNEL_NAMES,
     display_name,
@@ -62,7 +63,7 @@ def _show_finding(finding: Mapping[str, Any], console: Console) -> None:
         + Text(f"{equivalent}, confidence {percent(finding['confidence'])}")
     )
     console.print(Text(f"  {finding['explanation']}"))
-    if curve := curve_as_text(finding):
+    if curve := curve_as_text(finding) or map_as_text(finding):
         console.print(Text(f"  {curve}"))
         return
     names = parameter_names(finding["parameters"])

@@ -11,6 +11,7 @@ from reconcile.report.figures import figures
 from reconcile.report.html_page import HtmlPage, grid
 from reconcile.report.replay_figures import replay_figures
 from reconcile.report.unnamed_curve import unnamed_curve
+from reconcile.report.unnamed_map import unnamed_map
 from reconcile.report.words import CHANNEL_NAMES
 from servo_ctrl.report.html_file import escape
 
@@ -55,7 +56,7 @@ def write_report(
 
 def _curves(verdict: Mapping[str, Any], page: HtmlPage) -> dict[int, str]:
     """Return the pictures of unnamed terms, by their index among the findings."""
-    curves = enumerate(map(unnamed_curve, verdict["findings"]))
+    curves = enumerate(unnamed_curve(one) or unnamed_map(one) for one in verdict["findings"])
     return {
         index: f'<figure style="margin:0">{page.plot(f"curve-{index}", curve)}</figure>'
         for index, curve in curves

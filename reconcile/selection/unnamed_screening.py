@@ -84,6 +84,24 @@ def promising_curves(
     return [(screened.effect, screened.shape) for screened in best[:MOST_SMOOTH_TERMS]]
 
 
+def predicted_shares(
+    problem: RegressionProblem,
+    chosen: Sequence[CandidateTerm],
+    blocks: Index,
+    candidate: TermShape,
+    scales: Sequence[Array],
+) -> list[float]:
+    """Share of the squares that the `chosen` terms leave, which an unnamed term predicts.
+
+    One for each of `scales` (k,) of its columns: under one ridge they decide how much each may contribute.
+    """
+    residual = _residual(problem, chosen, blocks)
+    columns = _columns(problem, *candidate)
+    return [
+        _predicted_share([one * scale for one in columns], residual, per_recording=False) for scale in scales
+    ]
+
+
 def promising_moments(
     problem: RegressionProblem, chosen: Sequence[CandidateTerm], blocks: Index
 ) -> list[TermShape]:

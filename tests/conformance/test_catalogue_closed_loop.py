@@ -38,6 +38,8 @@ SECTIONS = {
     "change_along_travel": "first_mm = -12.0\nlast_mm = 12.0\npoints = 5\n"
     "mass_kg = [0.0, 6.0, -4.0, 3.0, 8.0]\ndamping_n_s_m = [0.0, 60.0, -20.0, 90.0, 30.0]\n",
     "encoder_eccentricity": "amplitude_um = 3.0\nphase_deg = 60.0\n",
+    "force_map": "first_mm = -12.0\nlast_mm = 12.0\npositions = 3\nfirst_mm_s = -60.0\nlast_mm_s = 60.0\n"
+    "velocities = 3\nforce_n = [4.0, -3.0, 5.0, 0.0, 2.0, -1.0, -6.0, 3.0, 1.0]\n",
     "force_over_speed": "first_mm_s = -90.0\nlast_mm_s = 90.0\npoints = 5\n"
     "force_n = [-9.0, -1.0, 0.0, 4.0, 1.0]\n",
     "force_table": "first_mm = -12.0\nlast_mm = 12.0\npoints = 5\nforce_n = [0.0, 5.0, -3.0, 2.0, 6.0]\n",

@@ -22,6 +22,17 @@ def test_force_is_finite(effect: ModuleType, data: Any, position: float, turn: f
     assert math.isfinite(effect.force_n(data.draw(parameters(effect)), position, turn))
 
 
+@of_kind(Kind.STATE_FORCE)
+@FEW
+@given(data=st.data(), position=POSITION_M, velocity=st.floats(-10.0, 10.0))
+def test_force_of_the_state_is_within_the_values_of_its_points(
+    effect: ModuleType, data: Any, position: float, velocity: float
+) -> None:
+    p = data.draw(parameters(effect))
+    force = effect.force_n(p, position, velocity)
+    assert min(p.force_n) - 1e-9 <= force <= max(p.force_n) + 1e-9
+
+
 @of_kind(Kind.FORCE_IN_TIME)
 @FEW
 @given(data=st.data(), time_s=st.floats(0.0, 1e5))

@@ -16,10 +16,16 @@ from reconcile.report.traces import MODEL_NAMES
 from reconcile.report.words import CHANNEL_NAMES, display_name
 
 ROOM = Path(reconcile.report.__file__).parent
-MODULES = ("figures", "replay_figures", "report", "sections", "traces", "unnamed_curve", "words")
+MODULES = (
+    *("figures", "replay_figures", "report", "sections", "traces", "unnamed_curve", "unnamed_map"),
+    "words",
+)
 """Those that write the page; `report_sentences` has the notes and the next experiment, of other rooms."""
 NO_TEXTS = {'data-member="{0}" data-number="{1}"{2}', "kg m^2", "system-ui, sans-serif"}
-ON_A_TERMINAL = {"{0}{1} from {2} to {3} {4}: {5} {6} (the report draws it)"}
+ON_A_TERMINAL = {
+    "{0}{1} from {2} to {3} {4}: {5} {6} (the report draws it)",
+    "force over position and velocity from {0} to {1} {2} (the report draws it)",
+}
 SHORT = {
     *("Fit", "Recording", "Spectrum", "From {0}", "verdict: {0}", "{0} effects", "{0} recordings", "{0} RMS"),
     *(

@@ -45,6 +45,7 @@ HELD = {
     "moment_of_viscous_friction": 1,
     "moment_of_mass": 1,
     "relaxation": 1,
+    "position_and_velocity": 62,
 }
 """Terms that a plant holds, with their coefficients."""
 
@@ -116,6 +117,8 @@ def needed_n(effect: Any, p: Any, seen: RegressionData) -> Array:
         s = math.copysign(1.0, v)
         if effect.KIND.name == "TABLE_FORCE":
             force_n[k] = -effect.force_n(p, x, 1.0)
+        elif effect.KIND.name == "STATE_FORCE":
+            force_n[k] = -effect.force_n(p, x, v)
         elif effect.KIND.name == "FRICTION_POSITION":
             force_n[k] = s * effect.level_n(p, x)
         elif effect.KIND.name == "FRICTION_SPEED":
