@@ -24,6 +24,15 @@ class ModelEffects(NamedTuple):
     """The axis that cross_axis_coupling follows; empty without it."""
 
 
+class DriveLoops(NamedTuple):
+    """What the loops of the drive do to its set points; zeros where the model has no gains."""
+
+    feedforward_n_s_m: float = 0.0
+    """Force per velocity of the set points: velocity gain times velocity feedforward."""
+    current_lag_s: float = 0.0
+    """Time constant of the current loop."""
+
+
 class NominalAxis(NamedTuple):
     """The values of one axis in the model, SI; None where the model has no value."""
 
@@ -50,6 +59,8 @@ class NominalAxis(NamedTuple):
     """Nodes for logs of the CAN bus."""
     model_effects: ModelEffects = ModelEffects({}, "")
     """The model effects."""
+    drive_loops: DriveLoops = DriveLoops()
+    """The loops of the drive, for recordings of its position mode."""
     rotary: bool = False
     """1 m stands for 1 rad, 1 N for 1 N m, 1 kg for 1 kg m^2."""
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from reconcile.errors import ReconcileError
-from reconcile.formats.nominal_axis import BusNodes, NominalAxis
+from reconcile.formats.nominal_axis import BusNodes, DriveLoops, NominalAxis
 from reconcile.formats.toml_file import document_of, toml_text
 from reconcile.nominal_model.model_effects import model_effects_of
 from reconcile.nominal_model.rotary_axis import as_linear, is_rotary
@@ -94,7 +94,28 @@ def _axis(file: Path, name: str, tables: Mapping[str, Any]) -> NominalAxis:
         grating_m=number("scale", "grating_um", 0.0) * 1e-6 or None,
         bus=_nodes(file, table),
         model_effects=model_effects_of(file, name, tables),
+        drive_loops=_drive_loops(table),
         rotary=is_rotary(file, name, table),
+    )
+
+
+def _drive_loops(table: Mapping[str, Any]) -> DriveLoops:
+    """Return the loops of the drive; none where the gains are those that a written file has for unknown ones.
+
+    Only with a winding has the current loop a lag in hil_sim.
+    """
+    amplifier = table.get("amplifier", {})
+    if not isinstance(amplifier, dict) or amplifier == SECTIONS["amplifier"]:
+        return DriveLoops()
+    keys = ("velocity_gain_n_s_m", "velocity_feedforward", "current_bandwidth_hz")
+    given = (amplifier.get(key) for key in keys)
+    gain_n_s_m, feedforward, bandwidth_hz = (
+        float(value) if isinstance(value, int | float) else 0.0 for value in given
+    )
+    has_lag = "winding" in table and bandwidth_hz > 0.0
+    return DriveLoops(
+        feedforward_n_s_m=gain_n_s_m * feedforward,
+        current_lag_s=1.0 / (2.0 * math.pi * bandwidth_hz) if has_lag else 0.0,
     )
 
 

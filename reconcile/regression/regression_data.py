@@ -17,6 +17,7 @@ from reconcile.recording.kinematics import Kinematics, gaussian_width_s, kinemat
 from reconcile.recording.recording import AxisRecording
 from reconcile.recording.time_column import SLOW_CORNER_SHARE, SLOW_RATE_HZ
 from reconcile.regression.model_presliding import presliding_n
+from reconcile.regression.set_point_jumps import force_without_teeth_n
 from reconcile.regression.state_filter import StateFilter
 from reconcile.regression.thinning import thinned, thinned_kinematics
 
@@ -62,14 +63,14 @@ def regression_data(recording: AxisRecording, axis: NominalAxis) -> RegressionDa
 
 def _alone(recording: AxisRecording, axis: NominalAxis) -> RegressionData:
     """The data at the full rate, without the other axes."""
-    motion = _motion(recording)
+    motion, force_n = _motion(recording), force_without_teeth_n(recording, axis)
     law_n = presliding_n(axis.model_effects, axis.coulomb_n, motion, recording.period_s)
     return RegressionData(
         period_s=recording.period_s,
         time_s=recording.time_s - recording.time_s[0],
         motion=motion,
-        force_n=recording.force_n,
-        model_force_n=recording.force_n,
+        force_n=force_n,
+        model_force_n=force_n,
         lead_m=axis.lead_m,
         motor_mass_kg=axis.motor_mass_kg,
         scale_m=recording.scale_m,

@@ -18,10 +18,9 @@ from kernels.arrays import Array, compiled_layout
 from kernels.jit import kernel
 from reconcile.recording.first_sample import initial_motion, set_initial_motion
 from reconcile.recording.recording import AxisRecording
+from reconcile.regression.set_point_jumps import POSITION_MODE
 from reconcile.replay.model_along_motion import rounded_like
 
-POSITION_MODE = "csp"
-"""Mode of a drive that closes its position loop on the recorded set points."""
 UNLIMITED_A = 1e9
 """Set point of the current limit: the amplifier's peak current remains."""
 
