@@ -81,7 +81,10 @@ def with_pulse(params: AxisParams, learned: Array | None) -> AxisParams:
 
 
 def with_waveform(
-    params: AxisParams, friction: Sequence[float] | None, waves: Array | None = None
+    params: AxisParams,
+    friction: Sequence[float] | None,
+    waves: Array | None = None,
+    rests: Array | None = None,
 ) -> AxisParams:
     """Return parameters with this learned force, see `learned_waveform`; None = no force."""
     neutral = learned_waveform.NEUTRAL
@@ -92,6 +95,7 @@ def with_waveform(
             if friction is None
             else learned_waveform.Friction(*map(float, friction)),
             waves=neutral.waves if waves is None else np.ascontiguousarray(waves, dtype=np.float64),
+            rests=neutral.rests if rests is None else np.ascontiguousarray(rests, dtype=np.float64),
         )
     )
 

@@ -10,6 +10,7 @@ from servo_ctrl.control.compensation.screw_error import ScrewCompensationSetting
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
 from servo_ctrl.control.waveform_table import AHEAD_S
 from servo_ctrl.errors import ConfigError
+from servo_ctrl.learning.rest_force import WAYS
 from servo_ctrl.learning.reversal_waveform import SPAN_S, LoopModel
 from servo_ctrl.learning.schedule import RAMP_SHARE
 from servo_ctrl.learning.screw_travel import RAMP_S, ScrewSettings, nodes_m, run_in_nodes
@@ -71,7 +72,8 @@ def waveform_settings(machine: MachineConfig, axis: str) -> WaveformSettings:
     )
     strokes = _stroke_settings(machine, LEARNER, 0.0, 0.0)
     largest_m_s2 = _largest_reverse_acceleration_m_s2(machine, axis, strokes, AHEAD_S + SPAN_S)
-    return WaveformSettings(strokes, largest_m_s2, machine.axes[axis].limits.acceleration_mm_s2 * MM, loop)
+    limit_m_s2 = machine.axes[axis].limits.acceleration_mm_s2 * MM
+    return WaveformSettings(strokes, largest_m_s2, limit_m_s2, loop, tuple(machine.learning.rests_s))
 
 
 def _largest_reverse_acceleration_m_s2(
@@ -129,6 +131,15 @@ def stroke_steps(machine: MachineConfig, axis: str, stroke: Stroke, start_m: Seq
     steps: list[Step] = []
     if abs(start_m[index] - centre_m) > START_TOLERANCE_M:
         steps.append(_approach("to the centre", machine, axis, centre_m))
+    if stroke.rest_s:
+        for way in WAYS:
+            to_m = _target_of(machine, axis, centre_m + way * radius_m)
+            feed_m_s = radius_m * speed_rad_s
+            steps += [
+                Move(stroke.stage, to_m, feed_m_s, stroke.acceleration_m_s2, trapezoidal=False),
+                Dwell("rest", stroke.rest_s),
+            ]
+        return steps[:-1]
     ramp_s = RAMP_SHARE * 2.0 * math.pi / speed_rad_s
     return [
         *steps,

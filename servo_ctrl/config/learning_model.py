@@ -51,6 +51,8 @@ class LearningConfig(FileSection):
     """Duration of a stroke's evaluation, as a multiple of the pulse duration."""
     trailing: bool = True
     """Whether to learn a second trapezoid for the moment of breakaway."""
+    rests_s: Annotated[list[Positive], Field(max_length=6)] = Field(default_factory=list)
+    """Rests whose additional friction a waveform learns, seconds, e.g. [0.3, 3.0, 30.0]; none by default."""
     adaptation: bool = False
     """Whether reversals in production adapt the learned functions."""
 
@@ -58,4 +60,6 @@ class LearningConfig(FileSection):
     def _rising(self) -> Self:
         if sorted(set(self.accelerations_mm_s2)) != self.accelerations_mm_s2:
             raise ValueError("accelerations_mm_s2: must rise: a_min, a_1, a_2, a_max")
+        if sorted(set(self.rests_s)) != self.rests_s:
+            raise ValueError("rests_s: must rise")
         return self

@@ -18,6 +18,7 @@ import numpy as np
 from kernels.arrays import Array, compiled_layout
 from kernels.jit import kernel
 from servo_ctrl.learning.performance import Indices
+from servo_ctrl.learning.rest_force import RestForce
 
 SPAN_S = 0.45
 """Duration of a waveform after the reversal; chosen: more than twice Tm."""
@@ -70,6 +71,8 @@ class WaveformLearned(NamedTuple):
     """J with friction and waveforms, likewise."""
     strokes: int = 0
     machine_time_s: float = 0.0
+    rests: tuple[RestForce, ...] = ()
+    """Rising durations."""
 
 
 def wave_table(accelerations_m_s2: tuple[float, ...], waves_n: tuple[tuple[float, ...], ...]) -> Array:

@@ -26,6 +26,8 @@ class Stroke(NamedTuple):
     """Purpose: "interval", "duration", "coarse", "fine", "search", "trailing", "check"."""
     acceleration_m_s2: float
     pulse: Pulse
+    rest_s: float = 0.0
+    """Above 0: moves with rests of this duration between them instead of a sine."""
 
 
 class StrokeResult(NamedTuple):

@@ -1,8 +1,8 @@
 """Runs the learning of the waveform compensation: requests strokes, and updates the waveform from them.
 
 Two strokes without compensation identify the friction. Strokes at each acceleration follow, from the largest
-to the smallest, each starting with its neighbour's waveform; the waveform of least J is kept. Two more
-strokes check the result.
+to the smallest, each starting with its neighbour's waveform; the waveform of least J is kept. Strokes with
+rests follow likewise, if any are set. Two more strokes check the result.
 """
 
 import math
@@ -13,6 +13,7 @@ import numpy as np
 
 from kernels.arrays import Array
 from servo_ctrl.learning.performance import Indices, evaluation_m, window_samples
+from servo_ctrl.learning.rest_force import NODES, TURNS, RestForce, over_way, rest_starts, rest_table
 from servo_ctrl.learning.reversal_waveform import (
     SPAN_S,
     LoopModel,
@@ -37,6 +38,8 @@ EXTRAPOLATION_ROWS_MIN = 2
 """Least number of waveforms for an extrapolation above the learned accelerations: two give an exponent."""
 AFTER_S = 1.2 * SPAN_S
 """Time after its last reversal for which a stroke is evaluated, seconds; chosen."""
+REST_ITERATIONS = 4
+"""Most strokes for each rest; chosen: each begins with what the shorter one has learned."""
 
 
 class WaveformSettings(NamedTuple):
@@ -49,6 +52,8 @@ class WaveformSettings(NamedTuple):
     limit_m_s2: float
     """Largest acceleration that the axis may be commanded."""
     loop: LoopModel
+    rests_s: tuple[float, ...] = ()
+    """Rests whose force is learned, rising."""
 
 
 class WaveformStroke(NamedTuple):
@@ -59,6 +64,8 @@ class WaveformStroke(NamedTuple):
     """None: no compensation at all."""
     waves: Array
     """The table of the control law, (m, 1 + n)."""
+    rests: Array | None = None
+    """The table of the rests, (r, 1 + 2 N)."""
 
 
 class WaveformResult(NamedTuple):
@@ -69,7 +76,7 @@ class WaveformResult(NamedTuple):
     error_m: Array
     """(n,): command minus the feedback of the position loop."""
     reversals: Indices
-    """(2,): indices of the first samples of the new directions."""
+    """(k,): indices of the first samples of the new directions, or behind the rests."""
 
 
 def waveform_result(
@@ -87,7 +94,10 @@ def waveform_result(
     window = window_samples(settings.sines.window_s, period_s)
     if not (np.isfinite(position_command_m).all() and np.isfinite(velocity_command_m_s).all()):
         raise ValueError("a position command is missing in the stroke")
-    starts = sine_reversals(position_command_m, window, stroke, settings.sines, period_s)
+    if stroke.rest_s:
+        starts = rest_starts(position_command_m, stroke.rest_s, period_s)
+    else:
+        starts = sine_reversals(position_command_m, window, stroke, settings.sines, period_s)
     end = int(starts[-1]) + round(AFTER_S / period_s)
     if not np.isfinite(error_m[:end]).all():
         raise ValueError("a position sample is missing in the stroke")
@@ -116,11 +126,14 @@ def learn(settings: WaveformSettings) -> Generator[WaveformStroke, WaveformResul
         waves[a_m_s2] = tuple(wave_n.round(4).tolist())
     waves |= extrapolated_waveform(waves, settings)
     order = tuple(sorted(waves))
-    learned = WaveformLearned(LEARNER, friction, order, tuple(waves[entry] for entry in order))
+    table = wave_table(order, tuple(waves[entry] for entry in order))
+    rests = yield from _learn_rests(settings, friction, table)
+    learned = WaveformLearned(LEARNER, friction, order, tuple(waves[entry] for entry in order), rests=rests)
     after_m = []
     for a_m_s2 in checks:
-        table = wave_table(learned.accelerations_m_s2, learned.waves_n)
-        result = yield WaveformStroke(Stroke("check", a_m_s2, NO_PULSE), friction, table)
+        result = yield WaveformStroke(
+            Stroke("check", a_m_s2, NO_PULSE), friction, table, rest_table(rests)
+        )
         after_m.append(score_m(result, settings))
     return learned._replace(before_m=float(np.mean(before_m)), after_m=float(np.mean(after_m)))
 
@@ -145,6 +158,49 @@ def _learn_wave(
         )
         wave_n = corrected(wave_n, mean_missing_n - mean_missing_n[0], GAIN, loop)
     return best_n
+
+
+def _learn_rests(
+    settings: WaveformSettings, friction: tuple[float, ...], waves: Array
+) -> Generator[WaveformStroke, WaveformResult, tuple[RestForce, ...]]:
+    """Learn from the shortest rest to the longest, each starting with what the one before has learned."""
+    loop, a_m_s2 = settings.loop, settings.sines.accelerations_m_s2[-1]
+    ahead = round(loop.ahead_s / loop.period_s)
+    learned: list[RestForce] = []
+    onward_n = turned_n = np.zeros(samples_of(loop))
+    for rest_s in settings.rests_s:
+        force = RestForce(rest_s, (0.0,) * NODES, (0.0,) * NODES)
+        best_m, best, best_waves = np.inf, force, (onward_n, turned_n)
+        way_m: Array | None = None
+        for iteration in range(REST_ITERATIONS):
+            if way_m is not None:
+                force = RestForce(rest_s, over_way(onward_n, way_m), over_way(turned_n, way_m))
+            elif learned:
+                force = learned[-1]._replace(rest_s=rest_s)
+            stroke = Stroke("rest", a_m_s2, NO_PULSE, rest_s)
+            result = yield WaveformStroke(stroke, friction, waves, rest_table((force,)))
+            j_m = score_m(result, settings)
+            stalled = iteration >= ITERATIONS_MIN and j_m > STALLED_RATIO * best_m
+            if j_m < best_m:
+                best_m, best, best_waves = j_m, force, (onward_n, turned_n)
+            if stalled:
+                break
+            start = result.reversals[0]
+            path_m = result.commands[start - 1 - ahead + loop.dead_samples :, 0][: len(onward_n)]
+            way_m = np.abs(path_m - result.commands[start - 1, 0])
+            missing_n = missing_force_n(loop, result.error_m)
+
+            def next_wave(wave_n: Array, *, turned: bool) -> Array:
+                here = np.array(TURNS) == turned
+                mean_n = mean_around_reversals(
+                    missing_n, result.reversals[here], _directions(result)[here], len(wave_n), ahead
+                )
+                return corrected(wave_n, mean_n - mean_n[0], GAIN, loop)
+
+            onward_n, turned_n = next_wave(onward_n, turned=False), next_wave(turned_n, turned=True)
+        onward_n, turned_n = best_waves
+        learned.append(best)
+    return tuple(learned)
 
 
 def extrapolated_waveform(
@@ -209,7 +265,7 @@ class WaveformRun:
     def outlook(self) -> Outlook:
         """Progress of the run."""
         a = self._settings.sines.accelerations_m_s2
-        total, done = 4 + ACCELERATIONS * ITERATIONS, len(self.course)
+        total, done = 4 + ACCELERATIONS * ITERATIONS + REST_ITERATIONS * len(self._settings.rests_s), len(self.course)
         if self.stroke is None:
             return Outlook("done", done, done, 0.0)
         sine = self.stroke.sine

@@ -14,6 +14,7 @@ from servo_ctrl.config.learning import stroke_steps, waveform_settings
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.performance import reversals
+from servo_ctrl.learning.rest_force import rest_starts, rest_table
 from servo_ctrl.learning.reversal_waveform import WaveformLearned, identify_friction, wave_table
 from servo_ctrl.learning.types import NO_PULSE, Stroke
 from servo_ctrl.learning.waveform_run import (
@@ -46,17 +47,17 @@ class ErrorStrokes:
         self.machine, self.plant, self.axis = machine, plant, axis
         self.params = axis_params(machine, axis) if params is None else params
         self.settings = waveform_settings(machine, axis)
-        self._motions: dict[float, Array] = {}
+        self._motions: dict[tuple[float, float], Array] = {}
 
-    def reference(self, a_m_s2: float) -> Array:
+    def reference(self, a_m_s2: float, rest_s: float = 0.0) -> Array:
         """Return the set points (n, 4) of a stroke up to the last evaluated sample."""
-        if a_m_s2 not in self._motions:
-            stroke = Stroke(LEARNER, a_m_s2, NO_PULSE)
+        if (a_m_s2, rest_s) not in self._motions:
+            period_s, stroke = self.machine.period_s, Stroke(LEARNER, a_m_s2, NO_PULSE, rest_s)
             start_m = [0.0] * len(self.machine.axes)
             whole = motion(self.machine, self.axis, stroke_steps(self.machine, self.axis, stroke, start_m))
-            end = reversals(whole[:, 0])[-1] + round(AFTER_S / self.machine.period_s)
-            self._motions[a_m_s2] = whole[:end]
-        return self._motions[a_m_s2].copy()
+            starts = rest_starts(whole[:, 0], rest_s, period_s) if rest_s else reversals(whole[:, 0])
+            self._motions[a_m_s2, rest_s] = whole[: starts[-1] + round(AFTER_S / period_s)]
+        return self._motions[a_m_s2, rest_s].copy()
 
     def error_m(self, reference: Array, params: AxisParams | None = None) -> Array:
         """Run a motion; return the tracking error (n,), metres, of the position loop."""
@@ -65,15 +66,17 @@ class ErrorStrokes:
 
     def stroke(self, stroke: WaveformStroke) -> WaveformResult:
         """Run a stroke of a learning run."""
-        reference = self.reference(stroke.sine.acceleration_m_s2)
-        error_m = self.error_m(reference, with_waveform(self.params, stroke.friction, stroke.waves))
+        reference = self.reference(stroke.sine.acceleration_m_s2, stroke.sine.rest_s)
+        error_m = self.error_m(
+            reference, with_waveform(self.params, stroke.friction, stroke.waves, stroke.rests)
+        )
         return waveform_result(reference[:, 0], reference[:, 1], error_m, stroke.sine, self.settings)
 
 
 def with_learned(params: AxisParams, learned: WaveformLearned) -> AxisParams:
     """Return the parameters with the learned friction and waveforms."""
     table = wave_table(learned.accelerations_m_s2, learned.waves_n)
-    return with_waveform(params, learned.friction, table)
+    return with_waveform(params, learned.friction, table, rest_table(learned.rests))
 
 
 def identify(strokes: ErrorStrokes) -> tuple[float, ...]:

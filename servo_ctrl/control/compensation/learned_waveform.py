@@ -45,6 +45,7 @@ from servo_ctrl.control.presliding_memory import (
     turned,
     without_closed_loop,
 )
+from servo_ctrl.control.rest_memory import Rest, rest_after, without_rest
 from servo_ctrl.control.reversal_forecast import forecast, reversal_between_samples
 from servo_ctrl.control.section import AxisFacts, Key, LawSection
 from servo_ctrl.control.types import AxisSample
@@ -101,6 +102,8 @@ class Params(NamedTuple):
     waves: Table
     """(m, 1 + n), m >= 1. A row: reverse acceleration, m/s^2, rising by rows; then w, N, one value per
     period from AHEAD_S before a reversal into the positive direction on."""
+    rests: Table
+    """(r, 1 + 2 N), r >= 1, of `control.rest_memory`: what a rest adds."""
 
 
 class State(NamedTuple):
@@ -119,11 +122,19 @@ class State(NamedTuple):
     memory_2: float
     memory_3: float
     memory_4: float
+    rest: Rest
+    """The last rest."""
 
 
 NO_FRICTION = Friction(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NEUTRAL = Params(
-    enabled=False, limit_n=0.0, lead_s=0.0, jerk_m_s3=0.0, friction=NO_FRICTION, waves=np.zeros((1, 2))
+    enabled=False,
+    limit_n=0.0,
+    lead_s=0.0,
+    jerk_m_s3=0.0,
+    friction=NO_FRICTION,
+    waves=np.zeros((1, 2)),
+    rests=np.zeros((1, 3)),
 )
 
 
@@ -157,6 +168,7 @@ def at_rest(position_command_m: float) -> State:
         memory_2=0.0,
         memory_3=0.0,
         memory_4=0.0,
+        rest=without_rest(),
     )
 
 
@@ -174,7 +186,7 @@ def powered_again(state: State, moved_m: float, position_m: float) -> State:
     if moved_m * direction < 0.0:
         branch, direction = turned(branch, Turn(position_m - moved_m, 0.0)), -direction
     branch = without_closed_loop(branch, position_m, direction)
-    return State(position_m, 0.0, direction, branch, 0.0, 0.0, 0.0, 0.0)
+    return State(position_m, 0.0, direction, branch, 0.0, 0.0, 0.0, 0.0, without_rest())
 
 
 @kernel
@@ -220,6 +232,7 @@ def planned_force(
         memory_2=relaxed(state.memory_2, step_m, SLIP_M[1]),
         memory_3=relaxed(state.memory_3, step_m, SLIP_M[2]),
         memory_4=relaxed(state.memory_4, step_m, SLIP_M[3]),
+        rest=rest_after(p.rests, state.rest, step_m, state.direction, period_s),
     )
     if not p.enabled:
         return 0.0, now
@@ -241,6 +254,7 @@ def planned_force(
         distance_m = slip_travel_m(branch, place_m, direction)
         new_n = wave_at_n(p.waves, distance_m, max(speed_m_s, 0.0), lead_s, period_s)
         force_n += branch.turn_1.held_n + direction * new_n
+    force_n += now.rest.force_n
     motion_n = (
         friction.per_speed_n_s_m * velocity_m_s
         + friction.per_acceleration_kg * acceleration_m_s2

@@ -14,6 +14,7 @@ from servo_ctrl.control.compensation.learned_waveform import LearnedWaveformSett
 from servo_ctrl.daemon.learning.learned_compensation import LearnedCompensation
 from servo_ctrl.daemon.learning.pulse_compensation import Compensation, CompensationError
 from servo_ctrl.learned.store import StoredResult, WaveformStore
+from servo_ctrl.learning.rest_force import rest_table
 from servo_ctrl.learning.reversal_waveform import WaveformLearned, wave_table
 from servo_ctrl.learning.waveform_run import WaveformStroke
 
@@ -61,13 +62,14 @@ class WaveformCompensation(LearnedCompensation[WaveformStroke]):
         self._apply()
 
     def _apply(self) -> None:
-        friction, table = None, None
+        friction, table, rests = None, None, None
         if self._trial is not None:
-            friction, table = self._trial.friction, self._trial.waves
+            _, friction, table, rests = self._trial
         elif self.enabled and self.learned is not None and not self._is_suspended:
             friction = self.learned.friction
             table = wave_table(self.learned.accelerations_m_s2, self.learned.waves_n)
-        self._servo.change_params(with_waveform(self._servo.params, friction, table))
+            rests = rest_table(self.learned.rests)
+        self._servo.change_params(with_waveform(self._servo.params, friction, table, rests))
 
 
 def load_waveforms(
