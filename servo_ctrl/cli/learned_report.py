@@ -183,7 +183,13 @@ def tables_of(learned: Learned | ScrewLearned | WaveformLearned) -> list[Table]:
             (f"{a * 1e3:.4g}", f"{min(wave):.3f}", f"{max(wave):.3f}")
             for a, wave in zip(learned.accelerations_m_s2, learned.waves_n, strict=True)
         ]
-        return [_points("waveform", ("a mm/s^2", "least N", "largest N"), rows)]
+        rests = [
+            (f"{rest_s:.4g}", f"{max(onward_n):.3f}", f"{max(turned_n):.3f}")
+            for rest_s, onward_n, turned_n in learned.rests
+        ]
+        tables = [_points("waveform", ("a mm/s^2", "least N", "largest N"), rows)]
+        headings = ("rest s", "largest N onward", "largest N turned")
+        return [*tables, _points("behind rests", headings, rests)] if rests else tables
     if isinstance(learned, ScrewLearned):
         rows = [
             (f"{position_m * 1e3:.4f}", f"{error_m * 1e6:.3f}", f"{lost_m * 1e6:.3f}")

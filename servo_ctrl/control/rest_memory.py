@@ -1,14 +1,14 @@
-"""Force that a rest adds to friction: read over how long the command stood, and the way since.
+"""Force that a rest adds to friction, over how long the command stood and the way behind that.
 
 An axis that has stood breaks away with more friction than one that turns, and loses the difference over some
-way (Dieterich 1979; Ruina 1983). How much over which time and way is learned, `learning.rest_force`; here is
-no law of it. A table has a row for each learned rest: its duration, s, rising; then N forces for a start in
-the direction of the last motion, then N for one against it, because presliding is wound up in the first case.
-They stand at the ways `SPAN_M` (k / N)^3, k = 1 to N, equally spaced in time for a start at constant jerk; at
-way 0 the force is 0.
+way (Dieterich 1979; Ruina 1983). How much over which time and way is learned (`learning.rest_force`); no law
+of it is here. A row of a table holds the duration of a rest, s, rising by rows; N forces for a start in the
+direction of the last motion; and N for one against it, as presliding is wound up in the first case only. The
+forces stand at the ways `SPAN_M` (k / N)^3, k = 1 to N, equally spaced in time at constant jerk; at way 0 the
+force is 0.
 
-The force relaxes to the table's over the way `FOLLOW_M`. So it never jumps: not where a motion turns again
-before the force has gone, nor where it stops there and goes on later.
+What acts relaxes to the force of the table over the way `FOLLOW_M`. So it never jumps: not where a motion
+turns again before the force has gone, nor where it stops there and goes on later.
 """
 
 import math
@@ -19,30 +19,32 @@ from kernels.record_layout import Table
 
 SPAN_M = 1e-3
 """Way behind a rest over which a force is learned. Chosen: ten times the longest plausible contact."""
-FOLLOW_M = 0.5e-6
-"""Chosen: a few steps of a scale, and less than any friction needs to break away."""
+FOLLOW_M = 0.1e-6
+"""Way to relax over. Chosen: the resolution of a scale; 0.5 um were as good on the tables of development."""
+NEGLIGIBLE_N = 1e-9
+"""Force below which nothing is left of one."""
 STILL_M = 1e-12
-"""Step of the command up to which it stands; chosen: far below any scale, above rounding."""
+"""Step of the command up to which it stands. Chosen: far below any scale, above rounding."""
 
 
 class Rest(NamedTuple):
-    """What is known of the last rest of the command at the lead."""
+    """The last rest of the command, as it is foreseen by the dead time."""
 
     still_s: float
-    """How long the command has stood up to now; 0 in motion."""
+    """How long the command has stood until now; 0 in motion."""
     stood_s: float
     """How long it stood before the last motion began."""
     turned: bool
     """Whether that began against the motion before."""
     way_m: float
-    """Way since then."""
+    """Way since it began, `SPAN_M` at most."""
     force_n: float
-    """The force now."""
+    """The force that acts, along the axis."""
 
 
 @kernel
 def without_rest() -> Rest:
-    """Neither rest nor force; a rest counts from here on."""
+    """No rest yet, and no force: the rest begins to count."""
     return Rest(0.0, 0.0, False, SPAN_M, 0.0)
 
 
@@ -59,11 +61,11 @@ def _in_row(rests: Table, row: int, turned: bool, place: float) -> float:
 
 @kernel
 def rest_force_n(rests: Table, stood_s: float, turned: bool, way_m: float) -> float:
-    """Force, N, in the direction of motion, at `way_m` >= 0 behind a rest of `stood_s`.
+    """Force in the direction of motion, N, `way_m` >= 0 behind a rest of `stood_s`; 0 beyond `SPAN_M`.
 
-    Interpolated over the logarithm of the rest, held above the table, fading to 0 below.
+    Interpolated over the logarithm of the rest, held above the longest, fading to 0 below the shortest.
     """
-    if not 0.0 <= way_m < SPAN_M or not rests[0, 0] > 0.0 or not stood_s > 0.0:
+    if not way_m < SPAN_M or not rests[0, 0] > 0.0:
         return 0.0
     place = math.pow(way_m / SPAN_M, 1.0 / 3.0) * ((rests.shape[1] - 1) // 2)
     last = rests.shape[0] - 1
@@ -80,21 +82,18 @@ def rest_force_n(rests: Table, stood_s: float, turned: bool, way_m: float) -> fl
 
 @kernel
 def rest_after(rests: Table, rest: Rest, step_m: float, direction: float, period_s: float) -> Rest:
-    """Return the rest after a step of the command; `direction`: of the motion before, 0 if there was none.
+    """The rest after a step of the command; `direction`: of the motion before, 0 if there was none.
 
-    Behind a rest a shorter one does not count until the way is passed, unless it is as long as the shortest
-    learned: a stop for some cycles does not undo what a minute has done.
+    A stop that is shorter than the shortest learned rest, and than the rest before, counts only where the way
+    behind that has been passed: a stop for some cycles does not undo what a minute has done.
     """
     if abs(step_m) <= STILL_M:
         return Rest(rest.still_s + period_s, rest.stood_s, rest.turned, rest.way_m, rest.force_n)
-    stood_s, turned, way_m = rest.stood_s, rest.turned, rest.way_m
+    stood_s, turned, way_m, force_n = rest.stood_s, rest.turned, rest.way_m, rest.force_n
     if rest.still_s > 0.0 and (way_m >= SPAN_M or rest.still_s >= min(stood_s, rests[0, 0])):
         stood_s, turned, way_m = rest.still_s, step_m * direction < 0.0, 0.0
     way_m = min(way_m + abs(step_m), SPAN_M)
-    force_n = rest.force_n
-    if force_n != 0.0 or way_m < SPAN_M:
-        target_n = rest_force_n(rests, stood_s, turned, way_m) * (1.0 if step_m > 0.0 else -1.0)
-        force_n = target_n + (force_n - target_n) * math.exp(-abs(step_m) / FOLLOW_M)
-        if target_n == 0.0 and abs(force_n) < 1e-12:
-            force_n = 0.0
+    if way_m < SPAN_M or abs(force_n) > NEGLIGIBLE_N:
+        table_n = math.copysign(1.0, step_m) * rest_force_n(rests, stood_s, turned, way_m)
+        force_n = table_n + (force_n - table_n) * math.exp(-abs(step_m) / FOLLOW_M)
     return Rest(0.0, stood_s, turned, way_m, force_n)

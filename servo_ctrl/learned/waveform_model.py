@@ -1,4 +1,4 @@
-"""The schema of a learned waveform: presliding friction, the force around a reversal, dependencies."""
+"""The schema of a learned waveform: presliding friction, the force around a reversal and behind a rest."""
 
 from typing import Annotated, Any
 
@@ -9,10 +9,11 @@ from servo_ctrl.config.section import FileSection, Number, Positive
 from servo_ctrl.control.compensation.learned_waveform import Friction, LearnedWaveformSettings
 from servo_ctrl.learned.file_model import Basis, LearnedContent
 from servo_ctrl.learned.pulse_model import LearnedFunctions
-from servo_ctrl.learning.reversal_waveform import WaveformLearned
+from servo_ctrl.learning.reversal_waveform import RestForce, WaveformLearned
 
 SAMPLES_MAX, ROWS_MAX = 6000, 50
-"""Bound the samples and the accelerations of a waveform; chosen: learning uses 0.48 s and ten."""
+"""Bound the samples and the accelerations of a waveform, and its nodes and rests; chosen: learning uses 0.48 s
+and ten, fifty nodes and six rests."""
 _PULSE_SECTION = "friction_compensation."
 
 Force = Annotated[float, Strict(), Field(ge=-1e6, le=1e6)]
@@ -38,12 +39,22 @@ class WaveRow(FileSection):
     force_n: Annotated[list[Force], Field(min_length=2, max_length=SAMPLES_MAX)]
 
 
+class RestRow(FileSection):
+    """The fields of `RestForce`."""
+
+    rest_s: Positive
+    onward_n: Annotated[list[Force], Field(min_length=1, max_length=SAMPLES_MAX)]
+    turned_n: Annotated[list[Force], Field(min_length=1, max_length=SAMPLES_MAX)]
+
+
 class LearnedWaveform(LearnedContent):
     """`learning.reversal_waveform.WaveformLearned` with the parts by name."""
 
     result = WaveformLearned
     friction: FrictionPart
     rows: Annotated[list[WaveRow], Field(max_length=ROWS_MAX)]
+    rests: Annotated[list[RestRow], Field(max_length=ROWS_MAX)] = []
+    """Absent in files of earlier releases."""
 
     @field_validator("rows")
     @classmethod
@@ -53,6 +64,16 @@ class LearnedWaveform(LearnedContent):
             raise ValueError("the accelerations must rise")
         if len({len(row.force_n) for row in value}) > 1:
             raise ValueError("all rows must have as many samples")
+        return value
+
+    @field_validator("rests")
+    @classmethod
+    def _longer(cls, value: list[RestRow]) -> list[RestRow]:
+        rests = [row.rest_s for row in value]
+        if sorted(set(rests)) != rests:
+            raise ValueError("the rests must rise")
+        if len({len(force_n) for row in value for force_n in (row.onward_n, row.turned_n)}) > 1:
+            raise ValueError("all rests must have as many forces of both kinds")
         return value
 
     @classmethod
@@ -70,6 +91,14 @@ class LearnedWaveform(LearnedContent):
                 {"acceleration_m_s2": float(a), "force_n": [float(force) for force in wave]}
                 for a, wave in rows
             ],
+            "rests": [
+                {
+                    "rest_s": float(rest_s),
+                    "onward_n": [float(force) for force in onward_n],
+                    "turned_n": [float(force) for force in turned_n],
+                }
+                for rest_s, onward_n, turned_n in learned.rests
+            ],
         }
 
     def learned(self) -> WaveformLearned:
@@ -83,6 +112,9 @@ class LearnedWaveform(LearnedContent):
             after_m=self.after_m,
             strokes=self.strokes,
             machine_time_s=self.machine_time_s,
+            rests=tuple(
+                RestForce(row.rest_s, tuple(row.onward_n), tuple(row.turned_n)) for row in self.rests
+            ),
         )
 
     @staticmethod

@@ -18,7 +18,6 @@ import numpy as np
 from kernels.arrays import Array, compiled_layout
 from kernels.jit import kernel
 from servo_ctrl.learning.performance import Indices
-from servo_ctrl.learning.rest_force import RestForce
 
 SPAN_S = 0.45
 """Duration of a waveform after the reversal; chosen: more than twice Tm."""
@@ -53,6 +52,16 @@ class LoopModel(NamedTuple):
     def dead_samples(self) -> int:
         """The dead time in whole periods."""
         return round(self.lead_s / self.period_s)
+
+
+class RestForce(NamedTuple):
+    """What a rest adds to friction, in the direction of motion, at the ways of `control.rest_memory`."""
+
+    rest_s: float
+    onward_n: tuple[float, ...]
+    """For a start in the direction of the motion before the rest."""
+    turned_n: tuple[float, ...]
+    """For one against it."""
 
 
 class WaveformLearned(NamedTuple):

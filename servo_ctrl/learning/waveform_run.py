@@ -13,10 +13,11 @@ import numpy as np
 
 from kernels.arrays import Array
 from servo_ctrl.learning.performance import Indices, evaluation_m, window_samples
-from servo_ctrl.learning.rest_force import NODES, TURNS, RestForce, over_way, rest_starts, rest_table
+from servo_ctrl.learning.rest_force import TURNS, corrected_over_way, no_rest_force, rest_starts, rest_table
 from servo_ctrl.learning.reversal_waveform import (
     SPAN_S,
     LoopModel,
+    RestForce,
     WaveformLearned,
     corrected,
     identify_friction,
@@ -131,9 +132,7 @@ def learn(settings: WaveformSettings) -> Generator[WaveformStroke, WaveformResul
     learned = WaveformLearned(LEARNER, friction, order, tuple(waves[entry] for entry in order), rests=rests)
     after_m = []
     for a_m_s2 in checks:
-        result = yield WaveformStroke(
-            Stroke("check", a_m_s2, NO_PULSE), friction, table, rest_table(rests)
-        )
+        result = yield WaveformStroke(Stroke("check", a_m_s2, NO_PULSE), friction, table, rest_table(rests))
         after_m.append(score_m(result, settings))
     return learned._replace(before_m=float(np.mean(before_m)), after_m=float(np.mean(after_m)))
 
@@ -163,44 +162,44 @@ def _learn_wave(
 def _learn_rests(
     settings: WaveformSettings, friction: tuple[float, ...], waves: Array
 ) -> Generator[WaveformStroke, WaveformResult, tuple[RestForce, ...]]:
-    """Learn from the shortest rest to the longest, each starting with what the one before has learned."""
-    loop, a_m_s2 = settings.loop, settings.sines.accelerations_m_s2[-1]
-    ahead = round(loop.ahead_s / loop.period_s)
+    """Learn from the shortest rest to the longest, each starting with what was learned last."""
     learned: list[RestForce] = []
-    onward_n = turned_n = np.zeros(samples_of(loop))
     for rest_s in settings.rests_s:
-        force = RestForce(rest_s, (0.0,) * NODES, (0.0,) * NODES)
-        best_m, best, best_waves = np.inf, force, (onward_n, turned_n)
-        way_m: Array | None = None
-        for iteration in range(REST_ITERATIONS):
-            if way_m is not None:
-                force = RestForce(rest_s, over_way(onward_n, way_m), over_way(turned_n, way_m))
-            elif learned:
-                force = learned[-1]._replace(rest_s=rest_s)
-            stroke = Stroke("rest", a_m_s2, NO_PULSE, rest_s)
-            result = yield WaveformStroke(stroke, friction, waves, rest_table((force,)))
-            j_m = score_m(result, settings)
-            stalled = iteration >= ITERATIONS_MIN and j_m > STALLED_RATIO * best_m
-            if j_m < best_m:
-                best_m, best, best_waves = j_m, force, (onward_n, turned_n)
-            if stalled:
-                break
-            start = result.reversals[0]
-            path_m = result.commands[start - 1 - ahead + loop.dead_samples :, 0][: len(onward_n)]
-            way_m = np.abs(path_m - result.commands[start - 1, 0])
-            missing_n = missing_force_n(loop, result.error_m)
-
-            def next_wave(wave_n: Array, *, turned: bool) -> Array:
-                here = np.array(TURNS) == turned
-                mean_n = mean_around_reversals(
-                    missing_n, result.reversals[here], _directions(result)[here], len(wave_n), ahead
-                )
-                return corrected(wave_n, mean_n - mean_n[0], GAIN, loop)
-
-            onward_n, turned_n = next_wave(onward_n, turned=False), next_wave(turned_n, turned=True)
-        onward_n, turned_n = best_waves
-        learned.append(best)
+        first = learned[-1]._replace(rest_s=rest_s) if learned else no_rest_force(rest_s)
+        learned.append((yield from _learn_rest(settings, friction, waves, first)))
     return tuple(learned)
+
+
+def _learn_rest(
+    settings: WaveformSettings, friction: tuple[float, ...], waves: Array, row: RestForce
+) -> Generator[WaveformStroke, WaveformResult, RestForce]:
+    a_m_s2 = math.sqrt(settings.sines.accelerations_m_s2[-1] * settings.largest_m_s2)
+    best_m, best = np.inf, row
+    for _ in range(REST_ITERATIONS):
+        stroke = Stroke("rest", a_m_s2, NO_PULSE, row.rest_s)
+        result = yield WaveformStroke(stroke, friction, waves, rest_table((row,)))
+        j_m = score_m(result, settings)
+        if j_m < best_m:
+            best_m, best = j_m, row
+        row = _corrected_row(row, result, settings.loop)
+    return best
+
+
+def _corrected_row(row: RestForce, result: WaveformResult, loop: LoopModel) -> RestForce:
+    ahead, length = round(loop.ahead_s / loop.period_s), samples_of(loop)
+    starts, directions = result.reversals, _directions(result)
+    path_m = result.commands[starts[0] - 1 - ahead + loop.dead_samples :, 0][:length]
+    way_m = np.abs(path_m - result.commands[starts[0] - 1, 0])
+    missing_n = missing_force_n(loop, result.error_m)
+
+    def next_n(force_n: tuple[float, ...], *, turned: bool) -> tuple[float, ...]:
+        here = np.array(TURNS) == turned
+        mean_n = mean_around_reversals(missing_n, starts[here], directions[here], length, ahead)
+        return corrected_over_way(force_n, mean_n - mean_n[0], way_m, loop, GAIN)
+
+    return row._replace(
+        onward_n=next_n(row.onward_n, turned=False), turned_n=next_n(row.turned_n, turned=True)
+    )
 
 
 def extrapolated_waveform(
@@ -254,7 +253,7 @@ class WaveformRun:
             raise ValueError("there is no stroke to be made")
         sine = self.stroke.sine
         self.course.append((sine.stage, sine.acceleration_m_s2, score_m(result, self._settings)))
-        self._time_s += stroke_s(self._settings.sines, sine.acceleration_m_s2)
+        self._time_s += stroke_s(self._settings.sines, sine.acceleration_m_s2) + len(TURNS) * sine.rest_s
         try:
             self.stroke = self._strokes.send(result)
         except StopIteration as end:
@@ -264,8 +263,9 @@ class WaveformRun:
     @property
     def outlook(self) -> Outlook:
         """Progress of the run."""
-        a = self._settings.sines.accelerations_m_s2
-        total, done = 4 + ACCELERATIONS * ITERATIONS + REST_ITERATIONS * len(self._settings.rests_s), len(self.course)
+        a, rests_s = self._settings.sines.accelerations_m_s2, self._settings.rests_s
+        total = 4 + ACCELERATIONS * ITERATIONS + REST_ITERATIONS * len(rests_s)
+        done = len(self.course)
         if self.stroke is None:
             return Outlook("done", done, done, 0.0)
         sine = self.stroke.sine
@@ -280,7 +280,13 @@ class WaveformRun:
             stage=sine.stage,
             strokes_done=done,
             strokes_total=total,
-            remaining_s=float(mean_s) * (total - done),
+            remaining_s=float(mean_s) * (total - done) + self._resting_s(sine.rest_s),
             acceleration_m_s2=sine.acceleration_m_s2,
             best_m=min(scores_m, default=np.nan),
+        )
+
+    def _resting_s(self, since_s: float) -> float:
+        """Time of the rests that are still to be learned, from this one on, seconds."""
+        return sum(
+            REST_ITERATIONS * len(TURNS) * rest_s for rest_s in self._settings.rests_s if rest_s >= since_s
         )
