@@ -8,14 +8,15 @@ from servo_ctrl.config.model import AxisConfig, MachineConfig
 from servo_ctrl.control.compensation.learned_waveform import SLIP_M, LearnedWaveformSettings
 from servo_ctrl.control.compensation.screw_error import ScrewCompensationSettings
 from servo_ctrl.control.compensation.trapezoidal_pulse import FrictionCompensationSettings
+from servo_ctrl.control.rest_memory import SPAN_M
 from servo_ctrl.control.waveform_table import AHEAD_S
 from servo_ctrl.errors import ConfigError
-from servo_ctrl.learning.rest_force import WAYS
+from servo_ctrl.learning.rest_strokes import WAYS
 from servo_ctrl.learning.reversal_waveform import SPAN_S, LoopModel
 from servo_ctrl.learning.schedule import RAMP_SHARE
 from servo_ctrl.learning.screw_travel import RAMP_S, ScrewSettings, nodes_m, run_in_nodes
 from servo_ctrl.learning.types import LearningSettings, Stroke
-from servo_ctrl.learning.waveform_run import LEARNER, WaveformSettings
+from servo_ctrl.learning.waveform_stroke import LEARNER, WaveformSettings
 from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.motion.sine import Sine, speed_for_reverse_acceleration
@@ -69,6 +70,7 @@ def waveform_settings(machine: MachineConfig, axis: str) -> WaveformSettings:
         lead_s=params.waveform.lead_s,
         slip_m=SLIP_M,
         ahead_s=AHEAD_S,
+        rest_span_m=SPAN_M,
     )
     strokes = _stroke_settings(machine, LEARNER, 0.0, 0.0)
     largest_m_s2 = _largest_reverse_acceleration_m_s2(machine, axis, strokes, AHEAD_S + SPAN_S)

@@ -22,6 +22,9 @@ class MonitoringConfig(FileSection):
     """Learning is no longer due after the same number of reversals below this share of J_required."""
 
 
+RestTime = Annotated[float, Strict(), Field(gt=0.0, le=300.0)]
+
+
 class LearningConfig(FileSection):
     """Settings for learning the pulse functions (Feng et al. 2015, sections 3 and 4)."""
 
@@ -51,7 +54,7 @@ class LearningConfig(FileSection):
     """Duration of a stroke's evaluation, as a multiple of the pulse duration."""
     trailing: bool = True
     """Whether to learn a second trapezoid for the moment of breakaway."""
-    rests_s: Annotated[list[Positive], Field(max_length=6)] = Field(default_factory=list)
+    rests_s: Annotated[list[RestTime], Field(min_length=0, max_length=6)] = Field(default_factory=list)
     """Rests whose additional friction a waveform learns, seconds, e.g. [0.3, 3.0, 30.0]; none by default."""
     adaptation: bool = False
     """Whether reversals in production adapt the learned functions."""

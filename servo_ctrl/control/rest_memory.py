@@ -96,4 +96,6 @@ def rest_after(rests: Table, rest: Rest, step_m: float, direction: float, period
     if way_m < SPAN_M or abs(force_n) > NEGLIGIBLE_N:
         table_n = math.copysign(1.0, step_m) * rest_force_n(rests, stood_s, turned, way_m)
         force_n = table_n + (force_n - table_n) * math.exp(-abs(step_m) / FOLLOW_M)
+    else:
+        force_n = 0.0
     return Rest(0.0, stood_s, turned, way_m, force_n)

@@ -12,8 +12,8 @@ from servo_ctrl.learned.pulse_model import LearnedFunctions
 from servo_ctrl.learning.reversal_waveform import RestForce, WaveformLearned
 
 SAMPLES_MAX, ROWS_MAX = 6000, 50
-"""Bound the samples and the accelerations of a waveform, and its nodes and rests; chosen: learning uses 0.48 s
-and ten, fifty nodes and six rests."""
+"""Bound the samples and the accelerations of a waveform; chosen: learning uses 0.48 s and ten. Rests and
+their forces are fewer."""
 _PULSE_SECTION = "friction_compensation."
 
 Force = Annotated[float, Strict(), Field(ge=-1e6, le=1e6)]
@@ -53,7 +53,7 @@ class LearnedWaveform(LearnedContent):
     result = WaveformLearned
     friction: FrictionPart
     rows: Annotated[list[WaveRow], Field(max_length=ROWS_MAX)]
-    rests: Annotated[list[RestRow], Field(max_length=ROWS_MAX)] = []
+    rests: Annotated[list[RestRow], Field(default_factory=list, max_length=ROWS_MAX)]
     """Absent in files of earlier releases."""
 
     @field_validator("rows")

@@ -47,6 +47,8 @@ class LoopModel(NamedTuple):
     """Slip distances of presliding, as in the control law."""
     ahead_s: float
     """Time before a reversal at which the waveform of the control law begins."""
+    rest_span_m: float
+    """Way behind a rest over which the control law has a force."""
 
     @property
     def dead_samples(self) -> int:
@@ -89,6 +91,11 @@ def wave_table(accelerations_m_s2: tuple[float, ...], waves_n: tuple[tuple[float
     if not accelerations_m_s2:
         return np.zeros((1, 2))
     return np.column_stack([np.array(accelerations_m_s2), np.array(waves_n)])
+
+
+def rest_ways_m(loop: LoopModel, nodes: int) -> Array:
+    """Ways behind a rest, (nodes,), at which the control law has forces."""
+    return np.asarray(loop.rest_span_m * (np.arange(1, nodes + 1) / nodes) ** 3)
 
 
 def samples_of(loop: LoopModel) -> int:

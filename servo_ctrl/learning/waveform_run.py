@@ -7,17 +7,13 @@ rests follow likewise, if any are set. Two more strokes check the result.
 
 import math
 from collections.abc import Generator
-from typing import NamedTuple
 
 import numpy as np
 
 from kernels.arrays import Array
-from servo_ctrl.learning.performance import Indices, evaluation_m, window_samples
-from servo_ctrl.learning.rest_force import TURNS, corrected_over_way, no_rest_force, rest_starts, rest_table
+from servo_ctrl.learning.rest_force import REST, learn_rests, rest_table, resting_s
+from servo_ctrl.learning.rest_force import strokes_of as rest_strokes_of
 from servo_ctrl.learning.reversal_waveform import (
-    SPAN_S,
-    LoopModel,
-    RestForce,
     WaveformLearned,
     corrected,
     identify_friction,
@@ -27,86 +23,23 @@ from servo_ctrl.learning.reversal_waveform import (
     wave_table,
 )
 from servo_ctrl.learning.schedule import stroke_s
-from servo_ctrl.learning.stroke_result import sine_reversals
-from servo_ctrl.learning.types import NO_PULSE, LearningSettings, Outlook, Stroke
+from servo_ctrl.learning.types import NO_PULSE, Outlook, Stroke
+from servo_ctrl.learning.waveform_stroke import (
+    GAIN,
+    LEARNER,
+    WaveformResult,
+    WaveformSettings,
+    WaveformStroke,
+    directions_of,
+    score_m,
+)
 
-LEARNER = "waveform"
-ACCELERATIONS, ITERATIONS, GAIN = 9, 6, 0.7
-"""Number of reverse accelerations, most strokes at each, learning gain; chosen: at most 58 strokes in all."""
+ACCELERATIONS, ITERATIONS = 9, 6
+"""Number of reverse accelerations, most strokes at each; chosen: at most 58 strokes in all, without rests."""
 ITERATIONS_MIN, STALLED_RATIO = 3, 0.95
 """An acceleration ends when a stroke after this many has a J above this share of the best one; chosen."""
 EXTRAPOLATION_ROWS_MIN = 2
 """Least number of waveforms for an extrapolation above the learned accelerations: two give an exponent."""
-AFTER_S = 1.2 * SPAN_S
-"""Time after its last reversal for which a stroke is evaluated, seconds; chosen."""
-REST_ITERATIONS = 4
-"""Most strokes for each rest; chosen: each begins with what the shorter one has learned."""
-
-
-class WaveformSettings(NamedTuple):
-    """Learning settings of one axis, and the model of its loop."""
-
-    sines: LearningSettings
-    """Settings of the sine strokes."""
-    largest_m_s2: float
-    """Largest reverse acceleration that is learned; at least that of the sines."""
-    limit_m_s2: float
-    """Largest acceleration that the axis may be commanded."""
-    loop: LoopModel
-    rests_s: tuple[float, ...] = ()
-    """Rests whose force is learned, rising."""
-
-
-class WaveformStroke(NamedTuple):
-    """A sine, and the force to be tried on it."""
-
-    sine: Stroke
-    friction: tuple[float, ...] | None
-    """None: no compensation at all."""
-    waves: Array
-    """The table of the control law, (m, 1 + n)."""
-    rests: Array | None = None
-    """The table of the rests, (r, 1 + 2 N)."""
-
-
-class WaveformResult(NamedTuple):
-    """A completed stroke, up to `AFTER_S` after its last reversal."""
-
-    commands: Array
-    """(n, 3): position m, velocity m/s, acceleration m/s^2."""
-    error_m: Array
-    """(n,): command minus the feedback of the position loop."""
-    reversals: Indices
-    """(k,): indices of the first samples of the new directions, or behind the rests."""
-
-
-def waveform_result(
-    position_command_m: Array,
-    velocity_command_m_s: Array,
-    error_m: Array,
-    stroke: Stroke,
-    settings: WaveformSettings,
-) -> WaveformResult:
-    """Cut the evaluated samples out of those (n,) of a stroke.
-
-    Raises ValueError when a reversal or a sample is missing.
-    """
-    period_s = settings.loop.period_s
-    window = window_samples(settings.sines.window_s, period_s)
-    if not (np.isfinite(position_command_m).all() and np.isfinite(velocity_command_m_s).all()):
-        raise ValueError("a position command is missing in the stroke")
-    if stroke.rest_s:
-        starts = rest_starts(position_command_m, stroke.rest_s, period_s)
-    else:
-        starts = sine_reversals(position_command_m, window, stroke, settings.sines, period_s)
-    end = int(starts[-1]) + round(AFTER_S / period_s)
-    if not np.isfinite(error_m[:end]).all():
-        raise ValueError("a position sample is missing in the stroke")
-    if starts[0] + samples_of(settings.loop) > len(error_m):
-        raise ValueError("the stroke is too short for a waveform: learning.radius_mm is too small")
-    acceleration_m_s2 = np.gradient(velocity_command_m_s, period_s)
-    commands = np.column_stack([position_command_m, velocity_command_m_s, acceleration_m_s2])
-    return WaveformResult(commands[:end], error_m[:end], starts)
 
 
 def learn(settings: WaveformSettings) -> Generator[WaveformStroke, WaveformResult, WaveformLearned]:
@@ -128,7 +61,7 @@ def learn(settings: WaveformSettings) -> Generator[WaveformStroke, WaveformResul
     waves |= extrapolated_waveform(waves, settings)
     order = tuple(sorted(waves))
     table = wave_table(order, tuple(waves[entry] for entry in order))
-    rests = yield from _learn_rests(settings, friction, table)
+    rests = yield from learn_rests(settings, friction, table)
     learned = WaveformLearned(LEARNER, friction, order, tuple(waves[entry] for entry in order), rests=rests)
     after_m = []
     for a_m_s2 in checks:
@@ -153,53 +86,10 @@ def _learn_wave(
             break
         missing_n = missing_force_n(loop, result.error_m)
         mean_missing_n = mean_around_reversals(
-            missing_n, result.reversals, _directions(result), len(wave_n), ahead
+            missing_n, result.reversals, directions_of(result), len(wave_n), ahead
         )
         wave_n = corrected(wave_n, mean_missing_n - mean_missing_n[0], GAIN, loop)
     return best_n
-
-
-def _learn_rests(
-    settings: WaveformSettings, friction: tuple[float, ...], waves: Array
-) -> Generator[WaveformStroke, WaveformResult, tuple[RestForce, ...]]:
-    """Learn from the shortest rest to the longest, each starting with what was learned last."""
-    learned: list[RestForce] = []
-    for rest_s in settings.rests_s:
-        first = learned[-1]._replace(rest_s=rest_s) if learned else no_rest_force(rest_s)
-        learned.append((yield from _learn_rest(settings, friction, waves, first)))
-    return tuple(learned)
-
-
-def _learn_rest(
-    settings: WaveformSettings, friction: tuple[float, ...], waves: Array, row: RestForce
-) -> Generator[WaveformStroke, WaveformResult, RestForce]:
-    a_m_s2 = math.sqrt(settings.sines.accelerations_m_s2[-1] * settings.largest_m_s2)
-    best_m, best = np.inf, row
-    for _ in range(REST_ITERATIONS):
-        stroke = Stroke("rest", a_m_s2, NO_PULSE, row.rest_s)
-        result = yield WaveformStroke(stroke, friction, waves, rest_table((row,)))
-        j_m = score_m(result, settings)
-        if j_m < best_m:
-            best_m, best = j_m, row
-        row = _corrected_row(row, result, settings.loop)
-    return best
-
-
-def _corrected_row(row: RestForce, result: WaveformResult, loop: LoopModel) -> RestForce:
-    ahead, length = round(loop.ahead_s / loop.period_s), samples_of(loop)
-    starts, directions = result.reversals, _directions(result)
-    path_m = result.commands[starts[0] - 1 - ahead + loop.dead_samples :, 0][:length]
-    way_m = np.abs(path_m - result.commands[starts[0] - 1, 0])
-    missing_n = missing_force_n(loop, result.error_m)
-
-    def next_n(force_n: tuple[float, ...], *, turned: bool) -> tuple[float, ...]:
-        here = np.array(TURNS) == turned
-        mean_n = mean_around_reversals(missing_n, starts[here], directions[here], length, ahead)
-        return corrected_over_way(force_n, mean_n - mean_n[0], way_m, loop, GAIN)
-
-    return row._replace(
-        onward_n=next_n(row.onward_n, turned=False), turned_n=next_n(row.turned_n, turned=True)
-    )
 
 
 def extrapolated_waveform(
@@ -223,18 +113,6 @@ def extrapolated_waveform(
     return {limit_m_s2: tuple((amplitude_ratio * wave_n).round(4).tolist())}
 
 
-def score_m(result: WaveformResult, settings: WaveformSettings) -> float:
-    """J over Tm, mean over the reversals, m."""
-    window = window_samples(settings.sines.window_s, settings.loop.period_s)
-    parts = [result.error_m[start : start + window] for start in result.reversals]
-    return float(np.mean([evaluation_m(part) for part in parts]))
-
-
-def _directions(result: WaveformResult) -> Array:
-    starts = result.reversals
-    return np.asarray(np.sign(result.commands[starts, 0] - result.commands[starts - 1, 0]))
-
-
 class WaveformRun:
     """Learning of one axis: make `stroke`, give `take` its result, until `stroke` is None; see `learned`."""
 
@@ -253,7 +131,7 @@ class WaveformRun:
             raise ValueError("there is no stroke to be made")
         sine = self.stroke.sine
         self.course.append((sine.stage, sine.acceleration_m_s2, score_m(result, self._settings)))
-        self._time_s += stroke_s(self._settings.sines, sine.acceleration_m_s2) + len(TURNS) * sine.rest_s
+        self._time_s += stroke_s(self._settings.sines, sine.acceleration_m_s2) + resting_s(sine)
         try:
             self.stroke = self._strokes.send(result)
         except StopIteration as end:
@@ -263,12 +141,11 @@ class WaveformRun:
     @property
     def outlook(self) -> Outlook:
         """Progress of the run."""
-        a, rests_s = self._settings.sines.accelerations_m_s2, self._settings.rests_s
-        total = 4 + ACCELERATIONS * ITERATIONS + REST_ITERATIONS * len(rests_s)
-        done = len(self.course)
+        a, rests = self._settings.sines.accelerations_m_s2, rest_strokes_of(self._settings)
+        total, done = 4 + ACCELERATIONS * ITERATIONS + len(rests), len(self.course)
         if self.stroke is None:
             return Outlook("done", done, done, 0.0)
-        sine = self.stroke.sine
+        sine, made = self.stroke.sine, sum(stage == REST for stage, *_ in self.course)
         scores_m = [j for _, a_m_s2, j in self.course if a_m_s2 == sine.acceleration_m_s2]
         mean_s = np.mean(
             [
@@ -280,13 +157,7 @@ class WaveformRun:
             stage=sine.stage,
             strokes_done=done,
             strokes_total=total,
-            remaining_s=float(mean_s) * (total - done) + self._resting_s(sine.rest_s),
+            remaining_s=float(mean_s) * (total - done) + sum(map(resting_s, rests[made:])),
             acceleration_m_s2=sine.acceleration_m_s2,
             best_m=min(scores_m, default=np.nan),
-        )
-
-    def _resting_s(self, since_s: float) -> float:
-        """Time of the rests that are still to be learned, from this one on, seconds."""
-        return sum(
-            REST_ITERATIONS * len(TURNS) * rest_s for rest_s in self._settings.rests_s if rest_s >= since_s
         )

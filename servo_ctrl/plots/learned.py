@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from servo_ctrl.learning.pulse_functions import table
-from servo_ctrl.learning.reversal_waveform import LoopModel, WaveformLearned
+from servo_ctrl.learning.reversal_waveform import LoopModel, WaveformLearned, rest_ways_m
 from servo_ctrl.learning.screw import ScrewLearned
 from servo_ctrl.learning.types import Learned
 from servo_ctrl.plots.figures import COLOURS, save
@@ -88,13 +88,17 @@ def plot_screws(path: Path, screws: Mapping[str, ScrewLearned], title: str) -> N
 
 
 def plot_waveforms(path: Path, axes: Mapping[str, WaveformLearned], loop: LoopModel, title: str) -> None:
-    """Draw the waveforms of each axis, one line for each reverse acceleration.
+    """Draw the waveforms of each axis, one line for each reverse acceleration; beside them what rests add.
 
     `axes`: label -> what was learned. Raises OSError.
     """
-    figure = Figure(figsize=(9.6, 3.6 * len(axes)), layout="constrained")
-    panels = figure.subplots(len(axes), 1, sharex=True, squeeze=False)
-    for panel, (label, learned) in zip(panels[:, 0], axes.items(), strict=True):
+    columns = 2 if any(learned.rests for learned in axes.values()) else 1
+    figure = Figure(figsize=(9.6 * columns, 3.6 * len(axes)), layout="constrained")
+    panels = figure.subplots(len(axes), columns, sharex="col", squeeze=False)
+    for row, (label, learned) in zip(panels, axes.items(), strict=True):
+        panel, *beside = row
+        for rests in beside:
+            _draw_rests(rests, learned, loop)
         for a_m_s2, wave_n in zip(learned.accelerations_m_s2, learned.waves_n, strict=True):
             time_ms = 1e3 * (np.arange(len(wave_n)) * loop.period_s - loop.ahead_s)
             panel.plot(time_ms, wave_n, linewidth=1.0, label=f"{a_m_s2 / MM:.3g} mm/s²")
@@ -106,6 +110,19 @@ def plot_waveforms(path: Path, axes: Mapping[str, WaveformLearned], loop: LoopMo
     panels[-1, 0].set_xlabel("time after the reversal (ms)")
     figure.suptitle(title)
     save(figure, path, tight=False)
+
+
+def _draw_rests(panel: Axes, learned: WaveformLearned, loop: LoopModel) -> None:
+    for number, (rest_s, *forces_n) in enumerate(learned.rests):
+        for kind, style, force_n in zip(("onward", "turned"), ("-", "--"), forces_n, strict=True):
+            way_um = rest_ways_m(loop, len(force_n)) / UM
+            label = f"{rest_s:.3g} s, {kind}"
+            panel.plot(way_um, force_n, style, color=f"C{number}", linewidth=1.0, label=label)
+    panel.set_xscale("log")
+    panel.set_xlim(left=0.1)
+    panel.set_xlabel("way behind a rest (µm)")
+    panel.grid(alpha=0.3)
+    panel.legend(fontsize=8, ncols=2)
 
 
 def _points(panel: Axes, points: Sequence[Sequence[float]], column: int, label: str, **style: Any) -> None:

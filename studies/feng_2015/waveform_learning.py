@@ -14,14 +14,15 @@ from servo_ctrl.config.learning import stroke_steps, waveform_settings
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.performance import reversals
-from servo_ctrl.learning.rest_force import rest_starts, rest_table
+from servo_ctrl.learning.rest_force import rest_table
+from servo_ctrl.learning.rest_strokes import rest_starts
 from servo_ctrl.learning.reversal_waveform import WaveformLearned, identify_friction, wave_table
 from servo_ctrl.learning.types import NO_PULSE, Stroke
-from servo_ctrl.learning.waveform_run import (
+from servo_ctrl.learning.waveform_run import WaveformRun
+from servo_ctrl.learning.waveform_stroke import (
     AFTER_S,
     LEARNER,
     WaveformResult,
-    WaveformRun,
     WaveformStroke,
     waveform_result,
 )

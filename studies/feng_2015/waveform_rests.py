@@ -24,7 +24,7 @@ from servo_ctrl.config.load import load_machine
 from servo_ctrl.config.model import MachineConfig
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning.performance import evaluation_m, window_samples
-from servo_ctrl.learning.rest_force import moves_behind_rests
+from servo_ctrl.learning.rest_strokes import moves_behind_rests
 from servo_ctrl.motion.move import Dwell, Move
 from servo_ctrl.motion.program import Step
 from servo_ctrl.units import MM, MM_MIN, UM

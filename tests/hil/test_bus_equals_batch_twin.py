@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from machine_files import XY_TABLE, text_of, without_sections
-from program_steps import circle, move
+from program_steps import circle, dwell, move
 from waveform_examples import example_waveform
 
 from hil_sim.config import load_plant
@@ -33,6 +33,7 @@ IMPOSSIBLE: dict[str, tuple[str, ...]] = {
 }
 """Sections that need a set point that the mode does not have."""
 PROGRAM = move(2.0, 0.0, 1000.0) + circle(2.0, 1500.0, turns=1.5)
+WITH_RESTS = PROGRAM + dwell(0.3) + move(0.0, 0.0, 1000.0) + dwell(0.1) + move(1.0, 1.0, 1000.0)
 # far too fast for a machine, so that a second shows it
 EFFECTS_IT_LACKS = """
 [axis.x.temperature_dependent_friction]
@@ -137,9 +138,9 @@ def test_bus_and_batch_twin_give_the_same_bits_with_contour_control(tmp_path: Pa
 
 
 def assert_the_same_bits(directory: Path, folder: Path, learned: WaveformLearned | None = None) -> None:
-    """Run `PROGRAM` over the bus and in the twin, with a learned waveform of both axes if there is one."""
+    """Run `PROGRAM` over the bus and in the twin, or `WITH_RESTS` with a learned waveform of both axes."""
     program = folder / "program.toml"
-    program.write_text(PROGRAM)
+    program.write_text(PROGRAM if learned is None else WITH_RESTS)
     machine = load_machine(directory)
     params = {axis: axis_params(machine, axis) for axis in machine.axes}
     if learned is not None:

@@ -30,7 +30,7 @@ from servo_ctrl.daemon.learning.screw_compensation import ScrewCompensation
 from servo_ctrl.daemon.learning.waveform_compensation import WaveformCompensation
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learning.screw import LEARNER as SCREW
-from servo_ctrl.learning.waveform_run import LEARNER as WAVEFORM
+from servo_ctrl.learning.waveform_stroke import LEARNER as WAVEFORM
 
 Status = TypeVar("Status", ScrewStatus, WaveformStatus)
 _ACCEPTED = CommandResult()

@@ -15,7 +15,7 @@ from servo_ctrl.daemon.learning.waveform_learning import WaveformLearning
 from servo_ctrl.daemon.set_points.motion_plan import MotionPlan
 from servo_ctrl.learned.store import LearnedStore, ScrewStore, WaveformStore
 from servo_ctrl.learning.screw import LEARNER as SCREW
-from servo_ctrl.learning.waveform_run import LEARNER as WAVEFORM
+from servo_ctrl.learning.waveform_stroke import LEARNER as WAVEFORM
 
 
 class LearnedResults:

@@ -16,7 +16,7 @@ from servo_ctrl.daemon.learning.pulse_compensation import Compensation, Compensa
 from servo_ctrl.learned.store import StoredResult, WaveformStore
 from servo_ctrl.learning.rest_force import rest_table
 from servo_ctrl.learning.reversal_waveform import WaveformLearned, wave_table
-from servo_ctrl.learning.waveform_run import WaveformStroke
+from servo_ctrl.learning.waveform_stroke import WaveformStroke
 
 
 class WaveformCompensation(LearnedCompensation[WaveformStroke]):

@@ -17,7 +17,8 @@ from servo_ctrl.daemon.set_points.reference import ProgramReference
 from servo_ctrl.learned.store import StoredResult, WaveformStore
 from servo_ctrl.learning.reversal_waveform import WaveformLearned
 from servo_ctrl.learning.types import NO_PULSE
-from servo_ctrl.learning.waveform_run import WaveformResult, WaveformRun, waveform_result
+from servo_ctrl.learning.waveform_run import WaveformRun
+from servo_ctrl.learning.waveform_stroke import WaveformResult, waveform_result
 
 
 class WaveformLearning(AxisLearning):

@@ -1,13 +1,16 @@
 """`servo-ctrl learned`: versions listed, shown, rolled back and drawn, without a bus."""
 
 import json
+import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import Result
 from learned_examples import LEARNED, table_in
 from matplotlib import pyplot as plt
+from pydantic import ValidationError
 from screw_stand import stage_file
 from typer.testing import CliRunner
 from waveform_examples import example_waveform
@@ -226,3 +229,28 @@ def test_a_waveform_of_an_earlier_release_has_no_force_over_jerk() -> None:
     assert FrictionPart.model_validate(friction).per_jerk_kg_s == 0.1
     del friction["per_jerk_kg_s"]
     assert FrictionPart.model_validate(friction).per_jerk_kg_s == 0.0
+
+
+def test_forces_behind_rests_are_read_as_they_were_written_and_may_be_absent() -> None:
+    values = LearnedWaveform.values(example_waveform())
+    assert LearnedWaveform.model_validate(values).learned() == example_waveform()
+    del values["rests"]
+    assert LearnedWaveform.model_validate(values).learned() == example_waveform()._replace(rests=())
+
+
+@pytest.mark.parametrize(
+    ("place", "key", "value", "reason"),
+    [
+        (1, "rest_s", 0.05, "the rests must rise"),
+        (0, "rest_s", 0.0, "greater than 0"),
+        (0, "turned_n", [0.1], "as many forces of both kinds"),
+        (1, "onward_n", [], "at least 1 item"),
+        (0, "onward_n", [0.0, math.nan, 0.0, 0.0], "finite"),
+        (0, "onward_n", [0.0, 2e6, 0.0, 0.0], "less than or equal to 1000000"),
+    ],
+)
+def test_impossible_forces_behind_rests_are_refused(place: int, key: str, value: Any, reason: str) -> None:
+    values = LearnedWaveform.values(example_waveform())
+    values["rests"][place][key] = value
+    with pytest.raises(ValidationError, match=reason):
+        LearnedWaveform.model_validate(values)

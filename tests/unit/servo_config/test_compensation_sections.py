@@ -109,6 +109,9 @@ def made(tmp_path: Path) -> Make:
         (LEARNING, "= 1.5", "= 5.1", "learning.duration_reach", "equal to 5"),
         (LEARNING, "= 2.5", "= 0.9", "learning.window_durations", "equal to 1"),
         (LEARNING, "= 2.5", "= 20.1", "learning.window_durations", "equal to 20"),
+        (LEARNING, "trailing = false", "rests_s = [3.0, 0.3]", "learning.rests_s", "must rise"),
+        (LEARNING, "trailing = false", "rests_s = [0.0]", "learning.rests_s[1]", "greater than 0"),
+        (LEARNING, "trailing = false", "rests_s = [301.0]", "learning.rests_s[1]", "equal to 300"),
         (LEARNING, "trailing = false", "adaptation = 2", "learning.adaptation", "true or false"),
     ],
 )

@@ -20,6 +20,7 @@ from servo_ctrl.control.compensation.learned_waveform import (
     powered_again,
 )
 from servo_ctrl.control.presliding_memory import Branch, Turn, relaxed_at, turned
+from servo_ctrl.control.rest_memory import Rest, without_rest
 from servo_ctrl.control.reversal_forecast import forecast
 from servo_ctrl.control.tick import AxisParams, axis_tick, initial_state
 from servo_ctrl.control.types import AxisSample
@@ -210,6 +211,7 @@ BEFORE = State(
     memory_2=1.0,
     memory_3=1.0,
     memory_4=0.9,
+    rest=Rest(still_s=3.0, stood_s=0.2, turned=True, way_m=2e-4, force_n=1.5),
 )
 
 
@@ -222,7 +224,7 @@ def positions(branch: Branch) -> list[float]:
 def test_friction_that_springs_back_without_power_is_a_reversal_in_the_memory() -> None:
     """The motor's encoder is 3 um from the command, and reads 8 um less than when power went."""
     found = powered_again(BEFORE, -8e-6, 0.019989)
-    assert found == State(0.019989, 0.0, -1.0, found.branch, 0.0, 0.0, 0.0, 0.0)
+    assert found == State(0.019989, 0.0, -1.0, found.branch, 0.0, 0.0, 0.0, 0.0, without_rest())
     expected = turned(relaxed_at(-3e-6), Turn(0.019997, 0.0))
     assert positions(found.branch) == pytest.approx(positions(expected), abs=1e-12)
 

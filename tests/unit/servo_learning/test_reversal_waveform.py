@@ -9,7 +9,15 @@ from scipy.ndimage import gaussian_filter1d
 from servo_ctrl.learning.reversal_waveform import LoopModel, missing_force_n
 
 FORCE_PER_ERROR = LoopModel(
-    mass_kg=0.0, kp_1_s=0.0, kv_n_s_m=0.0, ki_n_m=1.0, period_s=0.001, lead_s=0.0, slip_m=(), ahead_s=0.0
+    mass_kg=0.0,
+    kp_1_s=0.0,
+    kv_n_s_m=0.0,
+    ki_n_m=1.0,
+    period_s=0.001,
+    lead_s=0.0,
+    slip_m=(),
+    ahead_s=0.0,
+    rest_span_m=0.0,
 )
 """A loop whose missing force is the low-passed error itself."""
 

@@ -13,6 +13,7 @@ from servo_ctrl.config.learning import waveform_settings
 from servo_ctrl.config.load import load_machine
 from servo_ctrl.control.compensation.learned_waveform import State, powered_again
 from servo_ctrl.control.presliding_memory import Branch, Turn
+from servo_ctrl.control.rest_memory import Rest
 from servo_ctrl.control.tick import AxisParams
 from servo_ctrl.learning import waveform_run
 from servo_ctrl.learning.reversal_waveform import (
@@ -23,7 +24,8 @@ from servo_ctrl.learning.reversal_waveform import (
     missing_force_n,
     presliding_states,
 )
-from servo_ctrl.learning.waveform_run import GAIN, WaveformRun, extrapolated_waveform
+from servo_ctrl.learning.waveform_run import WaveformRun, extrapolated_waveform
+from servo_ctrl.learning.waveform_stroke import GAIN
 from servo_ctrl.motion.move import Move
 from studies.feng_2015.rival_tuning import Setting, Tuner
 from studies.feng_2015.waveform_drift import BEFORE, recovery
@@ -207,7 +209,7 @@ def wound_up(params: AxisParams) -> tuple[TwinAxis, float]:
     after.rollout.rows(np.zeros((OFF_CYCLES + SETTLED_CYCLES, 4)), off_cycles=OFF_CYCLES)
     moved_m = float(after.plant_state["table_position_m"])
     values = before.rollout._records["law"]["state"]["waveform"][0].tolist()
-    state = State(*values[:3], branch_of(values[3]), *values[4:])
+    state = State(*values[:3], branch_of(values[3]), *values[4:8], Rest(*values[8]))
     store(after.rollout._records["law"]["state"]["waveform"], [powered_again(state, moved_m, 0.0)])
     return after, moved_m
 
